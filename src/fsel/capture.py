@@ -1,0 +1,249 @@
+"""The one in-memory model of a posed sequence, and its canonical form on disk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+
+ROTATION_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Views:
+    """Camera poses without images: what a selector may know of its targets.
+
+    Attributes:
+        world_to_camera: (T, 3, 4) float64, OpenCV axes (x right, y down, z forward).
+        intrinsics: (T, 4) float64, fx, fy, cx, cy in pixels at `size`; top-left pixel centre (0.5, 0.5).
+        size: (width, height) in pixels.
+    """
+
+    world_to_camera: np.ndarray
+    intrinsics: np.ndarray
+    size: tuple[int, int]
+
+    @cached_property
+    def centers(self) -> np.ndarray:
+        """(T, 3) camera centres, world units."""
+        rotation = self.world_to_camera[:, :, :3]
+        return -np.einsum("nij,ni->nj", rotation, self.world_to_camera[:, :, 3])
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(T, 3) unit optical axes in the world."""
+        return self.world_to_camera[:, 2, :3]
+
+    @property
+    def half_fov(self) -> np.ndarray:
+        """(T,) half of the larger field of view, radians."""
+        return np.arctan(np.max(np.asarray(self.size) / (2 * self.intrinsics[:, :2]), axis=1))
+
+    def __len__(self) -> int:
+        return len(self.world_to_camera)
+
+
+@dataclass(frozen=True)
+class SparsePoints:
+    """Structure-from-motion points with their tracks.
+
+    Attributes:
+        xyz: (M, 3) float64, world units.
+        rgb: (M, 3) uint8.
+        track_point: (L,) int64, index into `xyz` of each observation.
+        track_frame: (L,) int64, index of the observing frame.
+    """
+
+    xyz: np.ndarray
+    rgb: np.ndarray
+    track_point: np.ndarray
+    track_frame: np.ndarray
+
+
+@dataclass(frozen=True)
+class Capture:
+    """A posed image sequence, validated once on construction.
+
+    Attributes:
+        names: N frame names in natural order, distinct.
+        world_to_camera: (N, 3, 4) float64, OpenCV axes.
+        intrinsics: (N, 4) float64, fx, fy, cx, cy in pixels at the working size;
+            the top-left pixel's centre is (0.5, 0.5).
+        images: (N, h, w, 3) uint8, undistorted, RGB; may be a read-only memory map.
+        sequences: N labels of the recording pass each frame belongs to.
+        points: sparse points, or None.
+        masks: (N, h, w) bool, True where a pixel counts, or None.
+        source: what was read, in words (layout and folder).
+
+    Raises:
+        ValueError: for sizes that disagree, values that are not finite, or a pose that is no rotation.
+    """
+
+    names: tuple[str, ...]
+    world_to_camera: np.ndarray
+    intrinsics: np.ndarray
+    images: np.ndarray
+    sequences: tuple[str, ...]
+    points: SparsePoints | None = None
+    masks: np.ndarray | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        n = len(self.names)
+        _expect(n > 0, "a capture needs at least one frame", self.source)
+        _expect(len(set(self.names)) == n, "frame names must be distinct", self.source)
+        _shape("world_to_camera", self.world_to_camera, (n, 3, 4), self.source)
+        _shape("intrinsics", self.intrinsics, (n, 4), self.source)
+        _expect(
+            self.images.ndim == 4 and len(self.images) == n and self.images.dtype == np.uint8,
+            f"images must be ({n}, h, w, 3) uint8, got {self.images.shape} {self.images.dtype}",
+            self.source,
+        )
+        _expect(len(self.sequences) == n, f"sequences must name {n} frames", self.source)
+        if self.masks is not None:
+            _shape("masks", self.masks, self.images.shape[:3], self.source)
+        self._check_poses()
+
+    def _check_poses(self) -> None:
+        for i, (pose, k) in enumerate(zip(self.world_to_camera, self.intrinsics, strict=True)):
+            where = f"{self.source}: frame {self.names[i]!r}"
+            _expect(np.isfinite(pose).all(), f"pose is not finite: {pose.tolist()}", where)
+            _expect(
+                np.isfinite(k).all() and (k[:2] > 0).all(),
+                f"intrinsics must be finite with positive focal lengths, got {k.tolist()}",
+                where,
+            )
+            rotation = pose[:, :3]
+            off = np.abs(rotation @ rotation.T - np.eye(3)).max()
+            determinant = np.linalg.det(rotation)
+            _expect(
+                off < ROTATION_TOLERANCE and determinant > 0,
+                f"rotation has determinant {determinant:.6g} and is {off:.2g} from orthonormal; "
+                "a determinant of -1 is a reflection (wrong axis convention), another value an "
+                "unnormalised quaternion",
+                where,
+            )
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) of the working images, pixels."""
+        return self.images.shape[2], self.images.shape[1]
+
+    @cached_property
+    def views(self) -> Views:
+        """Every frame's pose and intrinsics."""
+        return Views(self.world_to_camera, self.intrinsics, self.size)
+
+    @property
+    def centers(self) -> np.ndarray:
+        """(N, 3) camera centres, world units."""
+        return self.views.centers
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(N, 3) unit optical axes."""
+        return self.views.axes
+
+    def view(self, frames: np.ndarray) -> Views:
+        """Poses of the given frames, without their images."""
+        return Views(self.world_to_camera[frames], self.intrinsics[frames], self.size)
+
+    def resized(self, long_side: int) -> Capture:
+        """The same capture with its images' longer side reduced to `long_side` pixels (area mean)."""
+        width, height = self.size
+        scale = long_side / max(width, height)
+        if scale >= 1:
+            return self
+        new = (max(1, round(width * scale)), max(1, round(height * scale)))
+        factors = np.array([new[0] / width, new[1] / height])
+        masks = None
+        if self.masks is not None:
+            masks = np.stack([_shrink(m.astype(np.float32), new) > 0.5 for m in self.masks])
+        return replace(
+            self,
+            intrinsics=self.intrinsics * np.tile(factors, 2),
+            images=np.stack([_shrink(np.asarray(image), new) for image in self.images]),
+            masks=masks,
+        )
+
+    def save(self, folder: str | Path) -> None:
+        """Write frames.parquet, points.parquet, images.npy (and masks.npy) into `folder`."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        frames = pd.DataFrame({"frame": np.arange(len(self)), "name": self.names})
+        frames["sequence"] = self.sequences
+        for row in range(3):
+            for column in range(4):
+                frames[f"w2c_{row}{column}"] = self.world_to_camera[:, row, column]
+        for column, label in enumerate(("fx", "fy", "cx", "cy")):
+            frames[label] = self.intrinsics[:, column]
+        frames.attrs["source"] = self.source
+        frames.to_parquet(folder / "frames.parquet", index=False)
+        _points_frame(self.points).to_parquet(folder / "points.parquet", index=False)
+        np.save(folder / "images.npy", np.ascontiguousarray(self.images))
+        if self.masks is not None:
+            np.save(folder / "masks.npy", self.masks)
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Capture:
+        """Read what `save` wrote; images stay on disk until touched."""
+        folder = Path(folder)
+        frames = pd.read_parquet(folder / "frames.parquet")
+        poses = frames[[f"w2c_{r}{c}" for r in range(3) for c in range(4)]].to_numpy(np.float64)
+        masks = folder / "masks.npy"
+        return cls(
+            names=tuple(frames["name"]),
+            world_to_camera=poses.reshape(-1, 3, 4),
+            intrinsics=frames[["fx", "fy", "cx", "cy"]].to_numpy(np.float64),
+            images=np.load(folder / "images.npy", mmap_mode="r"),
+            sequences=tuple(frames["sequence"]),
+            points=_points_from(pd.read_parquet(folder / "points.parquet")),
+            masks=np.load(masks, mmap_mode="r") if masks.exists() else None,
+            source=frames.attrs.get("source", str(folder)),
+        )
+
+
+def _points_frame(points: SparsePoints | None) -> pd.DataFrame:
+    """One row a point; its track is the list of frames that saw it. No rows: no points."""
+    columns = ["x", "y", "z", "r", "g", "b", "track"]
+    if points is None:
+        return pd.DataFrame({c: pd.Series(dtype="float64") for c in columns[:-1]} | {"track": []})
+    order = np.argsort(points.track_point, kind="stable")
+    bounds = np.searchsorted(points.track_point[order], np.arange(1, len(points.xyz)))
+    tracks = np.split(points.track_frame[order], bounds)
+    table = pd.DataFrame(np.asarray(points.xyz), columns=columns[:3])
+    table[columns[3:6]] = np.asarray(points.rgb)
+    table["track"] = tracks
+    return table
+
+
+def _points_from(table: pd.DataFrame) -> SparsePoints | None:
+    if table.empty:
+        return None
+    lengths = table["track"].map(len).to_numpy()
+    return SparsePoints(
+        xyz=table[["x", "y", "z"]].to_numpy(np.float64),
+        rgb=table[["r", "g", "b"]].to_numpy(np.uint8),
+        track_point=np.repeat(np.arange(len(table)), lengths),
+        track_frame=np.concatenate(table["track"].to_list()).astype(np.int64),
+    )
+
+
+def _shrink(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    return cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+
+
+def _shape(name: str, array: np.ndarray, wanted: tuple[int, ...], where: str) -> None:
+    _expect(array.shape == wanted, f"{name} must be {wanted}, got {array.shape}", where)
+
+
+def _expect(holds: bool, message: str, where: str) -> None:
+    if not holds:
+        raise ValueError(f"{where}: {message}" if where else message)

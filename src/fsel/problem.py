@@ -1,0 +1,83 @@
+"""What a selection method is given, and what it must return."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fsel.capture import Capture, Views
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One selection problem (paper, section 3.1).
+
+    Attributes:
+        capture: the posed sequence; images of targets must not be read from it.
+        candidates: (P,) int64 frames of the pool P, ascending.
+        proxies: (O,) int64 frames of O, one a target, in the targets' order.
+        targets: poses of H, without images.
+        descriptors: (N, D) float32 unit appearance descriptors of all frames.
+        sharpness: (N,) float64 variance of the Laplacian of all frames.
+    """
+
+    capture: Capture
+    candidates: np.ndarray
+    proxies: np.ndarray
+    targets: Views
+    descriptors: np.ndarray
+    sharpness: np.ndarray
+
+    @cached_property
+    def observed(self) -> np.ndarray:
+        """(P + O,) int64 every frame whose image may be used, ascending."""
+        return np.union1d(self.candidates, self.proxies)
+
+    def pool(self, name: str) -> np.ndarray:
+        """The allowed frames: `candidates` (P) or `observed` (P and O), ascending."""
+        return {"candidates": self.candidates, "observed": self.observed}[name]
+
+
+@dataclass(frozen=True)
+class Method:
+    """A selection method.
+
+    Attributes:
+        name: key in the registry and in every table.
+        label: how tables print it (LaTeX).
+        pool: `candidates` or `observed`.
+        nested: whether select(k) is a prefix of select(k + 1), so that one run serves all budgets.
+        seeds: how many random seeds its results average over; 1 for a deterministic method.
+        select: (problem, k, rng) -> (k,) int64 distinct frames in pick order.
+    """
+
+    name: str
+    label: str
+    pool: str
+    nested: bool
+    seeds: int
+    select: Callable[[Problem, int, np.random.Generator], np.ndarray]
+
+
+def checked_select(method: Method, problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Run a method and hold it to the contract.
+
+    Returns:
+        (k,) int64 distinct members of the method's pool, in pick order.
+
+    Raises:
+        ValueError: when k is not between 1 and the size of the pool.
+        RuntimeError: when the method breaks its contract.
+    """
+    pool = problem.pool(method.pool)
+    if not 1 <= k <= len(pool):
+        raise ValueError(f"{method.name}: k must be between 1 and the {len(pool)} frames of its pool, got {k}")
+    picks = np.asarray(method.select(problem, k, rng))
+    if picks.shape != (k,) or picks.dtype != np.int64 or len(np.unique(picks)) != k:
+        raise RuntimeError(f"{method.name} returned {picks!r}, not {k} distinct int64 frames")
+    if not np.isin(picks, pool).all():
+        raise RuntimeError(f"{method.name} picked outside its pool: {np.setdiff1d(picks, pool)}")
+    return picks

@@ -1,0 +1,61 @@
+"""What a sensor recorded, before any layout writes it down or any ingestion straightens it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A COLMAP camera model at a given image size.
+
+    Attributes:
+        model: COLMAP's name: SIMPLE_PINHOLE, PINHOLE, OPENCV, OPENCV_FISHEYE, ...
+        width: pixels.
+        height: pixels.
+        params: the model's parameters in COLMAP's order, pixels; top-left pixel centre (0.5, 0.5).
+    """
+
+    model: str
+    width: int
+    height: int
+    params: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A capture as its sensor saw it, with the truth that only a renderer knows.
+
+    Attributes:
+        names: N file stems in capture order, natural order too.
+        world_to_camera: (N, 3, 4) float64, OpenCV axes.
+        camera: one camera for the whole recording.
+        images: (N, h, w, 3) uint8, RGB, distorted as `camera` says.
+        depth: (N, h, w) float32, distance along the optical axis in world units; 0 where none.
+        xyz: (M, 3) float64 sparse points.
+        rgb: (M, 3) uint8.
+        track_point: (L,) int64 into `xyz`.
+        track_frame: (L,) int64 into `names`.
+        track_xy: (L, 2) float64 pixels in the distorted image.
+        sequences: N labels of the pass each frame belongs to.
+        bad: (N,) bool, frames that the owner marks as unusable.
+        lost: (N,) bool, frames whose pose the owner's tracker lost.
+        masks: (N, h, w) bool object mask, or None.
+    """
+
+    names: tuple[str, ...]
+    world_to_camera: np.ndarray
+    camera: Camera
+    images: np.ndarray
+    depth: np.ndarray
+    xyz: np.ndarray
+    rgb: np.ndarray
+    track_point: np.ndarray
+    track_frame: np.ndarray
+    track_xy: np.ndarray
+    sequences: tuple[str, ...]
+    bad: np.ndarray
+    lost: np.ndarray
+    masks: np.ndarray | None = None
