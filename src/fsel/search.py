@@ -1,0 +1,262 @@
+"""Subset searches scored by real reconstruction: the paper's, a random one, and a stronger one.
+
+All searches take an `evaluate(subset) -> (3,)` callable (PSNR, SSIM, perceptual distance) and
+return every distinct subset that they evaluated. They are deterministic given the generator, so a
+search that was cut off resumes by replaying with an `evaluate` that remembers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+Evaluate = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class GeneticSettings:
+    """The genetic search of the paper, Appendix A.2; defaults are the paper's."""
+
+    population: int = 40
+    farthest: int = 16
+    uniform: int = 12
+    generations: int = 15
+    elites: int = 2
+    tournament: int = 4
+    crossover: float = 0.8
+    mutation: float = 0.3
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """Every distinct subset of a search, in the order of evaluation.
+
+    Attributes:
+        subsets: (n, K) int64, each row ascending.
+        metrics: (n, 3) float64, PSNR, SSIM, perceptual distance.
+        fitness: (n,) float64 in [0, 1], over all rows together (paper, section 3.4).
+        generation: (n,) int64, the generation that first met the subset.
+    """
+
+    subsets: np.ndarray
+    metrics: np.ndarray
+    fitness: np.ndarray
+    generation: np.ndarray
+
+    def best(self, count: int) -> np.ndarray:
+        """Row numbers of the `count` fittest subsets, fittest first, earliest first among equals."""
+        return np.argsort(-self.fitness, kind="stable")[:count]
+
+
+def fitness(metrics: np.ndarray) -> np.ndarray:
+    """Mean of min-max normalised PSNR, SSIM and negated perceptual distance (paper, section 3.4).
+
+    Args:
+        metrics: (n, 3); the last column is better when lower.
+
+    Returns:
+        (n,) in [0, 1]; a metric that is equal for all subsets counts as 0 for all.
+    """
+    signed = metrics * np.array([1.0, 1.0, -1.0])
+    low, span = signed.min(axis=0), np.ptp(signed, axis=0)
+    return ((signed - low) / np.where(span > 0, span, 1.0)).mean(axis=1)
+
+
+@dataclass
+class _Archive:
+    """Distinct subsets and their metrics; evaluates each only once."""
+
+    evaluate: Evaluate
+    rows: dict[tuple[int, ...], int] = field(default_factory=dict)
+    metrics: list[np.ndarray] = field(default_factory=list)
+    generation: list[int] = field(default_factory=list)
+
+    def row(self, subset: np.ndarray, generation: int) -> int:
+        key = tuple(np.sort(subset).tolist())
+        if key not in self.rows:
+            self.rows[key] = len(self.metrics)
+            self.metrics.append(np.asarray(self.evaluate(np.array(key, dtype=np.int64)), float))
+            self.generation.append(generation)
+        return self.rows[key]
+
+    def __len__(self) -> int:
+        return len(self.metrics)
+
+    def fitness(self) -> np.ndarray:
+        return fitness(np.array(self.metrics))
+
+    def result(self) -> SearchResult:
+        return SearchResult(
+            subsets=np.array(list(self.rows), dtype=np.int64),
+            metrics=np.array(self.metrics),
+            fitness=self.fitness(),
+            generation=np.array(self.generation),
+        )
+
+
+def genetic_search(
+    evaluate: Evaluate,
+    pool: np.ndarray,
+    region: np.ndarray,
+    centers: np.ndarray,
+    k: int,
+    rng: np.random.Generator,
+    settings: GeneticSettings | None = None,
+) -> SearchResult:
+    """The paper's search (section 3.4, Appendix A.2).
+
+    Args:
+        evaluate: (K,) ascending frames -> (3,) metrics.
+        pool: (P,) frames that a subset may hold, ascending.
+        region: (R,) frames of the pool inside the target region, in capture order.
+        centers: (N, 3) camera centres of the whole capture.
+        k: subset size, at most P.
+        rng: the only source of chance.
+        settings: operators and their rates.
+    """
+    settings = settings or GeneticSettings()
+    _check_size(k, pool)
+    archive = _Archive(evaluate)
+    population = initial_population(pool, region, centers, k, rng, settings)
+    rows = [archive.row(subset, 0) for subset in population]
+    for generation in range(1, settings.generations + 1):
+        score = archive.fitness()[rows]
+        elites = np.argsort(-score, kind="stable")[: settings.elites]
+        children = [
+            _child(population, score, pool, k, rng, settings)
+            for _ in range(settings.population - settings.elites)
+        ]
+        population = [population[i] for i in elites] + children
+        rows = [archive.row(subset, generation) for subset in population]
+    return archive.result()
+
+
+def initial_population(
+    pool: np.ndarray,
+    region: np.ndarray,
+    centers: np.ndarray,
+    k: int,
+    rng: np.random.Generator,
+    settings: GeneticSettings,
+) -> list[np.ndarray]:
+    """Farthest-view, uniformly spaced and random subsets of the region (Appendix A.2).
+
+    A region with fewer than `k` frames is completed by random frames of the pool.
+    """
+    anchors = rng.permutation(np.resize(region, max(len(region), settings.farthest)))
+    subsets = [farthest_views(region, centers, k, int(a)) for a in anchors[: settings.farthest]]
+    for phase in (np.arange(settings.uniform) + 0.5) / settings.uniform:
+        step = len(region) / k
+        subsets.append(region[np.unique(((np.arange(k) + phase) * step).astype(int))])
+    for _ in range(settings.population - settings.farthest - settings.uniform):
+        subsets.append(rng.permutation(region)[:k])
+    return [_filled(subset, pool, k, rng) for subset in subsets]
+
+
+def farthest_views(region: np.ndarray, centers: np.ndarray, k: int, start: int) -> np.ndarray:
+    """Farthest-point sampling of camera centres from a starting frame; at most len(region) frames."""
+    chosen = [start]
+    gap = np.linalg.norm(centers[region] - centers[start], axis=1)
+    taken = region == start
+    while len(chosen) < min(k, len(region)):
+        best = int(np.argmax(np.where(taken, -1.0, gap)))
+        taken[best] = True
+        chosen.append(int(region[best]))
+        gap = np.minimum(gap, np.linalg.norm(centers[region] - centers[region[best]], axis=1))
+    return np.array(chosen)
+
+
+def _child(population, score, pool, k, rng, settings) -> np.ndarray:
+    parents = [_tournament(score, rng, settings.tournament) for _ in range(2)]
+    first, second = (population[p] for p in parents)
+    child = first
+    if rng.random() < settings.crossover:
+        child = rng.choice(np.union1d(first, second), size=k, replace=False)
+    if rng.random() < settings.mutation:
+        child = rng.permutation(child)
+        replaced = max(2, k // 5)
+        child = np.concatenate([child[replaced:], rng.choice(pool, size=min(replaced, k))])
+    return _filled(child, pool, k, rng)
+
+
+def _tournament(score: np.ndarray, rng: np.random.Generator, size: int) -> int:
+    entrants = rng.choice(len(score), size=min(size, len(score)), replace=False)
+    return int(entrants[np.argmax(score[entrants])])
+
+
+def _filled(subset: np.ndarray, pool: np.ndarray, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Exactly k distinct frames: duplicates dropped, gaps refilled at random from the pool."""
+    distinct = np.unique(subset)[:k] if len(subset) <= k else np.unique(subset[:k])
+    if len(distinct) < k:
+        rest = np.setdiff1d(pool, distinct)
+        extra = rng.choice(rest, size=k - len(distinct), replace=False)
+        distinct = np.union1d(distinct, extra)
+    return distinct
+
+
+def random_search(
+    evaluate: Evaluate, pool: np.ndarray, k: int, budget: int, rng: np.random.Generator
+) -> SearchResult:
+    """`budget` distinct random subsets of the pool: what the genetic search must beat.
+
+    Stops short of the budget only where the pool has fewer distinct subsets to meet.
+    """
+    _check_size(k, pool)
+    archive = _Archive(evaluate)
+    for _ in range(4 * budget):
+        if len(archive) == budget:
+            break
+        archive.row(rng.choice(pool, size=k, replace=False), 0)
+    return archive.result()
+
+
+def swap_search(
+    evaluate: Evaluate,
+    pool: np.ndarray,
+    starts: list[np.ndarray],
+    budget: int,
+    rng: np.random.Generator,
+) -> SearchResult:
+    """Hill climbing by single swaps from several starts, the stronger labeller.
+
+    Each climber in turn replaces one of its frames by another of the pool, half of the time by a
+    neighbour in capture order (a sharper or better placed near-duplicate), and keeps what is
+    fitter. `generation` counts rounds over the climbers.
+
+    Args:
+        evaluate: (K,) ascending frames -> (3,) metrics.
+        pool: (P,) allowed frames, ascending.
+        starts: subsets of equal size K < P, such as the Nearest frames.
+        budget: distinct subsets to evaluate, starts included.
+        rng: the only source of chance.
+    """
+    _check_size(len(starts[0]) + 1, pool)
+    archive = _Archive(evaluate)
+    climbers = [np.sort(start) for start in starts]
+    rows = [archive.row(subset, 0) for subset in climbers]
+    generation = 0
+    while len(archive) < budget and generation < 4 * budget:
+        generation += 1
+        for c, subset in enumerate(climbers):
+            neighbour = _swapped(subset, pool, rng)
+            row = archive.row(neighbour, generation)
+            score = archive.fitness()
+            if score[row] > score[rows[c]]:
+                climbers[c], rows[c] = neighbour, row
+    return archive.result()
+
+
+def _swapped(subset: np.ndarray, pool: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    position = int(rng.integers(len(subset)))
+    free = np.setdiff1d(pool, subset)
+    if rng.random() < 0.5:
+        near = np.argsort(np.abs(free - subset[position]), kind="stable")[:6]
+        free = free[near]
+    return np.sort(np.append(np.delete(subset, position), rng.choice(free)))
+
+
+def _check_size(k: int, pool: np.ndarray) -> None:
+    if not 1 <= k <= len(pool):
+        raise ValueError(f"a subset of {k} frames cannot be drawn from a pool of {len(pool)}")
