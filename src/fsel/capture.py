@@ -19,7 +19,8 @@ class Views:
 
     Attributes:
         world_to_camera: (T, 3, 4) float64, OpenCV axes (x right, y down, z forward).
-        intrinsics: (T, 4) float64, fx, fy, cx, cy in pixels at `size`; top-left pixel centre (0.5, 0.5).
+        intrinsics: (T, 4) float64, fx, fy, cx, cy in pixels at `size`; the top-left pixel's centre
+            is (0.5, 0.5).
         size: (width, height) in pixels.
     """
 
@@ -80,7 +81,8 @@ class Capture:
         source: what was read, in words (layout and folder).
 
     Raises:
-        ValueError: for sizes that disagree, values that are not finite, or a pose that is no rotation.
+        ValueError: for sizes that disagree, values that are not finite, or a pose that is no
+            rotation.
     """
 
     names: tuple[str, ...]
@@ -156,7 +158,7 @@ class Capture:
         return Views(self.world_to_camera[frames], self.intrinsics[frames], self.size)
 
     def resized(self, long_side: int) -> Capture:
-        """The same capture with its images' longer side reduced to `long_side` pixels (area mean)."""
+        """The same capture with its images reduced to `long_side` pixels, by area means."""
         width, height = self.size
         scale = long_side / max(width, height)
         if scale >= 1:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from fsel.metrics import score_views
 
 from fsel.capture import Views
-from fsel.metrics import score_views
 from fsel.reconstruct import Reconstructor
 
 
@@ -27,7 +27,7 @@ class Evaluator:
 
     @classmethod
     def on_frames(cls, reconstructor: Reconstructor, frames: np.ndarray) -> Evaluator:
-        """Score on frames of the reconstructor's own capture (proxies in a search, targets in a test)."""
+        """Score on frames of the reconstructor's capture: proxies in a search, else targets."""
         capture = reconstructor.capture
         return cls(reconstructor, capture.view(frames), np.asarray(capture.images[frames]))
 

@@ -62,7 +62,9 @@ class Method:
     select: Callable[[Problem, int, np.random.Generator], np.ndarray]
 
 
-def checked_select(method: Method, problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+def checked_select(
+    method: Method, problem: Problem, k: int, rng: np.random.Generator
+) -> np.ndarray:
     """Run a method and hold it to the contract.
 
     Returns:
@@ -74,7 +76,9 @@ def checked_select(method: Method, problem: Problem, k: int, rng: np.random.Gene
     """
     pool = problem.pool(method.pool)
     if not 1 <= k <= len(pool):
-        raise ValueError(f"{method.name}: k must be between 1 and the {len(pool)} frames of its pool, got {k}")
+        raise ValueError(
+            f"{method.name}: k must be between 1 and the {len(pool)} frames of its pool, got {k}"
+        )
     picks = np.asarray(method.select(problem, k, rng))
     if picks.shape != (k,) or picks.dtype != np.int64 or len(np.unique(picks)) != k:
         raise RuntimeError(f"{method.name} returned {picks!r}, not {k} distinct int64 frames")

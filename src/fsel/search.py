@@ -46,7 +46,7 @@ class SearchResult:
     generation: np.ndarray
 
     def best(self, count: int) -> np.ndarray:
-        """Row numbers of the `count` fittest subsets, fittest first, earliest first among equals."""
+        """Rows of the `count` fittest subsets, fittest first, earliest first among equals."""
         return np.argsort(-self.fitness, kind="stable")[:count]
 
 
@@ -156,7 +156,7 @@ def initial_population(
 
 
 def farthest_views(region: np.ndarray, centers: np.ndarray, k: int, start: int) -> np.ndarray:
-    """Farthest-point sampling of camera centres from a starting frame; at most len(region) frames."""
+    """Farthest-point sampling of camera centres from a start; at most len(region) frames."""
     chosen = [start]
     gap = np.linalg.norm(centers[region] - centers[start], axis=1)
     taken = region == start
@@ -188,7 +188,7 @@ def _tournament(score: np.ndarray, rng: np.random.Generator, size: int) -> int:
 
 def _filled(subset: np.ndarray, pool: np.ndarray, k: int, rng: np.random.Generator) -> np.ndarray:
     """Exactly k distinct frames: duplicates dropped, gaps refilled at random from the pool."""
-    distinct = np.unique(subset)[:k] if len(subset) <= k else np.unique(subset[:k])
+    distinct = np.unique(subset)
     if len(distinct) < k:
         rest = np.setdiff1d(pool, distinct)
         extra = rng.choice(rest, size=k - len(distinct), replace=False)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 import torch
-
 from fsel.scorer import INPUTS, WIDTH
 
 
@@ -105,9 +104,7 @@ def _measure(network, epoch: int, data: list, held_out: list) -> list[dict]:
             if part:
                 values = [torch.stack(_loss(network, *item[:3])) for item in part]
                 loss, agreement = torch.stack(values).mean(dim=0).tolist()
-                rows.append(
-                    {"epoch": epoch, "split": split, "loss": loss, "agreement": agreement}
-                )
+                rows.append({"epoch": epoch, "split": split, "loss": loss, "agreement": agreement})
     return rows
 
 

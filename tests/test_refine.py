@@ -1,0 +1,46 @@
+"""The linear embedding is exact, and the strategy climbs."""
+
+import numpy as np
+import pytest
+from fsel.scorer import INPUTS, Scorer
+
+from fsel.refine import RefineSettings, linear_weights, refine
+
+
+def test_embedded_linear_score_is_exact():
+    rng = np.random.default_rng(0)
+    coefficients = rng.normal(size=INPUTS)
+    inputs = rng.normal(scale=3, size=(50, INPUTS)).astype(np.float32)
+    scores = Scorer(linear_weights(coefficients), {}).scores(inputs)
+    np.testing.assert_allclose(scores, inputs @ coefficients, atol=2e-5)
+
+
+def test_wrong_number_of_coefficients_is_refused():
+    with pytest.raises(ValueError, match="expected"):
+        linear_weights(np.zeros(3))
+
+
+def test_strategy_climbs_a_noisy_hill_and_leaves_frozen_inputs_alone():
+    rng = np.random.default_rng(0)
+    best = np.linspace(-1, 1, INPUTS)
+    start = np.zeros(INPUTS)
+    start[3] = np.nan
+
+    def objective(policies, generation):
+        shift = rng.normal()
+        return np.array([shift - np.sum((p - best) ** 2) for p in policies])
+
+    found, log = refine(objective, start, RefineSettings(generations=150), seed=0)
+    assert found[3] == 0
+    others = np.arange(INPUTS) != 3
+    assert np.abs(found - best)[others].max() < 0.1
+    assert len(log) == 150
+
+
+def test_same_seed_same_answer():
+    def objective(policies, generation):
+        return np.array([-np.sum(p**2) for p in policies])
+
+    settings = RefineSettings(generations=5)
+    first = refine(objective, np.ones(INPUTS), settings, seed=4)[0]
+    np.testing.assert_array_equal(first, refine(objective, np.ones(INPUTS), settings, seed=4)[0])
