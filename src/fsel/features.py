@@ -1,0 +1,115 @@
+"""The 18 features of a candidate (paper, Appendix A.1), raw, before standardisation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.capture import Views
+from fsel.geometry import (
+    directions,
+    pairwise_angles,
+    pairwise_distances,
+    reference_points,
+    viewing_angles,
+)
+from fsel.problem import Problem
+
+RELATIONAL = (
+    *("d_min_o", "d_mean_o", "d_p25_o", "gamma_min_o", "gamma_mean_o"),
+    *("rho_max_o", "rho_mean_o", "rho_std_o"),
+    *("tau_tri", "alpha_mean", "b_perp", "b_par", "c_vis"),
+)
+STATIC = (*RELATIONAL, "sharpness")
+CONDITIONED = ("d_min_s", "gamma_min_s", "rho_max_s", "phi_nov")
+FEATURES = (*RELATIONAL, *CONDITIONED, "sharpness")
+"""The scorer's first 18 inputs, in order."""
+
+APPEARANCE = ("rho_max_o", "rho_mean_o", "rho_std_o", "rho_max_s")
+
+LOWER_IS_BETTER = (
+    *("d_min_o", "d_mean_o", "d_p25_o", "gamma_min_o", "gamma_mean_o"),
+    *("alpha_mean", "b_perp", "rho_max_s"),
+)
+SIGNS = np.array([-1.0 if name in LOWER_IS_BETTER else 1.0 for name in FEATURES])
+"""Sign of each feature in the untrained sum: distances to the targets and likeness to the selected
+count against a frame, distances and angles to the selected for it (paper, Appendix D.3)."""
+
+UNITS = {
+    **{name: "world" for name in ("d_min_o", "d_mean_o", "d_p25_o", "b_perp", "b_par")},
+    **{name: "radian" for name in ("gamma_min_o", "gamma_mean_o", "alpha_mean")},
+    **{name: "cosine" for name in ("rho_max_o", "rho_mean_o", "rho_std_o")},
+    **{"tau_tri": "score in 0..1", "c_vis": "fraction", "sharpness": "squared grey level"},
+}
+
+MVSNET_ANGLE = 5.0  # degrees of the best triangulation angle (Yao et al. 2018)
+MVSNET_SPREAD = (1.0, 10.0)
+
+
+def static_features(problem: Problem, pool: np.ndarray, references: Views) -> np.ndarray:
+    """The 14 features that do not depend on the selection.
+
+    Args:
+        problem: the selection problem.
+        pool: (n,) frames to describe.
+        references: views that stand for the targets: the proxies' poses in the paper, or the
+            targets' own. Appearance is always compared with the proxies, the only ones with images.
+
+    Returns:
+        (n, 14) float64 in world units, radians and cosines; columns as `STATIC`.
+    """
+    capture = problem.capture
+    centers, axes = capture.centers[pool], capture.axes[pool]
+    distance = pairwise_distances(centers, references.centers)
+    angle = pairwise_angles(axes, references.axes)
+    likeness = (
+        problem.descriptors[pool].astype(np.float64)
+        @ problem.descriptors[problem.proxies].astype(np.float64).T
+    )
+    columns = [
+        distance.min(axis=1),
+        distance.mean(axis=1),
+        np.percentile(distance, 25, axis=1),
+        angle.min(axis=1),
+        angle.mean(axis=1),
+        likeness.max(axis=1),
+        likeness.mean(axis=1),
+        likeness.std(axis=1),
+        *_relative_geometry(problem, pool, references),
+        problem.sharpness[pool],
+    ]
+    return np.stack(columns, axis=1)
+
+
+def _relative_geometry(problem: Problem, pool: np.ndarray, references: Views) -> list[np.ndarray]:
+    """tau_tri, alpha_mean, b_perp, b_par, c_vis."""
+    capture = problem.capture
+    centers = capture.centers[pool]
+    points = proxy_points(problem, references)
+    to_candidate = directions(centers[:, None], points[None])
+    to_reference = directions(references.centers, points)
+    triangulation = viewing_angles(to_candidate, to_reference[None])
+    offset = centers[:, None] - references.centers[None]
+    along = np.einsum("noi,oi->no", offset, references.axes)
+    across = np.linalg.norm(offset - along[..., None] * references.axes[None], axis=-1)
+    seen = viewing_angles(-to_candidate, capture.axes[pool][:, None])
+    half_fov = capture.views.half_fov[pool]
+    return [
+        mvsnet_score(triangulation).max(axis=1),
+        triangulation.mean(axis=1),
+        across.mean(axis=1),
+        along.mean(axis=1),
+        (seen <= half_fov[:, None]).mean(axis=1),
+    ]
+
+
+def proxy_points(problem: Problem, references: Views) -> np.ndarray:
+    """(O, 3) one reference point a view, in front of it, near the candidates' centroid."""
+    centroid = problem.capture.centers[problem.candidates].mean(axis=0)
+    return reference_points(references.centers, references.axes, centroid)
+
+
+def mvsnet_score(angle: np.ndarray) -> np.ndarray:
+    """MVSNet's view-selection score of a triangulation angle in radians (Yao et al. 2018)."""
+    degrees = np.degrees(angle)
+    spread = np.where(degrees <= MVSNET_ANGLE, *MVSNET_SPREAD)
+    return np.exp(-((degrees - MVSNET_ANGLE) ** 2) / (2 * spread**2))

@@ -1,0 +1,71 @@
+"""Angles, distances and reference points; float64, nothing that knows about files."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def viewing_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Angles between unit vectors, exact to rounding even where they are nearly (anti)parallel.
+
+    Args:
+        a: (..., 3) unit vectors.
+        b: (..., 3) unit vectors, broadcast against `a`.
+
+    Returns:
+        (...) radians in [0, pi]: 2 atan2(|a - b|, |a + b|) (Kahan).
+    """
+    return 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
+
+
+def pairwise_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(A, B) radians between every two of (A, 3) and (B, 3) unit vectors."""
+    return viewing_angles(a[:, None], b[None])
+
+
+def pairwise_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(A, B) Euclidean distances between (A, 3) and (B, 3) points, by differences.
+
+    The expanded square would lose everything for coordinates far from the origin.
+    """
+    return np.linalg.norm(a[:, None] - b[None], axis=-1)
+
+
+def pose_distance(
+    centers_a: np.ndarray, axes_a: np.ndarray, centers_b: np.ndarray, axes_b: np.ndarray
+) -> np.ndarray:
+    """The split's distance: centre distance and viewing angle, each over its maximum.
+
+    Args:
+        centers_a, axes_a: (A, 3) camera centres and unit optical axes.
+        centers_b, axes_b: (B, 3).
+
+    Returns:
+        (A, B) in [0, 2]; a maximum of zero counts as one (paper, section 3.1).
+    """
+    total = np.zeros((len(centers_a), len(centers_b)))
+    for part in (pairwise_distances(centers_a, centers_b), pairwise_angles(axes_a, axes_b)):
+        top = part.max()
+        total += part / (top if top > 0 else 1.0)
+    return total
+
+
+def directions(points: np.ndarray, origins: np.ndarray) -> np.ndarray:
+    """Unit vectors from origins to points, broadcast; zero where they coincide."""
+    offset = points - origins
+    length = np.linalg.norm(offset, axis=-1, keepdims=True)
+    return np.divide(offset, length, out=np.zeros_like(offset), where=length > 0)
+
+
+def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray) -> np.ndarray:
+    """Closest point of each forward ray (t >= 0) to the centroid of the candidates' centres.
+
+    Args:
+        centers, axes: (O, 3) of the reference views.
+        centroid: (3,).
+
+    Returns:
+        (O, 3) (paper, Appendix A.1).
+    """
+    along = np.einsum("oi,oi->o", centroid - centers, axes)
+    return centers + np.maximum(along, 0)[:, None] * axes

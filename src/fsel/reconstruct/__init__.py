@@ -1,0 +1,35 @@
+"""Reconstructors: each is bound to one capture and fits models to subsets of its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from fsel.capture import Capture, Views
+from fsel.reconstruct.splats import Splats
+
+
+class Model(Protocol):
+    """What a reconstructor returns: it renders, and says what it cost."""
+
+    primitives: int
+    bytes: int
+    seconds: float
+
+    def render(self, views: Views) -> np.ndarray:
+        """(T, h, w, 3) float32 images in [0, 1]."""
+
+
+class Reconstructor(Protocol):
+    """Fits models to subsets of one capture's frames; caches what subsets share."""
+
+    capture: Capture
+
+    def fit(self, frames: np.ndarray) -> Model:
+        """Reconstruct from (K,) int64 distinct frames."""
+
+
+RECONSTRUCTORS: dict[str, Callable[..., Reconstructor]] = {"splats": Splats}
+"""By name: `factory(capture, **settings)`, the capture being at the reconstruction size."""

@@ -1,0 +1,161 @@
+"""Rendering of pixel-aligned splats: a depth pass, an accumulation pass, and the filling of holes.
+
+float32: positions are relative to a scene whose far plane is some thousand pixels of disparity.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+F = np.float32
+_jit = numba.njit(cache=True, fastmath=True, nogil=True)
+
+BINS = 24  # of inverse depth in the depth pass
+SHARE = F(0.08)  # of the opacity around a pixel that must lie in front of a surface to hide it
+HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below it, a pixel leans on coarser levels
+
+
+@_jit
+def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
+    """One view of a cloud of splats.
+
+    The depth pass gathers opacity in bins of inverse depth over 3x3 pixels; the visible surface is
+    the first with a fair share of it, so that a lone floater hides nothing. The accumulation pass
+    spreads each splat bilinearly over 2x2 pixels, nearer sources weighing more as they are
+    sharper, and drops what lies behind the surface.
+
+    Args:
+        splats: (n, 5) float32: world position, opacity, depth in the source camera.
+        colors: (n, 3) float32, 0..255.
+        pose: (3, 4) float32 world to camera.
+        k: (4,) float32 intrinsics, pixels.
+        width: pixels.
+        height: pixels.
+        tolerance: relative depth behind the surface that still counts as the surface.
+        near: depth of the first bin, world units.
+        far: depth of the last.
+
+    Returns:
+        (height, width, 4) float32: weighted colour sums, and weights.
+    """
+    n = len(splats)
+    where = np.empty((n, 4), F)
+    index = np.empty(n, np.int64)
+    mass = np.zeros((height + 2, width + 2, BINS), F)
+    low = F(1) / far
+    scale = F(BINS) / (F(1) / near - low)
+    kept = 0
+    for i in range(n):
+        a, b, c = splats[i, 0], splats[i, 1], splats[i, 2]
+        z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
+        if z <= F(1e-6):
+            continue
+        w = F(1) / z
+        # half a pixel beyond the padding's: the floor is then the 2x2 footprint's corner
+        u = k[0] * (pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]) * w
+        v = k[1] * (pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]) * w
+        u, v = u + k[2] + F(0.5), v + k[3] + F(0.5)
+        if not (u >= 0 and v >= 0 and u < width + 1 and v < height + 1):
+            continue
+        where[kept, 0], where[kept, 1], where[kept, 2] = u, v, z
+        where[kept, 3] = splats[i, 3] / (splats[i, 4] * splats[i, 4])
+        index[kept] = i
+        kept += 1
+        bin_ = BINS - 1 - min(max(int((w - low) * scale), 0), BINS - 1)
+        mass[int(v + F(0.5)), int(u + F(0.5)), bin_] += splats[i, 3]
+    front = _surface(mass, low, scale)
+    return _accumulate(where[:kept], index[:kept], colors, front, tolerance)
+
+
+@_jit
+def _surface(mass, low, scale):
+    """Depth of the first bin by which SHARE of the opacity in 3x3 pixels has been met."""
+    height, width = mass.shape[0] - 2, mass.shape[1] - 2
+    front = np.full((height + 2, width + 2), F(np.finfo(np.float32).max))
+    columns = np.zeros((width + 2, BINS), F)
+    window = np.empty(BINS, F)
+    for y in range(1, height + 1):
+        for x in range(width + 2):
+            for b in range(BINS):
+                columns[x, b] = mass[y - 1, x, b] + mass[y, x, b] + mass[y + 1, x, b]
+        for x in range(1, width + 1):
+            goal = F(0)
+            for b in range(BINS):
+                window[b] = columns[x - 1, b] + columns[x, b] + columns[x + 1, b]
+                goal += window[b]
+            if goal > 0:
+                goal *= SHARE
+                bin_ = 0
+                goal -= window[0]
+                while goal > 0 and bin_ < BINS - 1:
+                    bin_ += 1
+                    goal -= window[bin_]
+                front[y, x] = F(1) / (low + F(BINS - 1 - bin_) / scale)
+    return front
+
+
+@_jit
+def _accumulate(where, index, colors, front, tolerance):
+    height, width = front.shape[0] - 2, front.shape[1] - 2
+    total = np.zeros((height + 2, width + 2, 4), F)
+    for e in range(len(where)):
+        u, v, weight = where[e, 0], where[e, 1], where[e, 3]
+        limit = where[e, 2] / (F(1) + tolerance)
+        left, top = int(u), int(v)
+        fu, fv = u - F(left), v - F(top)
+        red, green, blue = colors[index[e], 0], colors[index[e], 1], colors[index[e], 2]
+        for dy in range(2):
+            across = weight * (fv if dy == 1 else F(1) - fv)
+            for dx in range(2):
+                y, x = top + dy, left + dx
+                if limit <= front[y, x]:
+                    share = across * (fu if dx == 1 else F(1) - fu)
+                    total[y, x, 0] += share * red
+                    total[y, x, 1] += share * green
+                    total[y, x, 2] += share * blue
+                    total[y, x, 3] += share
+    return total[1:-1, 1:-1]
+
+
+@_jit
+def fill_holes(total, typical):
+    """Colours from weighted sums, pixels of little weight leaning on coarser levels (pull-push).
+
+    Args:
+        total: (h, w, 4) float32 weighted colour sums and weights.
+        typical: weight of an ordinary pixel; below a quarter of it a pixel is mixed.
+
+    Returns:
+        (h, w, 3) float32, 0..255; black where no level holds anything.
+    """
+    height, width = total.shape[:2]
+    color = np.zeros((height, width, 3), F)
+    if height > 1 or width > 1:
+        half_h, half_w = (height + 1) // 2, (width + 1) // 2
+        half = np.zeros((half_h, half_w, 4), F)
+        for y in range(height):
+            for x in range(width):
+                for c in range(4):
+                    half[y // 2, x // 2, c] += F(0.25) * total[y, x, c]
+        coarse = fill_holes(half, typical)
+        for y in range(height):
+            for x in range(width):
+                v = min(max((F(y) - F(0.5)) * F(0.5), F(0)), F(half_h - 1))
+                u = min(max((F(x) - F(0.5)) * F(0.5), F(0)), F(half_w - 1))
+                top, left = int(v), int(u)
+                bottom, right = min(top + 1, half_h - 1), min(left + 1, half_w - 1)
+                fv, fu = v - F(top), u - F(left)
+                for c in range(3):
+                    above = coarse[top, left, c] * (F(1) - fu) + coarse[top, right, c] * fu
+                    below = coarse[bottom, left, c] * (F(1) - fu) + coarse[bottom, right, c] * fu
+                    color[y, x, c] = above * (F(1) - fv) + below * fv
+    full = HALF_WEIGHT * typical
+    for y in range(height):
+        for x in range(width):
+            weight = total[y, x, 3]
+            if weight > 0:
+                own = min(weight / full, F(1))
+                for c in range(3):
+                    color[y, x, c] += own * (total[y, x, c] / weight - color[y, x, c])
+    return color

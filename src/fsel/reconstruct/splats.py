@@ -1,0 +1,310 @@
+"""The default reconstructor: pixel-aligned splats from multi-view stereo, on the CPU.
+
+No learned weights: plane-sweep stereo against the best partners within the subset, semi-global
+aggregation, opacity from agreement between depth maps, and a two-pass renderer. Matching costs
+and depth maps are cached, since a search meets the same pairs of frames again and again.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from fsel.capture import Capture, Views
+from fsel.reconstruct import agreement, ply, render, stereo
+
+LOOK_ANGLE = 8.0  # degrees of parallax that stereo likes best
+LOOK_SPREAD = (4.0, 12.0)  # and how fast the liking falls below and above it
+AXIS_SPREAD = 30.0  # degrees between optical axes
+MAX_PARTNERS = 4
+
+
+@dataclass(frozen=True)
+class SplatSettings:
+    """Settings of the reconstructor; all are free of the scene.
+
+    Attributes:
+        partners: frames that each frame is matched against, 1 to 4.
+        neighbours: depth maps that each pixel is checked against.
+        rounds: of voting; later rounds weigh a neighbour by the opacity it earned.
+        truncation: grey levels at which the matching cost saturates.
+        small_penalty: semi-global penalty of one plane, of 510.
+        large_penalty: semi-global penalty of a jump, of 510.
+        tolerance: planes within which two depths agree.
+        against: weight of a free-space violation beside an agreement.
+        opacity: least opacity of a splat that is kept.
+        surface: relative depth behind the visible surface that still belongs to it.
+        planes: least and most depth planes; between, one pixel of disparity each.
+    """
+
+    partners: int = 4
+    neighbours: int = 6
+    rounds: int = 2
+    truncation: float = 40.0
+    small_penalty: float = 16.0
+    large_penalty: float = 120.0
+    tolerance: float = 1.0
+    against: float = 1.0
+    opacity: float = 0.25
+    surface: float = 0.06
+    planes: tuple[int, int] = (32, 96)
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.partners <= MAX_PARTNERS:
+            raise ValueError(f"partners must be 1 to {MAX_PARTNERS}, got {self.partners}")
+        if not 2 <= self.planes[0] <= self.planes[1]:
+            raise ValueError(f"planes must be (least, most) with 2 <= least, got {self.planes}")
+
+
+class Splats:
+    """The reconstructor bound to one capture; see `SplatSettings`.
+
+    Args:
+        capture: already at the reconstruction size.
+        settings: keyword arguments of `SplatSettings`.
+    """
+
+    def __init__(self, capture: Capture, **settings) -> None:
+        if "planes" in settings:
+            settings["planes"] = tuple(settings["planes"])
+        self.capture = capture
+        self.settings = SplatSettings(**settings)
+        self.images = np.asarray(capture.images).astype(np.float32)
+        self.grey = self.images.mean(axis=-1)
+        self.enlarged = np.stack([cv2.resize(im, None, fx=2, fy=2) for im in self.images])
+        self.rays = _rays(capture)
+        self.range = depth_range(capture)
+        self.affinity = _affinity(capture, self.range)
+        self.inverse = _planes(capture, self.range, self.settings.planes)
+        self.ks = capture.intrinsics.astype(np.float32)
+        self._pairs: dict[tuple[int, int], np.ndarray] = {}
+        self._maps: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}
+
+    def fit(self, frames: np.ndarray) -> SplatModel:
+        """Reconstruct from a subset.
+
+        Args:
+            frames: (K,) int64 distinct frames, K >= 2.
+
+        Raises:
+            ValueError: for fewer than two frames, which hold no parallax.
+        """
+        frames = np.asarray(frames, np.int64)
+        if len(frames) < 2 or len(np.unique(frames)) < len(frames):
+            raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
+        started = time.perf_counter()
+        order = self._nearest(frames)
+        maps = [self._depth_map(i, frames[order[a]]) for a, i in enumerate(frames)]
+        inverse = np.stack([m[0] for m in maps])
+        opacity = np.stack([m[1] for m in maps])
+        asked = np.ascontiguousarray(order[:, : self.settings.neighbours])
+        rotation, translation = _relative(self.capture.world_to_camera[frames], asked)
+        rays = self.rays[frames]
+        tolerance = self.settings.tolerance * (self.inverse[frames, 1] - self.inverse[frames, 0])
+        verdict, carried = agreement.compare(
+            inverse, rays, asked, rotation, translation, self.ks[frames], tolerance
+        )
+        for _ in range(self.settings.rounds):
+            opacity = agreement.vote(opacity, asked, verdict, np.float32(self.settings.against))
+        splats = np.empty((inverse.size, 5), np.float32)
+        kept = agreement.splat_positions(
+            inverse,
+            opacity,
+            asked,
+            verdict,
+            carried,
+            rays,
+            _inverted(self.capture.world_to_camera[frames]),
+            np.float32(self.settings.opacity),
+            splats,
+        )
+        colors = self.images[frames].reshape(-1, 3)[kept]
+        return SplatModel(
+            splats=splats[: len(kept)],
+            colors=colors,
+            near=float(self.range[:, 0].min() / 2),
+            far=float(self.range[:, 1].max() * 2),
+            surface=self.settings.surface,
+            pixel=float(1 / self.ks[frames, 0].mean()),
+            seconds=time.perf_counter() - started,
+        )
+
+    def _nearest(self, frames: np.ndarray) -> np.ndarray:
+        """(K, K - 1) rows of the other frames, best partner first, lowest row among equals."""
+        affinity = self.affinity[np.ix_(frames, frames)]
+        return np.argsort(-affinity, axis=1, kind="stable")[:, :-1]
+
+    def _depth_map(self, frame: int, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        partners = sorted(ranked[: self.settings.partners].tolist())
+        key = (int(frame), *partners)
+        if key not in self._maps:
+            costs = [self._pair(int(frame), j) for j in partners]
+            padded = (costs * MAX_PARTNERS)[:MAX_PARTNERS]
+            cost = stereo.merge_costs(*padded, len(costs))
+            total = stereo.aggregate(
+                cost,
+                self.grey[frame],
+                np.float32(self.settings.small_penalty),
+                np.float32(self.settings.large_penalty),
+            )
+            self._maps[key] = stereo.winner(total, cost, self.inverse[frame])
+        return self._maps[key]
+
+    def _pair(self, frame: int, source: int) -> np.ndarray:
+        if (frame, source) not in self._pairs:
+            pose, other = self.capture.world_to_camera[[frame, source]]
+            rotation = other[:, :3] @ pose[:, :3].T
+            translation = other[:, 3] - rotation @ pose[:, 3]
+            cost = stereo.pair_cost(
+                self.images[frame],
+                self.enlarged[source],
+                self.rays[frame],
+                rotation.astype(np.float32),
+                translation.astype(np.float32),
+                self.ks[source],
+                self.inverse[frame],
+                np.float32(self.settings.truncation),
+            )
+            self._pairs[frame, source] = stereo.box_filter(cost)
+        return self._pairs[frame, source]
+
+
+@dataclass(frozen=True)
+class SplatModel:
+    """A reconstruction.
+
+    Attributes:
+        splats: (n, 5) float32: world position, opacity, depth in the source camera.
+        colors: (n, 3) float32, 0..255.
+        near, far: depths between which the depth pass resolves surfaces, world units.
+        surface: see `SplatSettings`.
+        pixel: size of a source pixel at unit depth.
+        seconds: spent fitting.
+    """
+
+    splats: np.ndarray
+    colors: np.ndarray
+    near: float
+    far: float
+    surface: float
+    pixel: float
+    seconds: float
+
+    @property
+    def primitives(self) -> int:
+        """Number of splats."""
+        return len(self.splats)
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the splats."""
+        return self.splats.nbytes + self.colors.nbytes
+
+    def render(self, views: Views) -> np.ndarray:
+        """(T, h, w, 3) float32 images in [0, 1] at the given poses."""
+        width, height = views.size
+        out = np.empty((len(views), height, width, 3), np.float32)
+        poses = views.world_to_camera.astype(np.float32)
+        ks = views.intrinsics.astype(np.float32)
+        for t in range(len(views)):
+            total = render.render_view(
+                self.splats,
+                self.colors,
+                poses[t],
+                ks[t],
+                width,
+                height,
+                np.float32(self.surface),
+                np.float32(self.near),
+                np.float32(self.far),
+            )
+            weights = total[..., 3]
+            typical = np.median(weights[weights > 0]) if weights.any() else 1.0
+            out[t] = render.fill_holes(total, np.float32(typical))
+        return np.clip(out / np.float32(255), 0, 1)
+
+    def export_ply(self, path) -> None:
+        """Write the splats as a standard 3D Gaussian splatting `.ply`."""
+        scale = self.splats[:, 4] * self.pixel / 2
+        ply.write(path, self.splats[:, :3], self.colors / 255, self.splats[:, 3], scale)
+
+
+def depth_range(capture: Capture) -> np.ndarray:
+    """(N, 2) nearest and farthest depth that each frame's planes must reach, world units.
+
+    From the sparse points that a frame sees where it sees ten; else from all points; without
+    points, from the spread of the cameras.
+    """
+    n = len(capture)
+    if capture.points is None or len(capture.points.track_point) == 0:
+        centers = capture.centers
+        extent = 2 * np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+        extent = extent if extent > 0 else 1.0
+        return np.tile([0.15 * extent, 4 * extent], (n, 1))
+    track = capture.points
+    rows = capture.world_to_camera[track.track_frame, 2]
+    z = np.einsum("li,li->l", rows[:, :3], track.xyz[track.track_point]) + rows[:, 3]
+    seen, z = track.track_frame[z > 0], z[z > 0]
+    limits = np.tile(np.percentile(z, [0.5, 99.5]), (n, 1))
+    for i in range(n):
+        own = z[seen == i]
+        if len(own) >= 10:
+            limits[i] = np.percentile(own, [1, 99])
+    limits[:, 1] = 2.5 * np.maximum(limits[:, 1], np.median(limits[:, 1]))
+    return limits
+
+
+def _rays(capture: Capture) -> np.ndarray:
+    width, height = capture.size
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    fx, fy, cx, cy = (capture.intrinsics[:, i, None, None] for i in range(4))
+    return np.stack([(x - cx) / fx, (y - cy) / fy], axis=-1).astype(np.float32)
+
+
+def _look_depth(limits: np.ndarray) -> float:
+    return float(np.median(2 / (1 / limits[:, 0] + 1 / limits[:, 1])))
+
+
+def _affinity(capture: Capture, limits: np.ndarray) -> np.ndarray:
+    """(N, N) how well each other frame serves as a stereo partner; -1 on the diagonal."""
+    points = capture.centers + capture.axes * _look_depth(limits)
+    back = -capture.axes
+    rays = capture.centers[None] - points[:, None]
+    rays /= np.maximum(np.linalg.norm(rays, axis=-1, keepdims=True), 1e-12)
+    half_sum = np.linalg.norm(rays + back[:, None], axis=-1)
+    half_gap = np.linalg.norm(rays - back[:, None], axis=-1)
+    parallax = np.degrees(2 * np.arctan2(half_gap, half_sum))
+    spread = np.where(parallax < LOOK_ANGLE, *LOOK_SPREAD)
+    gap = np.linalg.norm(capture.axes[:, None] - capture.axes[None], axis=-1)
+    tilt = np.degrees(2 * np.arcsin(np.clip(gap / 2, 0, 1)))
+    # logarithm of the product of two Gaussians: it ranks even pairs that underflow
+    score = -((parallax - LOOK_ANGLE) ** 2) / (2 * spread**2) - (tilt / AXIS_SPREAD) ** 2
+    np.fill_diagonal(score, -np.inf)
+    return score
+
+
+def _planes(capture: Capture, limits: np.ndarray, bounds: tuple[int, int]) -> np.ndarray:
+    """(N, D) inverse depths: one pixel of disparity at the preferred parallax between planes."""
+    baseline = 2 * np.tan(np.radians(LOOK_ANGLE) / 2) * _look_depth(limits)
+    near, far = np.median(limits, axis=0)
+    disparity = np.median(capture.intrinsics[:, 0]) * baseline * (1 / near - 1 / far)
+    count = int(np.clip(np.ceil(disparity / 8) * 8, *bounds))
+    share = np.linspace(0, 1, count)
+    inverse = 1 / limits[:, 1:] * (1 - share) + 1 / limits[:, :1] * share
+    return inverse.astype(np.float32)
+
+
+def _relative(poses: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Camera-to-neighbour rotations (K, M, 3, 3) and translations (K, M, 3), float32."""
+    rotation = poses[asked][..., :3] @ poses[:, None, :, :3].transpose(0, 1, 3, 2)
+    moved = rotation @ poses[:, None, :, 3:]
+    translation = poses[asked][..., 3] - moved[..., 0]
+    return rotation.astype(np.float32), translation.astype(np.float32)
+
+
+def _inverted(poses: np.ndarray) -> np.ndarray:
+    rotation = poses[:, :, :3].transpose(0, 2, 1)
+    return np.concatenate([rotation, -rotation @ poses[:, :, 3:]], axis=2).astype(np.float32)

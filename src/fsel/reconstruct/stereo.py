@@ -1,0 +1,217 @@
+"""Plane-sweep stereo: the matching cost of a pair of frames, and depth from several pairs.
+
+Planes are uniform in inverse depth. Pair costs are uint8, a third of the memory of what they are
+computed in; everything after is float32, whose rounding (1e-7) is far below the grey levels'
+noise (1e-2). The plain twins of these kernels are in the tests.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+F = np.float32
+_jit = numba.njit(cache=True, fastmath=True, nogil=True)
+
+OUTSIDE = F(150)  # cost, of 255, where the source frame does not see the point
+CONFIDENCE_OFFSET = F(8)  # keeps the confidence of a flat, all-matching pixel near zero
+
+
+@_jit
+def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, truncation):
+    """Matching cost of an ordered pair of frames at every pixel and plane.
+
+    Args:
+        reference: (h, w, 3) float32 image, grey levels 0..255.
+        enlarged: (2h, 2w, 3) float32, the source image at twice its size: its nearest pixel is as
+            good as interpolating, at a quarter of the loads.
+        rays: (h, w, 2) float32, x/z and y/z of the reference's pixels.
+        rotation: (3, 3) float32, reference camera to source camera.
+        translation: (3,) float32, world units.
+        k: (4,) float32, fx, fy, cx, cy of the source at its own size, pixels.
+        inverse: (D,) float32 inverse depths, ascending.
+        truncation: mean absolute difference, grey levels, that saturates the cost.
+
+    Returns:
+        (h, w, D) uint8; 255 is the truncation.
+    """
+    height, width = reference.shape[:2]
+    planes = len(inverse)
+    cost = np.empty((height, width, planes), np.uint8)
+    scale = F(255.0) / (F(3.0) * truncation)
+    rows, columns = enlarged.shape[0], enlarged.shape[1]
+    flat = enlarged.reshape(rows * columns, 3)
+    index = np.empty(planes, np.int32)
+    fx, fy, cx, cy = F(2) * k[0], F(2) * k[1], F(2) * k[2], F(2) * k[3]
+    bx = fx * translation[0] + cx * translation[2]
+    by = fy * translation[1] + cy * translation[2]
+    bz = translation[2]
+    limit_x, limit_y = F(columns), F(rows)
+    for y in range(height):
+        for x in range(width):
+            rx, ry = rays[y, x, 0], rays[y, x, 1]
+            px = rotation[0, 0] * rx + rotation[0, 1] * ry + rotation[0, 2]
+            py = rotation[1, 0] * rx + rotation[1, 1] * ry + rotation[1, 2]
+            pz = rotation[2, 0] * rx + rotation[2, 1] * ry + rotation[2, 2]
+            ax, ay = fx * px + cx * pz, fy * py + cy * pz
+            # two loops: the first is plain arithmetic and vectorises, the second only gathers
+            for d in range(planes):
+                z = pz + inverse[d] * bz
+                w = F(1) / max(z, F(1e-9))
+                u = (ax + inverse[d] * bx) * w
+                v = (ay + inverse[d] * by) * w
+                inside = (z > F(1e-6)) & (u >= F(0)) & (v >= F(0)) & (u < limit_x) & (v < limit_y)
+                column = np.int32(min(max(u, F(0)), limit_x - F(1)))
+                row = np.int32(min(max(v, F(0)), limit_y - F(1)))
+                index[d] = row * np.int32(columns) + column if inside else np.int32(-1)
+            r, g, b = reference[y, x, 0], reference[y, x, 1], reference[y, x, 2]
+            for d in range(planes):
+                at = index[d]
+                value = OUTSIDE
+                if at >= 0:
+                    gap = abs(flat[at, 0] - r) + abs(flat[at, 1] - g) + abs(flat[at, 2] - b)
+                    value = min(gap * scale, F(255))
+                cost[y, x, d] = np.uint8(value)
+    return cost
+
+
+@_jit
+def box_filter(cost):
+    """3x3 mean over pixels, borders repeated, plane by plane; (h, w, D) uint8, rounded down."""
+    height, width, planes = cost.shape
+    rows = np.empty((width + 2, planes), np.uint16)
+    out = np.empty_like(cost)
+    for y in range(height):
+        up, down = max(y - 1, 0), min(y + 1, height - 1)
+        for x in range(width):
+            for d in range(planes):
+                total = np.uint16(cost[up, x, d]) + np.uint16(cost[y, x, d])
+                rows[x + 1, d] = np.uint16(total + np.uint16(cost[down, x, d]))
+        rows[0] = rows[1]
+        rows[width + 1] = rows[width]
+        for x in range(width):
+            for d in range(planes):
+                total = np.uint32(rows[x, d]) + np.uint32(rows[x + 1, d]) + np.uint32(rows[x + 2, d])
+                # 7282 / 65536 is a ninth, exact for sums up to 9 * 255
+                out[y, x, d] = np.uint8(np.uint32(total * np.uint32(7282)) >> np.uint32(16))
+    return out
+
+
+@_jit
+def merge_costs(first, second, third, fourth, count):
+    """Twice the mean of the better half of up to four pair costs, which forgives occlusion.
+
+    The first `count` of the four (h, w, D) uint8 arrays count; returns (h, w, D) float32, 0..510.
+    """
+    height, width, planes = first.shape
+    out = np.empty((height, width, planes), F)
+    for y in range(height):
+        for x in range(width):
+            if count == 1:
+                for d in range(planes):
+                    out[y, x, d] = F(2) * F(first[y, x, d])
+            elif count == 2:
+                for d in range(planes):
+                    p, q = F(first[y, x, d]), F(second[y, x, d])
+                    out[y, x, d] = min(p, q) + F(0.5) * (p + q)
+            elif count == 3:
+                for d in range(planes):
+                    p, q, r = F(first[y, x, d]), F(second[y, x, d]), F(third[y, x, d])
+                    out[y, x, d] = p + q + r - max(p, max(q, r))
+            else:
+                for d in range(planes):
+                    p, q = F(first[y, x, d]), F(second[y, x, d])
+                    r, s = F(third[y, x, d]), F(fourth[y, x, d])
+                    low, other = min(p, q), min(r, s)
+                    runner_up = min(max(low, other), min(max(p, q), max(r, s)))
+                    out[y, x, d] = min(low, other) + runner_up
+    return out
+
+
+@numba.njit(inline="always", cache=True, fastmath=True, nogil=True)
+def _path_step(previous, low, cost, small, large, current, total, planes):
+    """One pixel of one path; returns its least value, the next pixel's `low`."""
+    least = F(1e9)
+    for d in range(planes):
+        near = min(previous[d], previous[d + 2]) - low + small
+        value = cost[d] + min(min(previous[d + 1] - low, large), near)
+        current[d + 1] = value
+        total[d] += value
+        least = min(least, value)
+    return least
+
+
+@_jit
+def aggregate(cost, grey, small, large):
+    """Semi-global aggregation along four axes (Hirschmueller, PAMI 2008).
+
+    Textureless pixels take the depth of their surroundings; jumps are cheaper across edges.
+
+    Args:
+        cost: (h, w, D) float32.
+        grey: (h, w) float32, 0..255.
+        small: penalty of a change by one plane.
+        large: penalty of a jump on a flat image.
+
+    Returns:
+        (h, w, D) float32, summed over the paths.
+    """
+    height, width, planes = cost.shape
+    total = np.zeros((height, width, planes), F)
+    ping = np.empty(planes + 2, F)
+    pong = np.empty(planes + 2, F)
+    ping[0] = ping[planes + 1] = pong[0] = pong[planes + 1] = F(1e6)
+    for direction in range(4):
+        horizontal = direction < 2
+        steps = width if horizontal else height
+        for line in range(height if horizontal else width):
+            ping[1 : planes + 1] = 0
+            low, before = F(0), F(-1)
+            for s in range(steps):
+                at = s if direction % 2 == 0 else steps - 1 - s
+                y, x = (line, at) if horizontal else (at, line)
+                jump = large
+                if before >= 0:
+                    jump = max(small + F(1), large / (F(1) + F(0.1) * abs(grey[y, x] - before)))
+                before = grey[y, x]
+                low = _path_step(ping, low, cost[y, x], small, jump, pong, total[y, x], planes)
+                ping, pong = pong, ping
+    return total
+
+
+@_jit
+def winner(total, cost, inverse):
+    """Winner-take-all with a parabola through the minimum, and how far the minimum stands out.
+
+    Args:
+        total: (h, w, D) float32 aggregated cost.
+        cost: (h, w, D) float32 matching cost.
+        inverse: (D,) float32 inverse depths.
+
+    Returns:
+        (h, w) float32 inverse depth, and (h, w) float32 confidence in 0..1: near zero where every
+        plane matches alike, as on a blank wall or the sky.
+    """
+    height, width, planes = total.shape
+    depth = np.empty((height, width), F)
+    sure = np.empty((height, width), F)
+    step = (inverse[planes - 1] - inverse[0]) / F(max(planes - 1, 1))
+    for y in range(height):
+        for x in range(width):
+            low, mean = F(1e9), F(0)
+            for d in range(planes):
+                low = min(low, total[y, x, d])
+                mean += cost[y, x, d]
+            best = 0
+            while total[y, x, best] > low:
+                best += 1
+            mean /= F(planes)
+            offset = F(0)
+            if 0 < best < planes - 1:
+                left, right = total[y, x, best - 1], total[y, x, best + 1]
+                curve = left + right - F(2) * low
+                if curve > 0:
+                    offset = F(0.5) * (left - right) / curve
+            depth[y, x] = inverse[best] + offset * step
+            sure[y, x] = max(F(0), (mean - cost[y, x, best]) / (mean + CONFIDENCE_OFFSET))
+    return depth, sure

@@ -1,0 +1,71 @@
+"""The scorer f_theta: a 19-64-64-1 perceptron with exact GELU (paper, Appendix A.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from safetensors import safe_open
+from safetensors.numpy import save_file
+from scipy.special import erf
+
+INPUTS = 19  # the 18 features, and a column that the paper holds at zero
+WIDTH = 64
+SHAPES = {
+    "layer1.weight": (WIDTH, INPUTS),
+    "layer1.bias": (WIDTH,),
+    "layer2.weight": (WIDTH, WIDTH),
+    "layer2.bias": (WIDTH,),
+    "layer3.weight": (1, WIDTH),
+    "layer3.bias": (1,),
+}
+PARAMETERS = sum(int(np.prod(shape)) for shape in SHAPES.values())
+
+
+@dataclass(frozen=True)
+class Scorer:
+    """Weights and where they came from.
+
+    Attributes:
+        weights: float32 arrays as in `SHAPES`, 5,505 numbers.
+        provenance: free text fields, stored beside the weights.
+
+    Raises:
+        ValueError: when an array is missing, misshapen or not finite.
+    """
+
+    weights: dict[str, np.ndarray]
+    provenance: dict[str, str]
+
+    def __post_init__(self) -> None:
+        shapes = {name: array.shape for name, array in self.weights.items()}
+        if shapes != SHAPES:
+            raise ValueError(f"scorer weights have shapes {shapes}, expected {SHAPES}")
+        for name, array in self.weights.items():
+            if not np.isfinite(array).all():
+                raise ValueError(f"scorer weights {name} are not finite")
+
+    def scores(self, inputs: np.ndarray) -> np.ndarray:
+        """(n,) float64 scores of (n, 19) standardised inputs: the plain form of the network."""
+        hidden = np.asarray(inputs, np.float64)
+        for layer in ("layer1", "layer2"):
+            weight = self.weights[f"{layer}.weight"].astype(np.float64)
+            hidden = _gelu(hidden @ weight.T + self.weights[f"{layer}.bias"])
+        return hidden @ self.weights["layer3.weight"][0] + self.weights["layer3.bias"][0]
+
+    def save(self, path: str | Path) -> None:
+        """Write a safetensors file with the provenance as metadata."""
+        save_file(self.weights, str(path), metadata=self.provenance)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scorer:
+        """Read what `save` wrote."""
+        with safe_open(str(path), framework="numpy") as file:
+            held = set(file.keys())
+            weights = {name: file.get_tensor(name) for name in SHAPES if name in held}
+            return cls(weights, dict(file.metadata() or {}))
+
+
+def _gelu(z: np.ndarray) -> np.ndarray:
+    return 0.5 * z * (1 + erf(z / np.sqrt(2)))

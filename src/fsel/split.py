@@ -1,0 +1,94 @@
+"""Targets H, proxies O, candidates P (paper, section 3.1 and Appendix A.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from fsel.capture import Capture
+from fsel.geometry import pairwise_distances, pose_distance
+
+COVERAGES = (25, 40, 60, 80, 100)
+
+
+@dataclass(frozen=True)
+class Split:
+    """A partition of a capture's frames.
+
+    Attributes:
+        targets: (H,) int64, ascending.
+        proxies: (H,) int64, proxies[i] stands in for targets[i].
+        candidates: (P,) int64, ascending.
+        region: (R,) int64, the candidates inside the target region, ascending.
+    """
+
+    targets: np.ndarray
+    proxies: np.ndarray
+    candidates: np.ndarray
+    region: np.ndarray
+
+
+def evaluation_split(capture: Capture, draw: int, seed: int, targets: int = 15) -> Split:
+    """Targets drawn anywhere in the capture.
+
+    Args:
+        capture: the capture.
+        draw: number of the draw; draws differ.
+        seed: of the experiment.
+        targets: how many.
+
+    Raises:
+        ValueError: when fewer than 3 frames a target are there.
+    """
+    rng = np.random.default_rng([seed, 1, draw])
+    chosen = _drawn(np.arange(len(capture)), targets, rng, capture)
+    return _partition(capture, chosen, np.arange(len(capture)))
+
+
+def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
+    """Targets from the `coverage` per cent of frames nearest to a random anchor camera.
+
+    Args:
+        capture: the capture.
+        coverage: per cent, one of `COVERAGES`.
+        seed: of the experiment.
+
+    Raises:
+        ValueError: for a coverage outside 1..100, or a capture too small for its targets.
+    """
+    if not 1 <= coverage <= 100:
+        raise ValueError(f"coverage must be 1 to 100 per cent, got {coverage}")
+    rng = np.random.default_rng([seed, 2, coverage])
+    anchor = int(rng.integers(len(capture)))
+    gap = pairwise_distances(capture.centers, capture.centers[anchor : anchor + 1])[:, 0]
+    count = max(1, round(len(capture) * coverage / 100))
+    region = np.sort(np.argsort(gap, kind="stable")[:count])
+    chosen = _drawn(region, targets_at(coverage), rng, capture)
+    return _partition(capture, chosen, region)
+
+
+def targets_at(coverage: int) -> int:
+    """4, 6, 9, 12, 15 targets at 25, 40, 60, 80, 100 per cent (paper, Appendix A.3)."""
+    return max(4, int(0.15 * coverage + 0.5))
+
+
+def _drawn(region: np.ndarray, count: int, rng: np.random.Generator, capture: Capture):
+    if len(region) < count or len(capture) < 3 * count:
+        raise ValueError(
+            f"{capture.source}: {len(capture)} frames ({len(region)} in the target region) are too "
+            f"few for {count} targets, as many proxies and a pool; lower the number of targets"
+        )
+    return np.sort(rng.choice(region, size=count, replace=False))
+
+
+def _partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
+    """One distinct proxy a target, minimising the summed distance by linear assignment."""
+    rest = np.setdiff1d(np.arange(len(capture)), targets)
+    centers, axes = capture.centers, capture.axes
+    cost = pose_distance(centers[targets], axes[targets], centers[rest], axes[rest])
+    _, match = linear_sum_assignment(cost)
+    proxies = rest[match]
+    candidates = np.setdiff1d(rest, proxies)
+    return Split(targets, proxies, candidates, np.intersect1d(candidates, region))

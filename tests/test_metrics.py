@@ -1,0 +1,73 @@
+"""Metrics against scikit-image and a plain twin."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import convolve
+from skimage.metrics import peak_signal_noise_ratio, structural_similarity
+
+from fsel.metrics import score_views
+
+
+def pair(seed, h=48, w=64, noise=0.1):
+    rng = np.random.default_rng(seed)
+    ramp = np.linspace(0, 1, w)[None, :, None] * np.linspace(0.3, 1, h)[:, None, None]
+    image = ramp + 0.2 * np.sin(np.arange(w) / 3)[None, :, None] * np.ones((h, 1, 3))
+    truth = (np.clip(image, 0, 1) * 255).astype(np.uint8)
+    rendered = np.clip(truth / 255 + noise * rng.normal(size=truth.shape), 0, 1)
+    return rendered.astype(np.float32), truth
+
+
+def plain_gmsd(rendered, truth):
+    luma = [im @ [0.299, 0.587, 0.114] for im in (rendered.astype(float), truth / 255)]
+    h, w = luma[0].shape[0] // 2, luma[0].shape[1] // 2
+    maps = []
+    for im in luma:
+        im = im[: 2 * h, : 2 * w].reshape(h, 2, w, 2).mean(axis=(1, 3))
+        kernel = np.array([[1, 0, -1]] * 3) / 3
+        across, down = convolve(im, kernel), convolve(im, kernel.T)
+        maps.append(np.hypot(across, down)[1:-1, 1:-1])
+    c = 170 / 255**2
+    return ((2 * maps[0] * maps[1] + c) / (maps[0] ** 2 + maps[1] ** 2 + c)).std()
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.1, 0.5])
+@pytest.mark.parametrize("size", [(48, 64), (49, 63), (8, 8)])
+def test_equal_to_the_oracles(noise, size):
+    rendered, truth = pair(1, *size, noise=noise)
+    got = score_views(rendered[None], truth[None])[0]
+    reference = truth / 255
+    psnr = peak_signal_noise_ratio(reference, rendered.astype(float), data_range=1)
+    ssim = structural_similarity(reference, rendered.astype(float), data_range=1, channel_axis=-1)
+    np.testing.assert_allclose(got[:2], [psnr, ssim], rtol=1e-7, atol=1e-9)
+    if size != (8, 8):
+        np.testing.assert_allclose(got[2], plain_gmsd(rendered, truth), rtol=1e-6)
+
+
+def test_identical_images():
+    _, truth = pair(0)
+    got = score_views((truth / np.float32(255))[None].astype(np.float32), truth[None])[0]
+    assert got[0] == 100
+    np.testing.assert_allclose(got[1:], [1, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("level", [0, 255])
+def test_flat_images_are_finite(level):
+    truth = np.full((1, 48, 64, 3), level, np.uint8)
+    assert np.isfinite(score_views(np.full(truth.shape, 0.5, np.float32), truth)).all()
+
+
+def test_psnr_by_hand():
+    truth = np.zeros((1, 8, 8, 3), np.uint8)
+    got = score_views(np.full(truth.shape, 0.1, np.float32), truth)
+    assert got[0, 0] == pytest.approx(20, abs=1e-5)
+
+
+def test_views_are_independent():
+    a, b = pair(1), pair(2)
+    both = score_views(np.stack([a[0], b[0]]), np.stack([a[1], b[1]]))
+    np.testing.assert_array_equal(both[1], score_views(b[0][None], b[1][None])[0])
+
+
+def test_wrong_sizes_are_refused():
+    with pytest.raises(ValueError, match="equal size"):
+        score_views(np.zeros((1, 8, 9, 3), np.float32), np.zeros((1, 8, 8, 3), np.uint8))
