@@ -91,7 +91,9 @@ def box_filter(cost):
         rows[width + 1] = rows[width]
         for x in range(width):
             for d in range(planes):
-                total = np.uint32(rows[x, d]) + np.uint32(rows[x + 1, d]) + np.uint32(rows[x + 2, d])
+                total = (
+                    np.uint32(rows[x, d]) + np.uint32(rows[x + 1, d]) + np.uint32(rows[x + 2, d])
+                )
                 # 7282 / 65536 is a ninth, exact for sums up to 9 * 255
                 out[y, x, d] = np.uint8(np.uint32(total * np.uint32(7282)) >> np.uint32(16))
     return out

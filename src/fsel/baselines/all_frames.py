@@ -1,0 +1,15 @@
+"""Every observed frame: the full sequence, without selection."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.problem import Method, Problem
+
+
+def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """The whole pool, whatever came first; any prefix of it is the start of the sequence."""
+    return problem.observed[:k]
+
+
+METHOD = Method("all", "All frames", "observed", nested=True, seeds=1, select=select)

@@ -1,0 +1,19 @@
+"""Uniformly spaced frames in capture order."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.problem import Method, Problem
+
+
+def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """round(linspace(0, n - 1, k)) over the pool.
+
+    Several passes lie one behind the other in capture order, so that each gets its share.
+    """
+    pool = problem.observed
+    return pool[np.round(np.linspace(0, len(pool) - 1, k)).astype(np.int64)]
+
+
+METHOD = Method("uniform", "Uniform", "observed", nested=False, seeds=1, select=select)
