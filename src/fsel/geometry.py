@@ -1,80 +1,71 @@
-"""Angles, distances and reference points of cameras; nothing that knows about files.
-
-Everything is float64. Angles are radians in [0, pi], taken as 2 atan2(|a - b|, |a + b|) of unit
-vectors, which keeps full precision near 0 and pi where the arccos of a dot product loses half.
-"""
+"""Angles, distances and reference points; float64, nothing that knows about files."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.distance import cdist
-
-COINCIDENT = 1e-12  # share of the longest vector under which a vector has no direction
-
-
-def pairwise_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(N, M) Euclidean distances between (N, 3) and (M, 3) points, in their unit."""
-    return cdist(np.asarray(a, np.float64), np.asarray(b, np.float64))
 
 
 def viewing_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(N, M) angles in radians between (N, 3) and (M, 3) unit vectors."""
-    return 2 * np.arctan2(pairwise_distances(a, b), pairwise_distances(a, -np.asarray(b)))
+    """Angles between unit vectors, exact to rounding even where they are nearly (anti)parallel.
+
+    Args:
+        a: (..., 3) unit vectors.
+        b: (..., 3) unit vectors, broadcast against `a`.
+
+    Returns:
+        (...) radians in [0, pi]: 2 atan2(|a - b|, |a + b|) (Kahan).
+    """
+    return 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
+
+
+def pairwise_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(A, B) radians between every two of (A, 3) and (B, 3) unit vectors."""
+    return viewing_angles(a[:, None], b[None])
+
+
+def pairwise_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(A, B) Euclidean distances between (A, 3) and (B, 3) points, by differences.
+
+    The expanded square would lose everything for coordinates far from the origin.
+    """
+    return np.linalg.norm(a[:, None] - b[None], axis=-1)
 
 
 def pose_distance(
     centers_a: np.ndarray, axes_a: np.ndarray, centers_b: np.ndarray, axes_b: np.ndarray
 ) -> np.ndarray:
-    """Distance of camera poses: centre distance and viewing angle, each over its maximum.
-
-    The maxima are over all pairs given, so that both parts weigh the same (paper, section 3.1).
-    A maximum of zero counts as one.
+    """The split's distance: centre distance and viewing angle, each over its maximum.
 
     Args:
-        centers_a: (A, 3) camera centres, world units.
-        axes_a: (A, 3) unit optical axes.
-        centers_b: (B, 3).
-        axes_b: (B, 3).
+        centers_a, axes_a: (A, 3) camera centres and unit optical axes.
+        centers_b, axes_b: (B, 3).
 
     Returns:
-        (A, B) float64 in [0, 2].
+        (A, B) in [0, 2]; a maximum of zero counts as one (paper, section 3.1).
     """
-    distance = pairwise_distances(centers_a, centers_b)
-    angle = viewing_angles(axes_a, axes_b)
-    return distance / _positive_max(distance) + angle / _positive_max(angle)
+    total = np.zeros((len(centers_a), len(centers_b)))
+    for part in (pairwise_distances(centers_a, centers_b), pairwise_angles(axes_a, axes_b)):
+        top = part.max()
+        total += part / (top if top > 0 else 1.0)
+    return total
 
 
-def _positive_max(values: np.ndarray) -> float:
-    return values.max(initial=0.0) or 1.0
+def directions(points: np.ndarray, origins: np.ndarray) -> np.ndarray:
+    """Unit vectors from origins to points, broadcast; zero where they coincide."""
+    offset = points - origins
+    length = np.linalg.norm(offset, axis=-1, keepdims=True)
+    return np.divide(offset, length, out=np.zeros_like(offset), where=length > 0)
 
 
 def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray) -> np.ndarray:
-    """The point of each forward ray that passes closest to a centroid (paper, Appendix A.1).
+    """Closest point of each forward ray (t >= 0) to the centroid of the candidates' centres.
 
     Args:
-        centers: (O, 3) camera centres, world units.
-        axes: (O, 3) unit optical axes.
-        centroid: (3,) centroid of the candidates' camera centres.
+        centers, axes: (O, 3) of the reference views.
+        centroid: (3,).
 
     Returns:
-        (O, 3) points; a camera that looks away from the centroid keeps its own centre.
+        (O, 3) (paper, Appendix A.1).
     """
     along = np.einsum("oi,oi->o", centroid - centers, axes)
     return centers + np.maximum(along, 0)[:, None] * axes
-
-
-def directions(vectors: np.ndarray, scale: float) -> np.ndarray:
-    """Unit vectors; one no longer than 1e-12 of `scale` has no direction and becomes zero.
-
-    Args:
-        vectors: (..., 3) float64.
-        scale: length that the scene is made of, in the vectors' unit.
-    """
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > COINCIDENT * scale)
-
-
-def paired_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(...) angles in radians between matching (..., 3) unit vectors; 0 where either is zero."""
-    angle = 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
-    return np.where(a.any(axis=-1) & b.any(axis=-1), angle, 0.0)

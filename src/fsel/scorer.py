@@ -1,4 +1,4 @@
-"""The scoring network f_theta: 19 inputs, two hidden layers of 64, one score (section 3.3)."""
+"""The scorer f_theta: a 19-64-64-1 perceptron with exact GELU (paper, Appendix A.3)."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from safetensors import SafetensorError, safe_open
+from safetensors import safe_open
 from safetensors.numpy import load_file, save_file
 from scipy.special import erf
 
-INPUTS = 19
+INPUTS = 19  # the 18 features, and a column that the paper holds at zero
 WIDTH = 64
 SHAPES = {
     "layer1.weight": (WIDTH, INPUTS),
@@ -20,56 +20,48 @@ SHAPES = {
     "layer3.weight": (1, WIDTH),
     "layer3.bias": (1,),
 }
-PARAMETERS = 5505
+PARAMETERS = sum(int(np.prod(shape)) for shape in SHAPES.values())
 
 
 @dataclass(frozen=True)
 class Scorer:
-    """The network's weights and where they come from.
+    """Weights and where they came from.
 
     Attributes:
-        weights: float32 arrays, keys and shapes as `SHAPES`: 5,505 finite parameters in all.
-        provenance: how the weights were made, in words.
+        weights: float32 arrays as in `SHAPES`, 5,505 numbers.
+        provenance: free text fields, stored beside the weights.
 
     Raises:
-        ValueError: for weights of another network.
+        ValueError: when an array is missing, misshapen or not finite.
     """
 
     weights: dict[str, np.ndarray]
     provenance: dict[str, str]
 
     def __post_init__(self) -> None:
-        check_weights(self.weights, "scorer")
+        shapes = {name: array.shape for name, array in self.weights.items()}
+        if shapes != SHAPES:
+            raise ValueError(f"scorer weights have shapes {shapes}, expected {SHAPES}")
+        for name, array in self.weights.items():
+            if not np.isfinite(array).all():
+                raise ValueError(f"scorer weights {name} are not finite")
 
     def scores(self, inputs: np.ndarray) -> np.ndarray:
-        """(n,) float64 scores of (n, 19) standardised inputs, computed in float64."""
+        """(n,) float64 scores of (n, 19) standardised inputs: the plain form of the network."""
         hidden = np.asarray(inputs, np.float64)
         for layer in ("layer1", "layer2"):
-            hidden = gelu(hidden @ self._wide(f"{layer}.weight").T + self._wide(f"{layer}.bias"))
-        return hidden @ self._wide("layer3.weight")[0] + self._wide("layer3.bias")[0]
-
-    def _wide(self, name: str) -> np.ndarray:
-        return self.weights[name].astype(np.float64)
+            weight = self.weights[f"{layer}.weight"].astype(np.float64)
+            hidden = _gelu(hidden @ weight.T + self.weights[f"{layer}.bias"])
+        return hidden @ self.weights["layer3.weight"][0] + self.weights["layer3.bias"][0]
 
     def save(self, path: str | Path) -> None:
-        """Write the weights as safetensors with their provenance."""
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        arrays = {name: np.ascontiguousarray(self.weights[name]) for name in SHAPES}
-        save_file(arrays, path, metadata=self.provenance)
+        """Write a safetensors file with the provenance as metadata."""
+        save_file(self.weights, str(path), metadata=self.provenance)
 
     @classmethod
     def load(cls, path: str | Path) -> Scorer:
-        """Read what `save` wrote.
-
-        Raises:
-            FileNotFoundError: when there is no such file.
-            ValueError: when the file is no safetensors file or holds another network.
-        """
-        if not Path(path).is_file():
-            raise FileNotFoundError(f"{path}: no weights file; train a selector first")
-        try:
-            weights = load_file(str(path))
+        """Read what `save` wrote."""
+        weights = load_file(str(path))
         with safe_open(str(path), framework="numpy") as file:
             return cls(weights, dict(file.metadata() or {}))
 

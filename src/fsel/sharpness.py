@@ -5,18 +5,15 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-LUMA = np.array([0.299, 0.587, 0.114])
-
 
 def sharpness(images: np.ndarray) -> np.ndarray:
-    """Variance of the Laplacian of every image's luma.
-
-    The Laplacian is the four-neighbour one with mirrored borders, in float64, of luma in [0, 255].
+    """Variance of the 3x3 Laplacian of each image's luma.
 
     Args:
-        images: (N, h, w, 3) uint8, RGB.
+        images: (N, h, w, 3) uint8 RGB.
 
     Returns:
-        (N,) float64, squared grey levels; higher is sharper.
+        (N,) float64, squared grey levels; 0 for a uniform image.
     """
-    return np.array([cv2.Laplacian(image @ LUMA, cv2.CV_64F).var() for image in images])
+    grey = (cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2GRAY) for image in images)
+    return np.array([cv2.Laplacian(g, cv2.CV_64F).var() for g in grey])

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fsel.capture import Capture
-from fsel.geometry import pose_distance
+from fsel.geometry import pairwise_distances, pose_distance
 
 COVERAGES = (25, 40, 60, 80, 100)
-EVALUATION_TARGETS = 15
-_EVALUATION, _COVERAGE = 1, 2  # apart, so that equal numbers never share a random stream
 
 
 @dataclass(frozen=True)
@@ -21,11 +18,10 @@ class Split:
     """A partition of a capture's frames.
 
     Attributes:
-        targets: (H,) int64 held-out frames, ascending.
-        proxies: (H,) int64 observed stand-ins; `proxies[i]` belongs to `targets[i]`.
-        candidates: (P,) int64 every other frame, ascending.
-        region: (R,) int64 the candidates inside the region that targets were drawn from,
-            ascending; all candidates where targets were drawn over the whole capture.
+        targets: (H,) int64, ascending.
+        proxies: (H,) int64, proxies[i] stands in for targets[i].
+        candidates: (P,) int64, ascending.
+        region: (R,) int64, the candidates inside the target region, ascending.
     """
 
     targets: np.ndarray
@@ -34,79 +30,65 @@ class Split:
     region: np.ndarray
 
 
-def evaluation_split(
-    capture: Capture, draw: int, seed: int, targets: int = EVALUATION_TARGETS
-) -> Split:
-    """Targets drawn uniformly over the whole capture.
+def evaluation_split(capture: Capture, draw: int, seed: int, targets: int = 15) -> Split:
+    """Targets drawn anywhere in the capture.
 
     Args:
-        capture: at least 2 * targets + 1 frames.
-        draw: number of the draw; each is an independent stream of the same seed.
+        capture: the capture.
+        draw: number of the draw; draws differ.
         seed: of the experiment.
-        targets: how many target views.
+        targets: how many.
 
     Raises:
-        ValueError: when the capture has too few frames.
+        ValueError: when fewer than 3 frames a target are there.
     """
-    rng = np.random.default_rng([_EVALUATION, seed, draw])
-    return _split(capture, np.arange(len(capture)), targets, rng)
+    rng = np.random.default_rng([seed, 1, draw])
+    chosen = _drawn(np.arange(len(capture)), targets, rng, capture)
+    return _partition(capture, chosen, np.arange(len(capture)))
 
 
 def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
-    """Targets drawn from the region around a random anchor camera, as for training labels.
-
-    The region is the `coverage` percent of frames whose centres are nearest to the anchor, itself
-    included; it holds max(4, round(0.15 coverage)) targets: 4, 6, 9, 12 and 15 at the paper's
-    five levels. Proxies and candidates may lie outside of it.
+    """Targets from the `coverage` per cent of frames nearest to a random anchor camera.
 
     Args:
-        capture: enough frames for the targets, as many proxies, and a candidate.
-        coverage: 25, 40, 60, 80 or 100 percent.
-        seed: of the anchor and of the targets.
+        capture: the capture.
+        coverage: per cent, one of `COVERAGES`.
+        seed: of the experiment.
 
     Raises:
-        ValueError: for another coverage, or when the capture or the region has too few frames.
+        ValueError: for a coverage outside 1..100, or a capture too small for its targets.
     """
-    if coverage not in COVERAGES:
-        raise ValueError(f"coverage must be one of {COVERAGES} percent, got {coverage}")
-    rng = np.random.default_rng([_COVERAGE, seed, coverage])
-    anchor = capture.centers[rng.integers(len(capture))]
-    nearest = np.argsort(np.linalg.norm(capture.centers - anchor, axis=1), kind="stable")
-    size = _round_half_up(coverage / 100 * len(capture))
-    targets = max(4, _round_half_up(0.15 * coverage))
-    return _split(capture, np.sort(nearest[:size]), targets, rng)
+    if not 1 <= coverage <= 100:
+        raise ValueError(f"coverage must be 1 to 100 per cent, got {coverage}")
+    rng = np.random.default_rng([seed, 2, coverage])
+    anchor = int(rng.integers(len(capture)))
+    gap = pairwise_distances(capture.centers, capture.centers[anchor : anchor + 1])[:, 0]
+    count = max(1, round(len(capture) * coverage / 100))
+    region = np.sort(np.argsort(gap, kind="stable")[:count])
+    chosen = _drawn(region, targets_at(coverage), rng, capture)
+    return _partition(capture, chosen, region)
 
 
-def _split(capture: Capture, region: np.ndarray, count: int, rng: np.random.Generator) -> Split:
-    if count < 1 or len(capture) < 2 * count + 1 or len(region) < count:
+def targets_at(coverage: int) -> int:
+    """4, 6, 9, 12, 15 targets at 25, 40, 60, 80, 100 per cent (paper, Appendix A.3)."""
+    return max(4, int(0.15 * coverage + 0.5))
+
+
+def _drawn(region: np.ndarray, count: int, rng: np.random.Generator, capture: Capture):
+    if len(region) < count or len(capture) < 3 * count:
         raise ValueError(
-            f"{capture.source or 'capture'}: {len(capture)} frames, {len(region)} of them in the "
-            f"region of the targets, are too few for {count} targets, {count} proxies and a "
-            f"candidate: at least {2 * count + 1} frames and {count} in the region are needed; "
-            "record more frames or ask for fewer targets"
+            f"{capture.source}: {len(capture)} frames ({len(region)} in the target region) are too "
+            f"few for {count} targets, as many proxies and a pool; lower the number of targets"
         )
-    targets = np.sort(rng.choice(region, size=count, replace=False))
-    remaining = np.setdiff1d(np.arange(len(capture)), targets)
-    proxies = remaining[match_proxies(capture, targets, remaining)]
-    candidates = np.setdiff1d(remaining, proxies)
-    return Split(targets, proxies, candidates, np.intersect1d(candidates, region))
+    return np.sort(rng.choice(region, size=count, replace=False))
 
 
-def match_proxies(capture: Capture, targets: np.ndarray, remaining: np.ndarray) -> np.ndarray:
-    """One distinct frame a target, with the smallest summed pose distance.
-
-    Args:
-        capture: the posed sequence.
-        targets: (H,) frames.
-        remaining: (R,) frames to match with, R >= H.
-
-    Returns:
-        (H,) int64 positions in `remaining`, in the targets' order.
-    """
+def _partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
+    """One distinct proxy a target, minimising the summed distance by linear assignment."""
+    rest = np.setdiff1d(np.arange(len(capture)), targets)
     centers, axes = capture.centers, capture.axes
-    cost = pose_distance(centers[targets], axes[targets], centers[remaining], axes[remaining])
-    return linear_sum_assignment(cost)[1]
-
-
-def _round_half_up(value: float) -> int:
-    return math.floor(value + 0.5)
+    cost = pose_distance(centers[targets], axes[targets], centers[rest], axes[rest])
+    _, match = linear_sum_assignment(cost)
+    proxies = rest[match]
+    candidates = np.setdiff1d(rest, proxies)
+    return Split(targets, proxies, candidates, np.intersect1d(candidates, region))
