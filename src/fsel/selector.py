@@ -1,8 +1,7 @@
 """The greedy loop around the scorer (paper, section 3.3), without torch and without waste.
 
 What does not change is computed once: the static features, their standardisation and their part
-of the first layer. What follows the selection is a running minimum. Geometry is float64; the
-network runs in float32, whose error (about 1e-6 of a score) decides only between near ties.
+of the first layer. What follows the selection is a running minimum (see `fsel.greedy_kernel`).
 """
 
 from __future__ import annotations
@@ -10,24 +9,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
+from fsel import greedy_kernel
 from fsel.capture import Views
 from fsel.features import APPEARANCE, FEATURES, proxy_points, static_features
 from fsel.geometry import directions, pose_distance
 from fsel.problem import Method, Problem
-from fsel.scorer import INPUTS, Scorer
+from fsel.scorer import INPUTS, SHAPES, Scorer
 
-FLAT = 1e-9  # a column whose deviation is below this share of its scale carries no information
 RELATIONAL_INPUTS = np.arange(13)
 CONDITIONED_INPUTS = np.arange(13, 17)
 SHARPNESS_INPUT = 17
 COVERAGE_INPUT = 18
 DYNAMIC = np.append(CONDITIONED_INPUTS, COVERAGE_INPUT)
 REACH_RANK = 4  # the coverage kernel of a view falls to 1/e at its fourth nearest frame
-
-_jit = numba.njit(cache=True, nogil=True)
 
 
 @dataclass(frozen=True)
@@ -51,6 +47,11 @@ class Prepared:
     bearings: np.ndarray
     descriptors: np.ndarray
     kernel: np.ndarray
+
+    @property
+    def relations(self) -> tuple[np.ndarray, ...]:
+        """What `greedy_kernel.fold` compares rows by."""
+        return self.centers, self.axes, self.bearings, self.descriptors, self.kernel
 
 
 def prepare(
@@ -122,7 +123,7 @@ def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarr
     """
     used = columns if rows is None else columns[rows]
     mean, deviation = used.mean(axis=0), used.std(axis=0)
-    informative = deviation > FLAT * np.abs(used).max(axis=0)
+    informative = deviation > greedy_kernel.FLAT * np.abs(used).max(axis=0)
     scaled = (columns - mean) / np.where(informative, deviation, 1.0)
     return np.where(informative, scaled, 0.0)
 
@@ -131,94 +132,30 @@ class State:
     """The part of the features that follows the selection, as running extrema."""
 
     def __init__(self, prepared: Prepared) -> None:
-        n = len(prepared.pool)
+        n, views = prepared.kernel.shape
         self.prepared = prepared
         self.selectable = np.ones(n, dtype=bool)
-        self.picked = 0
-        self.raw = np.zeros((n, len(DYNAMIC)))
-        self._extrema = np.full((n, 4), np.inf)
-        self._covered = np.zeros(prepared.kernel.shape[1])
-        self.raw[:, 4] = prepared.kernel.sum(axis=1)
+        self.raw = np.zeros((len(DYNAMIC), n))
+        self._squares = np.full((3, n), np.inf)
+        self._covered = np.zeros(views)
+        greedy_kernel.coverage_gain(prepared.kernel, self._covered, self.raw[4])
 
     def add(self, row: int) -> None:
         """Append a row of the pool to the selection."""
-        prepared = self.prepared
+        first = bool(self.selectable.all())
         self.selectable[row] = False
-        self.picked += 1
-        _running(prepared.centers, prepared.axes, prepared.bearings, row, self._extrema, self.raw)
-        if prepared.descriptors.shape[1]:
-            likeness = (prepared.descriptors @ prepared.descriptors[row]).astype(np.float64)
-            best = likeness if self.picked == 1 else np.maximum(self.raw[:, 2], likeness)
-            self.raw[:, 2] = best
-        if len(self._covered):
-            self._covered += prepared.kernel[row]
-            self.raw[:, 4] = prepared.kernel @ (1 / (1 + self._covered))
+        relations = self.prepared.relations
+        greedy_kernel.fold(row, first, *relations, self._squares, self._covered, self.raw)
 
     def inputs(self) -> np.ndarray:
         """(n, 5) standardised d_min_s, gamma_min_s, rho_max_s, phi_nov and coverage gain.
 
-        The first four are zero before the first pick (paper, section 3.2).
+        The first four are zero before the first pick (paper, section 3.2); so is every row
+        already picked.
         """
-        values = _standardised(self.raw, self.selectable)
-        if self.picked == 0:
-            values[:, :4] = 0
+        values = np.empty((len(self.selectable), len(DYNAMIC)))
+        greedy_kernel.standardise_rows(self.raw, self.selectable, values)
         return values
-
-
-@_jit
-def _running(centers, axes, bearings, row, extrema, raw):
-    """Fold one pick into the nearest distances and angles; angles only where they shrink."""
-    for i in range(len(centers)):
-        gap = 0.0
-        axis = 0.0
-        bearing = 0.0
-        for c in range(3):
-            gap += (centers[i, c] - centers[row, c]) ** 2
-            axis += (axes[i, c] - axes[row, c]) ** 2
-            bearing += (bearings[i, c] - bearings[row, c]) ** 2
-        if gap < extrema[i, 0]:
-            extrema[i, 0] = gap
-            raw[i, 0] = np.sqrt(gap)
-        if axis < extrema[i, 1]:
-            extrema[i, 1] = axis
-            raw[i, 1] = _angle(axes, i, row, axis)
-        if bearing < extrema[i, 2]:
-            extrema[i, 2] = bearing
-            raw[i, 3] = _angle(bearings, i, row, bearing)
-
-
-@_jit
-def _angle(vectors, i, j, squared_chord):
-    total = 0.0
-    for c in range(3):
-        total += (vectors[i, c] + vectors[j, c]) ** 2
-    return 2 * np.arctan2(np.sqrt(squared_chord), np.sqrt(total))
-
-
-@_jit
-def _standardised(raw, rows):
-    n, columns = raw.shape
-    out = np.zeros((n, columns))
-    count = rows.sum()
-    if count == 0:
-        return out
-    for c in range(columns):
-        total = 0.0
-        scale = 0.0
-        for i in range(n):
-            if rows[i]:
-                total += raw[i, c]
-                scale = max(scale, abs(raw[i, c]))
-        mean = total / count
-        squares = 0.0
-        for i in range(n):
-            if rows[i]:
-                squares += (raw[i, c] - mean) ** 2
-        deviation = np.sqrt(squares / count)
-        if deviation > FLAT * scale:
-            for i in range(n):
-                out[i, c] = (raw[i, c] - mean) / deviation
-    return out
 
 
 def greedy(
@@ -234,23 +171,34 @@ def greedy(
     Returns:
         (k,) int64 rows of the pool in pick order, and (k,) float64 their scores. Ties go to the
         lowest row.
+
+    Raises:
+        ValueError: when k is not between 1 and the size of the pool.
     """
+    if not 1 <= k <= len(prepared.pool):
+        raise ValueError(f"k must be between 1 and the pool's {len(prepared.pool)} rows, got {k}")
     first = weights["layer1.weight"]
     base = prepared.static.astype(np.float32) @ first.T + weights["layer1.bias"]
-    dynamic = np.ascontiguousarray(first[:, DYNAMIC].T)
-    second = np.ascontiguousarray(weights["layer2.weight"].T)
-
-    def score(inputs: np.ndarray) -> np.ndarray:
-        hidden = inputs.astype(np.float32) @ dynamic
-        _add_gelu(hidden, base)
-        return _head(
-            hidden @ second,
-            weights["layer2.bias"],
-            weights["layer3.weight"][0],
-            weights["layer3.bias"][0],
-        )
-
-    return run_greedy(prepared, score, k)
+    narrow = (
+        np.ascontiguousarray(first[:, DYNAMIC].T),
+        np.ascontiguousarray(weights["layer2.weight"].T),
+        weights["layer2.bias"],
+        weights["layer3.weight"][0].copy(),
+    )
+    wide = tuple(weights[name].astype(np.float64) for name in SHAPES)
+    rows, scores = np.empty(k, np.int64), np.empty(k)
+    greedy_kernel.run(
+        k,
+        DYNAMIC,
+        prepared.static,
+        base,
+        prepared.relations,
+        narrow,
+        wide,
+        rows,
+        scores,
+    )
+    return rows, scores
 
 
 def run_greedy(
@@ -266,44 +214,6 @@ def run_greedy(
         scores[step] = values[rows[step]]
         state.add(int(rows[step]))
     return rows, scores
-
-
-@numba.njit(cache=True, nogil=True, fastmath=True)
-def _gelu(z):
-    """Exact-GELU z Phi(z) with Eigen's rational float erf (MPL-2.0), absolute error below 5e-7."""
-    x = min(max(z * np.float32(0.70710678), np.float32(-4)), np.float32(4))
-    s = x * x
-    p = np.float32(-2.72614225801306e-10)
-    p = p * s + np.float32(2.77068142495902e-08)
-    p = p * s + np.float32(-2.10102402082508e-06)
-    p = p * s + np.float32(-5.69250639462346e-05)
-    p = p * s + np.float32(-7.34990630326855e-04)
-    p = p * s + np.float32(-2.95459980854025e-03)
-    p = p * s + np.float32(-1.60960333262415e-02)
-    q = np.float32(-1.45660718464996e-05)
-    q = q * s + np.float32(-2.13374055278905e-04)
-    q = q * s + np.float32(-1.68282697438203e-03)
-    q = q * s + np.float32(-7.37332916720468e-03)
-    q = q * s + np.float32(-1.42647390514189e-02)
-    return np.float32(0.5) * z * (np.float32(1) + x * p / q)
-
-
-@numba.njit(cache=True, nogil=True, fastmath=True)
-def _add_gelu(hidden, base):
-    for i in range(hidden.shape[0]):
-        for j in range(hidden.shape[1]):
-            hidden[i, j] = _gelu(hidden[i, j] + base[i, j])
-
-
-@numba.njit(cache=True, nogil=True, fastmath=True)
-def _head(hidden, bias, weight, offset):
-    out = np.empty(hidden.shape[0])
-    for i in range(hidden.shape[0]):
-        total = offset
-        for j in range(hidden.shape[1]):
-            total += weight[j] * _gelu(hidden[i, j] + bias[j])
-        out[i] = total
-    return out
 
 
 def trajectory_inputs(prepared: Prepared, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -351,7 +261,11 @@ def learned_method(
 
     def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
         prepared = prepare(
-            problem, pool=pool, reference=reference, appearance=appearance, coverage=coverage
+            problem,
+            pool=pool,
+            reference=reference,
+            appearance=appearance,
+            coverage=coverage,
         )
         return prepared.pool[greedy(prepared, scorer.weights, k)[0]]
 
