@@ -1,0 +1,8 @@
+"""Embedded captures: generated places, filmed in the manner of six datasets."""
+
+from fsel.synthesis.families import FAMILY
+from fsel.synthesis.record import record
+
+FAMILIES: tuple[str, ...] = tuple(FAMILY)
+
+__all__ = ["FAMILIES", "record"]

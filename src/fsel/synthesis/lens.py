@@ -1,0 +1,32 @@
+"""Pixels and rays of a camera with distortion, through pycolmap's camera models."""
+
+from __future__ import annotations
+
+import numpy as np
+import pycolmap
+
+from fsel.recording import Camera
+
+
+def _colmap(camera: Camera) -> pycolmap.Camera:
+    return pycolmap.Camera(
+        model=camera.model, width=camera.width, height=camera.height, params=list(camera.params)
+    )
+
+
+def unproject(camera: Camera, shift: np.ndarray | None = None) -> np.ndarray:
+    """(h * w, 3) camera rays with z = 1 through the pixel centres, moved by (2,) pixels."""
+    x, y = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
+    pixels = np.stack([x.ravel(), y.ravel()], axis=1)
+    if shift is not None:
+        pixels = pixels + shift
+    flat = np.asarray(_colmap(camera).cam_from_img(pixels))
+    return np.column_stack([flat, np.ones(len(flat))])
+
+
+def project(camera: Camera, points: np.ndarray) -> np.ndarray:
+    """(n, 2) pixels of (n, 3) camera points; those behind the camera land far outside."""
+    out = np.full((len(points), 2), -1e6)
+    ahead = points[:, 2] > 1e-6
+    out[ahead] = np.asarray(_colmap(camera).img_from_cam(points[ahead]))
+    return out
