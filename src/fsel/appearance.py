@@ -66,7 +66,13 @@ def _dinov2(images: np.ndarray, weights: str | None) -> np.ndarray:
             f"appearance.weights is {weights!r}, not a file; dinov2 needs the checkpoint of "
             f"{DINOV2} on disk, or set appearance.kind to lab_hog"
         )
-    import timm
+    try:
+        import timm
+    except ImportError as error:
+        raise ImportError(
+            "appearance.kind dinov2 needs the package timm: pip install 'fsel[weights]', or set "
+            "appearance.kind to lab_hog"
+        ) from error
     import torch
 
     model = timm.create_model(

@@ -45,7 +45,9 @@ MVSNET_ANGLE = 5.0  # degrees of the best triangulation angle (Yao et al. 2018)
 MVSNET_SPREAD = (1.0, 10.0)
 
 
-def static_features(problem: Problem, pool: np.ndarray, references: Views) -> np.ndarray:
+def static_features(
+    problem: Problem, pool: np.ndarray, references: Views, appearance: bool = True
+) -> np.ndarray:
     """The 14 features that do not depend on the selection.
 
     Args:
@@ -53,6 +55,7 @@ def static_features(problem: Problem, pool: np.ndarray, references: Views) -> np
         pool: (n,) frames to describe.
         references: views that stand for the targets: the proxies' poses in the paper, or the
             targets' own. Appearance is always compared with the proxies, the only ones with images.
+        appearance: False leaves the three similarity columns zero and touches no descriptor.
 
     Returns:
         (n, 14) float64 in world units, radians and cosines; columns as `STATIC`.
@@ -61,23 +64,25 @@ def static_features(problem: Problem, pool: np.ndarray, references: Views) -> np
     centers, axes = capture.centers[pool], capture.axes[pool]
     distance = pairwise_distances(centers, references.centers)
     angle = pairwise_angles(axes, references.axes)
-    likeness = (
-        problem.descriptors[pool].astype(np.float64)
-        @ problem.descriptors[problem.proxies].astype(np.float64).T
-    )
     columns = [
         distance.min(axis=1),
         distance.mean(axis=1),
         np.percentile(distance, 25, axis=1),
         angle.min(axis=1),
         angle.mean(axis=1),
-        likeness.max(axis=1),
-        likeness.mean(axis=1),
-        likeness.std(axis=1),
+        *(_likeness(problem, pool) if appearance else np.zeros((3, len(pool)))),
         *_relative_geometry(problem, pool, references),
         problem.sharpness[pool],
     ]
     return np.stack(columns, axis=1)
+
+
+def _likeness(problem: Problem, pool: np.ndarray) -> list[np.ndarray]:
+    """rho_max_o, rho_mean_o, rho_std_o."""
+    described = problem.descriptors.astype(np.float64)
+    # einsum sums every row alike; a matrix product may part equal frames in the last bit
+    likeness = np.einsum("nd,od->no", described[pool], described[problem.proxies])
+    return [likeness.max(axis=1), likeness.mean(axis=1), likeness.std(axis=1)]
 
 
 def _relative_geometry(problem: Problem, pool: np.ndarray, references: Views) -> list[np.ndarray]:

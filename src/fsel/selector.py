@@ -13,7 +13,7 @@ import numpy as np
 
 from fsel import greedy_kernel
 from fsel.capture import Views
-from fsel.features import APPEARANCE, FEATURES, proxy_points, static_features
+from fsel.features import proxy_points, static_features
 from fsel.geometry import directions, pose_distance
 from fsel.problem import Method, Problem
 from fsel.scorer import INPUTS, SHAPES, Scorer
@@ -68,12 +68,10 @@ def prepare(
     """
     frames = problem.pool(pool)
     references = reference_views(problem, reference)
-    raw = static_features(problem, frames, references)
+    raw = static_features(problem, frames, references, appearance)
     static = np.zeros((len(frames), INPUTS))
     static[:, RELATIONAL_INPUTS] = standardise(raw[:, :13])
     static[:, SHARPNESS_INPUT] = standardise(raw[:, 13:])[:, 0]
-    if not appearance:
-        static[:, [FEATURES.index(name) for name in APPEARANCE]] = 0
     capture = problem.capture
     centers, axes = capture.centers[frames], capture.axes[frames]
     return Prepared(
