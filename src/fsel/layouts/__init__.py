@@ -1,0 +1,62 @@
+"""Dataset layouts: how captures lie on disk, and how they become canonical."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+from fsel.capture import Capture
+from fsel.layouts import (
+    colmap,
+    dl3dv,
+    mipnerf360,
+    nerfstudio,
+    scannetpp,
+    seven_scenes,
+    tanks_and_temples,
+)
+from fsel.layouts.base import Layout
+from fsel.layouts.ingest import ingest
+
+log = logging.getLogger(__name__)
+
+LAYOUTS: dict[str, Layout] = {
+    layout.name: layout
+    for layout in (
+        scannetpp.DSLR,
+        scannetpp.IPHONE,
+        seven_scenes.LAYOUT,
+        dl3dv.LAYOUT,
+        mipnerf360.LAYOUT,
+        nerfstudio.LAYOUT,
+        colmap.LAYOUT,
+        tanks_and_temples.LAYOUT,
+    )
+}
+"""By name, the most particular first: the order in which `auto` asks."""
+
+
+def read_capture(path: str | Path, layout: str = "auto", long_side: int = 128) -> Capture:
+    """Read a capture from disk.
+
+    Args:
+        path: its folder.
+        layout: a key of `LAYOUTS`, or `auto` to recognise it.
+        long_side: pixels of the images' longer side.
+
+    Raises:
+        FileNotFoundError: when the folder, its model or its images are not there.
+        ValueError: for an unknown layout, or files that contradict themselves.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder}: no such folder")
+    if layout == "auto":
+        found = [known for known in LAYOUTS.values() if known.recognises(folder)]
+        if not found:
+            raise ValueError(f"{folder}: no known layout; known: {', '.join(LAYOUTS)}")
+        log.info("%s: recognised as %s", folder, found[0].name)
+        return ingest(found[0].read(folder), found[0], folder, long_side)
+    if layout not in LAYOUTS:
+        raise ValueError(f"layout is {layout!r}; allowed: auto, {', '.join(LAYOUTS)}")
+    return ingest(LAYOUTS[layout].read(folder), LAYOUTS[layout], folder, long_side)
