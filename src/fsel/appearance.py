@@ -75,8 +75,14 @@ def _dinov2(images: np.ndarray, weights: str | None) -> np.ndarray:
         ) from error
     import torch
 
+    # loaded as pretrained weights, not as a checkpoint: only so are the position embeddings, made
+    # for 518 pixels, resampled to this side
     model = timm.create_model(
-        DINOV2, img_size=DINOV2_SIDE, num_classes=0, checkpoint_path=weights
+        DINOV2,
+        pretrained=True,
+        pretrained_cfg_overlay={"file": str(weights)},
+        img_size=DINOV2_SIDE,
+        num_classes=0,
     ).eval()
     rows = []
     with torch.inference_mode():
