@@ -1,0 +1,1 @@
+"""The workflow's stages: files in, an algorithm, files out. One module a stage."""

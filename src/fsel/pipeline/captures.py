@@ -1,0 +1,86 @@
+"""Embedded captures onto disk, any layout into a canonical capture, descriptors of its frames."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.appearance import descriptors
+from fsel.capture import Capture
+from fsel.layouts import LAYOUTS, read_capture
+from fsel.pipeline.files import write_table
+from fsel.sharpness import sharpness
+from fsel.synthesis import record
+
+logger = logging.getLogger(__name__)
+
+
+def scene_seed(seed: int, dataset: str, scene: str) -> int:
+    """The seed of a scene: of the experiment's and of the scene's own name, not of its place."""
+    return zlib.crc32(f"{seed}/{dataset}/{scene}".encode())
+
+
+def generate(
+    folder: str | Path, *, layout: str, family: str, seed: int, frames: int, width: int, height: int
+) -> None:
+    """Ray-cast an embedded capture and write it as its dataset's owners would.
+
+    Args:
+        folder: where to; what is there is replaced.
+        layout: key of `fsel.layouts.LAYOUTS`.
+        family: one of `fsel.synthesis.FAMILIES`.
+        seed: of the scene, see `scene_seed`.
+        frames: how many.
+        width: pixels.
+        height: pixels.
+    """
+    folder = Path(folder)
+    if folder.exists():
+        shutil.rmtree(folder)
+    recording = record(family, seed, frames=frames, width=width, height=height)
+    folder.mkdir(parents=True)
+    LAYOUTS[layout].write(recording, folder)
+    logger.info("%s: %d frames of family %s as %s", folder, frames, family, layout)
+
+
+def ingest(
+    source: str | Path, folder: str | Path, *, layout: str, long_side: int, at_least: int
+) -> None:
+    """Read a capture in its own layout and save its canonical form.
+
+    Args:
+        source: folder as the dataset distributes it.
+        folder: receives frames.parquet, points.parquet and images.npy.
+        layout: key of `fsel.layouts.LAYOUTS`, or `auto`.
+        long_side: pixels of the stored images.
+        at_least: frames that the experiment needs: its targets, their proxies, the largest budget.
+
+    Raises:
+        ValueError: when the capture has fewer usable frames.
+    """
+    capture = read_capture(Path(source), layout=layout, long_side=long_side)
+    if len(capture) < at_least:
+        raise ValueError(
+            f"{source}: {len(capture)} usable frames, at least {at_least} are needed (targets, "
+            "as many proxies, and the largest budget). Hint: record more frames, or lower "
+            "`targets` or `budgets` in the config"
+        )
+    capture.save(folder)
+    logger.info("%s: %d frames at %s pixels", source, len(capture), capture.size)
+
+
+def describe(
+    folder: str | Path, output: str | Path, *, kind: str, weights: str | None, config: str
+) -> None:
+    """Appearance descriptor and sharpness of every frame of a capture, one row a frame."""
+    capture = Capture.load(folder)
+    table = pd.DataFrame({"frame": np.arange(len(capture)), "name": capture.names})
+    table["sharpness"] = sharpness(capture.images)
+    table["descriptor"] = list(descriptors(capture.images, kind, weights))
+    units = {"sharpness": "squared grey levels", "descriptor": f"{kind}, unit vector"}
+    write_table(table, output, units=units, config=config)

@@ -1,0 +1,86 @@
+"""A memory of evaluations on disk, so that a killed job continues instead of starting again."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Callable, Hashable
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+logger = logging.getLogger(__name__)
+
+PROGRESS = 100  # evaluations between two progress lines
+
+
+class Journal:
+    """An append-only file of evaluations: one JSON line each, written as soon as it is known.
+
+    The searches are deterministic, so a job that starts again asks for the same subsets in the
+    same order and is answered from here. Numbers survive exactly: JSON holds the shortest decimal
+    that reads back as the same float. A line that a kill cut short is dropped, and several
+    processes may append at once: they write equal lines.
+
+    Args:
+        output: the job's output; the journal lies beside it.
+        key: fingerprint of everything the evaluations depend on; another key, another journal.
+    """
+
+    def __init__(self, output: str | Path, key: str) -> None:
+        output = Path(output)
+        self.path = output.with_name(f".{output.name}.{key}.journal")
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._known: dict[str, list[float]] = {}
+        if self.path.exists():
+            self._read()
+        self.fresh = 0
+
+    def _read(self) -> None:
+        for line in self.path.read_text().splitlines():
+            try:
+                key, values = json.loads(line)
+            except ValueError:
+                logger.info("%s: dropping a line that was cut short", self.path.name)
+                continue
+            self._known[key] = values
+        logger.info("%s: continuing after %d evaluations", self.path.name, len(self._known))
+
+    def __enter__(self) -> Self:
+        self._file = self.path.open("a", encoding="utf-8")
+        # a line of its own, should the last writer have been cut off within one
+        self._file.write("\n" if self._known else "")
+        return self
+
+    def __exit__(self, kind, *_) -> None:
+        self._file.close()
+        if kind is None:
+            self.path.unlink(missing_ok=True)
+
+    def remember(
+        self, label: Hashable, evaluate: Callable[[np.ndarray], np.ndarray]
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """`evaluate` with a memory.
+
+        Args:
+            label: tells this evaluator's subsets from another's in the same journal.
+            evaluate: (K,) ascending frames -> metrics.
+        """
+
+        def remembered(subset: np.ndarray) -> np.ndarray:
+            key = f"{label}:{','.join(map(str, subset.tolist()))}"
+            if key not in self._known:
+                self._add(key, np.asarray(evaluate(subset), float).tolist())
+            return np.array(self._known[key])
+
+        return remembered
+
+    def _add(self, key: str, values: list[float]) -> None:
+        self._known[key] = values
+        self._file.write(json.dumps([key, values]) + "\n")
+        self._file.flush()
+        self.fresh += 1
+        if self.fresh % PROGRESS == 0:
+            label = key.split(":")[0]
+            logger.info("%s: %d evaluations, %d of them now", label, len(self._known), self.fresh)

@@ -1,0 +1,180 @@
+"""Train the paper's scorer from trajectories; refine fsel's against reconstruction."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.capture import Capture
+from fsel.evaluation import Evaluator
+from fsel.features import APPEARANCE, FEATURES, SIGNS
+from fsel.pipeline.files import atomic, fingerprint, write_table
+from fsel.pipeline.journal import Journal
+from fsel.pipeline.labels import reconstructor_of
+from fsel.pipeline.policies import POLICIES, Policy
+from fsel.pipeline.problems import problem_of, split_from
+from fsel.refine import RefineSettings, linear_weights, refine
+from fsel.scorer import Scorer
+from fsel.selector import Prepared, greedy, trajectory_inputs
+from fsel.split import evaluation_split
+from fsel.training import Trajectory, train
+
+logger = logging.getLogger(__name__)
+
+
+def clone(
+    scenes: Mapping[str, Mapping],
+    trajectories: str | Path,
+    weights: str | Path,
+    log: str | Path,
+    *,
+    policy: str,
+    seed: int,
+    epochs: int,
+    learning_rate: float,
+    config: str,
+) -> None:
+    """Train a policy by imitation (paper, section 3.5).
+
+    Args:
+        scenes: scene -> mapping with its `folder` and `splits`.
+        trajectories: what `fsel.pipeline.labels.trajectories` wrote.
+        weights: receives the scorer.
+        log: receives loss and agreement by epoch and split.
+        policy: key of `POLICIES`.
+        seed: of the training.
+        epochs: passes over the trajectories.
+        learning_rate: Adam's.
+        config: digest of the parameters.
+    """
+    table = pd.read_parquet(trajectories)
+    data = {
+        role: training_data(part, scenes, POLICIES[policy])
+        for role, part in table.groupby("role", sort=True)
+    }
+    arrays, record = train(
+        data["train"],
+        data.get("validation", []),
+        seed=seed,
+        epochs=epochs,
+        learning_rate=learning_rate,
+    )
+    provenance = {
+        "policy": policy,
+        "made by": "behaviour cloning of searched subsets",
+        "seed": str(seed),
+        "trajectories": str(len(data["train"])),
+        "epochs": str(epochs),
+        "config": config,
+    }
+    _save(arrays, provenance, weights)
+    write_table(record, log, units={"loss": "nats"}, config=config)
+    logger.info("%s\n%s", provenance, record.tail(2).to_string())
+
+
+def training_data(
+    table: pd.DataFrame, scenes: Mapping[str, Mapping], policy: Policy
+) -> list[Trajectory]:
+    """The trajectories' inputs as the policy will see them."""
+    data = []
+    for (scene, coverage), part in table.groupby(["scene", "coverage"], sort=True):
+        folder = Path(scenes[scene]["folder"])
+        splits = pd.read_parquet(scenes[scene]["splits"])
+        split = split_from(splits[splits["coverage"] == coverage])
+        described = pd.read_parquet(folder / "descriptors.parquet")
+        prepared = policy.prepare(problem_of(Capture.load(folder), split, described))
+        for row in part.sort_values("rank").itertuples():
+            picks = np.searchsorted(prepared.pool, np.array(row.picks))
+            features, selectable = trajectory_inputs(prepared, picks)
+            data.append(Trajectory(features, selectable, picks, row.weight))
+    return data
+
+
+class _Practice:
+    """One training scene to practise on: a prepared problem and its reconstructions' PSNR."""
+
+    def __init__(self, scene, folder, policy: Policy, settings, reconstruction, journal) -> None:
+        capture = Capture.load(folder)
+        split = evaluation_split(capture, 0, settings["seed"], settings["targets"])
+        described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+        self.prepared: Prepared = policy.prepare(problem_of(capture, split, described))
+        evaluator = Evaluator.on_frames(reconstructor_of(capture, reconstruction), split.targets)
+        self.evaluate = journal.remember(scene, evaluator)
+        self.budgets = settings["budgets"]
+
+    def value(self, coefficients: np.ndarray) -> float:
+        """Mean PSNR in dB of a linear policy over the budgets."""
+        weights = linear_weights(coefficients)
+        picks = self.prepared.pool[greedy(self.prepared, weights, max(self.budgets))[0]]
+        return float(np.mean([self.evaluate(np.sort(picks[:k]))[0] for k in self.budgets]))
+
+
+def refined(
+    scenes: Mapping[str, str | Path],
+    weights: str | Path,
+    log: str | Path,
+    *,
+    seed: int,
+    settings: Mapping,
+    reconstruction: Mapping,
+    inputs: Iterable[str | Path],
+    config: str,
+) -> None:
+    """Fit `fsel` to the quality of real reconstructions of training scenes at all budgets.
+
+    Args:
+        scenes: scene -> folder of its canonical capture.
+        weights: receives the scorer.
+        log: receives the strategy's progress.
+        seed: of the strategy.
+        settings: the config's section `refinement`, with `targets` and `seed` of the splits.
+        reconstruction: the config's section.
+        inputs: files that the evaluations depend on.
+        config: digest of the parameters.
+    """
+    policy = POLICIES["fsel"]
+    with Journal(weights, fingerprint(inputs, {"reconstruction": reconstruction})) as journal:
+        practices = [
+            _Practice(scene, folder, policy, settings, reconstruction, journal)
+            for scene, folder in sorted(scenes.items())
+        ]
+        rng = np.random.default_rng([settings["seed"], seed])
+        batches = [
+            rng.choice(len(practices), min(settings["batch"], len(practices)), replace=False)
+            for _ in range(settings["generations"])
+        ]
+
+        def objective(asked: Sequence[np.ndarray], generation: int) -> np.ndarray:
+            batch = [practices[i] for i in batches[generation]]
+            values = np.array([[p.value(x) for p in batch] for x in asked]).mean(axis=1)
+            logger.info("generation %d: best %.3f dB", generation, values.max())
+            return values
+
+        keys = ("generations", "population", "step", "batch")
+        strategy = RefineSettings(**{key: settings[key] for key in keys})
+        coefficients, record = refine(objective, start_of(policy), strategy, seed)
+        provenance = {
+            "policy": policy.name,
+            "made by": "CMA-ES against reconstruction",
+            "seed": str(seed),
+            "config": config,
+        }
+        _save(linear_weights(coefficients), provenance, weights)
+        write_table(record, log, units={"best": "dB", "mean": "dB"}, config=config)
+
+
+def start_of(policy: Policy) -> np.ndarray:
+    """(19,) the untrained signs, over 18, for inputs that the policy sees; NaN for the others."""
+    start = np.append(SIGNS, 1.0) / len(FEATURES)
+    hidden = [name in APPEARANCE and not policy.appearance for name in FEATURES]
+    start[[*hidden, not policy.coverage]] = np.nan
+    return start
+
+
+def _save(arrays: dict[str, np.ndarray], provenance: dict[str, str], path: str | Path) -> None:
+    with atomic(path) as temporary:
+        Scorer(arrays, provenance).save(temporary)

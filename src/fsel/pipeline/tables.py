@@ -1,0 +1,154 @@
+"""The budget sweep's tables and figure from the evaluations of all scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from fsel.baselines import METHODS
+from fsel.metrics import HIGHER_IS_BETTER, METRICS
+from fsel.pipeline.files import atomic
+from fsel.pipeline.policies import POLICIES
+from fsel.report import heatmap as heatmaps
+from fsel.report.latex import sweep_table, tex
+from fsel.report.summary import ALL_FRAMES, differences, draw_means, summarise
+
+BASELINES = {name: method.label for name, method in METHODS.items() if name != "all"}
+LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.items()}
+REFERENCES = {
+    "search": r"\textit{Genetic search}",
+    "random_search": r"\textit{Random search}",
+    "all": METHODS["all"].label,
+}
+PANELS = ("fsel", "ours")
+DECIMALS = 6
+
+
+def ksweep(
+    evaluations: Sequence[Mapping],
+    table: str | Path,
+    summary: str | Path,
+    paired: str | Path,
+    *,
+    datasets: Mapping[str, str],
+    budgets: Sequence[int],
+    resamples: int,
+    seed: int,
+    facts: Mapping,
+) -> None:
+    """The table "Input budget sweep", its numbers with intervals, and paired differences.
+
+    Args:
+        evaluations: one mapping a file: dataset, scene, draw, path.
+        table: receives the LaTeX table.
+        summary: receives dataset, method, k, metric, mean, ci_low, ci_high, n.
+        paired: receives the learned methods' differences to every other method.
+        datasets: name -> printed label, in order.
+        budgets: columns.
+        resamples: of the bootstrap.
+        seed: of the bootstrap.
+        facts: what the caption tells, see `caption`.
+    """
+    cells = sweep_cells(evaluations)
+    means = summarise(cells, METRICS, resamples=resamples, seed=seed)
+    gaps = differences(cells, list(LEARNED), METRICS, resamples=resamples, seed=seed)
+    _write_csv(means, summary)
+    _write_csv(gaps, paired)
+    text = sweep_table(
+        means,
+        datasets={name: tex(label) for name, label in datasets.items()},
+        groups=[BASELINES, LEARNED, REFERENCES],
+        ranked=[*BASELINES, *LEARNED],
+        budgets=budgets,
+        higher_is_better=HIGHER_IS_BETTER,
+        caption=caption(facts),
+        label="tab:ksweep_all",
+    )
+    with atomic(table) as temporary:
+        temporary.write_text(text)
+
+
+def sweep_cells(evaluations: Sequence[Mapping]) -> pd.DataFrame:
+    """dataset, scene, draw, method, k, metrics: means over targets and seeds of each file."""
+    order = {name: i for i, name in enumerate([*BASELINES, *LEARNED, *REFERENCES])}
+    tables = []
+    for item in evaluations:
+        table = draw_means(pd.read_parquet(item["path"]), METRICS)
+        tables.append(table.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"]))
+    cells = pd.concat(tables)
+    cells["place"] = cells["method"].map(order)
+    datasets = {name: i for i, name in enumerate(cells["dataset"].unique())}
+    cells["block"] = cells["dataset"].map(datasets)
+    cells = cells.sort_values(["block", "place", "k", "scene", "draw"], kind="stable")
+    return cells.drop(columns=["block", "place"]).reset_index(drop=True)
+
+
+def caption(facts: Mapping) -> str:
+    """Which captures, reconstructor, descriptor and metric made the table, in LaTeX.
+
+    Args:
+        facts: embedded (labels of datasets of generated captures), real (labels of datasets read
+            from disk), reconstructor, long_side, descriptor, search_k, draws, oracle_draws.
+    """
+    captures = []
+    if facts["embedded"]:
+        names = tex(", ".join(facts["embedded"]))
+        captures.append(
+            f"generated stand-ins that imitate how each corpus is filmed ({names}), "
+            "not the corpora themselves"
+        )
+    if facts["real"]:
+        captures.append(f"captures read from disk ({tex(', '.join(facts['real']))})")
+    oracle = ""
+    if facts["oracle_draws"] < facts["draws"]:
+        oracle = f", over {facts['oracle_draws']} of the {facts['draws']} target draws"
+    names = {key: tex(facts[key]) for key in ("reconstructor", "descriptor")}
+    return (
+        r"\textbf{Input budget sweep across datasets}. Each cell reports "
+        rf"PSNR$\uparrow$~/~SSIM$\uparrow$~/~{METRICS[-1].upper()}$\downarrow$, averaged over "
+        "targets, target draws and seeds within a scene, then over scenes; the best selection of "
+        rf"each column is in bold. Captures: {'; '.join(captures)}. Reconstructor: "
+        rf"\texttt{{{names['reconstructor']}}} at {facts['long_side']} pixels; appearance "
+        rf"descriptor: \texttt{{{names['descriptor']}}}. Below the last rule, for reference: "
+        "searches, which reconstruct hundreds of subsets of every scene "
+        rf"($K{{=}}{facts['search_k']}$ only{oracle}), and all frames without selection."
+    )
+
+
+def _write_csv(table: pd.DataFrame, path: str | Path) -> None:
+    """Six decimals; the budget of a method that takes every frame is written `all`."""
+    budgets = table["k"].astype(object).where(table["k"] != ALL_FRAMES, "all")
+    with atomic(path) as temporary:
+        table.assign(k=budgets).to_csv(temporary, index=False, float_format=f"%.{DECIMALS}f")
+
+
+def read_csv(path: str | Path) -> pd.DataFrame:
+    """What `_write_csv` wrote, budgets as numbers again."""
+    table = pd.read_csv(path, dtype={"k": str})
+    return table.assign(k=table["k"].replace("all", str(ALL_FRAMES)).astype(int))
+
+
+def heatmap(
+    summary: str | Path,
+    paired: str | Path,
+    outputs: Sequence[str | Path],
+    *,
+    datasets: Mapping[str, str],
+    budgets: Sequence[int],
+) -> None:
+    """Gain of fsel and of ours over the strongest baseline, from the sweep's numbers."""
+    means, gaps = read_csv(summary), read_csv(paired)
+    panels = {}
+    for method in PANELS:
+        title = f"{POLICIES[method].label}: gain over the strongest baseline"
+        panels[title] = heatmaps.gains(
+            means,
+            gaps,
+            method=method,
+            baselines=list(BASELINES),
+            datasets=list(datasets),
+            budgets=budgets,
+        )
+    heatmaps.draw(panels, datasets, outputs)

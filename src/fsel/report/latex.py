@@ -1,0 +1,134 @@
+"""The budget sweep as a LaTeX table in the form of the paper's (Appendix E.1).
+
+The document needs `booktabs`, `graphicx` and `multirow`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from fsel.report.summary import ALL_FRAMES
+
+DIGITS = {"psnr": 2}
+MISSING = "--"
+
+
+def tex(text: str) -> str:
+    """Plain text with LaTeX's special characters escaped."""
+    return re.sub(r"([&%$#_{}])", r"\\\1", text)
+
+
+def number(value: float, metric: str) -> str:
+    """PSNR with two decimals; the others with three and, as in the paper, no leading zero."""
+    text = f"{value:.{DIGITS.get(metric, 3)}f}"
+    return text if metric == "psnr" else text.replace("0.", ".", 1)
+
+
+def sweep_table(
+    summary: pd.DataFrame,
+    *,
+    datasets: Mapping[str, str],
+    groups: Sequence[Mapping[str, str]],
+    ranked: Sequence[str],
+    budgets: Sequence[int],
+    higher_is_better: Mapping[str, bool],
+    caption: str,
+    label: str,
+) -> str:
+    """Two datasets side by side, one row a method, one cell a budget.
+
+    Args:
+        summary: see `fsel.report.summary.summarise`.
+        datasets: name -> LaTeX label, in order.
+        groups: method -> LaTeX label, one mapping a group of rows set apart by a rule.
+        ranked: methods among which the best of a column is set in bold.
+        budgets: columns.
+        higher_is_better: by metric, in the order of a cell's numbers.
+        caption: LaTeX.
+        label: for \\ref.
+    """
+    means = summary.set_index(["dataset", "method", "k", "metric"])["mean"].to_dict()
+    scenes = summary.groupby("dataset")["n"].first().to_dict()
+    sheet = _Sheet(means, scenes, list(budgets), dict(higher_is_better), list(ranked))
+    names = list(datasets)
+    pairs = [names[i : i + 2] for i in range(0, len(names), 2)]
+    blocks = [sheet.block({name: datasets[name] for name in pair}, groups) for pair in pairs]
+    return "\n".join(
+        [
+            r"\begin{table*}[t]",
+            r"\centering",
+            rf"\caption{{{caption}}}",
+            rf"\label{{{label}}}",
+            r"\tiny",
+            r"\setlength{\tabcolsep}{1.5pt}",
+            "\n\\vspace{6pt}\n\n".join(blocks),
+            r"\end{table*}",
+            "",
+        ]
+    )
+
+
+class _Sheet:
+    """Formats cells of one summary."""
+
+    def __init__(self, means, scenes, budgets, higher_is_better, ranked) -> None:
+        self.means, self.scenes, self.budgets = means, scenes, budgets
+        self.higher_is_better, self.ranked = higher_is_better, ranked
+
+    def block(self, datasets: Mapping[str, str], groups: Sequence[Mapping[str, str]]) -> str:
+        """One tabular: the given datasets side by side."""
+        width = len(self.budgets)
+        heads, rules = [], []
+        for i, (name, title) in enumerate(datasets.items()):
+            head = rf"\textbf{{{title}}} ($n{{=}}{self.scenes[name]}$)"
+            heads.append(rf"& \multicolumn{{{width}}}{{c}}{{{head}}}")
+            rules.append(rf"\cmidrule(lr){{{2 + i * width}-{1 + (i + 1) * width}}}")
+        budgets = " ".join(f"& $K{{=}}{k}$" for k in self.budgets)
+        lines = [
+            r"\resizebox{\textwidth}{!}{%",
+            rf"\begin{{tabular}}{{l{'|'.join(['c' * width] * len(datasets))}}}",
+            r"\toprule",
+            " ".join(heads) + r" \\",
+            " ".join(rules),
+            f"Selection {' '.join([budgets] * len(datasets))} \\\\",
+        ]
+        for group in groups:
+            lines.append(r"\midrule")
+            lines += [self.row(datasets, method, title) for method, title in group.items()]
+        return "\n".join([*lines, r"\bottomrule", r"\end{tabular}}"])
+
+    def row(self, datasets: Mapping[str, str], method: str, title: str) -> str:
+        """A method's row; one wide cell where it takes every frame."""
+        parts = [title]
+        for dataset in datasets:
+            if (dataset, method, ALL_FRAMES, "psnr") in self.means:
+                cell = self.cell(dataset, method, ALL_FRAMES)
+                parts.append(rf"\multicolumn{{{len(self.budgets)}}}{{c}}{{{cell}}}")
+            else:
+                parts += [self.cell(dataset, method, k) for k in self.budgets]
+        return " & ".join(parts) + r" \\"
+
+    def cell(self, dataset: str, method: str, k: int) -> str:
+        """All metrics of a cell, those that lead their column in bold."""
+        if (dataset, method, k, "psnr") not in self.means:
+            return MISSING
+        texts = []
+        for metric in self.higher_is_better:
+            text = number(self.means[dataset, method, k, metric], metric)
+            leads = method in self.ranked and text == self.best(dataset, k, metric)
+            texts.append(rf"\textbf{{{text}}}" if leads else text)
+        return "/".join(texts)
+
+    def best(self, dataset: str, k: int, metric: str) -> str | None:
+        """The leading number of a column as printed, so that equal prints share the lead."""
+        values = [
+            self.means[dataset, method, k, metric]
+            for method in self.ranked
+            if (dataset, method, k, metric) in self.means
+        ]
+        if not values:
+            return None
+        return number(max(values) if self.higher_is_better[metric] else min(values), metric)

@@ -1,0 +1,139 @@
+"""From recordings in any layout to canonical captures and the problems posed on them.
+
+Inputs: folders of captures on disk, or nothing for embedded ones.
+Outputs: <results>/{dataset}/{scene}/{frames,points,descriptors}.parquet and images.npy,
+<results>/{dataset}/{scene}/draw{draw}/{split,features}.parquet.
+"""
+
+
+rule generate:
+    input:
+        lib=library("recording", "layouts", "synthesis"),
+    output:
+        directory("<results>/data/{dataset}/{scene}"),
+    log:
+        "<results>/logs/generate/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/generate/{dataset}/{scene}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    params:
+        layout=lambda wildcards: config["datasets"][wildcards.dataset]["layout"],
+        family=lambda wildcards: config["datasets"][wildcards.dataset]["embedded"][
+            "family"
+        ],
+        seed=lambda wildcards: scene_seed(wildcards),
+        size=config["embedded"],
+    message:
+        "Generating the embedded capture {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/generate.py"
+
+
+rule ingest:
+    input:
+        capture=raw_capture,
+        lib=library("capture", "layouts", "pipeline/captures"),
+    output:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+    log:
+        "<results>/logs/ingest/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/ingest/{dataset}/{scene}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=30,
+    params:
+        layout=lambda wildcards: config["datasets"][wildcards.dataset]["layout"],
+        long_side=config["long_side"],
+        at_least=lambda wildcards: frames_needed(
+            role_of(wildcards.dataset, wildcards.scene)
+        ),
+    message:
+        "Reading the capture {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/ingest.py"
+
+
+rule describe:
+    input:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        lib=library("appearance", "sharpness"),
+    output:
+        "<results>/{dataset}/{scene}/descriptors.parquet",
+    log:
+        "<results>/logs/describe/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/describe/{dataset}/{scene}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=30,
+    params:
+        **config["appearance"],
+    message:
+        "Describing the frames of {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/describe.py"
+
+
+rule split:
+    input:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        lib=library("capture", "geometry", "split", *FILES),
+    output:
+        expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
+            draw=range(config["draws"]),
+        ),
+    log:
+        "<results>/logs/split/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/split/{dataset}/{scene}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        targets=config["targets"],
+        seed=lambda wildcards: scene_seed(wildcards, "split"),
+    message:
+        "Drawing the targets of {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/split.py"
+
+
+rule features:
+    input:
+        splits=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
+            draw=range(config["draws"]),
+        ),
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
+        lib=library("capture", "features", "geometry", *FILES),
+    output:
+        expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/features.parquet",
+            draw=range(config["draws"]),
+        ),
+    log:
+        "<results>/logs/features/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/features/{dataset}/{scene}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    message:
+        "Computing the features of {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/features.py"

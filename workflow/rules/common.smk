@@ -1,0 +1,180 @@
+"""The checked config, and every function that the rules use."""
+
+import os
+import re
+import zlib
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+from snakemake.utils import validate
+
+ROLES = ("train", "validation", "evaluation")
+LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
+
+validate(config, "../schemas/config.schema.yaml")
+
+
+def refuse(message, hint):
+    raise WorkflowError(f"config: {message}\nHint: {hint}")
+
+
+def scenes(dataset, role):
+    """Names of a dataset's scenes with a role, in order."""
+    entry = config["datasets"][dataset]["scenes"]
+    if isinstance(entry, list):
+        entry = {"evaluation": entry}
+    found = entry.get(role, [])
+    if isinstance(found, int):
+        return [f"{role}{number:02d}" for number in range(found)]
+    return found
+
+
+def check_dataset(name, dataset):
+    """Refuse an entry that no job could serve."""
+    where = f"datasets.{name}"
+    if ("embedded" in dataset) == ("root" in dataset):
+        refuse(
+            f"{where} needs exactly one of `embedded` and `root`, got {sorted(dataset)}",
+            "`embedded: {family: ...}` generates captures, `root: folder` reads them from disk",
+        )
+    named = [scene for role in ROLES for scene in scenes(name, role)]
+    if len(set(named)) < len(named):
+        refuse(
+            f"{where}.scenes names a scene twice: {named}", "give each scene one role"
+        )
+    counts = [n for n in dataset["scenes"] if isinstance(dataset["scenes"], dict)]
+    counted = [isinstance(dataset["scenes"][role], int) for role in counts]
+    if any(counted) != ("embedded" in dataset) and named:
+        refuse(
+            f"{where}.scenes is {dataset['scenes']}",
+            "embedded datasets take a number of scenes a role, datasets on disk take names",
+        )
+    if "embedded" in dataset and dataset["layout"] == "auto":
+        refuse(
+            f"{where}.layout is `auto`",
+            "name the layout that embedded captures are written in",
+        )
+    if "root" in dataset:
+        check_folders(where, Path(dataset["root"]), named)
+
+
+def check_folders(where, root, named):
+    if not root.is_dir():
+        refuse(
+            f"{where}.root: no folder {root} (from {Path.cwd()})",
+            "put the dataset there, correct the path, or leave the entry out",
+        )
+    missing = [scene for scene in named if not (root / scene).is_dir()]
+    if missing:
+        present = sorted(path.name for path in root.iterdir() if path.is_dir())
+        refuse(
+            f"{where}.scenes: no folders {missing} in {root}",
+            f"the folders there are {present}",
+        )
+
+
+def check_experiment():
+    """Refuse what would only fail after hours of work."""
+    for name, dataset in config["datasets"].items():
+        check_dataset(name, dataset)
+    trained = config["training"]["dataset"]
+    if trained not in config["datasets"] or not scenes(trained, "train"):
+        refuse(
+            f"training.dataset is {trained!r}, which has no `train` scenes among the datasets "
+            f"{list(config['datasets'])}",
+            f"add `{trained}` with train scenes, or name another dataset",
+        )
+    if not any(scenes(name, "evaluation") for name in config["datasets"]):
+        refuse("no dataset has evaluation scenes", "the tables need at least one")
+    for name, dataset in config["datasets"].items():
+        for role in ROLES:
+            needed, frames = frames_needed(role), config["embedded"]["frames"]
+            if "embedded" in dataset and scenes(name, role) and frames < needed:
+                refuse(
+                    f"embedded.frames is {frames}, the {role} scenes of {name} need {needed}: "
+                    "targets, as many proxies, and the largest budget",
+                    "raise embedded.frames, or lower targets or budgets",
+                )
+
+
+def frames_needed(role):
+    """Least frames of a scene: targets, their proxies, and candidates for the largest budget."""
+    if role == "evaluation":
+        return 2 * config["targets"] + max(
+            max(config["budgets"]), config["search"]["k"]
+        )
+    labels = (
+        2 * max(4, int(0.15 * max(config["coverages"]) + 0.5)) + config["search"]["k"]
+    )
+    refinement = config["refinement"]
+    return max(labels, 2 * refinement["targets"] + max(refinement["budgets"]))
+
+
+def role_of(dataset, scene):
+    return next(role for role in ROLES if scene in scenes(dataset, role))
+
+
+def raw_capture(wildcards):
+    """Folder of a scene as its dataset is distributed."""
+    dataset = config["datasets"][wildcards.dataset]
+    if "root" in dataset:
+        return str(Path(dataset["root"], wildcards.scene))
+    return f"<results>/data/{wildcards.dataset}/{wildcards.scene}"
+
+
+def scene_seed(wildcards, *parts):
+    """A seed from names, so that adding a scene changes no other."""
+    names = [config["seed"], wildcards.dataset, wildcards.scene, *parts]
+    return zlib.crc32("/".join(map(str, names)).encode())
+
+
+def training_seed(wildcards):
+    return zlib.crc32(
+        f"{config['seed']}/{config['training']['dataset']}/{wildcards.scene}".encode()
+    )
+
+
+def evaluation_scenes():
+    """(dataset, scene) of every evaluation scene."""
+    return [(d, scene) for d in config["datasets"] for scene in scenes(d, "evaluation")]
+
+
+def problems(draws):
+    """dataset/scene/draw of every evaluation problem with a draw below a number."""
+    return [f"{d}/{s}/draw{n}" for d, s in evaluation_scenes() for n in range(draws)]
+
+
+def labels():
+    """Labels of the datasets in the tables."""
+    datasets = config["datasets"]
+    return {
+        name: datasets[name]["label"] for name in datasets if scenes(name, "evaluation")
+    }
+
+
+def library(*parts):
+    """Sources under src/fsel as inputs, so that an edit reruns what it may change."""
+    found = []
+    for part in parts:
+        path = LIBRARY / part
+        found += (
+            sorted(path.glob("*.py")) if path.is_dir() else [path.with_suffix(".py")]
+        )
+    return [str(path) for path in found]
+
+
+check_experiment()
+
+TRAINED = config["training"]["dataset"]
+LABELLED = {s: r for r in ("train", "validation") for s in scenes(TRAINED, r)}
+SEEDS = range(config["training"]["seeds"])
+RECONSTRUCTION = ("capture", "evaluation", "metrics", "reconstruct")
+FEATURES = ("capture", "features", "geometry", "problem", "scorer", "selector", "split")
+FILES = ("pipeline/files", "pipeline/journal", "pipeline/problems")
+
+
+wildcard_constraints:
+    dataset="|".join(map(re.escape, config["datasets"])),
+    scene=r"[^/]+",
+    draw=r"\d+",
+    seed=r"\d+",

@@ -1,0 +1,71 @@
+"""Searched subsets of the training and validation scenes, and their trajectories.
+
+Inputs: canonical captures of the training dataset.
+Outputs: <results>/labels/{scene}/p{coverage}.parquet and splits.parquet,
+<results>/trajectories.parquet.
+"""
+
+
+rule label:
+    input:
+        frames=f"<results>/{TRAINED}/{{scene}}/frames.parquet",
+        points=f"<results>/{TRAINED}/{{scene}}/points.parquet",
+        images=f"<results>/{TRAINED}/{{scene}}/images.npy",
+        descriptors=f"<results>/{TRAINED}/{{scene}}/descriptors.parquet",
+        lib=library(
+            "geometry", "search", "split", *RECONSTRUCTION, *FILES, "pipeline/labels"
+        ),
+    output:
+        labels=expand(
+            "<results>/labels/{{scene}}/p{coverage}.parquet",
+            coverage=config["coverages"],
+        ),
+        splits="<results>/labels/{scene}/splits.parquet",
+    log:
+        "<results>/logs/label/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/label/{scene}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=120,
+    params:
+        coverages=config["coverages"],
+        search=config["search"],
+        reconstruction=config["reconstruction"],
+        seed=lambda wildcards: training_seed(wildcards),
+    message:
+        "Searching for good subsets of {wildcards.scene}"
+    script:
+        "../scripts/label.py"
+
+
+rule trajectories:
+    input:
+        frames=collect(f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED),
+        images=collect(f"<results>/{TRAINED}/{{scene}}/images.npy", scene=LABELLED),
+        splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
+        labels=collect(
+            "<results>/labels/{scene}/p{coverage}.parquet",
+            scene=LABELLED,
+            coverage=config["coverages"],
+        ),
+        lib=library("geometry", "ordering", *FILES, "pipeline/labels"),
+    output:
+        "<results>/trajectories.parquet",
+    log:
+        "<results>/logs/trajectories.log",
+    benchmark:
+        "<results>/benchmarks/trajectories.jsonl"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        scenes=LABELLED,
+        coverages=config["coverages"],
+        kept=config["search"]["kept"],
+    message:
+        "Ordering the searched subsets"
+    script:
+        "../scripts/trajectories.py"

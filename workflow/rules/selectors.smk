@@ -1,0 +1,101 @@
+"""The learned selectors.
+
+Inputs: trajectories, and canonical captures of the training dataset.
+Outputs: <results>/selector/seed{seed}.safetensors (`ours`),
+<results>/selector/no_appearance/seed{seed}.safetensors, <results>/selector/fsel/seed{seed}.safetensors,
+each with a log of its training beside it.
+"""
+
+
+rule train:
+    input:
+        trajectories="<results>/trajectories.parquet",
+        frames=collect(f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED),
+        descriptors=collect(
+            f"<results>/{TRAINED}/{{scene}}/descriptors.parquet", scene=LABELLED
+        ),
+        splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
+        lib=library(
+            *FEATURES, "training", *FILES, "pipeline/policies", "pipeline/selectors"
+        ),
+    output:
+        weights="<results>/selector/seed{seed}.safetensors",
+        log="<results>/selector/seed{seed}.parquet",
+    log:
+        "<results>/logs/train/ours/seed{seed}.log",
+    benchmark:
+        "<results>/benchmarks/train/ours/seed{seed}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        policy="ours",
+        scenes=list(LABELLED),
+        epochs=config["training"]["epochs"],
+        learning_rate=config["training"]["learning_rate"],
+    message:
+        "Training {params.policy}, seed {wildcards.seed}"
+    script:
+        "../scripts/train.py"
+
+
+use rule train as train_no_appearance with:
+    output:
+        weights="<results>/selector/no_appearance/seed{seed}.safetensors",
+        log="<results>/selector/no_appearance/seed{seed}.parquet",
+    log:
+        "<results>/logs/train/ours_no_appearance/seed{seed}.log",
+    benchmark:
+        "<results>/benchmarks/train/ours_no_appearance/seed{seed}.jsonl"
+    params:
+        policy="ours_no_appearance",
+        scenes=list(LABELLED),
+        epochs=config["training"]["epochs"],
+        learning_rate=config["training"]["learning_rate"],
+
+
+rule refine:
+    input:
+        frames=collect(
+            f"<results>/{TRAINED}/{{scene}}/frames.parquet",
+            scene=scenes(TRAINED, "train"),
+        ),
+        points=collect(
+            f"<results>/{TRAINED}/{{scene}}/points.parquet",
+            scene=scenes(TRAINED, "train"),
+        ),
+        images=collect(
+            f"<results>/{TRAINED}/{{scene}}/images.npy", scene=scenes(TRAINED, "train")
+        ),
+        descriptors=collect(
+            f"<results>/{TRAINED}/{{scene}}/descriptors.parquet",
+            scene=scenes(TRAINED, "train"),
+        ),
+        lib=library(
+            *FEATURES,
+            *RECONSTRUCTION,
+            "refine",
+            *FILES,
+            "pipeline/policies",
+            "pipeline/selectors",
+        ),
+    output:
+        weights="<results>/selector/fsel/seed{seed}.safetensors",
+        log="<results>/selector/fsel/seed{seed}.parquet",
+    log:
+        "<results>/logs/refine/seed{seed}.log",
+    benchmark:
+        "<results>/benchmarks/refine/seed{seed}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=8000,
+        runtime=240,
+    params:
+        scenes=scenes(TRAINED, "train"),
+        settings=config["refinement"] | {"seed": config["seed"]},
+        reconstruction=config["reconstruction"],
+    message:
+        "Refining fsel against reconstruction, seed {wildcards.seed}"
+    script:
+        "../scripts/refine.py"

@@ -1,0 +1,189 @@
+"""Every method on every evaluation problem, and what came of it.
+
+Inputs: problems and trained selectors.
+Outputs: <results>/{dataset}/{scene}/draw{draw}/{selections,evaluation}.parquet, the searches'
+{subsets,oracle}.parquet, <tables>/ksweep.{tex,csv}, <tables>/ksweep_differences.csv,
+<figures>/heatmap.{pdf,png}.
+"""
+
+
+rule select:
+    input:
+        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
+        ours=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
+        ours_no_appearance=collect(
+            "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
+        ),
+        fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=SEEDS),
+        lib=library(
+            *FEATURES, "baselines", *FILES, "pipeline/policies", "pipeline/selection"
+        ),
+    output:
+        "<results>/{dataset}/{scene}/draw{draw}/selections.parquet",
+    log:
+        "<results>/logs/select/{dataset}/{scene}/draw{draw}.log",
+    benchmark:
+        "<results>/benchmarks/select/{dataset}/{scene}/draw{draw}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    params:
+        budgets=config["budgets"],
+        seed=lambda wildcards: scene_seed(wildcards, "select", wildcards.draw),
+    message:
+        "Selecting frames of {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}"
+    script:
+        "../scripts/select.py"
+
+
+rule evaluate:
+    input:
+        selections="<results>/{dataset}/{scene}/draw{draw}/selections.parquet",
+        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        lib=library(*RECONSTRUCTION, *FILES, "pipeline/selection"),
+    output:
+        "<results>/{dataset}/{scene}/draw{draw}/evaluation.parquet",
+    log:
+        "<results>/logs/evaluate/{dataset}/{scene}/draw{draw}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate/{dataset}/{scene}/draw{draw}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        reconstruction=config["reconstruction"],
+    message:
+        "Reconstructing {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}"
+    script:
+        "../scripts/evaluate.py"
+
+
+rule search_oracle:
+    input:
+        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
+        lib=library(
+            *RECONSTRUCTION, "search", *FILES, "pipeline/labels", "pipeline/selection"
+        ),
+    output:
+        subsets="<results>/{dataset}/{scene}/draw{draw}/subsets.parquet",
+        oracle="<results>/{dataset}/{scene}/draw{draw}/oracle.parquet",
+    log:
+        "<results>/logs/search_oracle/{dataset}/{scene}/draw{draw}.log",
+    benchmark:
+        "<results>/benchmarks/search_oracle/{dataset}/{scene}/draw{draw}.jsonl"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=120,
+    params:
+        search=config["search"],
+        reconstruction=config["reconstruction"],
+        seed=lambda wildcards: scene_seed(wildcards, "oracle", wildcards.draw),
+    message:
+        "Searching {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}, to compare with"
+    script:
+        "../scripts/search_oracle.py"
+
+
+rule ksweep:
+    input:
+        evaluations=collect(
+            "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
+        ),
+        oracles=collect(
+            "<results>/{problem}/oracle.parquet",
+            problem=problems(config["oracle"]["draws"]),
+        ),
+        lib=library("report", "baselines", "pipeline/policies", "pipeline/tables"),
+    output:
+        table=report(
+            "<tables>/ksweep.tex",
+            caption="../report/ksweep.rst",
+            category="Tables",
+            labels={"table": "Input budget sweep", "form": "LaTeX"},
+        ),
+        summary=report(
+            "<tables>/ksweep.csv",
+            caption="../report/ksweep.rst",
+            category="Tables",
+            labels={"table": "Input budget sweep", "form": "numbers"},
+        ),
+        differences=report(
+            "<tables>/ksweep_differences.csv",
+            caption="../report/ksweep.rst",
+            category="Tables",
+            labels={"table": "Paired differences", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/ksweep.log",
+    benchmark:
+        "<results>/benchmarks/ksweep.jsonl"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        problems=problems(config["draws"]),
+        oracles=problems(config["oracle"]["draws"]),
+        datasets=labels(),
+        budgets=config["budgets"],
+        resamples=config["bootstrap"]["resamples"],
+        seed=config["seed"],
+        facts={
+            "embedded": [
+                labels()[d] for d in labels() if "embedded" in config["datasets"][d]
+            ],
+            "real": [labels()[d] for d in labels() if "root" in config["datasets"][d]],
+            "reconstructor": config["reconstruction"]["name"],
+            "long_side": config["reconstruction"]["long_side"],
+            "descriptor": config["appearance"]["kind"],
+            "search_k": config["search"]["k"],
+            "draws": config["draws"],
+            "oracle_draws": config["oracle"]["draws"],
+        },
+    message:
+        "Writing the budget sweep"
+    script:
+        "../scripts/ksweep.py"
+
+
+rule heatmap:
+    input:
+        summary="<tables>/ksweep.csv",
+        differences="<tables>/ksweep_differences.csv",
+        lib=library("report", "pipeline/tables"),
+    output:
+        report(
+            multiext("<figures>/heatmap", ".pdf", ".png"),
+            caption="../report/heatmap.rst",
+            category="Heatmaps",
+            labels={"figure": "Gain over the strongest baseline"},
+        ),
+    log:
+        "<results>/logs/heatmap.log",
+    benchmark:
+        "<results>/benchmarks/heatmap.jsonl"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        datasets=labels(),
+        budgets=config["budgets"],
+    message:
+        "Drawing the gain over the strongest baseline"
+    script:
+        "../scripts/heatmap.py"

@@ -1,0 +1,20 @@
+"""Reconstruct from every selection of one problem."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fsel.pipeline.selection import evaluate
+from fsel.pipeline.workflow import job
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with job(snakemake) as digest:
+    evaluate(
+        Path(snakemake.input.frames).parent,
+        snakemake.input.split,
+        snakemake.input.selections,
+        snakemake.output[0],
+        reconstruction=snakemake.params.reconstruction,
+        config=digest,
+    )

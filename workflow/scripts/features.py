@@ -1,0 +1,18 @@
+"""Compute the raw features of one capture's problems."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fsel.pipeline.problems import features
+from fsel.pipeline.workflow import job
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with job(snakemake) as digest:
+    features(
+        Path(snakemake.input.frames).parent,
+        snakemake.input.splits,
+        snakemake.output,
+        config=digest,
+    )

@@ -1,0 +1,19 @@
+"""Read one capture into its canonical form."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fsel.pipeline.captures import ingest
+from fsel.pipeline.workflow import job
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with job(snakemake):
+    ingest(
+        snakemake.input.capture,
+        Path(snakemake.output.frames).parent,
+        layout=snakemake.params.layout,
+        long_side=snakemake.params.long_side,
+        at_least=snakemake.params.at_least,
+    )

@@ -1,0 +1,22 @@
+"""Run every method on one problem."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fsel.pipeline.policies import POLICIES
+from fsel.pipeline.selection import select
+from fsel.pipeline.workflow import job
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with job(snakemake) as digest:
+    select(
+        Path(snakemake.input.frames).parent,
+        snakemake.input.split,
+        {name: list(snakemake.input[name]) for name in POLICIES},
+        snakemake.output[0],
+        budgets=snakemake.params.budgets,
+        seed=snakemake.params.seed,
+        config=digest,
+    )

@@ -1,0 +1,27 @@
+"""Train one scorer by behaviour cloning."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fsel.pipeline.selectors import clone
+from fsel.pipeline.workflow import job
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with job(snakemake) as digest:
+    scenes = {}
+    for i, scene in enumerate(snakemake.params.scenes):
+        folder = Path(snakemake.input.frames[i]).parent
+        scenes[scene] = {"folder": folder, "splits": snakemake.input.splits[i]}
+    clone(
+        scenes,
+        snakemake.input.trajectories,
+        snakemake.output.weights,
+        snakemake.output.log,
+        policy=snakemake.params.policy,
+        seed=int(snakemake.wildcards.seed),
+        epochs=snakemake.params.epochs,
+        learning_rate=snakemake.params.learning_rate,
+        config=digest,
+    )
