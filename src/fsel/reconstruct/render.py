@@ -118,7 +118,6 @@ def _accumulate(where, index, colors, front, tolerance):
     return total[1:-1, 1:-1]
 
 
-@_jit
 def fill_holes(total, typical):
     """Colours from weighted sums, pixels of little weight leaning on coarser levels (pull-push).
 
@@ -129,33 +128,48 @@ def fill_holes(total, typical):
     Returns:
         (h, w, 3) float32, 0..255; black where no level holds anything.
     """
+    levels = [total]
+    while max(levels[-1].shape[:2]) > 1:
+        levels.append(_halved(levels[-1]))
+    color = np.zeros((1, 1, 3), np.float32)
+    for level in reversed(levels):
+        color = _blended(color, level, HALF_WEIGHT * typical)
+    return color
+
+
+@_jit
+def _halved(total):
+    """2x2 means, missing pixels of odd sizes counting as empty."""
     height, width = total.shape[:2]
-    color = np.zeros((height, width, 3), F)
-    if height > 1 or width > 1:
-        half_h, half_w = (height + 1) // 2, (width + 1) // 2
-        half = np.zeros((half_h, half_w, 4), F)
-        for y in range(height):
-            for x in range(width):
-                for c in range(4):
-                    half[y // 2, x // 2, c] += F(0.25) * total[y, x, c]
-        coarse = fill_holes(half, typical)
-        for y in range(height):
-            for x in range(width):
-                v = min(max((F(y) - F(0.5)) * F(0.5), F(0)), F(half_h - 1))
-                u = min(max((F(x) - F(0.5)) * F(0.5), F(0)), F(half_w - 1))
-                top, left = int(v), int(u)
-                bottom, right = min(top + 1, half_h - 1), min(left + 1, half_w - 1)
-                fv, fu = v - F(top), u - F(left)
-                for c in range(3):
-                    above = coarse[top, left, c] * (F(1) - fu) + coarse[top, right, c] * fu
-                    below = coarse[bottom, left, c] * (F(1) - fu) + coarse[bottom, right, c] * fu
-                    color[y, x, c] = above * (F(1) - fv) + below * fv
-    full = HALF_WEIGHT * typical
+    half = np.zeros(((height + 1) // 2, (width + 1) // 2, 4), F)
     for y in range(height):
         for x in range(width):
+            for c in range(4):
+                half[y // 2, x // 2, c] += F(0.25) * total[y, x, c]
+    return half
+
+
+@_jit
+def _blended(coarse, total, full):
+    """The coarser colours, bilinearly enlarged, under the level's own by its weight."""
+    height, width = total.shape[:2]
+    rows, columns = coarse.shape[:2]
+    color = np.empty((height, width, 3), F)
+    for y in range(height):
+        v = min(max((F(y) - F(0.5)) * F(0.5), F(0)), F(rows - 1))
+        top = int(v)
+        bottom, fv = min(top + 1, rows - 1), v - F(top)
+        for x in range(width):
+            u = min(max((F(x) - F(0.5)) * F(0.5), F(0)), F(columns - 1))
+            left = int(u)
+            right, fu = min(left + 1, columns - 1), u - F(left)
             weight = total[y, x, 3]
-            if weight > 0:
-                own = min(weight / full, F(1))
-                for c in range(3):
-                    color[y, x, c] += own * (total[y, x, c] / weight - color[y, x, c])
+            own = min(weight / full, F(1))
+            for c in range(3):
+                above = coarse[top, left, c] * (F(1) - fu) + coarse[top, right, c] * fu
+                below = coarse[bottom, left, c] * (F(1) - fu) + coarse[bottom, right, c] * fu
+                under = above * (F(1) - fv) + below * fv
+                if weight > 0:
+                    under += own * (total[y, x, c] / weight - under)
+                color[y, x, c] = under
     return color
