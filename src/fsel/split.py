@@ -78,7 +78,8 @@ def _drawn(region: np.ndarray, count: int, rng: np.random.Generator, capture: Ca
     if len(region) < count or len(capture) < 3 * count:
         raise ValueError(
             f"{capture.source}: {len(capture)} frames ({len(region)} in the target region) are too "
-            f"few for {count} targets, as many proxies and a pool; lower the number of targets"
+            f"few for {count} targets, as many proxies and a pool; at least {3 * count} frames "
+            f"({count} in the region) are needed: lower the number of targets"
         )
     return np.sort(rng.choice(region, size=count, replace=False))
 

@@ -1,0 +1,77 @@
+"""Small posed captures and selection problems for the tests."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from fsel.capture import Capture, Views
+from fsel.problem import Problem
+from fsel.scorer import SHAPES
+from fsel.split import evaluation_split
+
+
+def capture_of(centers, rotations, sequences=None, size=(8, 6), seed=0):
+    """A capture from camera centres (N, 3) and world-to-camera rotations (N, 3, 3)."""
+    n = len(centers)
+    shift = -np.einsum("nij,nj->ni", rotations, centers)
+    rng = np.random.default_rng(seed)
+    return Capture(
+        names=tuple(f"frame_{i:04d}" for i in range(n)),
+        world_to_camera=np.concatenate([rotations, shift[..., None]], axis=2),
+        intrinsics=np.tile([size[0] * 0.8, size[0] * 0.8, size[0] / 2, size[1] / 2], (n, 1)),
+        images=rng.integers(0, 255, (n, size[1], size[0], 3), dtype=np.uint8),
+        sequences=sequences or ("a",) * n,
+        source="a test",
+    )
+
+
+def random_capture(n, seed=0):
+    """Cameras in a cloud, turned at random."""
+    rng = np.random.default_rng(seed)
+    rotations = Rotation.random(n, rng=rng).as_matrix()
+    return capture_of(rng.normal(size=(n, 3)), rotations, seed=seed)
+
+
+def problem_on(capture, targets=4, seed=0, width=12):
+    """A selection problem with random unit descriptors and sharpness."""
+    rng = np.random.default_rng([7, seed])
+    descriptors = rng.normal(size=(len(capture), width))
+    descriptors /= np.linalg.norm(descriptors, axis=1, keepdims=True)
+    split = evaluation_split(capture, 0, seed, targets=targets)
+    return Problem(
+        capture=capture,
+        candidates=split.candidates,
+        proxies=split.proxies,
+        targets=capture.view(split.targets),
+        descriptors=descriptors.astype(np.float32),
+        sharpness=rng.uniform(10, 900, len(capture)),
+    )
+
+
+def random_problem(n=40, seed=0, targets=4):
+    """`problem_on` a `random_capture`."""
+    return problem_on(random_capture(n, seed), targets, seed)
+
+
+def moved(problem, rotation, shift, scale):
+    """The same problem after a rigid motion and a uniform scaling of the world."""
+
+    def pose(world_to_camera):
+        turned = world_to_camera[:, :, :3] @ rotation.T
+        offset = scale * world_to_camera[:, :, 3] - turned @ shift
+        return np.concatenate([turned, offset[..., None]], axis=2)
+
+    capture = replace(problem.capture, world_to_camera=pose(problem.capture.world_to_camera))
+    targets = problem.targets
+    views = Views(pose(targets.world_to_camera), targets.intrinsics, targets.size)
+    return replace(problem, capture=capture, targets=views)
+
+
+def random_weights(seed, gain=1.0):
+    """Scorer weights in the range of a fresh network, times `gain`."""
+    rng = np.random.default_rng([8, seed])
+    return {
+        name: (rng.uniform(-gain, gain, shape) / np.sqrt(shape[-1])).astype(np.float32)
+        for name, shape in SHAPES.items()
+    }
