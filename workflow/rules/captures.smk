@@ -15,6 +15,8 @@ rule generate:
         "<results>/logs/generate/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/generate/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=2000,
@@ -44,6 +46,8 @@ rule ingest:
         "<results>/logs/ingest/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/ingest/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=2000,
@@ -71,6 +75,8 @@ rule describe:
         "<results>/logs/describe/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/describe/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=2000,
@@ -97,6 +103,8 @@ rule split:
         "<results>/logs/split/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/split/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=1000,
@@ -129,6 +137,8 @@ rule features:
         "<results>/logs/features/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/features/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=1000,

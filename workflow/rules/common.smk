@@ -11,11 +11,21 @@ from snakemake.utils import validate
 ROLES = ("train", "validation", "evaluation")
 LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
 
-validate(config, "../schemas/config.schema.yaml")
-
 
 def refuse(message, hint):
     raise WorkflowError(f"config: {message}\nHint: {hint}")
+
+
+try:
+    validate(config, "../schemas/config.schema.yaml")
+except WorkflowError as error:
+    fault = error.__context__
+    keys = sorted(fault.schema.get("properties", {}))
+    refuse(
+        f"{fault.json_path.removeprefix('$.').replace('$', 'top level')}: {fault.message}",
+        (f"the keys here are {keys}; " if keys else "")
+        + "config/README.md describes every key",
+    )
 
 
 def scenes(dataset, role):

@@ -25,6 +25,8 @@ rule label:
         "<results>/logs/label/{scene}.log",
     benchmark:
         "<results>/benchmarks/label/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=4000,
@@ -57,6 +59,8 @@ rule trajectories:
         "<results>/logs/trajectories.log",
     benchmark:
         "<results>/benchmarks/trajectories.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=1000,

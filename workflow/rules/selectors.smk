@@ -25,6 +25,8 @@ rule train:
         "<results>/logs/train/ours/seed{seed}.log",
     benchmark:
         "<results>/benchmarks/train/ours/seed{seed}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=4000,
@@ -87,6 +89,8 @@ rule refine:
         "<results>/logs/refine/seed{seed}.log",
     benchmark:
         "<results>/benchmarks/refine/seed{seed}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=8000,

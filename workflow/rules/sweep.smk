@@ -28,6 +28,8 @@ rule select:
         "<results>/logs/select/{dataset}/{scene}/draw{draw}.log",
     benchmark:
         "<results>/benchmarks/select/{dataset}/{scene}/draw{draw}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=2000,
@@ -55,6 +57,8 @@ rule evaluate:
         "<results>/logs/evaluate/{dataset}/{scene}/draw{draw}.log",
     benchmark:
         "<results>/benchmarks/evaluate/{dataset}/{scene}/draw{draw}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=4000,
@@ -84,6 +88,8 @@ rule search_oracle:
         "<results>/logs/search_oracle/{dataset}/{scene}/draw{draw}.log",
     benchmark:
         "<results>/benchmarks/search_oracle/{dataset}/{scene}/draw{draw}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=4000,
@@ -131,6 +137,8 @@ rule ksweep:
         "<results>/logs/ksweep.log",
     benchmark:
         "<results>/benchmarks/ksweep.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=1000,
@@ -176,6 +184,8 @@ rule heatmap:
         "<results>/logs/heatmap.log",
     benchmark:
         "<results>/benchmarks/heatmap.jsonl"
+    conda:
+        "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=1000,
