@@ -10,6 +10,7 @@ from selection_problems import capture_of, moved, random_problem, random_weights
 from fsel.features import FEATURES, STATIC, static_features
 from fsel.geometry import pose_distance
 from fsel.problem import checked_select
+from fsel.refine import linear_weights
 from fsel.scorer import INPUTS, Scorer
 from fsel.selector import (
     DYNAMIC,
@@ -178,6 +179,27 @@ def test_a_constant_scorer_takes_the_lowest_rows():
     rows, scores = greedy(prepare(random_problem(30), **POLICIES["ours"]), weights, 5)
     np.testing.assert_array_equal(rows, np.arange(5))
     np.testing.assert_array_equal(scores, 3)
+
+
+def test_float32_screening_never_decides_between_near_ties():
+    problem = random_problem(60, 12)
+    sharpness = np.where(np.isin(np.arange(60), problem.candidates[[3, 30, 41]]), 900.0, 10.0)
+    sharpness[problem.candidates[41]] += 1e-9
+    prepared = prepare(replace(problem, sharpness=sharpness), **POLICIES["ours"])
+    only_sharpness = np.zeros(INPUTS)
+    only_sharpness[FEATURES.index("sharpness")] = 1
+    rows, _ = greedy(prepared, linear_weights(only_sharpness), 3)
+    np.testing.assert_array_equal(rows, [41, 3, 30])
+
+
+def test_weights_read_from_a_file_pick_the_same(tmp_path):
+    prepared = prepare(random_problem(40), **POLICIES["ours"])
+    scorer = Scorer(random_weights(4), {})
+    scorer.save(tmp_path / "s.safetensors")
+    read = Scorer.load(tmp_path / "s.safetensors").weights
+    again = greedy(prepared, read, 10)
+    for got, want in zip(again, greedy(prepared, scorer.weights, 10), strict=True):
+        np.testing.assert_array_equal(got, want)
 
 
 @policies

@@ -177,10 +177,11 @@ def greedy(
         raise ValueError(f"k must be between 1 and the pool's {len(prepared.pool)} rows, got {k}")
     first = weights["layer1.weight"]
     base = prepared.static.astype(np.float32) @ first.T + weights["layer1.bias"]
+    # copies: arrays read from a file may be read-only, for which the loop would compile anew
     narrow = (
         np.ascontiguousarray(first[:, DYNAMIC].T),
         np.ascontiguousarray(weights["layer2.weight"].T),
-        weights["layer2.bias"],
+        weights["layer2.bias"].copy(),
         weights["layer3.weight"][0].copy(),
     )
     wide = tuple(weights[name].astype(np.float64) for name in SHAPES)
