@@ -52,6 +52,11 @@ def ksweep(
         facts: what the caption tells, see `caption`.
     """
     cells = sweep_cells(evaluations)
+    shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
+    groups = [
+        {name: label for name, label in group.items() if name in shown}
+        for group in (BASELINES, LEARNED, REFERENCES)
+    ]
     means = summarise(cells, METRICS, resamples=resamples, seed=seed)
     gaps = differences(cells, list(LEARNED), METRICS, resamples=resamples, seed=seed)
     _write_csv(means, summary)
@@ -59,11 +64,11 @@ def ksweep(
     text = sweep_table(
         means,
         datasets={name: tex(label) for name, label in datasets.items()},
-        groups=[BASELINES, LEARNED, REFERENCES],
+        groups=groups,
         ranked=[*BASELINES, *LEARNED],
         budgets=budgets,
         higher_is_better=HIGHER_IS_BETTER,
-        caption=caption(facts),
+        caption=caption({**facts, "searched": "search" in shown}),
         label="tab:ksweep_all",
     )
     with atomic(table) as temporary:
@@ -90,7 +95,8 @@ def caption(facts: Mapping) -> str:
 
     Args:
         facts: embedded (labels of datasets of generated captures), real (labels of datasets read
-            from disk), reconstructor, long_side, descriptor, search_k, draws, oracle_draws.
+            from disk), reconstructor, long_side, descriptor, search_k, draws, oracle_draws,
+            searched (whether the searches have rows).
     """
     captures = []
     if facts["embedded"]:
@@ -101,9 +107,13 @@ def caption(facts: Mapping) -> str:
         )
     if facts["real"]:
         captures.append(f"captures read from disk ({tex(', '.join(facts['real']))})")
-    oracle = ""
-    if facts["oracle_draws"] < facts["draws"]:
-        oracle = f", over {facts['oracle_draws']} of the {facts['draws']} target draws"
+    references = "all frames without selection."
+    if facts["searched"]:
+        references = (
+            "searches, which reconstruct hundreds of subsets of every scene "
+            rf"($K{{=}}{facts['search_k']}$, {facts['oracle_draws']} of {facts['draws']} target "
+            f"draws), and {references}"
+        )
     names = {key: tex(facts[key]) for key in ("reconstructor", "descriptor")}
     return (
         r"\textbf{Input budget sweep across datasets}. Each cell reports "
@@ -111,9 +121,8 @@ def caption(facts: Mapping) -> str:
         "targets, target draws and seeds within a scene, then over scenes; the best selection of "
         rf"each column is in bold. Captures: {'; '.join(captures)}. Reconstructor: "
         rf"\texttt{{{names['reconstructor']}}} at {facts['long_side']} pixels; appearance "
-        rf"descriptor: \texttt{{{names['descriptor']}}}. Below the last rule, for reference: "
-        "searches, which reconstruct hundreds of subsets of every scene "
-        rf"($K{{=}}{facts['search_k']}$ only{oracle}), and all frames without selection."
+        rf"descriptor: \texttt{{{names['descriptor']}}}. Below the last rule, "
+        f"for reference: {references}"
     )
 
 

@@ -37,16 +37,17 @@ def gains(
         dataset, k, reference (the strongest), gain in dB, significant (the paired 95% interval
         excludes zero).
     """
-    means = summary.set_index(["metric", "dataset", "k", "method"])["mean"]
-    paired = differences.set_index(["metric", "dataset", "k", "method", "reference"]).sort_index()
+    here = summary[(summary["metric"] == METRIC) & summary["method"].isin(baselines)]
+    strongest = here.loc[here.groupby(["dataset", "k"])["mean"].idxmax()]
+    strongest = strongest.set_index(["dataset", "k"])["method"]
+    paired = differences[(differences["metric"] == METRIC) & (differences["method"] == method)]
+    paired = paired.set_index(["dataset", "k", "reference"]).sort_index()
     rows = []
     for dataset in datasets:
         for k in budgets:
-            here = means.loc[METRIC, dataset, k].loc[list(baselines)]
-            strongest = here.idxmax()
-            row = paired.loc[(METRIC, dataset, k, method, strongest)]
+            row = paired.loc[(dataset, k, strongest[dataset, k])]
             significant = row["ci_low"] > 0 or row["ci_high"] < 0
-            rows.append((dataset, k, strongest, row["mean"], bool(significant)))
+            rows.append((dataset, k, strongest[dataset, k], row["mean"], bool(significant)))
     return pd.DataFrame(rows, columns=["dataset", "k", "reference", "gain", "significant"])
 
 

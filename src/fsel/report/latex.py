@@ -1,6 +1,6 @@
 """The budget sweep as a LaTeX table in the form of the paper's (Appendix E.1).
 
-The document needs `booktabs`, `graphicx` and `multirow`.
+The document needs `booktabs` and `graphicx`.
 """
 
 from __future__ import annotations
@@ -103,10 +103,12 @@ class _Sheet:
     def row(self, datasets: Mapping[str, str], method: str, title: str) -> str:
         """A method's row; one wide cell where it takes every frame."""
         parts = [title]
+        last = list(datasets)[-1]
         for dataset in datasets:
             if (dataset, method, ALL_FRAMES, "psnr") in self.means:
                 cell = self.cell(dataset, method, ALL_FRAMES)
-                parts.append(rf"\multicolumn{{{len(self.budgets)}}}{{c}}{{{cell}}}")
+                form = "c" if dataset == last else "c|"
+                parts.append(rf"\multicolumn{{{len(self.budgets)}}}{{{form}}}{{{cell}}}")
             else:
                 parts += [self.cell(dataset, method, k) for k in self.budgets]
         return " & ".join(parts) + r" \\"
