@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from fsel.scorer import INPUTS, Scorer
 
 from fsel.refine import RefineSettings, linear_weights, refine
+from fsel.scorer import INPUTS, Scorer
 
 
 def test_embedded_linear_score_is_exact():

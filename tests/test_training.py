@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import torch
-from fsel.scorer import INPUTS, PARAMETERS, Scorer
 
+from fsel.scorer import INPUTS, PARAMETERS, Scorer
 from fsel.training import Trajectory, train
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from fsel.metrics import score_views
 
 from fsel.capture import Views
+from fsel.metrics import score_views
 from fsel.reconstruct import Reconstructor
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import cma
 import numpy as np
 import pandas as pd
+
 from fsel.scorer import INPUTS, WIDTH
 
 Objective = Callable[[Sequence[np.ndarray], int], np.ndarray]

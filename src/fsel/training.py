@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 import torch
+
 from fsel.scorer import INPUTS, WIDTH
 
 

@@ -178,6 +178,8 @@ check_experiment()
 TRAINED = config["training"]["dataset"]
 LABELLED = {s: r for r in ("train", "validation") for s in scenes(TRAINED, r)}
 SEEDS = range(config["training"]["seeds"])
+REFINED = range(config["refinement"]["seeds"])
+PRACTISED = [f"{d}/{s}" for d in config["datasets"] for s in scenes(d, "train")]
 RECONSTRUCTION = ("capture", "evaluation", "metrics", "reconstruct")
 FEATURES = ("capture", "features", "geometry", "problem", "scorer", "selector", "split")
 FILES = ("pipeline/files", "pipeline/journal", "pipeline/problems")

@@ -1,6 +1,6 @@
 """The learned selectors.
 
-Inputs: trajectories, and canonical captures of the training dataset.
+Inputs: trajectories, and canonical captures of all train scenes.
 Outputs: <results>/selector/seed{seed}.safetensors (`ours`),
 <results>/selector/no_appearance/seed{seed}.safetensors, <results>/selector/fsel/seed{seed}.safetensors,
 each with a log of its training beside it.
@@ -59,21 +59,10 @@ use rule train as train_no_appearance with:
 
 rule refine:
     input:
-        frames=collect(
-            f"<results>/{TRAINED}/{{scene}}/frames.parquet",
-            scene=scenes(TRAINED, "train"),
-        ),
-        points=collect(
-            f"<results>/{TRAINED}/{{scene}}/points.parquet",
-            scene=scenes(TRAINED, "train"),
-        ),
-        images=collect(
-            f"<results>/{TRAINED}/{{scene}}/images.npy", scene=scenes(TRAINED, "train")
-        ),
-        descriptors=collect(
-            f"<results>/{TRAINED}/{{scene}}/descriptors.parquet",
-            scene=scenes(TRAINED, "train"),
-        ),
+        frames=collect("<results>/{scene}/frames.parquet", scene=PRACTISED),
+        points=collect("<results>/{scene}/points.parquet", scene=PRACTISED),
+        images=collect("<results>/{scene}/images.npy", scene=PRACTISED),
+        descriptors=collect("<results>/{scene}/descriptors.parquet", scene=PRACTISED),
         lib=library(
             *FEATURES,
             *RECONSTRUCTION,
@@ -96,7 +85,7 @@ rule refine:
         mem_mb=8000,
         runtime=240,
     params:
-        scenes=scenes(TRAINED, "train"),
+        scenes=PRACTISED,
         settings=config["refinement"] | {"seed": config["seed"]},
         reconstruction=config["reconstruction"],
     message:

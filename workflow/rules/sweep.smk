@@ -18,7 +18,7 @@ rule select:
         ours_no_appearance=collect(
             "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
         ),
-        fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=SEEDS),
+        fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
         lib=library(
             *FEATURES, "baselines", *FILES, "pipeline/policies", "pipeline/selection"
         ),

@@ -11,7 +11,7 @@ import pandas as pd
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.features import APPEARANCE, FEATURES, SIGNS
+from fsel.features import APPEARANCE, CONDITIONED, FEATURES, SIGNS
 from fsel.pipeline.files import atomic, fingerprint, write_table
 from fsel.pipeline.journal import Journal
 from fsel.pipeline.labels import reconstructor_of
@@ -168,8 +168,15 @@ def refined(
 
 
 def start_of(policy: Policy) -> np.ndarray:
-    """(19,) the untrained signs, over 18, for inputs that the policy sees; NaN for the others."""
-    start = np.append(SIGNS, 1.0) / len(FEATURES)
+    """(19,) a third of the untrained signs for what follows the selection, and all of coverage.
+
+    Coverage alone picks much as Nearest does, round-robin over the targets: the strongest of the
+    heuristics is where the strategy sets out from. NaN marks inputs that the policy does not see.
+    """
+    start = np.zeros(len(FEATURES) + 1)
+    for name in CONDITIONED:
+        start[FEATURES.index(name)] = SIGNS[FEATURES.index(name)] / 3
+    start[-1] = 1.0
     hidden = [name in APPEARANCE and not policy.appearance for name in FEATURES]
     start[[*hidden, not policy.coverage]] = np.nan
     return start

@@ -20,6 +20,7 @@ LOOK_ANGLE = 8.0  # degrees of parallax that stereo likes best
 LOOK_SPREAD = (4.0, 12.0)  # and how fast the liking falls below and above it
 AXIS_SPREAD = 30.0  # degrees between optical axes
 MAX_PARTNERS = 4
+KEPT_PAIRS = 4096  # matching costs in memory, some 100 kB each at 64x48
 
 
 @dataclass(frozen=True)
@@ -168,6 +169,8 @@ class Splats:
                 self.inverse[frame],
                 np.float32(self.settings.truncation),
             )
+            if len(self._pairs) >= KEPT_PAIRS:
+                del self._pairs[next(iter(self._pairs))]  # the oldest: dictionaries keep order
             self._pairs[frame, source] = stereo.box_filter(cost)
         return self._pairs[frame, source]
 
