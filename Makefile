@@ -1,7 +1,7 @@
 PYTHON ?= python3
 CORES ?= 2
 
-.PHONY: ksweep test clean
+.PHONY: ksweep test
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
@@ -14,6 +14,3 @@ test: .venv/installed
 	$(PYTHON) -m venv .venv
 	.venv/bin/python -m pip install --quiet --editable '.[workflow,dev]'
 	touch $@
-
-clean:
-	rm -rf results/* .snakemake

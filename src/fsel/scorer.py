@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,15 +56,21 @@ class Scorer:
         return hidden @ self.weights["layer3.weight"][0] + self.weights["layer3.bias"][0]
 
     def save(self, path: str | Path) -> None:
-        """Write a safetensors file with the provenance as metadata."""
-        save_file(self.weights, str(path), metadata=self.provenance)
+        """Write a safetensors file with the provenance as metadata.
+
+        It is one field of JSON: safetensors writes several fields in an order that changes from
+        run to run, and equal weights must be equal files.
+        """
+        provenance = json.dumps(self.provenance, sort_keys=True)
+        save_file(self.weights, str(path), metadata={"provenance": provenance})
 
     @classmethod
     def load(cls, path: str | Path) -> Scorer:
         """Read what `save` wrote."""
         weights = load_file(str(path))
         with safe_open(str(path), framework="numpy") as file:
-            return cls(weights, dict(file.metadata() or {}))
+            metadata = file.metadata() or {}
+        return cls(weights, json.loads(metadata.get("provenance", "{}")))
 
 
 def _gelu(z: np.ndarray) -> np.ndarray:
