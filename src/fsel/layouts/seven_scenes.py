@@ -48,9 +48,7 @@ def _sequences(folder: Path) -> list[str]:
         path = folder / split
         if not path.is_file():
             raise FileNotFoundError(f"{path}: split file is missing")
-        numbers += [
-            int(line.strip().removeprefix("sequence")) for line in path.open() if line.strip()
-        ]
+        numbers += [int(line.removeprefix("sequence")) for line in path.read_text().split()]
     return [f"seq-{number:02d}" for number in sorted(numbers)]
 
 

@@ -25,7 +25,6 @@ class Shot:
         exposure: (N,) gain.
         noise: standard deviation of the sensor noise, 0..1.
         vignette: darkening of the corners, 0..1.
-        subsamples: rays a pixel, spread over the exposure.
         bad: (N,) bool.
         lost: (N,) bool.
         metric: whether the capture's world is metric and upright.
@@ -38,10 +37,14 @@ class Shot:
     exposure: np.ndarray
     noise: float
     vignette: float
-    subsamples: int
     bad: np.ndarray
     lost: np.ndarray
     metric: bool
+
+    @property
+    def shake(self) -> np.ndarray:
+        """(N, 3) angular velocities, radians an exposure."""
+        return np.concatenate([shake for _, _, shake in self.passes])
 
     def poses(self, moment: np.ndarray) -> np.ndarray:
         """(N, 3, 4) world-to-camera at (N,) moments of the exposure, -0.5 to 0.5."""
@@ -135,7 +138,6 @@ def _shot(
         exposure=np.exp(drift * (wave - wave.mean())),
         noise=noise,
         vignette=0.12,
-        subsamples=5,
         bad=(shaken > 0.6 * strength) if flag_blur else np.zeros(frames, dtype=bool),
         lost=gone,
         metric=metric,
@@ -249,7 +251,7 @@ def _scannetpp(rng, frames: int) -> Shot:
         _fisheye(0.5),
         lingers=1,
         blurs=3,
-        strength=0.05,
+        strength=0.08,
         drift=0.05,
         noise=0.003,
         metric=True,

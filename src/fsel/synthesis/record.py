@@ -20,6 +20,7 @@ TRACK_NOISE = 0.3  # pixels
 MIN_TRACK = 3
 DETECTION = 0.8  # chance that a visible point is found in a frame
 ATTEMPTS = 40
+SUBSAMPLES = (5, 24)  # least and most rays a pixel
 SPHERE = 96
 
 
@@ -110,20 +111,25 @@ def _film(caster, shot: Shot, rays: np.ndarray, camera: Camera, rng) -> np.ndarr
     y = np.linspace(-1, 1, camera.height)[:, None]
     vignette = (1 - shot.vignette * (x**2 + y**2) / 2)[..., None].astype(np.float32)
     linear = np.zeros((frames, camera.height * camera.width, 3), np.float32)
-    subsamples = shot.subsamples
-    for s in range(subsamples):
-        moment = (s + 0.5) / subsamples - 0.5
-        poses = shot.poses(np.full(frames, moment))
-        for i in range(frames):
+    counts = _subsamples(shot, camera)
+    for s in range(counts.max()):
+        poses = shot.poses((s + 0.5) / counts - 0.5)
+        for i in np.flatnonzero(counts > s):
             jitter = rng.uniform(-0.5, 0.5, 2) + 0.5 * np.array([(s % 2) - 0.5, (s // 2 % 2) - 0.5])
             origins, world = _to_world(poses[i], shot.jittered(rays, camera, jitter))
             linear[i] += caster.colors(origins, world)
     for i in range(frames):
-        light = linear[i].reshape(images.shape[1:]) / subsamples * vignette * shot.exposure[i]
+        light = linear[i].reshape(images.shape[1:]) / counts[i] * vignette * shot.exposure[i]
         value = np.clip(light, 0, 1) ** GAMMA
         value = value + rng.normal(0, shot.noise, value.shape).astype(np.float32)
         images[i] = np.clip(np.rint(value * 255), 0, 255).astype(np.uint8)
     return images
+
+
+def _subsamples(shot: Shot, camera: Camera) -> np.ndarray:
+    """(N,) rays a pixel: more where the shake would else leave separate ghosts."""
+    pixels = np.linalg.norm(shot.shake, axis=1) * camera.params[0]
+    return np.clip(np.ceil(2 * pixels), *SUBSAMPLES).astype(int)
 
 
 def _to_world(pose: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,233 @@
+"""Layouts: what is written is read back; what is wrong is refused by name."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from fsel.layouts import LAYOUTS, read_capture
+from fsel.layouts.base import natural
+from fsel.recording import Camera, Recording
+from fsel.synthesis.lens import project, unproject
+
+CAPTURES = Path(__file__).parents[2] / "shared" / "captures"
+PINHOLE = Camera("PINHOLE", 64, 48, (60.0, 60.0, 32.0, 24.0))
+OPENCV = Camera("OPENCV", 64, 48, (60.0, 60.5, 32.4, 23.8, -0.05, 0.01, 3e-4, -4e-4))
+FISHEYE = Camera("OPENCV_FISHEYE", 64, 48, (35.0, 35.0, 32.2, 23.9, -0.03, 0.006, -0.002, 2e-4))
+SEVEN = Camera("PINHOLE", 64, 48, (58.5, 58.5, 32.0, 24.0))
+WRITERS = {
+    "dl3dv": OPENCV,
+    "tanks_and_temples": PINHOLE,
+    "mipnerf360": PINHOLE,
+    "scannetpp_iphone": OPENCV,
+    "scannetpp_dslr": FISHEYE,
+    "seven_scenes": SEVEN,
+}
+DROPPED = {"tanks_and_temples": [4], "scannetpp_iphone": [4], "scannetpp_dslr": [7, 19]}
+
+
+def recording(layout, frames=22, seed=0):
+    """Cameras around a cloud of points, smooth images, one lost and one bad frame."""
+    rng = np.random.default_rng(seed)
+    camera = WRITERS[layout]
+    xyz = rng.uniform(-1, 1, (60, 3))
+    rotation = Rotation.random(frames, rng=rng).as_matrix()
+    poses = np.concatenate([rotation, np.tile([[0.0], [0.0], [4.0]], (frames, 1, 1))], axis=2)
+    point, frame, xy = [], [], []
+    for i, pose in enumerate(poses):
+        uv = project(camera, xyz @ pose[:, :3].T + pose[:, 3])
+        seen = np.flatnonzero(((uv > 1) & (uv < [63, 47])).all(axis=1))
+        point += seen.tolist()
+        frame += [i] * len(seen)
+        xy.append(uv[seen])
+    small = rng.integers(0, 255, (frames, 6, 8, 3), dtype=np.uint8)
+    images = np.stack([cv2.resize(s, (64, 48), interpolation=cv2.INTER_CUBIC) for s in small])
+    several = layout == "seven_scenes"
+    names = [
+        f"seq-0{1 + i % 2}/frame-{i // 2:06d}" if several else f"f{i + 7}" for i in range(frames)
+    ]
+    order = sorted(range(frames), key=lambda i: natural(names[i]))
+    flags = np.zeros((2, frames), bool)
+    flags[0, 7], flags[1, 4] = True, True
+    return Recording(
+        names=tuple(names[i] for i in order),
+        world_to_camera=poses,
+        camera=camera,
+        images=images,
+        depth=np.full((frames, 48, 64), 4, np.float32),
+        xyz=xyz,
+        rgb=rng.integers(0, 255, (60, 3), dtype=np.uint8),
+        track_point=np.array(point),
+        track_frame=np.array(frame),
+        track_xy=np.concatenate(xy),
+        sequences=tuple(names[i].split("/")[0] if several else "a" for i in order),
+        bad=flags[0],
+        lost=flags[1],
+    )
+
+
+@pytest.fixture(params=WRITERS)
+def written(request, tmp_path):
+    made = recording(request.param)
+    LAYOUTS[request.param].write(made, tmp_path)
+    return request.param, made, tmp_path
+
+
+def test_round_trip(written):
+    layout, made, folder = written
+    capture = read_capture(folder, layout, long_side=64)
+    kept = np.setdiff1d(np.arange(22), DROPPED.get(layout, []))
+    assert [Path(name).name.split(".")[0] for name in capture.names] == [
+        Path(made.names[i]).name for i in kept
+    ]
+    np.testing.assert_allclose(capture.world_to_camera, made.world_to_camera[kept], atol=1e-9)
+    if made.camera.model == "PINHOLE":
+        np.testing.assert_allclose(capture.intrinsics[0], made.camera.params, atol=1e-6)
+        assert np.abs(capture.images.astype(int) - made.images[kept]).mean() < 3
+
+
+def test_undistorted_images_show_what_a_pinhole_sees(written):
+    layout, made, folder = written
+    capture = read_capture(folder, layout, long_side=64)
+    kept = np.setdiff1d(np.arange(22), DROPPED.get(layout, []))
+    fx, fy, cx, cy = capture.intrinsics[0]
+    straight = Camera("PINHOLE", 64, 48, (fx, fy, cx, cy))
+    source = project(made.camera, unproject(straight)) - 0.5
+    maps = source.reshape(48, 64, 2).astype(np.float32)
+    for shown, i in zip(capture.images[:3], kept[:3], strict=True):
+        expected = cv2.remap(made.images[i], maps, None, cv2.INTER_LINEAR)
+        inner = np.abs(shown.astype(int) - expected)[3:-3, 3:-3]
+        assert inner.mean() < 3
+
+
+def test_points_and_tracks_survive(written):
+    layout, made, folder = written
+    capture = read_capture(folder, layout, long_side=64)
+    if layout == "seven_scenes":
+        assert capture.points is None
+        return
+    points = capture.points
+    pose = capture.world_to_camera[points.track_frame]
+    local = np.einsum("lij,lj->li", pose[:, :, :3], points.xyz[points.track_point]) + pose[:, :, 3]
+    uv = local[:, :2] / local[:, 2:] * capture.intrinsics[0, :2] + capture.intrinsics[0, 2:]
+    assert (np.abs(uv - [32, 24]) < [48, 40]).all()
+    assert np.isin(np.round(points.xyz, 6), np.round(made.xyz, 6)).all()
+    assert len(points.track_point) > 0.6 * len(made.track_point)
+
+
+def test_layouts_are_recognised(written):
+    layout, _, folder = written
+    capture = read_capture(folder, long_side=64)
+    expected = "colmap" if layout == "tanks_and_temples" else layout
+    assert capture.source.startswith(expected)
+
+
+def test_images_are_resized_with_their_intrinsics(tmp_path):
+    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
+    capture = read_capture(tmp_path, long_side=32)
+    assert capture.size == (32, 24)
+    np.testing.assert_allclose(capture.intrinsics[0], [30, 30, 16, 12], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda p: p.write_bytes(b""), "0 bytes"),
+        (lambda p: p.write_bytes(p.read_bytes()[:200]), "truncated"),
+        (lambda p: p.unlink(), "missing"),
+        (lambda p: p.write_text("no image"), "not a readable image"),
+        (lambda p: cv2.imwrite(str(p), np.zeros((48, 90, 3), np.uint8)), "1 %"),
+    ],
+)
+def test_a_damaged_image_is_named(tmp_path, damage, message):
+    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
+    file = tmp_path / "images_4" / "f9.jpg"
+    damage(file)
+    with pytest.raises((ValueError, FileNotFoundError), match=message) as error:
+        read_capture(tmp_path, "mipnerf360")
+    assert "f9.jpg" in str(error.value)
+
+
+def edit(path, change):
+    content = json.loads(path.read_text())
+    change(content)
+    path.write_text(json.dumps(content))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: c["frames"][2].update(file_path="images/../../../etc/x.png"), "leads outside"),
+        (
+            lambda c: c["frames"][2]["transform_matrix"][0].__setitem__(3, float("nan")),
+            "not finite",
+        ),
+        (lambda c: c.pop("fl_x"), "intrinsics of .* are missing"),
+        (lambda c: c.update(frames=[]), "list of frames"),
+        (lambda c: c["frames"].append(c["frames"][0]), "duplicate frame names"),
+        (lambda c: c["frames"][1].update(transform_matrix=[[1]]), "not 4x4"),
+    ],
+)
+def test_a_damaged_transforms_file_is_refused(tmp_path, change, message):
+    LAYOUTS["dl3dv"].write(recording("dl3dv"), tmp_path)
+    edit(tmp_path / "nerfstudio" / "transforms.json", change)
+    with pytest.raises(ValueError, match=message):
+        read_capture(tmp_path, "dl3dv")
+
+
+def test_a_reflection_is_refused(tmp_path):
+    LAYOUTS["dl3dv"].write(recording("dl3dv"), tmp_path)
+    path = tmp_path / "nerfstudio" / "transforms.json"
+
+    def mirror(content):
+        for row in content["frames"][0]["transform_matrix"][:3]:
+            row[0] *= -1
+
+    edit(path, mirror)
+    with pytest.raises(ValueError, match="reflection"):
+        read_capture(tmp_path, "dl3dv")
+
+
+def test_a_lost_pose_is_left_out(tmp_path):
+    LAYOUTS["seven_scenes"].write(recording("seven_scenes"), tmp_path)
+    np.savetxt(tmp_path / "seq-01" / "frame-000003.pose.txt", np.full((4, 4), -np.inf))
+    capture = read_capture(tmp_path)
+    assert len(capture) == 21
+    assert "seq-01/frame-000003" not in capture.names
+
+
+def test_absent_or_unknown_folders_are_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such folder"):
+        read_capture(tmp_path / "nothing")
+    with pytest.raises(ValueError, match="no known layout"):
+        read_capture(tmp_path)
+    with pytest.raises(ValueError, match="allowed: auto"):
+        read_capture(tmp_path, "kitti")
+    with pytest.raises(FileNotFoundError, match="no COLMAP model"):
+        read_capture(tmp_path, "colmap")
+
+
+def test_natural_order():
+    assert sorted(["f10", "f9", "a/2", "a/10"], key=natural) == ["a/2", "a/10", "f9", "f10"]
+
+
+@pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")
+def test_real_capture_reads_alike_in_both_layouts():
+    colmap = read_capture(CAPTURES / "fox", "colmap")
+    nerfstudio = read_capture(CAPTURES / "fox", "nerfstudio")
+    assert colmap.names == nerfstudio.names
+    np.testing.assert_allclose(colmap.world_to_camera, nerfstudio.world_to_camera, atol=1e-4)
+    np.testing.assert_allclose(colmap.intrinsics, nerfstudio.intrinsics, rtol=1e-4)
+
+
+@pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")
+@pytest.mark.parametrize(
+    ("name", "frames"), [("miku", 96), ("flowerpot", 49), ("southbuilding", 128)]
+)
+def test_real_captures_read(name, frames):
+    capture = read_capture(CAPTURES / name)
+    assert len(capture) == frames
+    assert capture.points is not None

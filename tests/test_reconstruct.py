@@ -1,0 +1,297 @@
+"""The splat reconstructor: kernels against plain twins, and behaviour on a generated room."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from fsel.capture import Capture, SparsePoints, Views
+from fsel.evaluation import Evaluator
+from fsel.reconstruct import RECONSTRUCTORS, agreement, render, stereo
+from fsel.reconstruct.splats import Splats, depth_range
+
+F = np.float32
+
+
+def textured_wall(frames=8, size=(48, 36), depth=4.0, step=0.25, seed=0):
+    """Cameras in a row before a textured wall at a known depth."""
+    rng = np.random.default_rng(seed)
+    texture = np.kron(rng.random((60, 80, 3)), np.ones((4, 4, 1)))
+    width, height = size
+    focal = 40.0
+    images = np.empty((frames, height, width, 3), np.uint8)
+    poses = np.tile(np.eye(3, 4), (frames, 1, 1))
+    for i in range(frames):
+        center = (i - frames / 2) * step
+        poses[i, 0, 3] = -center
+        x = (np.arange(width) + 0.5 - width / 2) / focal * depth + center
+        y = (np.arange(height) + 0.5 - height / 2) / focal * depth
+        u = np.clip((x * 24 + 160).astype(int), 0, 319)
+        v = np.clip((y * 24 + 120).astype(int), 0, 239)
+        images[i] = texture[v[:, None], u[None]] * 255
+    return Capture(
+        names=tuple(f"{i}" for i in range(frames)),
+        world_to_camera=poses,
+        intrinsics=np.tile([focal, focal, width / 2, height / 2], (frames, 1)),
+        images=images,
+        sequences=("a",) * frames,
+        points=SparsePoints(
+            np.array([[0.0, 0.0, depth * 0.6], [0.0, 0.0, depth]]).repeat(10, axis=0),
+            np.zeros((20, 3), np.uint8),
+            np.tile(np.arange(20), frames),
+            np.repeat(np.arange(frames), 20),
+        ),
+    )
+
+
+def plain_pair_cost(capture, i, j, inverse, truncation, enlarged):
+    """Project every pixel at every plane, one at a time."""
+    height, width = capture.images.shape[1:3]
+    out = np.empty((height, width, len(inverse)))
+    k = capture.intrinsics[i]
+    for y in range(height):
+        for x in range(width):
+            ray = np.array([(x + 0.5 - k[2]) / k[0], (y + 0.5 - k[3]) / k[1], 1.0])
+            for d, q in enumerate(inverse):
+                pose = capture.world_to_camera[i]
+                world = pose[:, :3].T @ (ray / q - pose[:, 3])
+                other = capture.world_to_camera[j]
+                p = other[:, :3] @ world + other[:, 3]
+                u, v = 2 * (capture.intrinsics[j][:2] * p[:2] / p[2] + capture.intrinsics[j][2:])
+                inside = p[2] > 0 and 0 <= u < 2 * width and 0 <= v < 2 * height
+                cost = 150.0
+                if inside:
+                    gap = np.abs(enlarged[int(v), int(u)] - capture.images[i, y, x].astype(float))
+                    cost = min(gap.mean() / truncation, 1) * 255
+                out[y, x, d] = cost
+    return out
+
+
+def test_pair_cost_equals_plain_projection():
+    capture = textured_wall(size=(16, 12))
+    turn = Rotation.from_rotvec([0.03, -0.05, 0.07]).as_matrix()
+    capture.world_to_camera[3] = turn @ capture.world_to_camera[3]
+    bound = Splats(capture)
+    inverse = np.linspace(0.1, 0.5, 8).astype(F)
+    pose, other = capture.world_to_camera[[1, 3]]
+    rotation = other[:, :3] @ pose[:, :3].T
+    fast = stereo.pair_cost(
+        bound.images[1],
+        bound.enlarged[3],
+        bound.rays[1],
+        rotation.astype(F),
+        (other[:, 3] - rotation @ pose[:, 3]).astype(F),
+        bound.ks[3],
+        inverse,
+        F(40),
+    )
+    slow = plain_pair_cost(capture, 1, 3, inverse, 40, bound.enlarged[3])
+    # a coordinate on a pixel's edge may round either way in float32
+    assert (np.abs(fast - slow) <= 1).mean() > 0.97
+
+
+def test_box_filter_is_the_mean_of_nine():
+    cost = np.random.default_rng(0).integers(0, 256, (6, 7, 3), dtype=np.uint8)
+    padded = np.pad(cost.astype(int), ((1, 1), (1, 1), (0, 0)), mode="edge")
+    windows = [padded[y : y + 6, x : x + 7] for y in range(3) for x in range(3)]
+    np.testing.assert_array_equal(stereo.box_filter(cost), sum(windows) // 9)
+
+
+@pytest.mark.parametrize(("count", "expected"), [(1, 80), (2, 35), (3, 30), (4, 15)])
+def test_merge_takes_the_better_half(count, expected):
+    values = [40, 10, 20, 5]
+    costs = [np.full((1, 1, 2), v, np.uint8) for v in values]
+    assert stereo.merge_costs(*costs, count)[0, 0, 0] == expected
+
+
+def plain_path(costs, small, large):
+    """One path of semi-global matching over (n, D) costs, straight from the recurrence."""
+    values = [costs[0]]
+    for cost in costs[1:]:
+        last, best = values[-1], values[-1].min()
+        padded = np.pad(last, 1, constant_values=np.inf)
+        steps = [last, padded[:-2] + small, padded[2:] + small, np.full(len(last), best + large)]
+        values.append(cost + np.min(steps, axis=0) - best)
+    return np.array(values)
+
+
+def test_aggregation_equals_the_recurrence():
+    cost = np.random.default_rng(0).random((4, 6, 5)) * 50
+    expected = np.zeros_like(cost)
+    for line in range(4):
+        expected[line] += plain_path(cost[line], 7, 20)
+        expected[line] += plain_path(cost[line][::-1], 7, 20)[::-1]
+    for line in range(6):
+        expected[:, line] += plain_path(cost[:, line], 7, 20)
+        expected[:, line] += plain_path(cost[::-1, line], 7, 20)[::-1]
+    total = stereo.aggregate(cost.astype(F), np.zeros((4, 6), F), F(7), F(20))
+    np.testing.assert_allclose(total, expected, rtol=1e-5)
+
+
+def test_textureless_pixels_take_their_neighbours_plane():
+    cost = np.full((1, 9, 5), 100, F)
+    cost[0, [0, 8], 3] = 0
+    total = stereo.aggregate(cost, np.zeros((1, 9), F), F(10), F(80))
+    assert (total[0].argmin(axis=1) == 3).all()
+
+
+def test_winner_finds_the_parabola_and_knows_a_flat_pixel():
+    cost = np.array([[[9, 4, 1, 0.5, 3], [7, 7, 7, 7, 7]]], F)
+    inverse = np.linspace(0.1, 0.5, 5).astype(F)
+    depth, sure = stereo.winner(cost, cost, inverse)
+    # minimum at plane 3, neighbours 1 and 3: offset 0.5 * (1 - 3) / (1 + 3 - 1)
+    assert depth[0, 0] == pytest.approx(0.4 - 0.1 / 3, rel=1e-5)
+    assert sure[0, 0] > 0.2
+    assert sure[0, 1] == 0
+
+
+def test_agreement_and_violation_by_hand():
+    inverse = np.full((2, 1, 1), 0.5, F)
+    inverse[1] = 0.25
+    rays = np.zeros((2, 1, 1, 2), F)
+    asked = np.array([[1], [0]])
+    turn = np.tile(np.eye(3, dtype=F), (2, 1, 1, 1))
+    ks = np.tile(np.array([1, 1, 0.5, 0.5], F), (2, 1))
+    verdict, _ = agreement.compare(
+        inverse, rays, asked, turn, np.zeros((2, 1, 3), F), ks, np.full(2, 0.1, F)
+    )
+    assert verdict[0, 0, 0, 0] == -1  # floats before what the other sees
+    assert verdict[1, 0, 0, 0] == 0  # hidden behind it: no evidence
+    opacity = agreement.vote(np.ones((2, 1, 1), F), asked, verdict, F(1))
+    assert opacity[0, 0, 0] == pytest.approx(0.2 / (0.35 + 0.2 + 1))
+
+
+def one_view(n=1):
+    pose = np.eye(3, 4)[None].repeat(n, 0)
+    return Views(pose, np.tile([10.0, 10, 8, 8], (n, 1)), (16, 16))
+
+
+def splat(x, y, z, opacity=1.0):
+    return [x, y, z, opacity, z]
+
+
+def rendered(splats, colors):
+    view = one_view()
+    return render.render_view(
+        np.array(splats, F),
+        np.array(colors, F),
+        view.world_to_camera[0].astype(F),
+        view.intrinsics[0].astype(F),
+        16,
+        16,
+        F(0.06),
+        F(0.5),
+        F(10),
+    )
+
+
+def test_one_splat_on_a_pixel_centre_fills_that_pixel():
+    total = rendered([splat(0.1, 0.1, 2.0)], [[10, 20, 30]])
+    # x = 10 * 0.1 / 2 + 8 = 8.5, the centre of pixel 8; weight 1 / z^2
+    assert np.argwhere(total[..., 3] > 1e-4).tolist() == [[8, 8]]
+    np.testing.assert_allclose(total[8, 8], np.array([10, 20, 30, 1]) / 4, rtol=1e-4)
+
+
+def test_a_splat_between_pixels_is_shared_bilinearly():
+    total = rendered([splat(0.1, 0.15, 2.0)], [[1, 1, 1]])
+    np.testing.assert_allclose(total[8:10, 8, 3], [0.75 / 4, 0.25 / 4], rtol=1e-3)
+
+
+def test_the_front_surface_hides_the_back():
+    total = rendered([splat(0.1, 0.1, 2.0), splat(0.4, 0.4, 8.0)], [[255, 0, 0], [0, 255, 0]])
+    assert total[8, 8, 1] == 0
+
+
+def test_a_faint_floater_hides_nothing():
+    crowd = [splat(0.4, 0.4, 8.0)] * 20
+    total = rendered([splat(0.05, 0.05, 1.0, 0.3), *crowd], [[255, 0, 0]] + [[0, 255, 0]] * 20)
+    assert total[8, 8, 1] > 0
+
+
+def test_holes_take_the_surrounding_colour():
+    total = np.ones((9, 9, 4), F) * np.array([50, 60, 70, 1], F)
+    total[4, 4] = 0
+    filled = render.fill_holes(total, F(1))
+    np.testing.assert_allclose(filled[4, 4], [50, 60, 70], rtol=1e-4)
+    assert np.isfinite(render.fill_holes(np.zeros((5, 7, 4), F), F(1))).all()
+
+
+def test_depth_of_a_wall_is_found():
+    capture = textured_wall()
+    bound = Splats(capture)
+    model = bound.fit(np.arange(8))
+    depth = model.splats[:, 2]
+    assert abs(np.median(depth) / 4 - 1) < 0.03
+
+
+def test_held_out_view_is_rendered_well_and_the_same_each_time():
+    capture = textured_wall()
+    frames = np.array([0, 2, 3, 5, 7])
+    evaluate = Evaluator.on_frames(RECONSTRUCTORS["splats"](capture), np.array([4]))
+    first = evaluate(frames)
+    assert first[0] > 17
+    np.testing.assert_array_equal(first, evaluate(frames[::-1]))
+    fresh = Evaluator.on_frames(RECONSTRUCTORS["splats"](capture), np.array([4]))
+    np.testing.assert_array_equal(first, fresh(frames))
+
+
+def test_reconstruction_does_not_depend_on_the_worlds_frame():
+    capture = textured_wall()
+    turn, shift, scale = Rotation.random(rng=np.random.default_rng(1)).as_matrix(), [3, -2, 9], 7.0
+    rotation = capture.world_to_camera[:, :, :3] @ turn.T
+    translation = scale * capture.world_to_camera[:, :, 3] - rotation @ shift
+    moved = Capture(
+        capture.names,
+        np.concatenate([rotation, translation[:, :, None]], axis=2),
+        capture.intrinsics,
+        capture.images,
+        capture.sequences,
+        replace(capture.points, xyz=scale * capture.points.xyz @ turn.T + shift),
+    )
+    frames = np.array([0, 2, 3, 5, 7])
+    scores = [Evaluator.on_frames(Splats(c), np.array([1, 4]))(frames) for c in (capture, moved)]
+    np.testing.assert_allclose(scores[0], scores[1], rtol=0.02)
+
+
+def test_two_frames_are_enough_and_one_is_refused():
+    bound = Splats(textured_wall())
+    assert np.isfinite(bound.fit(np.array([3, 4])).render(one_view())).all()
+    with pytest.raises(ValueError, match="two or more distinct"):
+        bound.fit(np.array([3]))
+    with pytest.raises(ValueError, match="two or more distinct"):
+        bound.fit(np.array([3, 3]))
+
+
+def test_cameras_in_one_place_give_finite_images():
+    capture = textured_wall(step=0.0)
+    model = Splats(capture).fit(np.arange(4))
+    assert np.isfinite(model.render(capture.view(np.array([5])))).all()
+
+
+@pytest.mark.parametrize("settings", [{"partners": 5}, {"planes": (1, 4)}])
+def test_bad_settings_are_refused(settings):
+    with pytest.raises(ValueError, match="must be"):
+        Splats(textured_wall(), **settings)
+
+
+def test_unknown_setting_is_refused():
+    with pytest.raises(TypeError, match="colour"):
+        Splats(textured_wall(), colour=1)
+
+
+def test_depth_range_covers_the_wall_without_points():
+    near, far = depth_range(replace(textured_wall(), points=None))[0]
+    assert near < 4 < far
+
+
+def test_exported_ply_reads_back(tmp_path):
+    model = Splats(textured_wall()).fit(np.arange(4))
+    model.export_ply(tmp_path / "wall.ply")
+    cloud = trimesh.load(tmp_path / "wall.ply")
+    np.testing.assert_allclose(cloud.vertices, model.splats[:, :3], rtol=1e-6)
+    header = (tmp_path / "wall.ply").read_bytes().split(b"end_header")[0].decode()
+    for field in ("f_dc_0", "opacity", "scale_2", "rot_3"):
+        assert f"property float {field}" in header
+    assert model.bytes == model.primitives * 8 * 4

@@ -1,0 +1,247 @@
+"""Summaries, the LaTeX table and the heatmap: hand-worked values and slow twins."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fsel.report.heatmap import draw, gains
+from fsel.report.latex import number, sweep_table, tex
+from fsel.report.summary import (
+    ALL_FRAMES,
+    bootstrap_weights,
+    differences,
+    draw_means,
+    summarise,
+)
+
+METRICS = ("psnr", "ssim")
+
+
+def cells(values: dict) -> pd.DataFrame:
+    """(dataset, scene, draw, method, k) -> psnr; ssim is a hundredth of it."""
+    rows = [(*key, value, value / 100) for key, value in values.items()]
+    return pd.DataFrame(rows, columns=["dataset", "scene", "draw", "method", "k", *METRICS])
+
+
+def grid(seed: int = 0, scenes: int = 3, draws: int = 2) -> pd.DataFrame:
+    rng = np.random.default_rng(seed)
+    return cells(
+        {
+            ("d", f"s{s}", d, method, k): rng.normal(20, 2)
+            for s in range(scenes)
+            for d in range(draws)
+            for method in ("random", "ours")
+            for k in (10, 20)
+        }
+    )
+
+
+def test_targets_are_averaged_within_a_seed_first():
+    evaluation = pd.DataFrame(
+        {
+            "method": "random",
+            "seed": [0, 0, 0, 1],
+            "k": 10,
+            "target": [1, 2, 3, 1],
+            "psnr": [1.0, 2.0, 3.0, 10.0],
+        }
+    )
+    table = draw_means(evaluation, ["psnr"])
+    assert table.to_dict("records") == [{"method": "random", "k": 10, "psnr": 6.0}]
+
+
+def test_all_frames_have_one_budget_whatever_their_number():
+    evaluation = pd.DataFrame({"method": ["all"], "seed": 0, "k": [145], "psnr": [20.0]})
+    assert draw_means(evaluation, ["psnr"])["k"].tolist() == [ALL_FRAMES]
+
+
+def test_bootstrap_weights_against_plain_loops():
+    scenes = np.array(["b", "a", "a", "b"])
+    fast = bootstrap_weights(scenes, 50, np.random.default_rng(3))
+    rng = np.random.default_rng(3)
+    rows = {0: [1, 2], 1: [0, 3]}  # scenes in sorted order: a, b
+    picked_scenes = rng.integers(2, size=(50, 2))
+    picked_draws = rng.integers(2, size=(50, 2, 2))
+    slow = np.zeros((50, 4))
+    for b in range(50):
+        for i, scene in enumerate(picked_scenes[b]):
+            for draw_ in picked_draws[b, i]:
+                slow[b, rows[int(scene)][int(draw_)]] += 1 / 4
+    np.testing.assert_array_equal(fast, slow)
+    np.testing.assert_allclose(fast.sum(axis=1), 1)
+
+
+def test_unequal_draws_are_refused():
+    with pytest.raises(ValueError, match=r"unequal sets.*'a': 2, 'b': 1"):
+        bootstrap_weights(np.array(["a", "a", "b"]), 10, np.random.default_rng(0))
+
+
+def test_summary_mean_interval_and_count():
+    table = summarise(grid(), METRICS, resamples=500, seed=0)
+    source = grid().query("method == 'ours' and k == 20")["psnr"]
+    row = table.query("method == 'ours' and k == 20 and metric == 'psnr'").iloc[0]
+    assert row["mean"] == pytest.approx(source.mean())
+    assert row["ci_low"] < row["mean"] < row["ci_high"]
+    assert source.min() <= row["ci_low"]
+    assert row["ci_high"] <= source.max()
+    assert row["n"] == 3
+    assert list(table["method"].unique()) == ["random", "ours"]
+
+
+def test_one_scene_with_one_draw_has_no_width():
+    table = summarise(grid(scenes=1, draws=1), METRICS, resamples=100, seed=0)
+    np.testing.assert_allclose(table["ci_low"], table["mean"])
+    np.testing.assert_allclose(table["ci_high"], table["mean"])
+
+
+def test_interval_covers_the_true_mean_about_as_often_as_it_says():
+    rng = np.random.default_rng(1)
+    hits = 0
+    for seed in range(200):
+        values = {("d", f"s{s}", 0, "m", 10): rng.normal(5, 1) for s in range(20)}
+        row = summarise(cells(values), ["psnr"], resamples=200, seed=seed).iloc[0]
+        hits += row["ci_low"] <= 5 <= row["ci_high"]
+    assert 0.85 < hits / 200 < 0.99
+
+
+def test_a_method_missing_in_a_scene_is_refused():
+    table = grid()
+    gap = (table["scene"] == "s0") & (table["method"] == "ours")
+    with pytest.raises(ValueError, match="d: a mean over unequal sets.*2 of 3 scenes"):
+        summarise(table[~gap], METRICS, resamples=100, seed=0)
+
+
+def test_a_method_of_fewer_draws_is_summarised_over_those():
+    table = grid()
+    table = table[(table["method"] != "ours") | (table["draw"] == 0)]
+    summary = summarise(table, ["psnr"], resamples=100, seed=0)
+    row = summary.query("method == 'ours' and k == 10").iloc[0]
+    kept = table.query("method == 'ours' and k == 10")["psnr"]
+    assert row["mean"] == pytest.approx(kept.mean())
+    assert row["n"] == 3
+
+
+def test_paired_differences_are_narrower_than_their_parts():
+    values, rng = {}, np.random.default_rng(0)
+    for s in range(10):
+        hard = rng.normal(0, 5)
+        values["d", f"s{s}", 0, "random", 10] = 20 + hard
+        values["d", f"s{s}", 0, "ours", 10] = 21 + hard
+    table = differences(cells(values), ["ours"], ["psnr"], resamples=300, seed=0)
+    row = table.iloc[0]
+    assert (row["method"], row["reference"], row["k"], row["n"]) == ("ours", "random", 10, 10)
+    np.testing.assert_allclose(row[["mean", "ci_low", "ci_high"]].astype(float), 1)
+
+
+def test_every_budget_is_compared_with_all_frames():
+    values = {("d", "s", 0, "ours", k): 20.0 + k for k in (10, 20)}
+    values["d", "s", 0, "all", ALL_FRAMES] = 25.0
+    table = differences(cells(values), ["ours"], ["psnr"], resamples=100, seed=0)
+    assert table[["reference", "k", "mean"]].to_numpy().tolist() == [
+        ["all", 10, 5.0],
+        ["all", 20, 15.0],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("value", "metric", "text"),
+    [
+        (20.004, "psnr", "20.00"),
+        (0.9, "psnr", "0.90"),
+        (0.6994, "ssim", ".699"),
+        (1, "ssim", "1.000"),
+    ],
+)
+def test_numbers(value, metric, text):
+    assert number(value, metric) == text
+
+
+def test_special_characters_are_escaped():
+    assert tex("Tanks & Temples_2 (100%)") == r"Tanks \& Temples\_2 (100\%)"
+
+
+def table_of(summary: pd.DataFrame, datasets: dict) -> str:
+    return sweep_table(
+        summary,
+        datasets=datasets,
+        groups=[{"random": "Random", "ours": "Ours"}, {"all": "All frames"}],
+        ranked=["random", "ours"],
+        budgets=[10, 20],
+        higher_is_better={"psnr": True, "ssim": True},
+        caption="Text.",
+        label="tab:x",
+    )
+
+
+def test_table_cells_bold_and_counts():
+    values = {
+        ("d", "s", 0, "random", 10): 20.0,
+        ("d", "s", 0, "ours", 10): 21.0,
+        ("d", "s", 0, "ours", 20): 22.0,
+        ("d", "s", 0, "all", ALL_FRAMES): 30.0,
+    }
+    text = table_of(summarise(cells(values), METRICS, resamples=100, seed=0), {"d": "D"})
+    assert r"Random & 20.00/.200 & -- \\" in text
+    assert r"Ours & \textbf{21.00}/\textbf{.210} & \textbf{22.00}/\textbf{.220} \\" in text
+    assert r"All frames & \multicolumn{2}{c}{30.00/.300} \\" in text
+    assert r"\multicolumn{2}{c}{\textbf{D} ($n{=}1$)}" in text
+
+
+def test_equal_prints_share_the_lead():
+    values = {("d", "s", 0, "random", 10): 20.001, ("d", "s", 0, "ours", 10): 20.002}
+    text = table_of(summarise(cells(values), METRICS, resamples=100, seed=0), {"d": "D"})
+    assert text.count(r"\textbf{20.00}") == 2
+
+
+def test_three_datasets_make_two_blocks_of_equal_columns():
+    values = {(d, "s", 0, "random", k): 20.0 for d in "abc" for k in (10, 20)}
+    text = table_of(
+        summarise(cells(values), METRICS, resamples=100, seed=0),
+        dict(zip("abc", "ABC", strict=True)),
+    )
+    forms = re.findall(r"\\begin\{tabular\}\{(.*?)\}", text)
+    assert forms == ["lcc|cc", "lcc"]
+    for line in text.splitlines():
+        if line.startswith("Random"):
+            assert line.count("&") in (4, 2)
+    assert text.count(r"\begin{") == text.count(r"\end{")
+
+
+def panel(method: str = "ours") -> pd.DataFrame:
+    values = {}
+    for s in range(6):
+        values["d", f"s{s}", 0, "random", 10] = 20.0 + s
+        values["d", f"s{s}", 0, "nearest", 10] = 21.0 + s
+        values["d", f"s{s}", 0, "ours", 10] = 21.5 + s
+        values["d", f"s{s}", 0, "random", 20] = 24.0 + s
+        values["d", f"s{s}", 0, "nearest", 20] = 23.0 + s
+        values["d", f"s{s}", 0, "ours", 20] = 24.0 + s + (-1) ** s
+    table = cells(values)
+    return gains(
+        summarise(table, METRICS, resamples=200, seed=0),
+        differences(table, [method], METRICS, resamples=200, seed=0),
+        method=method,
+        baselines=["random", "nearest"],
+        datasets=["d"],
+        budgets=[10, 20],
+    )
+
+
+def test_gain_is_over_the_strongest_baseline_of_each_cell():
+    table = panel()
+    assert table["reference"].tolist() == ["nearest", "random"]
+    np.testing.assert_allclose(table["gain"], [0.5, 0.0])
+    assert table["significant"].tolist() == [True, False]
+
+
+def test_figures_of_equal_numbers_are_equal_bytes(tmp_path):
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        outputs = [tmp_path / name / "h.pdf", tmp_path / name / "h.png"]
+        draw({"a": panel(), "b": panel()}, {"d": "Dataset"}, outputs)
+    for form in ("h.pdf", "h.png"):
+        first = (tmp_path / "first" / form).read_bytes()
+        assert first == (tmp_path / "second" / form).read_bytes()
+        assert len(first) > 1000

@@ -1,0 +1,137 @@
+"""The workflow's plan and its refusals, by dry runs; scripts stay thin."""
+
+import os
+import re
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def dry_run(folder: Path, config: Path, *targets: str) -> subprocess.CompletedProcess:
+    """`snakemake --dry-run` in an empty folder."""
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
+    command += ["--configfile", str(config), "--dry-run", "--workflow-profile", "none", *targets]
+    return subprocess.run(
+        command,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONWARNINGS": "ignore"},
+    )
+
+
+def planned(result: subprocess.CompletedProcess) -> Counter:
+    """rule -> number of jobs."""
+    assert result.returncode == 0, result.stdout + result.stderr
+    stats = (result.stdout + result.stderr).split("Job stats:")[1]
+    return Counter({name: int(n) for name, n in re.findall(r"^(\w+) +(\d+)$", stats, re.M)})
+
+
+def changed(folder: Path, **changes) -> Path:
+    """The smoke config with some top-level keys replaced."""
+    config = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
+    path = folder / "config.yaml"
+    path.write_text(yaml.safe_dump(config | changes))
+    return path
+
+
+def refusal(folder: Path, config: Path) -> str:
+    result = dry_run(folder, config)
+    assert result.returncode != 0
+    return result.stdout + result.stderr
+
+
+def test_default_config_plans_every_job(tmp_path):
+    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    scenes = [entry["scenes"] for entry in config["datasets"].values()]
+    evaluation = sum(entry["evaluation"] for entry in scenes)
+    labelled = config["datasets"]["dl3dv"]["scenes"]
+    jobs = planned(dry_run(tmp_path, ROOT / "config" / "config.yaml"))
+    total = sum(sum(entry.values()) for entry in scenes)
+    assert jobs["generate"] == jobs["ingest"] == jobs["describe"] == total
+    assert jobs["label"] == labelled["train"] + labelled["validation"]
+    assert jobs["select"] == jobs["evaluate"] == evaluation * config["draws"]
+    assert jobs["split"] == jobs["features"] == evaluation
+    assert jobs["train"] == jobs["train_no_appearance"] == 3
+    assert jobs["ksweep"] == jobs["heatmap"] == jobs["trajectories"] == 1
+
+
+def test_a_dataset_on_disk_is_one_entry(tmp_path):
+    (tmp_path / "raw" / "garden").mkdir(parents=True)
+    smoke = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
+    entry = {"label": "Mine", "layout": "colmap", "root": "raw", "scenes": ["garden"]}
+    config = changed(tmp_path, datasets=smoke["datasets"] | {"mine": entry})
+    more, base = (planned(dry_run(tmp_path, path)) for path in (config, changed(tmp_path)))
+    assert more["generate"] == base["generate"]
+    assert more["ingest"] == base["ingest"] + 1
+    assert more["evaluate"] == base["evaluate"] + 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"budgest": [5]}, ["top level", "'budgest' was unexpected", "budgets"]),
+        ({"search": {"kay": 5}}, ["search", "'kay' was unexpected"]),
+        ({"coverages": [33]}, ["coverages[0]", "33 is not one of [25, 40, 60, 80, 100]"]),
+        ({"budgets": [5, 50]}, ["embedded.frames is 60", "need 62", "lower targets"]),
+        ({"training": {"dataset": "other"}}, ["training.dataset is 'other'", "dl3dv"]),
+    ],
+)
+def test_a_wrong_value_is_refused_by_name(tmp_path, changes, parts):
+    text = refusal(tmp_path, changed(tmp_path, **changes))
+    for part in [*parts, "Hint: "]:
+        assert part in text
+
+
+@pytest.mark.parametrize(
+    ("entry", "parts"),
+    [
+        ({"root": "nowhere", "scenes": ["a"]}, ["datasets.mine.root", "no folder nowhere"]),
+        ({"root": ".", "scenes": ["a"]}, ["no folders ['a'] in .", "the folders there are"]),
+        ({"scenes": ["a"]}, ["exactly one of `embedded` and `root`"]),
+        ({"root": ".", "scenes": {"evaluation": 2}}, ["datasets.mine.scenes", "take names"]),
+    ],
+)
+def test_a_wrong_dataset_is_refused_before_any_job(tmp_path, entry, parts):
+    smoke = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
+    entry = {"label": "Mine", "layout": "colmap"} | entry
+    config = changed(tmp_path, datasets=smoke["datasets"] | {"mine": entry})
+    text = refusal(tmp_path, config)
+    for part in [*parts, "Hint: "]:
+        assert part in text
+
+
+def test_every_key_of_the_schema_is_described_and_documented():
+    schema = yaml.safe_load((ROOT / "workflow" / "schemas" / "config.schema.yaml").read_text())
+    documented = (ROOT / "config" / "README.md").read_text()
+
+    def walk(node: dict, path: str) -> None:
+        for key, value in node.get("properties", {}).items():
+            where = f"{path}{key}"
+            assert "description" in value, where
+            assert f"`{where}`" in documented, where
+            if "properties" in value:
+                assert value["additionalProperties"] is False, where
+                walk(value, f"{where}.")
+
+    walk(schema, "")
+    walk(schema["$defs"]["dataset"], "datasets.*.")
+
+
+def test_scripts_are_thin():
+    scripts = sorted((ROOT / "workflow" / "scripts").glob("*.py"))
+    assert scripts
+    for script in scripts:
+        assert len(script.read_text().splitlines()) <= 40, script
+
+
+def test_only_one_module_knows_snakemake():
+    sources = (ROOT / "src").rglob("*.py")
+    knowing = {path.name for path in sources if "snakemake" in path.read_text().lower()}
+    assert knowing <= {"workflow.py"}
