@@ -109,7 +109,7 @@ def test_interval_covers_the_true_mean_about_as_often_as_it_says():
 def test_a_method_missing_in_a_scene_is_refused():
     table = grid()
     gap = (table["scene"] == "s0") & (table["method"] == "ours")
-    with pytest.raises(ValueError, match="d: a mean over unequal sets.*2 of 3 scenes"):
+    with pytest.raises(ValueError, match=r"d: a mean over unequal sets.*2 of 3 scenes"):
         summarise(table[~gap], METRICS, resamples=100, seed=0)
 
 

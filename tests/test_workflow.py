@@ -1,5 +1,6 @@
 """The workflow's plan and its refusals, by dry runs; scripts stay thin."""
 
+import json
 import os
 import re
 import subprocess
@@ -67,7 +68,8 @@ def test_a_dataset_on_disk_is_one_entry(tmp_path):
     smoke = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
     entry = {"label": "Mine", "layout": "colmap", "root": "raw", "scenes": ["garden"]}
     config = changed(tmp_path, datasets=smoke["datasets"] | {"mine": entry})
-    more, base = (planned(dry_run(tmp_path, path)) for path in (config, changed(tmp_path)))
+    more = planned(dry_run(tmp_path, config))
+    base = planned(dry_run(tmp_path, changed(tmp_path)))
     assert more["generate"] == base["generate"]
     assert more["ingest"] == base["ingest"] + 1
     assert more["evaluate"] == base["evaluate"] + 2
@@ -80,6 +82,7 @@ def test_a_dataset_on_disk_is_one_entry(tmp_path):
         ({"search": {"kay": 5}}, ["search", "'kay' was unexpected"]),
         ({"coverages": [33]}, ["coverages[0]", "33 is not one of [25, 40, 60, 80, 100]"]),
         ({"budgets": [5, 50]}, ["embedded.frames is 60", "need 62", "lower targets"]),
+        ({"search": {"kept": 5, "stored": 4}}, ["search.kept is 5", "search.stored, 4"]),
         ({"training": {"dataset": "other"}}, ["training.dataset is 'other'", "dl3dv"]),
     ],
 )
@@ -115,7 +118,10 @@ def test_every_key_of_the_schema_is_described_and_documented():
         for key, value in node.get("properties", {}).items():
             where = f"{path}{key}"
             assert "description" in value, where
-            assert f"`{where}`" in documented, where
+            (row,) = re.findall(rf"^\| `{re.escape(where)}` .*$", documented, re.M)
+            assert " ".join(value["description"].split()) in row, where
+            if "default" in value and value["default"] and where != "datasets":
+                assert f"`{json.dumps(value['default'])}`" in row, where
             if "properties" in value:
                 assert value["additionalProperties"] is False, where
                 walk(value, f"{where}.")

@@ -94,6 +94,18 @@ def check_experiment():
             f"{list(config['datasets'])}",
             f"add `{trained}` with train scenes, or name another dataset",
         )
+    search = config["search"]
+    if search["kept"] > search["stored"]:
+        refuse(
+            f"search.kept is {search['kept']}, more than search.stored, {search['stored']}",
+            "only stored subsets can be imitated",
+        )
+    if search["farthest"] + search["uniform"] > search["population"]:
+        refuse(
+            f"search.farthest and search.uniform are {search['farthest']} and "
+            f"{search['uniform']}, more than search.population, {search['population']}",
+            "the rest of the first generation is random",
+        )
     if not any(scenes(name, "evaluation") for name in config["datasets"]):
         refuse("no dataset has evaluation scenes", "the tables need at least one")
     for name, dataset in config["datasets"].items():
