@@ -35,6 +35,16 @@ SEARCH = {
     "stored": 5,
     "kept": 2,
 }
+FACTS = {
+    "embedded": ["Tanks & Temples"],
+    "real": ["fox"],
+    "reconstructor": "splats",
+    "long_side": 64,
+    "descriptor": "lab_hog",
+    "search_k": 20,
+    "draws": 3,
+    "oracle_draws": 1,
+}
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 
 
@@ -168,34 +178,48 @@ def scene(tmp_path_factory):
     return folder
 
 
-def test_label_order_train_and_refine(scene, tmp_path):
-    outputs = {25: tmp_path / "p25.parquet"}
-    arguments = {"seed": 5, "search": SEARCH, "reconstruction": RECONSTRUCTION, "inputs": []}
-    label(scene, outputs, tmp_path / "splits.parquet", **arguments, config="c")
-    labels = pd.read_parquet(outputs[25])
-    assert sorted(labels["rank"].unique()) == [-1, 0, 1, 2, 3, 4]
-    assert labels.loc[labels["rank"] == 0, "fitness"].item() == labels["fitness"].max()
-    assert all(len(set(subset)) == 4 for subset in labels["subset"])
-
+@pytest.fixture(scope="module")
+def labelled(scene, tmp_path_factory):
+    """One coverage level of one scene, searched and ordered."""
+    folder = tmp_path_factory.mktemp("labelled")
     item = {
         "scene": "s",
         "role": "train",
         "folder": scene,
-        "splits": tmp_path / "splits.parquet",
-        "labels": outputs,
+        "splits": folder / "splits.parquet",
+        "labels": {25: folder / "p25.parquet"},
     }
-    trajectories([item], tmp_path / "trajectories.parquet", kept=2, config="c")
-    table = pd.read_parquet(tmp_path / "trajectories.parquet")
+    label(
+        scene,
+        item["labels"],
+        item["splits"],
+        seed=5,
+        search=SEARCH,
+        reconstruction=RECONSTRUCTION,
+        inputs=[],
+        config="c",
+    )
+    trajectories([item], folder / "trajectories.parquet", kept=2, config="c")
+    return folder
+
+
+def test_labels_rank_subsets_and_trajectories_order_the_best(labelled):
+    labels = pd.read_parquet(labelled / "p25.parquet")
+    assert sorted(labels["rank"].unique()) == [-1, 0, 1, 2, 3, 4]
+    assert labels.loc[labels["rank"] == 0, "fitness"].item() == labels["fitness"].max()
+    assert all(len(set(subset)) == 4 for subset in labels["subset"])
+    table = pd.read_parquet(labelled / "trajectories.parquet")
     assert table["rank"].tolist() == [0, 1]
     assert table["weight"].mean() == pytest.approx(1)
-    best = labels.set_index("rank").loc[0, "subset"]
-    assert sorted(table["picks"][0]) == sorted(best)
+    assert sorted(table["picks"][0]) == sorted(labels.set_index("rank").loc[0, "subset"])
 
-    scenes = {"s": {"folder": scene, "splits": tmp_path / "splits.parquet"}}
+
+def test_equal_trainings_write_equal_files(scene, labelled, tmp_path):
+    scenes = {"s": {"folder": scene, "splits": labelled / "splits.parquet"}}
     for name in "ab":
         clone(
             scenes,
-            tmp_path / "trajectories.parquet",
+            labelled / "trajectories.parquet",
             tmp_path / f"{name}.safetensors",
             tmp_path / "log.parquet",
             policy="ours",
@@ -206,6 +230,7 @@ def test_label_order_train_and_refine(scene, tmp_path):
         )
     first, second = ((tmp_path / f"{name}.safetensors").read_bytes() for name in "ab")
     assert first == second
+    assert pd.read_parquet(tmp_path / "log.parquet")["epoch"].tolist() == [0, 1]
 
 
 def test_refinement_continues_after_a_kill(scene, tmp_path, monkeypatch):
@@ -249,67 +274,55 @@ def test_refinement_continues_after_a_kill(scene, tmp_path, monkeypatch):
     assert run("killed") == whole
 
 
-def test_split_select_evaluate_and_table(scene, tmp_path):
-    draws = [tmp_path / f"draw{d}" for d in range(2)]
+@pytest.fixture(scope="module")
+def swept(scene, tmp_path_factory):
+    """Two draws of one scene, selected and evaluated by every method without weights."""
+    folder = tmp_path_factory.mktemp("swept")
+    draws = [folder / f"draw{d}" for d in range(2)]
     split(scene, [d / "split.parquet" for d in draws], targets=4, seed=1, config="c")
-    problem = load_problem(scene, draws[0] / "split.parquet")
-    assert len(problem.candidates) == 32
-    items = []
     for draw in draws:
-        select(
-            scene,
-            draw / "split.parquet",
-            {},
-            draw / "selections.parquet",
-            budgets=[3, 5],
-            seed=2,
-            config="c",
-        )
-        evaluate(
-            scene,
-            draw / "split.parquet",
-            draw / "selections.parquet",
-            draw / "evaluation.parquet",
-            reconstruction=RECONSTRUCTION,
-            config="c",
-        )
-        item = {"dataset": "d", "scene": "s", "draw": draw.name}
-        items.append({**item, "path": draw / "evaluation.parquet"})
-    picks = pd.read_parquet(draws[0] / "selections.parquet")
-    nearest = picks[picks["method"] == "nearest"]
-    long = nearest[nearest["k"] == 5].sort_values("order")["frame"].tolist()
-    assert nearest[nearest["k"] == 3].sort_values("order")["frame"].tolist() == long[:3]
-    assert picks.loc[picks["method"] == "all", "k"].unique().tolist() == [36]
-    targets = set(split_from(pd.read_parquet(draws[0] / "split.parquet")).targets.tolist())
-    assert not targets & set(picks["frame"])
-    evaluation = pd.read_parquet(draws[0] / "evaluation.parquet")
-    runs = picks[["method", "seed", "k"]].drop_duplicates()
-    assert len(evaluation) == 4 * len(runs)
+        parts, picks = draw / "split.parquet", draw / "selections.parquet"
+        select(scene, parts, {}, picks, budgets=[3, 5], seed=2, config="c")
+        output = draw / "evaluation.parquet"
+        evaluate(scene, parts, picks, output, reconstruction=RECONSTRUCTION, config="c")
+    return draws
 
-    facts = {
-        "embedded": ["D"],
-        "real": [],
-        "reconstructor": "splats",
-        "long_side": 32,
-        "descriptor": "lab_hog",
-        "search_k": 4,
-        "draws": 2,
-        "oracle_draws": 0,
-    }
+
+def test_selections_nest_and_spare_the_targets(scene, swept):
+    problem = load_problem(scene, swept[0] / "split.parquet")
+    assert len(problem.candidates) == 32
+    picks = pd.read_parquet(swept[0] / "selections.parquet").sort_values("order")
+    nearest = picks[picks["method"] == "nearest"].groupby("k")["frame"].agg(list)
+    assert nearest[3] == nearest[5][:3]
+    assert picks.loc[picks["method"] == "all", "k"].unique().tolist() == [36]
+    targets = split_from(pd.read_parquet(swept[0] / "split.parquet")).targets
+    assert not set(targets.tolist()) & set(picks["frame"])
+    evaluation = pd.read_parquet(swept[0] / "evaluation.parquet")
+    assert len(evaluation) == 4 * len(picks[["method", "seed", "k"]].drop_duplicates())
+
+
+def test_the_sweep_table_prints_means_of_the_evaluations(swept, tmp_path):
+    items = [
+        {"dataset": "d", "scene": "s", "draw": draw.name, "path": draw / "evaluation.parquet"}
+        for draw in swept
+    ]
     paths = [tmp_path / name for name in ("k.tex", "k.csv", "d.csv")]
-    ksweep(items, *paths, datasets={"d": "D"}, budgets=[3, 5], resamples=100, seed=0, facts=facts)
-    table = read_csv(paths[1])
-    expected = np.mean(
-        [
-            pd.read_parquet(i["path"]).query("method == 'fvs' and k == 5")["psnr"].mean()
-            for i in items
-        ]
+    ksweep(
+        items,
+        *paths,
+        datasets={"d": "D"},
+        budgets=[3, 5],
+        bootstrap={"resamples": 100, "seed": 0},
+        facts=FACTS,
     )
-    found = table.query("method == 'fvs' and k == 5 and metric == 'psnr'")["mean"].item()
-    assert found == pytest.approx(expected, abs=1e-6)
+    tables = [pd.read_parquet(item["path"]) for item in items]
+    expected = np.mean([t.query("method == 'fvs' and k == 5")["psnr"].mean() for t in tables])
+    found = read_csv(paths[1]).query("method == 'fvs' and k == 5 and metric == 'psnr'")
+    assert found["mean"].item() == pytest.approx(expected, abs=1e-6)
+    text = paths[0].read_text()
     for method in METHODS.values():
-        assert f"\n{method.label} & " in paths[0].read_text()
-    assert "search" not in paths[0].read_text()
+        assert f"\n{method.label} & " in text
+    assert "search" not in text
 
 
 def test_oracle_beats_its_own_first_subset(scene, tmp_path):
@@ -335,18 +348,7 @@ def test_oracle_beats_its_own_first_subset(scene, tmp_path):
 
 
 def test_the_caption_names_what_made_the_table():
-    facts = {
-        "embedded": ["Tanks & Temples"],
-        "real": ["fox"],
-        "reconstructor": "splats",
-        "long_side": 64,
-        "descriptor": "lab_hog",
-        "search_k": 20,
-        "draws": 3,
-        "oracle_draws": 1,
-        "searched": True,
-    }
-    text = caption(facts)
+    text = caption(FACTS | {"searched": True})
     for part in (r"Tanks \& Temples", "stand-ins", "fox", r"lab\_hog", "GMSD", "1 of 3 target"):
         assert part in text
 

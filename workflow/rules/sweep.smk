@@ -148,8 +148,7 @@ rule ksweep:
         oracles=problems(config["oracle"]["draws"]),
         datasets=labels(),
         budgets=config["budgets"],
-        resamples=config["bootstrap"]["resamples"],
-        seed=config["seed"],
+        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts={
             "embedded": [
                 labels()[d] for d in labels() if "embedded" in config["datasets"][d]

@@ -25,7 +25,6 @@ with job(snakemake):
         snakemake.output.differences,
         datasets=snakemake.params.datasets,
         budgets=snakemake.params.budgets,
-        resamples=snakemake.params.resamples,
-        seed=snakemake.params.seed,
+        bootstrap=snakemake.params.bootstrap,
         facts=snakemake.params.facts,
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import shutil
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +19,6 @@ from fsel.synthesis import record
 logger = logging.getLogger(__name__)
 
 
-def scene_seed(seed: int, dataset: str, scene: str) -> int:
-    """The seed of a scene: of the experiment's and of the scene's own name, not of its place."""
-    return zlib.crc32(f"{seed}/{dataset}/{scene}".encode())
-
-
 def generate(
     folder: str | Path, *, layout: str, family: str, seed: int, frames: int, width: int, height: int
 ) -> None:
@@ -34,7 +28,7 @@ def generate(
         folder: where to; what is there is replaced.
         layout: key of `fsel.layouts.LAYOUTS`.
         family: one of `fsel.synthesis.FAMILIES`.
-        seed: of the scene, see `scene_seed`.
+        seed: of the scene.
         frames: how many.
         width: pixels.
         height: pixels.

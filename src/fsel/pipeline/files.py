@@ -31,6 +31,12 @@ def atomic(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def write_text(text: str, path: str | Path) -> None:
+    """Write a text file atomically."""
+    with atomic(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
 def digest(values: Mapping) -> str:
     """Twelve hexadecimal digits of a mapping's content, whatever the order of its keys."""
     text = json.dumps(dict(values), sort_keys=True, default=str)

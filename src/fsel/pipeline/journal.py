@@ -30,7 +30,8 @@ class Journal:
 
     def __init__(self, output: str | Path, key: str) -> None:
         output = Path(output)
-        self.path = output.with_name(f".{output.name}.{key}.journal")
+        self.name = output.name
+        self.path = output.with_name(f".{self.name}.{key}.journal")
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._known: dict[str, list[float]] = {}
         if self.path.exists():
@@ -48,6 +49,9 @@ class Journal:
         logger.info("%s: continuing after %d evaluations", self.path.name, len(self._known))
 
     def __enter__(self) -> Self:
+        for other in self.path.parent.glob(f".{self.name}.*.journal"):
+            if other != self.path:
+                other.unlink()
         self._file = self.path.open("a", encoding="utf-8")
         # a line of its own, should the last writer have been cut off within one
         self._file.write("\n" if self._known else "")

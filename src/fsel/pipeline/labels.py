@@ -114,31 +114,27 @@ def label(
         outputs: coverage level -> the path of its subsets.
         splits: path of the table of all levels' splits.
         seed: of the scene.
-        search: the config's section.
-        reconstruction: the config's section.
+        search, reconstruction: the config's sections.
         inputs: files that the evaluations depend on; a change of one starts the search afresh.
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
     described = pd.read_parquet(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
-    tables = []
-    key = fingerprint(inputs, {"reconstruction": reconstruction})
-    with Journal(splits, key) as journal:
+    parts = []
+    with Journal(splits, fingerprint(inputs, {"config": config})) as journal:
         for coverage, output in outputs.items():
             split = coverage_split(capture, coverage, seed)
-            evaluate = journal.remember(
-                f"p{coverage}", Evaluator.on_frames(reconstructor, split.proxies)
-            )
+            evaluator = Evaluator.on_frames(reconstructor, split.proxies)
+            evaluate = journal.remember(f"p{coverage}", evaluator)
             problem = problem_of(capture, split, described)
             rng = np.random.default_rng([seed, coverage])
             result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
             table = search_table(result, search["stored"])
             write_table(table, output, units=METRIC_UNITS, config=config)
-            tables.append(split_table(split, capture.names).assign(coverage=coverage))
-            best = table["psnr"][result.best(1)[0]]
-            logger.info("p%d: %d subsets, the fittest %.2f dB", coverage, len(table), best)
-        write_table(pd.concat(tables), splits, units={"coverage": "percent"}, config=config)
+            parts.append(split_table(split, capture.names).assign(coverage=coverage))
+            logger.info("p%d: %d subsets\n%s", coverage, len(table), table[table["rank"] == 0])
+        write_table(pd.concat(parts), splits, units={"coverage": "percent"}, config=config)
 
 
 def trajectories(scenes: Sequence[Mapping], output: str | Path, *, kept: int, config: str) -> None:

@@ -166,32 +166,28 @@ def search_oracle(
 ) -> None:
     """The genetic search on an evaluation problem, and random search of equal budget beside it.
 
-    Both score subsets on the proxies and are then measured on the targets: what selection could
-    gain if it were allowed to reconstruct (paper, Appendix on the comparison with the search).
+    Both score subsets on the proxies and are then measured on the targets (Appendix D.3).
 
     Args:
         folder: a canonical capture with its descriptors.
         split: split.parquet of the draw.
-        subsets: receives every evaluated subset of both, with its metrics on the proxies.
-        output: receives the two best subsets' metrics on the targets, like `evaluate`'s.
-        search: the config's section.
-        reconstruction: the config's section.
+        subsets, output: receive every subset, on the proxies, and the best two, on the targets.
+        search, reconstruction: the config's sections.
         seed: of the draw.
-        inputs: files that the evaluations depend on.
-        config: digest of the parameters.
+        inputs, config: files and digest of parameters that the evaluations depend on.
     """
     problem, parts = load_problem(folder, split), split_from(pd.read_parquet(split))
     reconstructor = reconstructor_of(problem.capture, reconstruction)
     measure = _Measure(reconstructor, parts.targets)
     searched, measured = [], []
-    with Journal(subsets, fingerprint(inputs, {"reconstruction": reconstruction})) as journal:
+    with Journal(subsets, fingerprint(inputs, {"config": config})) as journal:
         on_proxies = journal.remember("p", Evaluator.on_frames(reconstructor, parts.proxies))
         for name, labeller in (("search", "genetic"), ("random_search", "random")):
             rng = np.random.default_rng([seed, name_seed(name)])
             result = search_subsets(on_proxies, problem, parts, labeller, search, rng)
             search = {**search, "evaluations": len(result.subsets)}
             searched.append(search_table(result, search["stored"]).assign(method=name))
-            best = result.subsets[result.best(1)[0]]
-            measured.append(_labelled(measure(best), name, 0, search["k"]))
+            fittest = measure(result.subsets[result.best(1)[0]])
+            measured.append(_labelled(fittest, name, 0, search["k"]))
         write_table(pd.concat(measured), output, units=EVALUATION_UNITS, config=config)
         write_table(pd.concat(searched), subsets, units=METRIC_UNITS, config=config)

@@ -17,7 +17,7 @@ from fsel.pipeline.journal import Journal
 from fsel.pipeline.labels import reconstructor_of
 from fsel.pipeline.policies import POLICIES, Policy
 from fsel.pipeline.problems import problem_of, split_from
-from fsel.refine import RefineSettings, linear_weights, refine
+from fsel.refine import Objective, RefineSettings, linear_weights, refine
 from fsel.scorer import Scorer
 from fsel.selector import Prepared, greedy, trajectory_inputs
 from fsel.split import evaluation_split
@@ -46,9 +46,7 @@ def clone(
         weights: receives the scorer.
         log: receives loss and agreement by epoch and split.
         policy: key of `POLICIES`.
-        seed: of the training.
-        epochs: passes over the trajectories.
-        learning_rate: Adam's.
+        seed, epochs, learning_rate: of the training.
         config: digest of the parameters.
     """
     table = pd.read_parquet(trajectories)
@@ -56,24 +54,13 @@ def clone(
         role: training_data(part, scenes, POLICIES[policy])
         for role, part in table.groupby("role", sort=True)
     }
-    arrays, record = train(
-        data["train"],
-        data.get("validation", []),
-        seed=seed,
-        epochs=epochs,
-        learning_rate=learning_rate,
-    )
-    provenance = {
-        "policy": policy,
-        "made by": "behaviour cloning of searched subsets",
-        "seed": str(seed),
-        "trajectories": str(len(data["train"])),
-        "epochs": str(epochs),
-        "config": config,
-    }
-    _save(arrays, provenance, weights)
+    sets = data["train"], data.get("validation", [])
+    arrays, record = train(*sets, seed=seed, epochs=epochs, learning_rate=learning_rate)
+    count = len(data["train"])
+    made = f"behaviour cloning of {count} searched subsets, {epochs} epochs"
+    _save(arrays, policy, made, seed, config, weights)
     write_table(record, log, units={"loss": "nats"}, config=config)
-    logger.info("%s\n%s", provenance, record.tail(2).to_string())
+    logger.info("%s: %s\n%s", policy, made, record.tail(2).to_string())
 
 
 def training_data(
@@ -137,34 +124,35 @@ def refined(
         config: digest of the parameters.
     """
     policy = POLICIES["fsel"]
-    with Journal(weights, fingerprint(inputs, {"reconstruction": reconstruction})) as journal:
+    with Journal(weights, fingerprint(inputs, {"config": config})) as journal:
         practices = [
             _Practice(scene, folder, policy, settings, reconstruction, journal)
             for scene, folder in sorted(scenes.items())
         ]
-        rng = np.random.default_rng([settings["seed"], seed])
-        batches = [
-            rng.choice(len(practices), min(settings["batch"], len(practices)), replace=False)
-            for _ in range(settings["generations"])
-        ]
-
-        def objective(asked: Sequence[np.ndarray], generation: int) -> np.ndarray:
-            batch = [practices[i] for i in batches[generation]]
-            values = np.array([[p.value(x) for p in batch] for x in asked]).mean(axis=1)
-            logger.info("generation %d: best %.3f dB", generation, values.max())
-            return values
-
+        objective = _objective(practices, settings, seed)
         keys = ("generations", "population", "step", "batch")
         strategy = RefineSettings(**{key: settings[key] for key in keys})
         coefficients, record = refine(objective, start_of(policy), strategy, seed)
-        provenance = {
-            "policy": policy.name,
-            "made by": "CMA-ES against reconstruction",
-            "seed": str(seed),
-            "config": config,
-        }
-        _save(linear_weights(coefficients), provenance, weights)
+        made = f"CMA-ES against reconstructions of {len(practices)} scenes"
+        _save(linear_weights(coefficients), policy.name, made, seed, config, weights)
         write_table(record, log, units={"best": "dB", "mean": "dB"}, config=config)
+
+
+def _objective(practices: Sequence[_Practice], settings: Mapping, seed: int) -> Objective:
+    """Mean value of policies over a batch of scenes; each generation meets another batch."""
+    rng = np.random.default_rng([settings["seed"], seed])
+    size = min(settings["batch"], len(practices))
+    batches = [
+        rng.choice(len(practices), size, replace=False) for _ in range(settings["generations"])
+    ]
+
+    def objective(asked: Sequence[np.ndarray], generation: int) -> np.ndarray:
+        batch = [practices[i] for i in batches[generation]]
+        values = np.array([[p.value(x) for p in batch] for x in asked]).mean(axis=1)
+        logger.info("generation %d: best %.3f dB", generation, values.max())
+        return values
+
+    return objective
 
 
 def start_of(policy: Policy) -> np.ndarray:
@@ -182,6 +170,7 @@ def start_of(policy: Policy) -> np.ndarray:
     return start
 
 
-def _save(arrays: dict[str, np.ndarray], provenance: dict[str, str], path: str | Path) -> None:
+def _save(arrays, policy: str, made_by: str, seed: int, config: str, path: str | Path) -> None:
+    provenance = {"policy": policy, "made by": made_by, "seed": str(seed), "config": config}
     with atomic(path) as temporary:
         Scorer(arrays, provenance).save(temporary)

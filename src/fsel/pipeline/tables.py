@@ -9,7 +9,7 @@ import pandas as pd
 
 from fsel.baselines import METHODS
 from fsel.metrics import HIGHER_IS_BETTER, METRICS
-from fsel.pipeline.files import atomic
+from fsel.pipeline.files import atomic, write_text
 from fsel.pipeline.policies import POLICIES
 from fsel.report import heatmap as heatmaps
 from fsel.report.latex import sweep_table, tex
@@ -34,8 +34,7 @@ def ksweep(
     *,
     datasets: Mapping[str, str],
     budgets: Sequence[int],
-    resamples: int,
-    seed: int,
+    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """The table "Input budget sweep", its numbers with intervals, and paired differences.
@@ -43,24 +42,19 @@ def ksweep(
     Args:
         evaluations: one mapping a file: dataset, scene, draw, path.
         table: receives the LaTeX table.
-        summary: receives dataset, method, k, metric, mean, ci_low, ci_high, n.
-        paired: receives the learned methods' differences to every other method.
+        summary, paired: receive means, and the learned methods' differences to every other.
         datasets: name -> printed label, in order.
         budgets: columns.
-        resamples: of the bootstrap.
-        seed: of the bootstrap.
+        bootstrap: its `resamples` and `seed`.
         facts: what the caption tells, see `caption`.
     """
     cells = sweep_cells(evaluations)
-    shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
-    groups = [
-        {name: label for name, label in group.items() if name in shown}
-        for group in (BASELINES, LEARNED, REFERENCES)
-    ]
-    means = summarise(cells, METRICS, resamples=resamples, seed=seed)
-    gaps = differences(cells, list(LEARNED), METRICS, resamples=resamples, seed=seed)
+    means = summarise(cells, METRICS, **bootstrap)
+    gaps = differences(cells, list(LEARNED), METRICS, **bootstrap)
     _write_csv(means, summary)
     _write_csv(gaps, paired)
+    groups = row_groups(cells, budgets)
+    searched = any("search" in group for group in groups)
     text = sweep_table(
         means,
         datasets={name: tex(label) for name, label in datasets.items()},
@@ -68,11 +62,10 @@ def ksweep(
         ranked=[*BASELINES, *LEARNED],
         budgets=budgets,
         higher_is_better=HIGHER_IS_BETTER,
-        caption=caption({**facts, "searched": "search" in shown}),
+        caption=caption({**facts, "searched": searched}),
         label="tab:ksweep_all",
     )
-    with atomic(table) as temporary:
-        temporary.write_text(text)
+    write_text(text, table)
 
 
 def sweep_cells(evaluations: Sequence[Mapping]) -> pd.DataFrame:
@@ -88,6 +81,14 @@ def sweep_cells(evaluations: Sequence[Mapping]) -> pd.DataFrame:
     cells["block"] = cells["dataset"].map(datasets)
     cells = cells.sort_values(["block", "place", "k", "scene", "draw"], kind="stable")
     return cells.drop(columns=["block", "place"]).reset_index(drop=True)
+
+
+def row_groups(cells: pd.DataFrame, budgets: Sequence[int]) -> list[dict[str, str]]:
+    """Method -> label of the rows between two rules, for methods with a number to print."""
+    shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
+    groups = (BASELINES, LEARNED, REFERENCES)
+    found = [{name: text for name, text in group.items() if name in shown} for group in groups]
+    return [group for group in found if group]
 
 
 def caption(facts: Mapping) -> str:

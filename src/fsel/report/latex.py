@@ -45,17 +45,14 @@ def sweep_table(
         datasets: name -> LaTeX label, in order.
         groups: method -> LaTeX label, one mapping a group of rows set apart by a rule.
         ranked: methods among which the best of a column is set in bold.
-        budgets: columns.
-        higher_is_better: by metric, in the order of a cell's numbers.
-        caption: LaTeX.
-        label: for \\ref.
+        budgets, higher_is_better: columns, and metrics in the order of a cell's numbers.
+        caption, label: LaTeX.
     """
     means = summary.set_index(["dataset", "method", "k", "metric"])["mean"].to_dict()
     scenes = summary.groupby("dataset")["n"].first().to_dict()
-    sheet = _Sheet(means, scenes, list(budgets), dict(higher_is_better), list(ranked))
-    names = list(datasets)
-    pairs = [names[i : i + 2] for i in range(0, len(names), 2)]
-    blocks = [sheet.block({name: datasets[name] for name in pair}, groups) for pair in pairs]
+    sheet = _Sheet(means, scenes, budgets, higher_is_better, ranked)
+    titles = list(datasets.items())
+    blocks = [sheet.block(dict(titles[i : i + 2]), groups) for i in range(0, len(titles), 2)]
     return "\n".join(
         [
             r"\begin{table*}[t]",

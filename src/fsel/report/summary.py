@@ -102,8 +102,7 @@ def differences(
         cells: as in `summarise`.
         methods: to compare with every other method.
         metrics: columns to compare.
-        resamples: of the bootstrap.
-        seed: of the bootstrap.
+        resamples, seed: of the bootstrap.
 
     Returns:
         dataset, method, reference, k, metric, mean, ci_low, ci_high, n.
