@@ -53,7 +53,14 @@ def _describe(image: np.ndarray) -> np.ndarray:
     # unsigned orientation: opposite gradients are the same edge
     bins = ((angle % np.pi) / np.pi * BINS).astype(int) % BINS
     maps = strength[..., None] * (bins[..., None] == np.arange(BINS))
-    cells = cv2.resize(maps.astype(np.float32), (GRID, GRID), interpolation=cv2.INTER_AREA)
+    # one channel at a time: beyond four, INTER_AREA wants a size that the grid divides
+    cells = np.stack(
+        [
+            cv2.resize(channel, (GRID, GRID), interpolation=cv2.INTER_AREA)
+            for channel in np.moveaxis(maps.astype(np.float32), 2, 0)
+        ],
+        axis=-1,
+    )
     norm = np.linalg.norm(cells)
     edges = cells.ravel() / norm if norm > 0 else cells.ravel()
     colour = layout.ravel() / GRID
