@@ -90,10 +90,16 @@ def test_summary_mean_interval_and_count():
     assert list(table["method"].unique()) == ["random", "ours"]
 
 
-def test_one_scene_with_one_draw_has_no_width():
+def test_one_draw_of_one_scene_has_no_interval():
     table = summarise(grid(scenes=1, draws=1), METRICS, resamples=100, seed=0)
-    np.testing.assert_allclose(table["ci_low"], table["mean"])
-    np.testing.assert_allclose(table["ci_high"], table["mean"])
+    assert table[["ci_low", "ci_high"]].isna().all(axis=None)
+    assert table["mean"].notna().all()
+
+
+def test_equal_scenes_have_an_interval_without_width():
+    values = {("d", f"s{s}", 0, "m", 10): 20.0 for s in range(3)}
+    row = summarise(cells(values), ["psnr"], resamples=100, seed=0).iloc[0]
+    assert row["ci_low"] == row["ci_high"] == pytest.approx(20)
 
 
 def test_interval_covers_the_true_mean_about_as_often_as_it_says():

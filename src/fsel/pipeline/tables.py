@@ -107,7 +107,7 @@ def caption(facts: Mapping) -> str:
             "not the corpora themselves"
         )
     if facts["real"]:
-        captures.append(f"captures read from disk ({tex(', '.join(facts['real']))})")
+        captures.append(f"read from disk ({tex(', '.join(facts['real']))})")
     references = "all frames without selection."
     if facts["searched"]:
         references = (

@@ -59,8 +59,8 @@ def sweep_table(
             r"\centering",
             rf"\caption{{{caption}}}",
             rf"\label{{{label}}}",
-            r"\tiny",
-            r"\setlength{\tabcolsep}{1.5pt}",
+            r"\scriptsize",
+            r"\setlength{\tabcolsep}{2.5pt}",
             "\n\\vspace{6pt}\n\n".join(blocks),
             r"\end{table*}",
             "",
@@ -85,7 +85,8 @@ class _Sheet:
             rules.append(rf"\cmidrule(lr){{{2 + i * width}-{1 + (i + 1) * width}}}")
         budgets = " ".join(f"& $K{{=}}{k}$" for k in self.budgets)
         lines = [
-            r"\resizebox{\textwidth}{!}{%",
+            # shrunk to the page where it is wider, never blown up
+            r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%",
             rf"\begin{{tabular}}{{l{'|'.join(['c' * width] * len(datasets))}}}",
             r"\toprule",
             " ".join(heads) + r" \\",

@@ -151,8 +151,14 @@ def _blocks(wide: pd.DataFrame, dataset: str) -> Iterator[pd.DataFrame]:
 def _interval(
     block: pd.DataFrame, resamples: int, seed: int, dataset: str
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Interval bounds of every column's mean, and the number of scenes."""
+    """Interval bounds of every column's mean, and the number of scenes.
+
+    One draw of one scene says nothing about its own spread: its bounds are NaN.
+    """
     scenes = block.index.get_level_values("scene").to_numpy()
+    if len(scenes) == 1:
+        unknown = np.full(block.shape[1], np.nan)
+        return unknown, unknown, 1
     rng = np.random.default_rng([seed, zlib.crc32(dataset.encode())])
     means = bootstrap_weights(scenes, resamples, rng) @ block.to_numpy()
     low, high = np.percentile(means, LEVELS, axis=0)
