@@ -47,10 +47,13 @@ def job(snakemake) -> Iterator[str]:
     started = time.perf_counter()
     try:
         yield digest(dict(snakemake.params.items()))
+        logger.info("done in %.1f s", time.perf_counter() - started)
     except BaseException:
         logger.exception("failed")
         raise
-    logger.info("done in %.1f s", time.perf_counter() - started)
+    finally:
+        root.removeHandler(handler)
+        handler.close()
 
 
 def _end_with_parent() -> None:
