@@ -8,7 +8,7 @@ Outputs: <results>/{dataset}/{scene}/{frames,points,descriptors}.parquet and ima
 
 rule generate:
     input:
-        lib=library("recording", "layouts", "synthesis"),
+        lib=library("recording", "layouts", "synthesis", "pipeline/captures"),
     output:
         directory("<results>/data/{dataset}/{scene}"),
     log:
@@ -37,7 +37,7 @@ rule generate:
 rule ingest:
     input:
         capture=raw_capture,
-        lib=library("capture", "layouts", "pipeline/captures"),
+        lib=library("capture", "recording", "layouts", "pipeline/captures"),
     output:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
@@ -68,7 +68,7 @@ rule describe:
     input:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library("appearance", "sharpness"),
+        lib=library("appearance", "capture", "sharpness", "pipeline/captures"),
     output:
         "<results>/{dataset}/{scene}/descriptors.parquet",
     log:
@@ -127,7 +127,7 @@ rule features:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        lib=library("capture", "features", "geometry", *FILES),
+        lib=library("capture", "features", "geometry", "problem", *FILES),
     output:
         expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/features.parquet",

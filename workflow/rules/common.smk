@@ -193,7 +193,16 @@ SEEDS = range(config["training"]["seeds"])
 REFINED = range(config["refinement"]["seeds"])
 PRACTISED = [f"{d}/{s}" for d in config["datasets"] for s in scenes(d, "train")]
 RECONSTRUCTION = ("capture", "evaluation", "metrics", "reconstruct")
-FEATURES = ("capture", "features", "geometry", "problem", "scorer", "selector", "split")
+FEATURES = (
+    "capture",
+    "features",
+    "geometry",
+    "greedy_kernel",
+    "problem",
+    "scorer",
+    "selector",
+    "split",
+)
 FILES = ("pipeline/files", "pipeline/journal", "pipeline/problems")
 
 

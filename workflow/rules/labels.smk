@@ -13,7 +13,13 @@ rule label:
         images=f"<results>/{TRAINED}/{{scene}}/images.npy",
         descriptors=f"<results>/{TRAINED}/{{scene}}/descriptors.parquet",
         lib=library(
-            "geometry", "search", "split", *RECONSTRUCTION, *FILES, "pipeline/labels"
+            "baselines/nearest",
+            "geometry",
+            "search",
+            "split",
+            *RECONSTRUCTION,
+            *FILES,
+            "pipeline/labels",
         ),
     output:
         labels=expand(
@@ -52,7 +58,7 @@ rule trajectories:
             scene=LABELLED,
             coverage=config["coverages"],
         ),
-        lib=library("geometry", "ordering", *FILES, "pipeline/labels"),
+        lib=library("capture", "geometry", "ordering", *FILES, "pipeline/labels"),
     output:
         "<results>/trajectories.parquet",
     log:

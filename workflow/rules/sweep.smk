@@ -50,7 +50,7 @@ rule evaluate:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library(*RECONSTRUCTION, *FILES, "pipeline/selection"),
+        lib=library(*RECONSTRUCTION, *FILES, "pipeline/labels", "pipeline/selection"),
     output:
         "<results>/{dataset}/{scene}/draw{draw}/evaluation.parquet",
     log:
@@ -113,7 +113,9 @@ rule ksweep:
             "<results>/{problem}/oracle.parquet",
             problem=problems(config["oracle"]["draws"]),
         ),
-        lib=library("report", "baselines", "pipeline/policies", "pipeline/tables"),
+        lib=library(
+            "metrics", "report", "baselines", "pipeline/policies", "pipeline/tables"
+        ),
     output:
         table=report(
             "<tables>/ksweep.tex",
@@ -171,7 +173,7 @@ rule heatmap:
     input:
         summary="<tables>/ksweep.csv",
         differences="<tables>/ksweep_differences.csv",
-        lib=library("report", "pipeline/tables"),
+        lib=library("report", "baselines", "pipeline/policies", "pipeline/tables"),
     output:
         report(
             multiext("<figures>/heatmap", ".pdf", ".png"),
