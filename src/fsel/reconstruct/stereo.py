@@ -130,19 +130,6 @@ def merge_costs(first, second, third, fourth, count):
     return out
 
 
-@numba.njit(inline="always", cache=True, fastmath=True, nogil=True)
-def _path_step(previous, low, cost, small, large, current, total, planes):
-    """One pixel of one path; returns its least value, the next pixel's `low`."""
-    least = F(1e9)
-    for d in range(planes):
-        near = min(previous[d], previous[d + 2]) - low + small
-        value = cost[d] + min(min(previous[d + 1] - low, large), near)
-        current[d + 1] = value
-        total[d] += value
-        least = min(least, value)
-    return least
-
-
 @_jit
 def aggregate(cost, grey, small, large):
     """Semi-global aggregation along four axes (Hirschmueller, PAMI 2008).
@@ -160,14 +147,15 @@ def aggregate(cost, grey, small, large):
     """
     height, width, planes = cost.shape
     total = np.zeros((height, width, planes), F)
-    ping = np.empty(planes + 2, F)
-    pong = np.empty(planes + 2, F)
-    ping[0] = ping[planes + 1] = pong[0] = pong[planes + 1] = F(1e6)
+    # indexed in place, without row views: their reference counts would cost more than the sums
+    path = np.full((2, planes + 2), F(1e6))
+    folded = np.empty(planes // 2, F)
     for direction in range(4):
         horizontal = direction < 2
         steps = width if horizontal else height
         for line in range(height if horizontal else width):
-            ping[1 : planes + 1] = 0
+            for d in range(planes):
+                path[0, d + 1] = 0
             low, before = F(0), F(-1)
             for s in range(steps):
                 at = s if direction % 2 == 0 else steps - 1 - s
@@ -176,8 +164,17 @@ def aggregate(cost, grey, small, large):
                 if before >= 0:
                     jump = max(small + F(1), large / (F(1) + F(0.1) * abs(grey[y, x] - before)))
                 before = grey[y, x]
-                low = _path_step(ping, low, cost[y, x], small, jump, pong, total[y, x], planes)
-                ping, pong = pong, ping
+                old, new = s & 1, 1 - (s & 1)
+                for d in range(planes):
+                    near = min(path[old, d], path[old, d + 2]) + small
+                    path[new, d + 1] = cost[y, x, d] + min(min(path[old, d + 1], near) - low, jump)
+                for d in range(planes):
+                    total[y, x, d] += path[new, d + 1]
+                for d in range(planes // 2):
+                    folded[d] = min(path[new, d + 1], path[new, d + 1 + planes // 2])
+                low = path[new, planes]
+                for d in range(planes // 2):
+                    low = min(low, folded[d])
     return total
 
 
