@@ -175,7 +175,7 @@ def splat(x, y, z, opacity=1.0):
 def rendered(splats, colors):
     view = one_view()
     return render.render_view(
-        np.array(splats, F),
+        np.array(splats, F).T.copy(),
         np.array(colors, F),
         view.world_to_camera[0].astype(F),
         view.intrinsics[0].astype(F),

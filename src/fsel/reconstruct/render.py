@@ -26,7 +26,7 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
     sharper, and drops what lies behind the surface.
 
     Args:
-        splats: (n, 5) float32: world position, opacity, depth in the source camera.
+        splats: (5, n) float32: rows of world x, y, z, opacity, depth in the source camera.
         colors: (n, 3) float32, 0..255.
         pose: (3, 4) float32 world to camera.
         k: (4,) float32 intrinsics, pixels.
@@ -39,7 +39,8 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
     Returns:
         (height, width, 4) float32: weighted colour sums, and weights.
     """
-    n = len(splats)
+    across, down, closeness = _project(splats, pose, k)
+    n = splats.shape[1]
     where = np.empty((n, 4), F)
     index = np.empty(n, np.int64)
     mass = np.zeros((height + 2, width + 2, BINS), F)
@@ -47,25 +48,39 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
     scale = F(BINS) / (F(1) / near - low)
     kept = 0
     for i in range(n):
-        a, b, c = splats[i, 0], splats[i, 1], splats[i, 2]
-        z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
-        if z <= F(1e-6):
+        u, v, w = across[i], down[i], closeness[i]
+        inside = u >= 0 and v >= 0 and u < width + 1 and v < height + 1
+        if not inside or w > F(1e6):
             continue
-        w = F(1) / z
-        # half a pixel beyond the padding's: the floor is then the 2x2 footprint's corner
-        u = k[0] * (pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]) * w
-        v = k[1] * (pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]) * w
-        u, v = u + k[2] + F(0.5), v + k[3] + F(0.5)
-        if not (u >= 0 and v >= 0 and u < width + 1 and v < height + 1):
-            continue
-        where[kept, 0], where[kept, 1], where[kept, 2] = u, v, z
-        where[kept, 3] = splats[i, 3] / (splats[i, 4] * splats[i, 4])
+        where[kept, 0], where[kept, 1], where[kept, 2] = u, v, F(1) / w
+        where[kept, 3] = splats[3, i] / (splats[4, i] * splats[4, i])
         index[kept] = i
         kept += 1
         bin_ = BINS - 1 - min(max(int((w - low) * scale), 0), BINS - 1)
-        mass[int(v + F(0.5)), int(u + F(0.5)), bin_] += splats[i, 3]
+        mass[int(v + F(0.5)), int(u + F(0.5)), bin_] += splats[3, i]
     front = _surface(mass, low, scale)
     return _accumulate(where[:kept], index[:kept], colors, front, tolerance)
+
+
+@_jit
+def _project(splats, pose, k):
+    """(n,) pixel coordinates, padded and shifted, and inverse depths; no branches: it vectorises.
+
+    Half a pixel beyond the padding's one, so that a coordinate's floor is the corner of the 2x2
+    footprint.
+    """
+    n = splats.shape[1]
+    across, down, closeness = np.empty(n, F), np.empty(n, F), np.empty(n, F)
+    for i in range(n):
+        x, y, z = splats[0, i], splats[1, i], splats[2, i]
+        depth = pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z + pose[2, 3]
+        w = F(1) / max(depth, F(1e-9))
+        u = k[0] * (pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z + pose[0, 3])
+        v = k[1] * (pose[1, 0] * x + pose[1, 1] * y + pose[1, 2] * z + pose[1, 3])
+        across[i] = u * w + k[2] + F(0.5)
+        down[i] = v * w + k[3] + F(0.5)
+        closeness[i] = w
+    return across, down, closeness
 
 
 @_jit

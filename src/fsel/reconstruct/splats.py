@@ -212,9 +212,10 @@ class SplatModel:
         out = np.empty((len(views), height, width, 3), np.float32)
         poses = views.world_to_camera.astype(np.float32)
         ks = views.intrinsics.astype(np.float32)
+        rows = np.ascontiguousarray(self.splats.T)
         for t in range(len(views)):
             total = render.render_view(
-                self.splats,
+                rows,
                 self.colors,
                 poses[t],
                 ks[t],
