@@ -1,6 +1,7 @@
 """Layouts: what is written is read back; what is wrong is refused by name."""
 
 import json
+import re
 from pathlib import Path
 
 import cv2
@@ -8,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsel.layouts import LAYOUTS, read_capture
+from fsel.layouts import LAYOUTS, read_capture, read_raw
 from fsel.layouts.base import natural
+from fsel.layouts.ingest import ingest
 from fsel.recording import Camera, Recording
 from fsel.synthesis.lens import project, unproject
 
@@ -231,3 +233,31 @@ def test_real_captures_read(name, frames):
     capture = read_capture(CAPTURES / name)
     assert len(capture) == frames
     assert capture.points is not None
+
+
+@pytest.mark.parametrize("layout", ["dl3dv", "mipnerf360", "scannetpp_dslr"])
+def test_lazy_images_are_the_images(layout, tmp_path):
+    LAYOUTS[layout].write(recording(layout), tmp_path)
+    known, raw = read_raw(tmp_path, layout)
+    lazy = ingest(raw, known, tmp_path, 32, lazy=True)
+    whole = ingest(raw, known, tmp_path, 32)
+    assert lazy.names == whole.names
+    assert lazy.size == whole.size
+    assert lazy.points is None
+    # what undistortion keeps of a lens depends a little on the size it is done at
+    np.testing.assert_allclose(lazy.intrinsics, whole.intrinsics, rtol=1e-3)
+    np.testing.assert_array_equal(lazy.world_to_camera, whole.world_to_camera)
+    if layout == "mipnerf360":  # without distortion
+        np.testing.assert_array_equal(np.asarray(lazy.images), whole.images)
+    np.testing.assert_array_equal(lazy.images[np.array([3, 1])].shape, (2, *whole.images.shape[1:]))
+    np.testing.assert_array_equal(lazy.images[3], lazy.images[3:4][0])
+
+
+def test_lazy_images_open_nothing_before_they_are_asked_for(tmp_path):
+    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
+    known, raw = read_raw(tmp_path, "mipnerf360")
+    raw.images[5].write_bytes(b"")
+    lazy = ingest(raw, known, tmp_path, 32, lazy=True)
+    lazy.images[:4]
+    with pytest.raises(ValueError, match=re.escape(f"{raw.images[5]}: image file is empty")):
+        np.asarray(lazy.images)

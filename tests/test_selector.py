@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, moved, random_problem, random_weights
 
+from fsel import greedy_plain
 from fsel.features import FEATURES, STATIC, static_features
 from fsel.geometry import pose_distance
 from fsel.problem import checked_select
@@ -31,6 +32,8 @@ POLICIES = {
     },
     "fsel": {"pool": "observed", "reference": "targets", "appearance": True, "coverage": True},
 }  # fmt: skip
+LOOPS = {"compiled": greedy, "plain": greedy_plain.greedy}
+loops = pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
 policies = pytest.mark.parametrize("policy", POLICIES.values(), ids=POLICIES.keys())
 
 
@@ -112,24 +115,26 @@ def slow_greedy(problem, weights, k, policy):
     return np.array(picked), np.array(scores)
 
 
+@loops
 @policies
 @pytest.mark.parametrize("seed", range(12))
-def test_picks_against_the_slow_loop(policy, seed):
+def test_picks_against_the_slow_loop(loop, policy, seed):
     problem = random_problem(20 + 3 * seed, seed)
     weights = random_weights(seed, gain=(0.3, 1.0, 3.0)[seed % 3])
     prepared = prepare(problem, **policy)
-    rows, scores = greedy(prepared, weights, 8)
+    rows, scores = loop(prepared, weights, 8)
     want_rows, want_scores = slow_greedy(problem, weights, 8, policy)
     np.testing.assert_array_equal(rows, want_rows)
     np.testing.assert_allclose(scores, want_scores, rtol=1e-9, atol=1e-9)
 
 
+@loops
 @policies
-def test_the_whole_pool_in_order(policy):
+def test_the_whole_pool_in_order(loop, policy):
     problem = random_problem(17, 5, targets=3)
     prepared = prepare(problem, **policy)
     n = len(prepared.pool)
-    rows, _ = greedy(prepared, random_weights(5), n)
+    rows, _ = loop(prepared, random_weights(5), n)
     np.testing.assert_array_equal(np.sort(rows), np.arange(n))
     np.testing.assert_array_equal(rows, slow_greedy(problem, random_weights(5), n, policy)[0])
 
@@ -173,22 +178,24 @@ def test_budgets_are_nested(policy):
         np.testing.assert_array_equal(greedy(prepared, random_weights(9), k)[0], whole[:k])
 
 
-def test_a_constant_scorer_takes_the_lowest_rows():
+@loops
+def test_a_constant_scorer_takes_the_lowest_rows(loop):
     weights = {name: np.zeros_like(array) for name, array in random_weights(0).items()}
     weights["layer3.bias"][0] = 3
-    rows, scores = greedy(prepare(random_problem(30), **POLICIES["ours"]), weights, 5)
+    rows, scores = loop(prepare(random_problem(30), **POLICIES["ours"]), weights, 5)
     np.testing.assert_array_equal(rows, np.arange(5))
     np.testing.assert_array_equal(scores, 3)
 
 
-def test_float32_screening_never_decides_between_near_ties():
+@loops
+def test_float32_screening_never_decides_between_near_ties(loop):
     problem = random_problem(60, 12)
     sharpness = np.where(np.isin(np.arange(60), problem.candidates[[3, 30, 41]]), 900.0, 10.0)
     sharpness[problem.candidates[41]] += 1e-9
     prepared = prepare(replace(problem, sharpness=sharpness), **POLICIES["ours"])
     only_sharpness = np.zeros(INPUTS)
     only_sharpness[FEATURES.index("sharpness")] = 1
-    rows, _ = greedy(prepared, linear_weights(only_sharpness), 3)
+    rows, _ = loop(prepared, linear_weights(only_sharpness), 3)
     np.testing.assert_array_equal(rows, [41, 3, 30])
 
 
@@ -202,8 +209,9 @@ def test_weights_read_from_a_file_pick_the_same(tmp_path):
         np.testing.assert_array_equal(got, want)
 
 
+@loops
 @policies
-def test_of_equal_frames_the_lowest_goes_first(policy):
+def test_of_equal_frames_the_lowest_goes_first(loop, policy):
     problem = random_problem(60, 11)
     twin = np.arange(60)
     twin[30:] = np.arange(30)
@@ -215,19 +223,20 @@ def test_of_equal_frames_the_lowest_goes_first(policy):
     )
     prepared = prepare(same, **policy)
     for seed in range(20):
-        row = greedy(prepared, random_weights(seed), 1)[0][0]
+        row = loop(prepared, random_weights(seed), 1)[0][0]
         equal = np.flatnonzero(twin[prepared.pool] == twin[prepared.pool[row]])
         assert row == equal[0]
 
 
+@loops
 @policies
-def test_cameras_in_one_place_are_no_trouble(policy):
+def test_cameras_in_one_place_are_no_trouble(loop, policy):
     problem = random_problem(24, 3)
     capture = capture_of(np.zeros((24, 3)), np.tile(np.eye(3), (24, 1, 1)))
     one = replace(problem, capture=capture, targets=capture.view(np.arange(4)))
     prepared = prepare(one, **policy)
     assert np.isfinite(prepared.static).all()
-    rows, scores = greedy(prepared, random_weights(3), len(prepared.pool))
+    rows, scores = loop(prepared, random_weights(3), len(prepared.pool))
     np.testing.assert_array_equal(np.sort(rows), np.arange(len(prepared.pool)))
     assert np.isfinite(scores).all()
 
@@ -266,11 +275,12 @@ def test_z_scores_by_hand():
     np.testing.assert_array_equal(got[:, 1:], 0)
 
 
+@loops
 @pytest.mark.parametrize("k", [0, -1, 1000])
-def test_an_impossible_budget_is_refused(k):
+def test_an_impossible_budget_is_refused(loop, k):
     prepared = prepare(random_problem(30), **POLICIES["ours"])
     with pytest.raises(ValueError, match=f"got {k}"):
-        greedy(prepared, random_weights(0), k)
+        loop(prepared, random_weights(0), k)
 
 
 @policies

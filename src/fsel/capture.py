@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-import pandas as pd
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ROTATION_TOLERANCE = 1e-6
 
@@ -74,7 +77,8 @@ class Capture:
         world_to_camera: (N, 3, 4) float64, OpenCV axes.
         intrinsics: (N, 4) float64, fx, fy, cx, cy in pixels at the working size;
             the top-left pixel's centre is (0.5, 0.5).
-        images: (N, h, w, 3) uint8, undistorted, RGB; may be a read-only memory map.
+        images: (N, h, w, 3) uint8, undistorted, RGB; may be a read-only memory map, or a
+            sequence that opens files when indexed (`fsel.layouts.ingest.LazyImages`).
         sequences: N labels of the recording pass each frame belongs to.
         points: sparse points, or None.
         masks: (N, h, w) bool, True where a pixel counts, or None.
@@ -177,6 +181,8 @@ class Capture:
 
     def save(self, folder: str | Path) -> None:
         """Write frames.parquet, points.parquet, images.npy (and masks.npy) into `folder`."""
+        import pandas as pd  # here: it takes longer to import than a selection takes
+
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         frames = pd.DataFrame({"frame": np.arange(len(self)), "name": self.names})
@@ -196,6 +202,8 @@ class Capture:
     @classmethod
     def load(cls, folder: str | Path) -> Capture:
         """Read what `save` wrote; images stay on disk until touched."""
+        import pandas as pd
+
         folder = Path(folder)
         frames = pd.read_parquet(folder / "frames.parquet")
         poses = frames[[f"w2c_{r}{c}" for r in range(3) for c in range(4)]].to_numpy(np.float64)
@@ -214,6 +222,8 @@ class Capture:
 
 def _points_frame(points: SparsePoints | None) -> pd.DataFrame:
     """One row a point; its track is the list of frames that saw it. No rows: no points."""
+    import pandas as pd
+
     columns = ["x", "y", "z", "r", "g", "b", "track"]
     if points is None:
         return pd.DataFrame({c: pd.Series(dtype="float64") for c in columns[:-1]} | {"track": []})

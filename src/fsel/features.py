@@ -41,6 +41,7 @@ UNITS = {
     **{"tau_tri": "score in 0..1", "c_vis": "fraction", "sharpness": "squared grey level"},
 }
 
+FLAT = 1e-9  # a column whose deviation is below this share of its scale carries no information
 MVSNET_ANGLE = 5.0  # degrees of the best triangulation angle (Yao et al. 2018)
 MVSNET_SPREAD = (1.0, 10.0)
 

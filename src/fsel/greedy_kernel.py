@@ -12,7 +12,8 @@ import math
 import numba
 import numpy as np
 
-FLAT = 1e-9  # a column whose deviation is below this share of its scale carries no information
+from fsel.features import FLAT
+
 COLUMNS = 5  # d_min_s, gamma_min_s, rho_max_s, phi_nov, coverage gain
 WIDTH = 64
 BLOCK = 64  # rows a matrix product: its operands stay in the first cache, and on one thread

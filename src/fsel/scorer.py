@@ -74,4 +74,8 @@ class Scorer:
 
 
 def _gelu(z: np.ndarray) -> np.ndarray:
-    return 0.5 * z * (1 + erf(z / np.sqrt(2)))
+    share = erf(z * np.sqrt(0.5))
+    share += 1
+    share *= z
+    share *= 0.5
+    return share

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
-from fsel import greedy_kernel
 from fsel.capture import Views
-from fsel.features import proxy_points, static_features
+from fsel.features import FLAT, proxy_points, static_features
 from fsel.geometry import directions, pose_distance
 from fsel.problem import Method, Problem
 from fsel.scorer import INPUTS, SHAPES, Scorer
@@ -24,6 +24,14 @@ SHARPNESS_INPUT = 17
 COVERAGE_INPUT = 18
 DYNAMIC = np.append(CONDITIONED_INPUTS, COVERAGE_INPUT)
 REACH_RANK = 4  # the coverage kernel of a view falls to 1/e at its fourth nearest frame
+
+
+def compiled() -> ModuleType:
+    """The compiled loop, imported when first used: numba takes longer to import than a small
+    pool takes to select from (see `fsel.greedy_plain`)."""
+    from fsel import greedy_kernel
+
+    return greedy_kernel
 
 
 @dataclass(frozen=True)
@@ -121,7 +129,7 @@ def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarr
     """
     used = columns if rows is None else columns[rows]
     mean, deviation = used.mean(axis=0), used.std(axis=0)
-    informative = deviation > greedy_kernel.FLAT * np.abs(used).max(axis=0)
+    informative = deviation > FLAT * np.abs(used).max(axis=0)
     scaled = (columns - mean) / np.where(informative, deviation, 1.0)
     return np.where(informative, scaled, 0.0)
 
@@ -136,14 +144,14 @@ class State:
         self.raw = np.zeros((len(DYNAMIC), n))
         self._squares = np.full((3, n), np.inf)
         self._covered = np.zeros(views)
-        greedy_kernel.coverage_gain(prepared.kernel, self._covered, self.raw[4])
+        compiled().coverage_gain(prepared.kernel, self._covered, self.raw[4])
 
     def add(self, row: int) -> None:
         """Append a row of the pool to the selection."""
         first = bool(self.selectable.all())
         self.selectable[row] = False
         relations = self.prepared.relations
-        greedy_kernel.fold(row, first, *relations, self._squares, self._covered, self.raw)
+        compiled().fold(row, first, *relations, self._squares, self._covered, self.raw)
 
     def inputs(self) -> np.ndarray:
         """(n, 5) standardised d_min_s, gamma_min_s, rho_max_s, phi_nov and coverage gain.
@@ -152,7 +160,7 @@ class State:
         already picked.
         """
         values = np.empty((len(self.selectable), len(DYNAMIC)))
-        greedy_kernel.standardise_rows(self.raw, self.selectable, values)
+        compiled().standardise_rows(self.raw, self.selectable, values)
         return values
 
 
@@ -186,7 +194,7 @@ def greedy(
     )
     wide = tuple(weights[name].astype(np.float64) for name in SHAPES)
     rows, scores = np.empty(k, np.int64), np.empty(k)
-    greedy_kernel.run(
+    compiled().run(
         k,
         DYNAMIC,
         prepared.static,

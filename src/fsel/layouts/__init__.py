@@ -15,7 +15,7 @@ from fsel.layouts import (
     seven_scenes,
     tanks_and_temples,
 )
-from fsel.layouts.base import Layout
+from fsel.layouts.base import Layout, RawCapture
 from fsel.layouts.ingest import ingest
 
 log = logging.getLogger(__name__)
@@ -36,6 +36,22 @@ LAYOUTS: dict[str, Layout] = {
 """By name, the most particular first: the order in which `auto` asks."""
 
 
+def read_raw(path: str | Path, layout: str = "auto") -> tuple[Layout, RawCapture]:
+    """What a capture's files say, before images are opened; see `read_capture`."""
+    folder = Path(path)
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder}: no such folder")
+    if layout == "auto":
+        found = [known for known in LAYOUTS.values() if known.recognises(folder)]
+        if not found:
+            raise ValueError(f"{folder}: no known layout; known: {', '.join(LAYOUTS)}")
+        log.info("%s: recognised as %s", folder, found[0].name)
+        return found[0], found[0].read(folder)
+    if layout not in LAYOUTS:
+        raise ValueError(f"layout is {layout!r}; allowed: auto, {', '.join(LAYOUTS)}")
+    return LAYOUTS[layout], LAYOUTS[layout].read(folder)
+
+
 def read_capture(path: str | Path, layout: str = "auto", long_side: int = 128) -> Capture:
     """Read a capture from disk.
 
@@ -48,15 +64,5 @@ def read_capture(path: str | Path, layout: str = "auto", long_side: int = 128) -
         FileNotFoundError: when the folder, its model or its images are not there.
         ValueError: for an unknown layout, or files that contradict themselves.
     """
-    folder = Path(path)
-    if not folder.is_dir():
-        raise FileNotFoundError(f"{folder}: no such folder")
-    if layout == "auto":
-        found = [known for known in LAYOUTS.values() if known.recognises(folder)]
-        if not found:
-            raise ValueError(f"{folder}: no known layout; known: {', '.join(LAYOUTS)}")
-        log.info("%s: recognised as %s", folder, found[0].name)
-        return ingest(found[0].read(folder), found[0], folder, long_side)
-    if layout not in LAYOUTS:
-        raise ValueError(f"layout is {layout!r}; allowed: auto, {', '.join(LAYOUTS)}")
-    return ingest(LAYOUTS[layout].read(folder), LAYOUTS[layout], folder, long_side)
+    known, raw = read_raw(path, layout)
+    return ingest(raw, known, Path(path), long_side)

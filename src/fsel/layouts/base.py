@@ -45,7 +45,7 @@ class RawCapture:
         cameras: one a frame, at the size that the files state.
         sequences: pass label of each frame.
         masks: mask file of each frame, or None.
-        points: sparse points, or None.
+        points: reads the sparse points, which takes a while; None where there are none.
         dropped: frames left out, and why.
     """
 
@@ -55,7 +55,7 @@ class RawCapture:
     cameras: list[Camera]
     sequences: list[str]
     masks: list[Path] | None = None
-    points: RawPoints | None = None
+    points: Callable[[], RawPoints | None] | None = None
     dropped: dict[str, str] = field(default_factory=dict)
 
 

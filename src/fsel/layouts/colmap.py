@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +67,7 @@ def from_model(
         world_to_camera=np.array([i.cam_from_world().matrix() for i in posed]),
         cameras=[_camera(reconstruction.cameras[image.camera_id]) for image in posed],
         sequences=[str(Path(name).parent) for name in names],
-        points=points_of(reconstruction, {i.image_id: at for at, i in enumerate(posed)}),
+        points=partial(points_of, reconstruction, {i.image_id: at for at, i in enumerate(posed)}),
         dropped={i.name: "no pose" for i in reconstruction.images.values() if not i.has_pose},
     )
 

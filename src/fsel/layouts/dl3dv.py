@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,7 @@ def read(folder: Path) -> RawCapture:
         for image in reconstruction.images.values()
         if Path(image.name).name in rows
     }
-    return replace(raw, points=colmap.points_of(reconstruction, numbered))
+    return replace(raw, points=partial(colmap.points_of, reconstruction, numbered))
 
 
 def write(recording: Recording, folder: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from fsel.capture import Capture, SparsePoints
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, RawPoints, natural
+from fsel.layouts.base import Layout, RawCapture, natural
 from fsel.recording import Camera
 
 ASPECT_TOLERANCE = 0.01
@@ -19,7 +19,9 @@ HALF = np.array([0.0, 0.0, 0.5, 0.5])  # OpenCV puts the top-left pixel's centre
 log = logging.getLogger(__name__)
 
 
-def ingest(raw: RawCapture, layout: Layout, folder: Path, long_side: int) -> Capture:
+def ingest(
+    raw: RawCapture, layout: Layout, folder: Path, long_side: int, *, lazy: bool = False
+) -> Capture:
     """Open, undistort and resize every image of a raw capture.
 
     Args:
@@ -27,6 +29,8 @@ def ingest(raw: RawCapture, layout: Layout, folder: Path, long_side: int) -> Cap
         layout: the reader.
         folder: the capture.
         long_side: pixels of the longer side; smaller images keep their size.
+        lazy: open images only when they are asked for, each time anew, and leave masks and
+            points out; for those who need poses above all.
 
     Raises:
         ValueError: for an unreadable image, sizes that contradict the camera, or a bad pose; the
@@ -38,7 +42,28 @@ def ingest(raw: RawCapture, layout: Layout, folder: Path, long_side: int) -> Cap
     if len(set(raw.names)) != len(raw.names):
         twice = sorted({n for n in raw.names if raw.names.count(n) > 1})
         raise ValueError(f"{source}: duplicate frame names {twice[:3]}")
-    order = sorted(range(len(raw.names)), key=lambda i: natural(raw.names[i]))
+    order = natural_order(raw)
+    opened = _unopened if lazy else _opened
+    frames, intrinsics, masks = opened(raw, order, long_side)
+    return Capture(
+        names=tuple(raw.names[i] for i in order),
+        world_to_camera=_rigid(np.asarray(raw.world_to_camera, np.float64)[order]),
+        intrinsics=intrinsics,
+        images=frames,
+        sequences=tuple(raw.sequences[i] for i in order),
+        points=None if lazy else _renumbered(raw, order),
+        masks=masks,
+        source=source,
+    )
+
+
+def natural_order(raw: RawCapture) -> list[int]:
+    """Rows of a raw capture in the canonical order: natural order of the names."""
+    return sorted(range(len(raw.names)), key=lambda i: natural(raw.names[i]))
+
+
+def _opened(raw: RawCapture, order: list[int], long_side: int):
+    """Images, intrinsics and masks of all frames."""
     frames, intrinsics, masks = [], [], []
     lenses: dict[tuple, _Lens] = {}
     for i in order:
@@ -51,21 +76,71 @@ def ingest(raw: RawCapture, layout: Layout, folder: Path, long_side: int) -> Cap
         if raw.masks:
             mask = images.load(raw.masks[i], cv2.IMREAD_GRAYSCALE)
             masks.append(lenses[key].straighten((mask == 255).astype(np.uint8) * 255) > 127)
-        if frames[-1].shape != frames[0].shape:
-            raise ValueError(
-                f"{raw.images[i]}: {frames[-1].shape[1::-1]} pixels after ingestion, others "
-                f"{frames[0].shape[1::-1]}; a capture's images must share one size"
-            )
-    return Capture(
-        names=tuple(raw.names[i] for i in order),
-        world_to_camera=_rigid(np.asarray(raw.world_to_camera, np.float64)[order]),
-        intrinsics=np.array(intrinsics),
-        images=np.stack(frames),
-        sequences=tuple(raw.sequences[i] for i in order),
-        points=_renumbered(raw.points, order) if raw.points else None,
-        masks=np.stack(masks) if masks else None,
-        source=source,
+        _same_size(raw.images[i], frames[-1].shape[1::-1], frames[0].shape[1::-1])
+    return np.stack(frames), np.array(intrinsics), np.stack(masks) if masks else None
+
+
+def _unopened(raw: RawCapture, order: list[int], long_side: int):
+    """A lazy stack of images, intrinsics at the size that the cameras state, no masks."""
+    lenses = {}
+    for i in order:
+        camera = raw.cameras[i]
+        if camera not in lenses:
+            lenses[camera] = _Lens(camera, (camera.height, camera.width), long_side, raw.images[i])
+        _same_size(raw.images[i], lenses[camera].size, lenses[raw.cameras[order[0]]].size)
+    stack = LazyImages(
+        files=[raw.images[i] for i in order],
+        cameras=[raw.cameras[i] for i in order],
+        size=lenses[raw.cameras[order[0]]].size,
     )
+    return stack, np.array([lenses[raw.cameras[i]].intrinsics for i in order]), None
+
+
+def _same_size(file: Path, size: tuple[int, int], first: tuple[int, int]) -> None:
+    if tuple(size) != tuple(first):
+        raise ValueError(
+            f"{file}: {tuple(size)} pixels after ingestion, others {tuple(first)}; a capture's "
+            "images must share one size"
+        )
+
+
+class LazyImages:
+    """A capture's images, opened, undistorted and resized when indexed.
+
+    Args:
+        files: N image files.
+        cameras: one a file.
+        size: (width, height) that every image is brought to.
+    """
+
+    dtype = np.dtype(np.uint8)
+    ndim = 4
+
+    def __init__(self, files: list[Path], cameras: list[Camera], size: tuple[int, int]) -> None:
+        self._files, self._cameras, self._size = files, cameras, size
+        self.shape = (len(files), size[1], size[0], 3)
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+    def __getitem__(self, rows) -> np.ndarray:
+        """(h, w, 3) for a number, (n, h, w, 3) for a slice or an array of numbers."""
+        asked = np.arange(len(self))[rows]
+        if asked.ndim == 0:
+            return self._open(int(asked))
+        return np.array([self._open(i) for i in asked], np.uint8).reshape(-1, *self.shape[1:])
+
+    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+        return self[:] if dtype is None else self[:].astype(dtype)
+
+    def _open(self, row: int) -> np.ndarray:
+        image = images.load(self._files[row])
+        lens = _Lens(self._cameras[row], image.shape, max(self._size), self._files[row])
+        straight = lens.straighten(image)
+        if lens.size == self._size:
+            return straight
+        # images smaller than their camera states, or reduced by a factor that is not whole
+        return cv2.resize(straight, self._size, interpolation=cv2.INTER_AREA)
 
 
 def _rigid(poses: np.ndarray) -> np.ndarray:
@@ -81,7 +156,10 @@ def _rigid(poses: np.ndarray) -> np.ndarray:
     return np.concatenate([mended, poses[:, :, 3:]], axis=2)
 
 
-def _renumbered(points: RawPoints, order: list[int]) -> SparsePoints:
+def _renumbered(raw: RawCapture, order: list[int]) -> SparsePoints | None:
+    points = raw.points() if raw.points else None
+    if points is None:
+        return None
     position = np.empty(len(order), np.int64)
     position[order] = np.arange(len(order))
     return SparsePoints(points.xyz, points.rgb, points.track_point, position[points.track_frame])
@@ -104,9 +182,9 @@ class _Lens:
         if np.any(extra):
             k, self._maps = _undistortion(camera.model, k, extra, (width, height))
         scale = min(1.0, long_side / max(width, height))
-        self._size = (max(1, round(width * scale)), max(1, round(height * scale)))
-        self._same = self._size == (width, height)
-        factors = np.array(self._size) / (width, height)
+        self.size = (max(1, round(width * scale)), max(1, round(height * scale)))
+        self._same = self.size == (width, height)
+        factors = np.array(self.size) / (width, height)
         self.intrinsics = k * np.tile(factors, 2)
 
     def straighten(self, image: np.ndarray) -> np.ndarray:
@@ -115,7 +193,7 @@ class _Lens:
             image = cv2.remap(image, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         if self._same:
             return np.ascontiguousarray(image)
-        return cv2.resize(image, self._size, interpolation=cv2.INTER_AREA)
+        return cv2.resize(image, self.size, interpolation=cv2.INTER_AREA)
 
 
 DISTORTED = {"OPENCV": 4, "OPENCV_FISHEYE": 4, "SIMPLE_RADIAL": 3, "RADIAL": 3}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ def _with_points(raw: RawCapture, model: Path) -> RawCapture:
         for image in reconstruction.images.values()
         if Path(image.name).name in rows
     }
-    return replace(raw, points=colmap.points_of(reconstruction, numbered))
+    return replace(raw, points=partial(colmap.points_of, reconstruction, numbered))
 
 
 def _write_text(model, folder: Path) -> None:

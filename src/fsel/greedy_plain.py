@@ -1,0 +1,60 @@
+"""The greedy loop in plain NumPy, for pools so small that compiling would take longer.
+
+It picks what `fsel.greedy_kernel` picks: the first run after an installation then needs no
+compiler, and no run needs to import one. `benchmarks/selector.py` times both.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.geometry import viewing_angles
+from fsel.scorer import Scorer
+from fsel.selector import DYNAMIC, Prepared, standardise
+
+LARGEST_POOL = 1000  # rows; beyond, the compiled loop is faster even with its import
+TIE = 1e-13  # of a score's size: a matrix product may part equal rows in their last bits
+
+
+def greedy(
+    prepared: Prepared, weights: dict[str, np.ndarray], k: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pick k rows, the best-scored remaining one at each step (paper, Eq. 1 and 2).
+
+    Arguments, returned arrays, ties and errors are those of `fsel.selector.greedy`.
+    """
+    scorer = Scorer(weights, {})
+    n = len(prepared.pool)
+    if not 1 <= k <= n:
+        raise ValueError(f"k must be between 1 and the pool's {n} rows, got {k}")
+    rows, scores = np.empty(k, np.int64), np.empty(k)
+    free = np.ones(n, bool)
+    raw = np.zeros((n, len(DYNAMIC)))
+    raw[:, 4] = prepared.kernel.sum(axis=1)
+    covered = np.zeros(prepared.kernel.shape[1])
+    inputs = prepared.static.copy()
+    for step in range(k):
+        inputs[:, DYNAMIC] = standardise(raw, free)
+        value = np.where(free, scorer.scores(inputs), -np.inf)
+        best = value.max()
+        rows[step] = np.argmax(value >= best - TIE * abs(best))
+        scores[step] = value[rows[step]]
+        free[rows[step]] = False
+        covered += prepared.kernel[rows[step]]
+        _fold(prepared, int(rows[step]), step == 0, covered, raw)
+    return rows, scores
+
+
+def _fold(prepared: Prepared, row: int, first: bool, covered: np.ndarray, raw: np.ndarray) -> None:
+    """Update the columns d_min_s, gamma_min_s, rho_max_s, phi_nov and coverage gain."""
+    described = prepared.descriptors
+    nearest = {
+        0: np.linalg.norm(prepared.centers - prepared.centers[row], axis=1),
+        1: viewing_angles(prepared.axes, prepared.axes[row]),
+        3: viewing_angles(prepared.bearings, prepared.bearings[row]),
+    }
+    likeness = np.einsum("nd,d->n", described, described[row], dtype=np.float64)
+    for column, value in nearest.items():
+        raw[:, column] = value if first else np.minimum(raw[:, column], value)
+    raw[:, 2] = likeness if first else np.maximum(raw[:, 2], likeness)
+    raw[:, 4] = prepared.kernel @ (1 / (1 + covered))
