@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from fsel.capture import Capture, SparsePoints, Views
 from fsel.evaluation import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS, agreement, render, stereo
+from fsel.reconstruct import splats as splats_module
 from fsel.reconstruct.splats import Splats, depth_range
 
 F = np.float32
@@ -150,7 +151,7 @@ def test_winner_finds_the_parabola_and_knows_a_flat_pixel():
 def test_agreement_and_violation_by_hand():
     inverse = np.full((2, 1, 1), 0.5, F)
     inverse[1] = 0.25
-    rays = np.zeros((2, 1, 1, 2), F)
+    rays = np.zeros((2, 2, 1, 1), F)
     asked = np.array([[1], [0]])
     turn = np.tile(np.eye(3, dtype=F), (2, 1, 1, 1))
     ks = np.tile(np.array([1, 1, 0.5, 0.5], F), (2, 1))
@@ -161,6 +162,55 @@ def test_agreement_and_violation_by_hand():
     assert verdict[1, 0, 0, 0] == 0  # hidden behind it: no evidence
     opacity = agreement.vote(np.ones((2, 1, 1), F), asked, verdict, F(1))
     assert opacity[0, 0, 0] == pytest.approx(0.2 / (0.35 + 0.2 + 1))
+
+
+def plain_support(maps, i, p, neighbours, poses, ks, tolerance):
+    """(agreeing, violated, carried) neighbours of one pixel, by whole points in float64."""
+    inverse, rays = maps
+    height, width = inverse.shape[1:]
+    y, x = p
+    point = np.array([*rays[i, :, y, x], 1]) / inverse[i, y, x]
+    world = poses[i, :, :3].T @ (point - poses[i, :, 3])
+    agreeing, violated, carried = [], [], []
+    for j in neighbours[i]:
+        there = poses[j, :, :3] @ world + poses[j, :, 3]
+        u, v = ks[j, :2] * there[:2] / there[2] + ks[j, 2:]
+        if there[2] <= 0 or not (0 <= u < width and 0 <= v < height):
+            continue
+        theirs = inverse[j, int(v), int(u)]
+        gap = 1 / there[2] - theirs
+        if gap > tolerance:
+            violated.append((j, int(v), int(u)))
+        elif gap > -tolerance:
+            agreeing.append((j, int(v), int(u)))
+            # the inverse depth whose first-order image in the neighbour is the neighbour's own
+            z = there[2] * inverse[i, y, x]
+            carried.append(inverse[i, y, x] - gap * z**2)
+    return agreeing, violated, carried
+
+
+def test_agreement_equals_plain_projection():
+    rng = np.random.default_rng(5)
+    capture = textured_wall()
+    frames, neighbours = np.array([1, 3, 4]), np.array([[1, 2], [0, 2], [1, 0]])
+    bound = Splats(capture)
+    height, width = bound.grey.shape[1:]
+    inverse = rng.uniform(0.15, 0.4, (3, height, width)).astype(F)
+    poses, ks, rays = capture.world_to_camera[frames], bound.ks[frames], bound.rays[frames]
+    sure = rng.random(inverse.shape).astype(F)
+    rotation, translation = splats_module._relative(poses, neighbours)
+    given = (rotation, translation, ks, np.full(3, 0.02, F))
+    verdict, carried = agreement.compare(inverse, rays, neighbours, *given)
+    opacity = agreement.vote(sure, neighbours, verdict, F(0.7))
+    fused = agreement.fuse(inverse, sure, neighbours, verdict, carried)
+    for i, y, x in rng.integers([3, height, width], size=(200, 3)):
+        yes, no, back = plain_support((inverse, rays), i, (y, x), neighbours, poses, ks, 0.02)
+        support = 0.2 * sure[i, y, x] + sum(sure[q] for q in yes)
+        against = 0.7 * sum(sure[q] for q in no)
+        assert opacity[i, y, x] == pytest.approx(support / (0.35 + support + against), rel=1e-4)
+        weights = [sure[i, y, x] + 1e-3, *(sure[q] for q in yes)]
+        mean = np.average([inverse[i, y, x], *back], weights=weights)
+        assert fused[i, y, x] == pytest.approx(mean, rel=1e-4)
 
 
 def one_view(n=1):
@@ -222,7 +272,7 @@ def test_depth_of_a_wall_is_found():
     capture = textured_wall()
     bound = Splats(capture)
     model = bound.fit(np.arange(8))
-    depth = model.splats[:, 2]
+    depth = model.splats[2]
     assert abs(np.median(depth) / 4 - 1) < 0.03
 
 
@@ -290,7 +340,7 @@ def test_exported_ply_reads_back(tmp_path):
     model = Splats(textured_wall()).fit(np.arange(4))
     model.export_ply(tmp_path / "wall.ply")
     cloud = trimesh.load(tmp_path / "wall.ply")
-    np.testing.assert_allclose(cloud.vertices, model.splats[:, :3], rtol=1e-6)
+    np.testing.assert_allclose(cloud.vertices, model.splats[:3].T, rtol=1e-6)
     header = (tmp_path / "wall.ply").read_bytes().split(b"end_header")[0].decode()
     for field in ("f_dc_0", "opacity", "scale_2", "rot_3"):
         assert f"property float {field}" in header

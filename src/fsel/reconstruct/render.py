@@ -9,6 +9,7 @@ import numba
 import numpy as np
 
 F = np.float32
+U = np.uint64  # unsigned indices: no wrapping to check
 _jit = numba.njit(cache=True, fastmath=True, nogil=True)
 
 BINS = 24  # of inverse depth in the depth pass
@@ -40,26 +41,23 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
         (height, width, 4) float32: weighted colour sums, and weights.
     """
     across, down, closeness = _project(splats, pose, k)
-    n = splats.shape[1]
-    where = np.empty((n, 4), F)
-    index = np.empty(n, np.int64)
     mass = np.zeros((height + 2, width + 2, BINS), F)
     low = F(1) / far
     scale = F(BINS) / (F(1) / near - low)
+    weights = splats[3] / (splats[4] * splats[4])
+    index = np.empty(splats.shape[1], np.int64)
     kept = 0
-    for i in range(n):
+    for i in range(splats.shape[1]):
         u, v, w = across[i], down[i], closeness[i]
-        inside = u >= 0 and v >= 0 and u < width + 1 and v < height + 1
-        if not inside or w > F(1e6):
+        inside = (u >= 0) & (v >= 0) & (u < F(width + 1)) & (v < F(height + 1)) & (w <= F(1e6))
+        if not inside:
             continue
-        where[kept, 0], where[kept, 1], where[kept, 2] = u, v, F(1) / w
-        where[kept, 3] = splats[3, i] / (splats[4, i] * splats[4, i])
         index[kept] = i
         kept += 1
         bin_ = BINS - 1 - min(max(int((w - low) * scale), 0), BINS - 1)
         mass[int(v + F(0.5)), int(u + F(0.5)), bin_] += splats[3, i]
-    front = _surface(mass, low, scale)
-    return _accumulate(where[:kept], index[:kept], colors, front, tolerance)
+    reach = F(1) / (_surface(mass, low, scale) * (F(1) + tolerance))
+    return _accumulate((across, down, closeness), weights, index[:kept], colors, reach)
 
 
 @_jit
@@ -111,26 +109,31 @@ def _surface(mass, low, scale):
 
 
 @_jit
-def _accumulate(where, index, colors, front, tolerance):
-    height, width = front.shape[0] - 2, front.shape[1] - 2
-    total = np.zeros((height + 2, width + 2, 4), F)
-    for e in range(len(where)):
-        u, v, weight = where[e, 0], where[e, 1], where[e, 3]
-        limit = where[e, 2] / (F(1) + tolerance)
-        left, top = int(u), int(v)
-        fu, fv = u - F(left), v - F(top)
-        red, green, blue = colors[index[e], 0], colors[index[e], 1], colors[index[e], 2]
-        for dy in range(2):
-            across = weight * (fv if dy == 1 else F(1) - fv)
-            for dx in range(2):
-                y, x = top + dy, left + dx
-                if limit <= front[y, x]:
-                    share = across * (fu if dx == 1 else F(1) - fu)
-                    total[y, x, 0] += share * red
-                    total[y, x, 1] += share * green
-                    total[y, x, 2] += share * blue
-                    total[y, x, 3] += share
-    return total[1:-1, 1:-1]
+def _accumulate(where, weights, index, colors, reach):
+    """Colours and weights of what is no farther than `reach`, an inverse depth, over 2x2 pixels."""
+    across, down, closeness = where
+    height, width = reach.shape
+    limit, row = reach.reshape(height * width), U(width)
+    total = np.zeros((height * width, 4), F)
+    for i in index:
+        left, top = np.int32(across[i]), np.int32(down[i])
+        fu, fv = across[i] - F(left), down[i] - F(top)
+        a = U(top) * row + U(left)
+        c = a + row
+        b, d = a + U(1), c + U(1)
+        lower, near = weights[i] * fv, closeness[i]
+        upper = weights[i] - lower
+        in_a = upper * (F(1) - fu) if near >= limit[a] else F(0)
+        in_b = upper * fu if near >= limit[b] else F(0)
+        in_c = lower * (F(1) - fu) if near >= limit[c] else F(0)
+        in_d = lower * fu if near >= limit[d] else F(0)
+        for channel in range(4):
+            value = colors[i, channel] if channel < 3 else F(1)
+            total[a, channel] += in_a * value
+            total[b, channel] += in_b * value
+            total[c, channel] += in_c * value
+            total[d, channel] += in_d * value
+    return total.reshape(height, width, 4)[1:-1, 1:-1]
 
 
 def fill_holes(total, typical):

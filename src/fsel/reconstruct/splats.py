@@ -110,22 +110,13 @@ class Splats:
         )
         for _ in range(self.settings.rounds):
             opacity = agreement.vote(opacity, asked, verdict, np.float32(self.settings.against))
-        splats = np.empty((inverse.size, 5), np.float32)
-        kept = agreement.splat_positions(
-            inverse,
-            opacity,
-            asked,
-            verdict,
-            carried,
-            rays,
-            _inverted(self.capture.world_to_camera[frames]),
-            np.float32(self.settings.opacity),
-            splats,
-        )
-        colors = self.images[frames].reshape(-1, 3)[kept]
+        fused = agreement.fuse(inverse, opacity, asked, verdict, carried)
+        least = np.float32(self.settings.opacity)
+        poses = _inverted(self.capture.world_to_camera[frames])
+        splats, kept = agreement.place(fused, opacity, rays, poses, least)
         return SplatModel(
-            splats=splats[: len(kept)],
-            colors=colors,
+            splats=splats,
+            colors=self.images[frames].reshape(-1, 3).take(kept, axis=0),
             near=float(self.range[:, 0].min() / 2),
             far=float(self.range[:, 1].max() * 2),
             surface=self.settings.surface,
@@ -180,7 +171,7 @@ class SplatModel:
     """A reconstruction.
 
     Attributes:
-        splats: (n, 5) float32: world position, opacity, depth in the source camera.
+        splats: (5, n) float32: rows of world x, y, z, opacity, depth in the source camera.
         colors: (n, 3) float32, 0..255.
         near, far: depths between which the depth pass resolves surfaces, world units.
         surface: see `SplatSettings`.
@@ -199,7 +190,7 @@ class SplatModel:
     @property
     def primitives(self) -> int:
         """Number of splats."""
-        return len(self.splats)
+        return self.splats.shape[1]
 
     @property
     def bytes(self) -> int:
@@ -212,10 +203,9 @@ class SplatModel:
         out = np.empty((len(views), height, width, 3), np.float32)
         poses = views.world_to_camera.astype(np.float32)
         ks = views.intrinsics.astype(np.float32)
-        rows = np.ascontiguousarray(self.splats.T)
         for t in range(len(views)):
             total = render.render_view(
-                rows,
+                self.splats,
                 self.colors,
                 poses[t],
                 ks[t],
@@ -232,8 +222,9 @@ class SplatModel:
 
     def export_ply(self, path) -> None:
         """Write the splats as a standard 3D Gaussian splatting `.ply`."""
-        scale = self.splats[:, 4] * self.pixel / 2
-        ply.write(path, self.splats[:, :3], self.colors / 255, self.splats[:, 3], scale)
+        x, y, z, opacity, depth = self.splats
+        scale = depth * self.pixel / 2
+        ply.write(path, np.stack([x, y, z], axis=1), self.colors / 255, opacity, scale)
 
 
 def depth_range(capture: Capture) -> np.ndarray:
@@ -265,7 +256,7 @@ def _rays(capture: Capture) -> np.ndarray:
     width, height = capture.size
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     fx, fy, cx, cy = (capture.intrinsics[:, i, None, None] for i in range(4))
-    return np.stack([(x - cx) / fx, (y - cy) / fy], axis=-1).astype(np.float32)
+    return np.stack([(x - cx) / fx, (y - cy) / fy], axis=1).astype(np.float32)
 
 
 def _look_depth(limits: np.ndarray) -> float:

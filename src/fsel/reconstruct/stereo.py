@@ -25,7 +25,7 @@ def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, trun
         reference: (h, w, 3) float32 image, grey levels 0..255.
         enlarged: (2h, 2w, 3) float32, the source image at twice its size: its nearest pixel is as
             good as interpolating, at a quarter of the loads.
-        rays: (h, w, 2) float32, x/z and y/z of the reference's pixels.
+        rays: (2, h, w) float32, x/z and y/z of the reference's pixels.
         rotation: (3, 3) float32, reference camera to source camera.
         translation: (3,) float32, world units.
         k: (4,) float32, fx, fy, cx, cy of the source at its own size, pixels.
@@ -49,7 +49,7 @@ def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, trun
     limit_x, limit_y = F(columns), F(rows)
     for y in range(height):
         for x in range(width):
-            rx, ry = rays[y, x, 0], rays[y, x, 1]
+            rx, ry = rays[0, y, x], rays[1, y, x]
             px = rotation[0, 0] * rx + rotation[0, 1] * ry + rotation[0, 2]
             py = rotation[1, 0] * rx + rotation[1, 1] * ry + rotation[1, 2]
             pz = rotation[2, 0] * rx + rotation[2, 1] * ry + rotation[2, 2]
@@ -147,34 +147,33 @@ def aggregate(cost, grey, small, large):
     """
     height, width, planes = cost.shape
     total = np.zeros((height, width, planes), F)
-    # indexed in place, without row views: their reference counts would cost more than the sums
-    path = np.full((2, planes + 2), F(1e6))
-    folded = np.empty(planes // 2, F)
+    # all lines advance together: their steps do not wait for each other. Indexed in place,
+    # without row views, whose reference counts would cost more than the sums
+    lines = max(height, width)
+    path, lows = np.full((2, lines, planes + 2), F(1e6)), np.empty(lines, F)
     for direction in range(4):
-        horizontal = direction < 2
+        horizontal, forward = direction < 2, direction % 2 == 0
         steps = width if horizontal else height
-        for line in range(height if horizontal else width):
-            for d in range(planes):
-                path[0, d + 1] = 0
-            low, before = F(0), F(-1)
-            for s in range(steps):
-                at = s if direction % 2 == 0 else steps - 1 - s
+        path[0, :, 1 : planes + 1] = 0
+        lows[:] = 0
+        for s in range(steps):
+            at = s if forward else steps - 1 - s
+            last = at if s == 0 else (at - 1 if forward else at + 1)
+            old, new = s & 1, 1 - (s & 1)
+            for line in range(height if horizontal else width):
                 y, x = (line, at) if horizontal else (at, line)
-                jump = large
-                if before >= 0:
-                    jump = max(small + F(1), large / (F(1) + F(0.1) * abs(grey[y, x] - before)))
-                before = grey[y, x]
-                old, new = s & 1, 1 - (s & 1)
+                edge = abs(grey[y, x] - (grey[y, last] if horizontal else grey[last, x]))
+                jump = max(small + F(1), large / (F(1) + F(0.1) * edge))
+                low = lows[line]
                 for d in range(planes):
-                    near = min(path[old, d], path[old, d + 2]) + small
-                    path[new, d + 1] = cost[y, x, d] + min(min(path[old, d + 1], near) - low, jump)
+                    near = min(path[old, line, d], path[old, line, d + 2]) + small
+                    least = min(min(path[old, line, d + 1], near) - low, jump)
+                    path[new, line, d + 1] = cost[y, x, d] + least
+                    total[y, x, d] += cost[y, x, d] + least
+                low = F(1e9)
                 for d in range(planes):
-                    total[y, x, d] += path[new, d + 1]
-                for d in range(planes // 2):
-                    folded[d] = min(path[new, d + 1], path[new, d + 1 + planes // 2])
-                low = path[new, planes]
-                for d in range(planes // 2):
-                    low = min(low, folded[d])
+                    low = min(low, path[new, line, d + 1])
+                lows[line] = low
     return total
 
 
@@ -197,13 +196,13 @@ def winner(total, cost, inverse):
     step = (inverse[planes - 1] - inverse[0]) / F(max(planes - 1, 1))
     for y in range(height):
         for x in range(width):
-            low, mean = F(1e9), F(0)
+            low, mean, best = F(1e9), F(0), np.int32(planes)
             for d in range(planes):
                 low = min(low, total[y, x, d])
+            for d in range(planes):
                 mean += cost[y, x, d]
-            best = 0
-            while total[y, x, best] > low:
-                best += 1
+            for d in range(planes):
+                best = min(best, np.int32(d) if total[y, x, d] <= low else np.int32(planes))
             mean /= F(planes)
             offset = F(0)
             if 0 < best < planes - 1:
