@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.capture import Capture, Views
+from fsel.capture import Capture, SparsePoints, Views
 from fsel.problem import Problem
 from fsel.scorer import SHAPES
 from fsel.split import evaluation_split
@@ -62,10 +62,56 @@ def moved(problem, rotation, shift, scale):
         offset = scale * world_to_camera[:, :, 3] - turned @ shift
         return np.concatenate([turned, offset[..., None]], axis=2)
 
-    capture = replace(problem.capture, world_to_camera=pose(problem.capture.world_to_camera))
+    points = problem.capture.points
+    if points is not None:
+        points = replace(points, xyz=scale * points.xyz @ rotation.T + shift)
+    capture = replace(
+        problem.capture,
+        world_to_camera=pose(problem.capture.world_to_camera),
+        points=points,
+    )
     targets = problem.targets
     views = Views(pose(targets.world_to_camera), targets.intrinsics, targets.size)
     return replace(problem, capture=capture, targets=views)
+
+
+def with_points(problem, count=60, seed=0):
+    """The same problem with sparse points among the cameras, each seen by some of the frames."""
+    rng = np.random.default_rng([9, seed])
+    n = len(problem.capture)
+    sees = rng.random((count, n)) < rng.uniform(0.1, 0.7, (count, 1))
+    track_point, track_frame = np.nonzero(sees)
+    points = SparsePoints(
+        xyz=rng.normal(scale=2, size=(count, 3)) + problem.capture.centers.mean(axis=0),
+        rgb=np.zeros((count, 3), np.uint8),
+        track_point=track_point,
+        track_frame=track_frame,
+    )
+    return replace(problem, capture=replace(problem.capture, points=points))
+
+
+def permuted(problem, order):
+    """The same problem with its frames in another order: frame i is the old frame order[i]."""
+    capture, place = problem.capture, np.argsort(order)
+    points = capture.points
+    if points is not None:
+        points = replace(points, track_frame=place[points.track_frame])
+    shuffled = replace(
+        capture,
+        names=tuple(capture.names[i] for i in order),
+        world_to_camera=capture.world_to_camera[order],
+        intrinsics=capture.intrinsics[order],
+        images=capture.images[order],
+        points=points,
+    )
+    return replace(
+        problem,
+        capture=shuffled,
+        candidates=np.sort(place[problem.candidates]),
+        proxies=place[problem.proxies],
+        descriptors=problem.descriptors[order],
+        sharpness=problem.sharpness[order],
+    )
 
 
 def random_weights(seed, gain=1.0):

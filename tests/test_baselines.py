@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, moved, random_problem, random_weights
+from selection_problems import (
+    capture_of,
+    moved,
+    permuted,
+    random_problem,
+    random_weights,
+    with_points,
+)
 from test_selector import POLICIES, slow_inputs
 
 from fsel.baselines import METHODS
@@ -20,6 +27,8 @@ EVERY = METHODS | {
     for name, policy in POLICIES.items()
 }
 every_method = pytest.mark.parametrize("method", EVERY.values(), ids=EVERY.keys())
+with_and_without_points = pytest.mark.parametrize("points", [True, False])
+BY_ORDER = ("uniform", "sharpest", "all")  # follow the order of frames by definition
 
 
 def select(method, problem, k, seed=0):
@@ -27,13 +36,16 @@ def select(method, problem, k, seed=0):
 
 
 def test_the_registry_names_its_methods():
-    assert list(METHODS) == ["random", "uniform", "fvs", "nearest", "untrained", "all"]
+    paper = ["random", "uniform", "fvs", "nerf_director", "mvsnet", "mvsnet_location", "dpp"]
+    beyond = ["kmedoids", "long_lrm", "indoor_traj", "sharpest", "facility", "nearest"]
+    assert list(METHODS) == [*paper, *beyond, "untrained", "all"]
     assert all(method.name == name for name, method in METHODS.items())
 
 
+@with_and_without_points
 @every_method
-def test_any_budget_up_to_the_pool(method):
-    problem = random_problem(40)
+def test_any_budget_up_to_the_pool(method, points):
+    problem = with_points(random_problem(40)) if points else random_problem(40)
     size = len(problem.pool(method.pool))
     for k in (1, 2, 13, size - 1, size):
         assert len(select(method, problem, k)) == k
@@ -70,23 +82,81 @@ def test_nested_budgets_are_prefixes(method):
             np.testing.assert_array_equal(select(method, problem, k), whole[:k])
 
 
+@with_and_without_points
 @every_method
-def test_picks_do_not_depend_on_the_worlds_frame_or_scale(method):
+def test_picks_do_not_depend_on_the_worlds_frame_or_scale(method, points):
     for seed in range(4):
         problem = random_problem(40, seed)
+        problem = with_points(problem, seed=seed) if points else problem
         rng = np.random.default_rng(seed)
         rotation = Rotation.random(rng=rng).as_matrix()
         other = moved(problem, rotation, rng.normal(scale=20, size=3), 10.0 ** rng.uniform(-3, 3))
         np.testing.assert_array_equal(select(method, problem, 12), select(method, other, 12))
 
 
+class FrameChance:
+    """Chance that follows frames rather than places in an array."""
+
+    def __init__(self, key):
+        self.key = key
+
+    def choice(self, pool):
+        return pool[np.argmin(self.key[pool])]
+
+    def permutation(self, pool):
+        return pool[np.argsort(self.key[pool])]
+
+
+@pytest.mark.parametrize("method", [m for name, m in EVERY.items() if name not in BY_ORDER])
+def test_picks_do_not_depend_on_the_order_of_frames(method):
+    for seed in range(4):
+        problem = with_points(random_problem(40, seed), seed=seed)
+        rng = np.random.default_rng(seed)
+        order, key = rng.permutation(40), rng.random(40)
+        # few picks: two frames left that resemble each other alone are a tie
+        picks = checked_select(method, problem, 5, FrameChance(key))
+        other = order[checked_select(method, permuted(problem, order), 5, FrameChance(key[order]))]
+        if method.nested:
+            np.testing.assert_array_equal(picks, other)
+        else:
+            assert set(picks) == set(other)
+
+
+def degenerate(problem):
+    """name -> the problem with nothing to tell some or all of its frames apart."""
+    n = len(problem.capture)
+    here = capture_of(np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1)))
+    twins = np.arange(n) // 2 * 2
+    double = replace(
+        problem.capture,
+        world_to_camera=problem.capture.world_to_camera[twins],
+        images=problem.capture.images[twins],
+    )
+    alike = np.tile(problem.descriptors[:1], (n, 1))
+    white = replace(problem.capture, images=np.full_like(problem.capture.images, 255))
+    return {
+        "one pose": replace(problem, capture=here, targets=here.view(np.arange(4))),
+        "every frame twice": replace(
+            problem,
+            capture=double,
+            descriptors=problem.descriptors[twins],
+            sharpness=problem.sharpness[twins],
+        ),
+        "one image": replace(problem, capture=white, descriptors=alike, sharpness=np.ones(n)),
+        "blank images": replace(
+            problem, capture=white, descriptors=0 * problem.descriptors, sharpness=np.zeros(n)
+        ),
+    }
+
+
+@with_and_without_points
+@pytest.mark.parametrize("case", degenerate(random_problem(24)))
 @every_method
-def test_cameras_in_one_place_are_no_trouble(method):
-    problem = random_problem(24)
-    capture = capture_of(np.zeros((24, 3)), np.tile(np.eye(3), (24, 1, 1)))
-    one = replace(problem, capture=capture, targets=capture.view(np.arange(4)))
-    for k in (1, 8, len(one.pool(method.pool))):
-        assert len(select(method, one, k)) == k
+def test_frames_that_nothing_tells_apart_are_no_trouble(method, case, points):
+    problem = with_points(random_problem(24)) if points else random_problem(24)
+    bad = degenerate(problem)[case]
+    for k in (1, 8, len(bad.pool(method.pool))):
+        assert len(select(method, bad, k)) == k
 
 
 def test_random_draws_evenly_over_observed_frames():

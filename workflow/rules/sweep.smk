@@ -20,7 +20,12 @@ rule select:
         ),
         fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
         lib=library(
-            *FEATURES, "baselines", *FILES, "pipeline/policies", "pipeline/selection"
+            *FEATURES,
+            "baselines",
+            "search",
+            *FILES,
+            "pipeline/policies",
+            "pipeline/selection",
         ),
     output:
         "<results>/{dataset}/{scene}/draw{draw}/selections.parquet",

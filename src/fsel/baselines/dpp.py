@@ -1,0 +1,67 @@
+"""Greedy MAP of a determinantal point process over appearance (Kulesza and Taskar 2012)."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from fsel.problem import Method, Problem
+
+JITTER = 1e-6  # added to the kernel's diagonal, so that no kernel is singular
+
+
+def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Maximise log det of the chosen frames' similarities, one frame at a time."""
+    pool = problem.observed
+    described = problem.descriptors[pool].astype(np.float64)
+    length = np.linalg.norm(described, axis=1, keepdims=True)
+    described = np.divide(described, length, out=np.zeros_like(described), where=length > 0)
+    return pool[greedy_map(described, JITTER, k)]
+
+
+@numba.njit(cache=True, nogil=True)
+def greedy_map(described, jitter, k):
+    """Greedy MAP by an incremental Cholesky factor (Chen, Zhang and Zhou 2018).
+
+    Every frame is equally good a first pick: the one most similar to all is taken. Later ties go to
+    the lowest row. Once the kernel's rank is exhausted, every frame left adds the jitter alone.
+
+    Args:
+        described: (n, D) float64 rows of length one, or zero for a blank image.
+        jitter: added to the kernel's diagonal.
+        k: at most n.
+
+    Returns:
+        (k,) int64 rows in pick order. Time O(n k (D + k)), memory O(n k).
+    """
+    n, width = described.shape
+    factor = np.empty((k, n))
+    left = np.empty(n)
+    picks = np.empty(k, np.int64)
+    mean = np.zeros(width)
+    for i in range(n):
+        mean += described[i]
+    likeness = np.empty(n)
+    for i in range(n):
+        likeness[i] = (described[i] * mean).sum()
+        left[i] = jitter + (1.0 if described[i].any() else 0.0)
+    row = np.argmax(np.where(left > 1, likeness, -np.inf))
+    for step in range(k):
+        picks[step] = row
+        root = np.sqrt(left[row])
+        left[row] = -np.inf
+        new = factor[step]
+        for i in range(n):
+            new[i] = (described[i] * described[row]).sum()
+        for t in range(step):
+            scale = factor[t, row]
+            for i in range(n):
+                new[i] -= scale * factor[t, i]
+        for i in range(n):
+            new[i] /= root
+            left[i] -= new[i] ** 2
+        row = np.argmax(left)
+    return picks
+
+
+METHOD = Method("dpp", "DPP", "observed", nested=True, seeds=1, select=select)

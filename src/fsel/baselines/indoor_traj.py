@@ -1,0 +1,43 @@
+"""IndoorTraj's max-min diversity over a joint similarity (Wang et al. 2024)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.baselines.greedy import most_central
+from fsel.problem import Method, Problem
+
+POSITION, ROTATION = 0.7, 0.2  # shares of the similarity; appearance has the rest
+SPREAD = 0.5  # of the Gaussian over positions, in the cameras' root mean square radius
+
+
+def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Each next frame is the one whose greatest similarity to the selected is least.
+
+    Similarity is a Gaussian of the centres' distance, the cosine of the relative rotation and that
+    of the descriptors. Starts from the most central camera; ties go to the lowest frame.
+    """
+    pool = problem.observed
+    centers = problem.capture.centers[pool]
+    turns = problem.capture.world_to_camera[pool, :, :3].reshape(len(pool), 9)
+    described = problem.descriptors[pool].astype(np.float64)
+    variance = np.square(centers - centers.mean(axis=0)).sum(axis=1).mean()
+    scale = 2 * SPREAD**2 * (variance if variance > 0 else 1.0)
+    nearest = np.full(len(pool), -np.inf)
+    picks = np.empty(k, dtype=np.int64)
+    row = most_central(centers)
+    for step in range(k):
+        picks[step] = row
+        square = np.square(centers - centers[row]).sum(axis=1)
+        cosine = (np.einsum("ni,i->n", turns, turns[row]) - 1) / 2
+        alike = np.einsum("nd,d->n", described, described[row])
+        total = POSITION * np.exp(-square / scale) + ROTATION * (cosine + 1) / 2
+        nearest = np.maximum(nearest, total + (1 - POSITION - ROTATION) * alike)
+        nearest[row] = np.inf
+        row = int(np.argmin(nearest))
+    return pool[picks]
+
+
+METHOD = Method(
+    "indoor_traj", "IndoorTraj max-min", "observed", nested=True, seeds=1, select=select
+)

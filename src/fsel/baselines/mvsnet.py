@@ -1,0 +1,26 @@
+"""The MVSNet view-selection score towards the target views, top K (Yao et al. 2018)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.baselines.covisibility import scores_with, tracks
+from fsel.problem import Method, Problem
+
+
+def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """The frames whose scores with the proxies have the largest sum; ties go to the lowest.
+
+    Scores are sums over shared sparse points (without any, predicted ones: see
+    `covisibility.tracks`).
+    """
+    pool = problem.observed
+    arrays = tracks(problem, pool).arrays
+    total, scores = np.zeros(len(pool)), np.empty(len(pool))
+    for row in np.searchsorted(pool, problem.proxies):
+        scores_with(row, arrays, scores)
+        total += scores
+    return pool[np.argsort(-total, kind="stable")[:k]]
+
+
+METHOD = Method("mvsnet", "MVSNet score", "observed", nested=True, seeds=1, select=select)
