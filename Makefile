@@ -1,7 +1,7 @@
 PYTHON ?= python3
 CORES ?= 2
 
-.PHONY: ksweep test
+.PHONY: ksweep test weights
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
@@ -9,6 +9,12 @@ ksweep: .venv/installed
 
 test: .venv/installed
 	.venv/bin/python -m pytest
+
+# the scorer inside the package, trained anew: src/fsel/weights
+WEIGHTS = results/selector/fsel/seed0.safetensors
+weights: .venv/installed
+	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)
+	.venv/bin/python -m fsel.pipeline.ship $(WEIGHTS)
 
 .venv/installed: pyproject.toml
 	$(PYTHON) -m venv .venv

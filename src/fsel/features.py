@@ -7,6 +7,7 @@ import numpy as np
 from fsel.capture import Views
 from fsel.geometry import (
     directions,
+    lengths,
     pairwise_angles,
     pairwise_distances,
     reference_points,
@@ -96,7 +97,7 @@ def _relative_geometry(problem: Problem, pool: np.ndarray, references: Views) ->
     triangulation = viewing_angles(to_candidate, to_reference[None])
     offset = centers[:, None] - references.centers[None]
     along = np.einsum("noi,oi->no", offset, references.axes)
-    across = np.linalg.norm(offset - along[..., None] * references.axes[None], axis=-1)
+    across = lengths(offset - along[..., None] * references.axes[None])
     seen = viewing_angles(-to_candidate, capture.axes[pool][:, None])
     half_fov = capture.views.half_fov[pool]
     return [
@@ -109,7 +110,12 @@ def _relative_geometry(problem: Problem, pool: np.ndarray, references: Views) ->
 
 
 def proxy_points(problem: Problem, references: Views) -> np.ndarray:
-    """(O, 3) one reference point a view, in front of it, near the candidates' centroid."""
+    """(O, 3) one reference point a view, in front of it, near the candidates' centroid.
+
+    Where the request is about an object, its centre is the point of every view.
+    """
+    if problem.focus is not None:
+        return np.tile(problem.focus, (len(references), 1))
     centroid = problem.capture.centers[problem.candidates].mean(axis=0)
     return reference_points(references.centers, references.axes, centroid)
 

@@ -22,6 +22,8 @@ class Problem:
         targets: poses of H, without images.
         descriptors: (N, D) float32 unit appearance descriptors of all frames.
         sharpness: (N,) float64 variance of the Laplacian of all frames.
+        focus: (3,) centre of the object that the request is about, which then is every view's
+            reference point; None for the whole scene.
     """
 
     capture: Capture
@@ -30,6 +32,7 @@ class Problem:
     targets: Views
     descriptors: np.ndarray
     sharpness: np.ndarray
+    focus: np.ndarray | None = None
 
     @cached_property
     def observed(self) -> np.ndarray:

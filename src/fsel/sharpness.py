@@ -17,5 +17,9 @@ def sharpness(images: np.ndarray) -> np.ndarray:
     Returns:
         (N,) float64, squared grey levels; 0 for a uniform image.
     """
-    grey = (np.asarray(image) @ LUMA for image in images)
-    return np.array([cv2.Laplacian(g, cv2.CV_64F).var() for g in grey])
+    return np.array([variance_of_laplacian(np.asarray(image) @ LUMA) for image in images])
+
+
+def variance_of_laplacian(grey: np.ndarray) -> float:
+    """Sharpness of one (h, w) grey image, uint8 or float64."""
+    return float(cv2.Laplacian(grey, cv2.CV_64F).var())

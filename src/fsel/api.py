@@ -1,0 +1,175 @@
+"""The library's face: select and evaluate; `fsel.reconstruct` lies between them."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fsel.capture import Capture
+from fsel.focus import Focus
+from fsel.geometry import pose_distance
+from fsel.problem import Problem, checked_select
+from fsel.sharpness import sharpness as measure_sharpness
+from fsel.targets import Request, Targets, targets_of
+
+if TYPE_CHECKING:
+    from fsel.reconstruct import Model
+
+LEAST_FRAMES = 3
+SHIPPED = "fsel"  # the method whose weights come with the package
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Picked frames, best first: the first j are the selection at budget j for nested methods.
+
+    Attributes:
+        names: k frame names in pick order.
+        indices: (k,) int64 their numbers in the capture.
+        scores: (k,) float64 the scorer's value when each was picked; NaN for methods without one.
+        seconds: spent selecting, features included, images excluded.
+    """
+
+    names: tuple[str, ...]
+    indices: np.ndarray
+    scores: np.ndarray
+    seconds: float
+
+
+def select(
+    capture: Capture,
+    k: int,
+    targets: Request | Targets = None,
+    method: str = "fsel",
+    seed: int = 0,
+    *,
+    sharpness: np.ndarray | None = None,
+    focus: Focus | None = None,
+) -> Selection:
+    """Choose the k frames that best serve the views to be rendered.
+
+    Args:
+        capture: what `read_capture` returns.
+        k: how many frames.
+        targets: what will be rendered. None: anything that the capture saw. `every:8`: the frames
+            0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
+            by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
+            camera path. `fsel.capture.Views`: poses. `Targets`: what `checked_request` returned.
+        method: a key of `METHODS`.
+        seed: of methods that draw at random.
+        sharpness: (N,) of every frame, where it is known already; else it is measured.
+        focus: an object that targets must see, see `fsel.focus`.
+
+    Raises:
+        ValueError: for a capture of fewer than three frames, k beyond the frames that may be
+            selected, an unknown method, or targets that make no sense for this capture.
+
+    Example:
+        >>> capture = fsel.read_capture("captures/fox")
+        >>> fsel.select(capture, 20, targets="every:8").names[:2]
+        ('0025.jpg', '0003.jpg')
+    """
+    if not isinstance(targets, Targets):
+        targets = checked_request(capture, k, targets, method, focus)
+    if sharpness is None:
+        sharpness = measure_sharpness(capture.images)
+    started = time.perf_counter()
+    if method == SHIPPED:
+        from fsel import shipped
+
+        frames, scores = shipped.ranked(_problem(capture, targets, sharpness, focus), k)
+    else:
+        problem = _problem(capture, targets, sharpness, focus, _described(capture))
+        started = time.perf_counter()
+        frames = checked_select(_method(method), problem, k, np.random.default_rng(seed))
+        scores = np.full(k, np.nan)
+    seconds = time.perf_counter() - started
+    return Selection(tuple(capture.names[i] for i in frames), frames, scores, seconds)
+
+
+def checked_request(
+    capture: Capture, k: int, request: Request, method: str = "fsel", focus: Focus | None = None
+) -> Targets:
+    """What a request means; all that `select` may refuse is refused here, before images are read.
+
+    Arguments and errors are those of `select`.
+    """
+    if method != SHIPPED:
+        _method(method)
+    if len(capture) < LEAST_FRAMES:
+        raise ValueError(
+            f"{capture.source}: {len(capture)} frames leave nothing to select; at least "
+            f"{LEAST_FRAMES} are needed"
+        )
+    targets = targets_of(capture, request)
+    if focus is not None:
+        targets = targets.seeing(focus.corners)
+    most = len(targets.pool(capture))
+    if not 1 <= k <= most:
+        held = f", {len(targets.frames)} being held out as targets" if len(targets.frames) else ""
+        raise ValueError(
+            f"k is {k}; allowed: 1 to {most}, the frames of {capture.source} that may be selected"
+            f"{held}"
+        )
+    return targets
+
+
+def _method(name: str):
+    from fsel.methods import METHODS
+
+    if name not in METHODS:
+        raise ValueError(f"method is {name!r}; allowed: {', '.join(METHODS)}")
+    return METHODS[name]
+
+
+def _described(capture: Capture) -> np.ndarray:
+    from fsel.appearance import descriptors
+
+    return descriptors(np.asarray(capture.images), "lab_hog")
+
+
+def _problem(
+    capture: Capture,
+    targets: Targets,
+    sharpness: np.ndarray,
+    focus: Focus | None,
+    descriptors: np.ndarray | None = None,
+) -> Problem:
+    """The problem of a request: every frame may be picked, the closest ones stand for the views.
+
+    Unlike in the experiments a proxy is a candidate too: a person has no reason to hold it back.
+    """
+    pool = targets.pool(capture)
+    distance = pose_distance(
+        capture.centers[pool], capture.axes[pool], targets.views.centers, targets.views.axes
+    )
+    return Problem(
+        capture=capture,
+        candidates=pool,
+        proxies=pool[np.argmin(distance, axis=0)],
+        targets=targets.views,
+        descriptors=np.zeros((len(capture), 0), np.float32) if descriptors is None else descriptors,
+        sharpness=np.asarray(sharpness, np.float64),
+        focus=None if focus is None else focus.center,
+    )
+
+
+def evaluate(capture: Capture, model: Model, targets: np.ndarray) -> dict[str, np.ndarray]:
+    """Compare a model's renderings with frames that it was not made from.
+
+    Args:
+        capture: what the model was made from, at the same size.
+        model: what `reconstruct` returns.
+        targets: (T,) numbers of held-out frames.
+
+    Returns:
+        `psnr` in dB, `ssim` and `gmsd` (lower is better): (T,) float64 each.
+    """
+    from fsel.metrics import METRICS, score_views
+
+    frames = np.asarray(targets, np.int64)
+    scores = score_views(model.render(capture.view(frames)), np.asarray(capture.images[frames]))
+    return dict(zip(METRICS, scores.T, strict=True))

@@ -1,0 +1,106 @@
+"""Where the object is that a person wants to see, from a box or from masks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from fsel.capture import Capture
+from fsel.geometry import directions
+from fsel.layouts import images
+
+ROUNDS = 20  # of reweighting; an L1 fit, so that a mask gone wrong does not move the object
+
+
+@dataclass(frozen=True)
+class Focus:
+    """An object in the world.
+
+    Attributes:
+        center: (3,) its centre.
+        corners: (C, 3) points that stand for it where a view either sees it or not.
+        kind: where it was given, in words.
+    """
+
+    center: np.ndarray
+    corners: np.ndarray
+    kind: str
+
+
+def from_box(values: np.ndarray) -> Focus:
+    """An axis-aligned box: x, y, z of one corner, then of the opposite one.
+
+    Raises:
+        ValueError: for anything but six finite numbers, or a box without extent.
+    """
+    ends = np.asarray(values, float).reshape(-1)
+    if ends.shape != (6,) or not np.isfinite(ends).all() or np.all(ends[:3] == ends[3:]):
+        raise ValueError(f"a box is two different corners, x y z x y z, got {ends.tolist()}")
+    corners = np.array(list(product(*ends.reshape(2, 3).T)))
+    center = corners.mean(axis=0)
+    return Focus(center, np.vstack([center, corners]), "a box")
+
+
+def from_masks(capture: Capture, folder: str | Path) -> Focus:
+    """An object from masks, white on black, named like the frames.
+
+    Its centre is the point closest to the rays through the masks' centroids, in the sense of least
+    summed distance (iteratively reweighted least squares), which needs no sparse points.
+
+    Args:
+        capture: the capture.
+        folder: `name.png`, or `name.jpg.png` as COLMAP has it; frames may lack a mask.
+
+    Raises:
+        ValueError: when fewer than two masks show the object, or a file cannot be read.
+        FileNotFoundError: when there is no such folder.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder}: no such folder of masks")
+    origins, rays = [], []
+    for row, name in enumerate(capture.names):
+        middle = _centroid(folder, name)
+        if middle is None:
+            continue
+        x, y = (middle * capture.size - capture.intrinsics[row, 2:]) / capture.intrinsics[row, :2]
+        rays.append(capture.world_to_camera[row, :, :3].T @ np.array([x, y, 1.0]))
+        origins.append(capture.centers[row])
+    if len(rays) < 2:
+        raise ValueError(
+            f"{folder}: {len(rays)} masks show the object, at least two are needed; they are named "
+            f"like the frames, for instance {Path(capture.names[0]).stem}.png"
+        )
+    bearings = directions(np.array(rays), np.zeros(3))
+    center = _closest_point(np.array(origins), bearings)
+    return Focus(center, center[None], f"{len(rays)} masks in {folder.name}")
+
+
+def _centroid(folder: Path, name: str) -> np.ndarray | None:
+    """(2,) middle of a frame's mask as shares of width and height, or None where it is empty."""
+    files = [folder / f"{name}.png", folder / Path(name).with_suffix(".png"), folder / name]
+    file = next((file for file in files if file.is_file()), None)
+    if file is None:
+        return None
+    mask = images.load(file, cv2.IMREAD_GRAYSCALE) > 127
+    if not mask.any():
+        return None
+    rows, columns = np.nonzero(mask)
+    return (np.array([columns.mean(), rows.mean()]) + 0.5) / mask.shape[::-1]
+
+
+def _closest_point(origins: np.ndarray, bearings: np.ndarray) -> np.ndarray:
+    across = np.eye(3) - bearings[:, :, None] * bearings[:, None]
+    weight = np.ones(len(origins))
+    for _ in range(ROUNDS):
+        weighted = weight[:, None, None] * across
+        point, *_ = np.linalg.lstsq(
+            weighted.sum(axis=0), np.einsum("nij,nj->i", weighted, origins), rcond=None
+        )
+        gap = np.linalg.norm(np.einsum("nij,nj->ni", across, point - origins), axis=1)
+        weight = 1 / np.maximum(gap, 1e-6 * (1 + gap.max()))
+    return point

@@ -1,0 +1,72 @@
+"""Small COLMAP captures on disk, written by pycolmap and OpenCV alone."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pycolmap
+
+SIZE = (64, 48)
+PARAMS = {"PINHOLE": [60, 61, 32, 24], "OPENCV": [60, 61, 32, 24, -0.05, 0.01, 1e-3, -1e-3]}
+
+
+def ring(frames, radius=4.0, height=-1.0):
+    """(N, 3, 4) world-to-camera of cameras on a circle around the y axis, looking at the origin."""
+    poses = []
+    for turn in 2 * np.pi * np.arange(frames) / frames:
+        center = np.array([radius * np.cos(turn), height, radius * np.sin(turn)])
+        ahead = -center / np.linalg.norm(center)
+        right = np.cross([0.0, 1, 0], ahead)
+        right /= np.linalg.norm(right)
+        rotation = np.stack([right, np.cross(ahead, right), ahead])
+        poses.append(np.column_stack([rotation, -rotation @ center]))
+    return np.array(poses)
+
+
+def write_ring(folder, frames=24, model="PINHOLE", shrink=1, seed=0, cloud=80):
+    """A COLMAP capture of `ring` cameras: frame_000.jpg ... and points that neighbours share.
+
+    Args:
+        folder: to write.
+        frames: how many.
+        model: of the camera.
+        shrink: factor by which the images are smaller than the camera states.
+        seed: of points and images.
+        cloud: number of points; each is seen from a third of the circle.
+
+    Returns:
+        The poses, and (M, N) bool, which frame sees which point.
+    """
+    rng = np.random.default_rng(seed)
+    folder = Path(folder)
+    poses, xyz = ring(frames), rng.uniform(-1, 1, (cloud, 3))
+    start = rng.integers(0, frames, cloud)
+    seen = (np.arange(frames) - start[:, None]) % frames < max(2, frames // 3)
+    built = pycolmap.Reconstruction()
+    camera = pycolmap.Camera(
+        camera_id=1, model=model, width=SIZE[0], height=SIZE[1], params=PARAMS[model]
+    )
+    built.add_camera_with_trivial_rig(camera)
+    tracks = [pycolmap.Track() for _ in xyz]
+    (folder / "images").mkdir(parents=True)
+    for i, pose in enumerate(poses):
+        rows = np.flatnonzero(seen[:, i])
+        image = pycolmap.Image(
+            image_id=i + 1,
+            name=f"frame_{i:03d}.jpg",
+            camera_id=1,
+            keypoints=camera.img_from_cam(xyz[rows] @ pose[:, :3].T + pose[:, 3]),
+        )
+        rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
+        built.add_image_with_trivial_frame(image, rigid)
+        for at, row in enumerate(rows):
+            tracks[row].add_element(i + 1, at)
+        noise = rng.integers(0, 255, (6, 8, 3), dtype=np.uint8)
+        size = (SIZE[0] // shrink, SIZE[1] // shrink)
+        picture = cv2.resize(noise, size, interpolation=cv2.INTER_CUBIC)
+        cv2.imwrite(str(folder / "images" / image.name), picture)
+    for point, track in zip(xyz, tracks, strict=True):
+        built.add_point3D(point, track, np.array([10, 20, 30], np.uint8))
+    (folder / "sparse" / "0").mkdir(parents=True)
+    built.write_binary(str(folder / "sparse" / "0"))
+    return poses, seen

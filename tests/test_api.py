@@ -1,0 +1,162 @@
+"""The library's face: `import fsel` is enough."""
+
+import hashlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from selection_problems import random_problem
+from small_captures import write_ring
+
+import fsel
+from fsel import glance, shipped
+from fsel.opening import open_capture
+from fsel.pipeline.ship import ship
+from fsel.scorer import Scorer
+from fsel.sharpness import sharpness
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_ring(tmp_path / "capture")
+    return tmp_path / "capture"
+
+
+def test_importing_costs_nothing_and_every_name_is_there():
+    script = "import fsel, sys; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script]).returncode == 0
+    for name in fsel.__all__:
+        assert getattr(fsel, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'selekt'"):
+        getattr(fsel, "selekt".strip())
+
+
+def test_registries_name_what_may_be_asked_for():
+    assert {"fsel", "uniform", "fvs", "nearest", "random"} <= set(fsel.METHODS)
+    assert {"colmap", "nerfstudio"} <= set(fsel.LAYOUTS)
+    assert "splats" in fsel.RECONSTRUCTORS
+
+
+def test_from_a_folder_to_metrics_in_four_calls(folder, tmp_path):
+    capture = fsel.read_capture(folder, long_side=64)
+    chosen = fsel.select(capture, 8, targets="every:6")
+    assert chosen.names == tuple(capture.names[i] for i in chosen.indices)
+    assert not set(chosen.indices) & {0, 6, 12, 18}
+    assert np.isfinite(chosen.scores).all()
+    model = fsel.reconstruct(capture, chosen.indices)
+    scores = fsel.evaluate(capture, model, np.array([0, 6, 12, 18]))
+    assert {name: values.shape for name, values in scores.items()} == {
+        "psnr": (4,),
+        "ssim": (4,),
+        "gmsd": (4,),
+    }
+    model.export_ply(tmp_path / "scene.ply")
+    assert (tmp_path / "scene.ply").stat().st_size > 100
+
+
+def test_budgets_nest_and_seeds_matter_only_to_chance(folder):
+    capture = fsel.read_capture(folder, long_side=64)
+    six = fsel.select(capture, 6, seed=1)
+    nine = fsel.select(capture, 9, seed=2)
+    np.testing.assert_array_equal(six.indices, nine.indices[:6])
+    drawn = [tuple(fsel.select(capture, 6, method="random", seed=s).indices) for s in (0, 0, 1)]
+    assert drawn[0] == drawn[1] != drawn[2]
+    assert np.isnan(fsel.select(capture, 6, method="random").scores).all()
+
+
+def test_methods_with_appearance_get_descriptors(folder):
+    capture = fsel.read_capture(folder, long_side=64)
+    assert len(fsel.select(capture, 5, method="untrained").names) == 5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"k": 0}, "k is 0; allowed: 1 to 24"),
+        ({"k": 25}, "k is 25"),
+        ({"k": 3, "method": "best"}, "method is 'best'; allowed: fsel"),
+    ],
+)
+def test_requests_that_cannot_be_met_are_refused(arguments, said, folder):
+    with pytest.raises(ValueError, match=said):
+        fsel.select(fsel.read_capture(folder), **arguments)
+
+
+def test_an_unknown_reconstructor_is_refused(folder):
+    with pytest.raises(ValueError, match="allowed: splats"):
+        fsel.reconstruct(fsel.read_capture(folder), [0, 1], "nerf")
+
+
+def test_the_shipped_scorer_is_what_its_record_says():
+    folder = Path(shipped.__file__).parent / "weights"
+    record = json.loads((folder / "fsel.json").read_text())
+    content = (folder / "fsel.safetensors").read_bytes()
+    assert record["sha256"] == hashlib.sha256(content).hexdigest() == shipped.digest()
+    assert record["provenance"] == shipped.scorer().provenance
+    assert record["provenance"]["policy"] == "fsel"
+
+
+@pytest.mark.parametrize("size", [40, 1100])
+def test_both_loops_pick_what_the_method_picks(size):
+    problem = random_problem(size)
+    frames, _ = shipped.ranked(problem, 12)
+    method = fsel.METHODS["fsel"]
+    np.testing.assert_array_equal(frames, method.select(problem, 12, np.random.default_rng(0)))
+
+
+def test_reduced_decoding_ranks_images_as_full_decoding_does(tmp_path):
+    rng = np.random.default_rng(0)
+    noise = cv2.resize(rng.integers(0, 255, (270, 480), dtype=np.uint8), (1920, 1080))
+    files = []
+    for number, blur in enumerate((9, 0, 25, 4)):
+        image = cv2.GaussianBlur(noise, (0, 0), blur) if blur else noise
+        files.append(tmp_path / f"{number}.jpg")
+        cv2.imwrite(str(files[-1]), image)
+    measured = glance.sharpness_of_files(files, 1920)
+    whole = sharpness(np.stack([cv2.imread(str(file)) for file in files]))
+    np.testing.assert_array_equal(np.argsort(measured), np.argsort(whole))
+
+
+@pytest.mark.parametrize(("width", "side"), [(1920, 480), (1919, 959), (500, 500), (4000, 500)])
+def test_a_reduced_image_keeps_the_side_that_is_needed(width, side, tmp_path, monkeypatch):
+    shapes = []
+    monkeypatch.setattr(
+        glance, "variance_of_laplacian", lambda grey: shapes.append(grey.shape) or 0.0
+    )
+    cv2.imwrite(str(tmp_path / "a.jpg"), np.zeros((width // 2, width, 3), np.uint8))
+    glance.sharpness_of_files([tmp_path / "a.jpg"], width)
+    assert shapes[0][1] >= min(width, glance.SHARPNESS_SIDE)
+    assert shapes[0][1] < max(2 * glance.SHARPNESS_SIDE + 8, width // 8 + 8)
+    (small,) = glance.thumbnails([tmp_path / "a.jpg"], width, side)
+    assert max(cv2.imdecode(np.frombuffer(small, np.uint8), cv2.IMREAD_COLOR).shape) == side
+
+
+def test_an_opened_capture_loads_the_frames_asked_for(folder):
+    opened = open_capture(folder, long_side=64)
+    whole = fsel.read_capture(folder, long_side=64)
+    frames = np.array([7, 3, 12])
+    part = opened.loaded(frames)
+    assert part.names == tuple(whole.names[i] for i in frames)
+    np.testing.assert_array_equal(part.images, whole.images[frames])
+    np.testing.assert_array_equal(part.world_to_camera, whole.world_to_camera[frames])
+    for row, frame in enumerate(frames):
+        expected = whole.points.xyz[whole.points.track_point[whole.points.track_frame == frame]]
+        found = part.points.xyz[part.points.track_point[part.points.track_frame == row]]
+        np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(expected, axis=0))
+
+
+def test_only_weights_of_the_right_policy_are_shipped(tmp_path):
+    scorer = shipped.scorer()
+    scorer.save(tmp_path / "new.safetensors")
+    ship(tmp_path / "new.safetensors", tmp_path)
+    assert (tmp_path / "fsel.safetensors").read_bytes() == (
+        shipped.FOLDER / "fsel.safetensors"
+    ).read_bytes()
+    assert json.loads((tmp_path / "fsel.json").read_text())["sha256"] == shipped.digest()
+    Scorer(scorer.weights, {"policy": "ours"}).save(tmp_path / "ours.safetensors")
+    with pytest.raises(ValueError, match="policy 'ours', not 'fsel'"):
+        ship(tmp_path / "ours.safetensors", tmp_path)
