@@ -9,10 +9,7 @@ Outputs: <results>/{dataset}/{scene}/draw{draw}/{selections,evaluation}.parquet,
 
 rule select:
     input:
-        splits=expand(
-            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
-            draw=range(config["draws"]),
-        ),
+        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
@@ -23,67 +20,58 @@ rule select:
         ),
         fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
         lib=library(
-            *FEATURES, "baselines", *FILES, "pipeline/policies", "pipeline/selection"
+            *FEATURES,
+            "baselines",
+            "search",
+            *FILES,
+            "pipeline/policies",
+            "pipeline/selection",
         ),
     output:
-        expand(
-            "<results>/{{dataset}}/{{scene}}/draw{draw}/selections.parquet",
-            draw=range(config["draws"]),
-        ),
+        "<results>/{dataset}/{scene}/draw{draw}/selections.parquet",
     log:
-        "<results>/logs/select/{dataset}/{scene}.log",
+        "<results>/logs/select/{dataset}/{scene}/draw{draw}.log",
     benchmark:
-        "<results>/benchmarks/select/{dataset}/{scene}.jsonl"
+        "<results>/benchmarks/select/{dataset}/{scene}/draw{draw}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=2000,
-        runtime=30,
+        runtime=10,
     params:
         budgets=config["budgets"],
-        seeds=lambda wildcards: [
-            scene_seed(wildcards, "select", draw) for draw in range(config["draws"])
-        ],
+        seed=lambda wildcards: scene_seed(wildcards, "select", wildcards.draw),
     message:
-        "Selecting frames of {wildcards.dataset}/{wildcards.scene}"
+        "Selecting frames of {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}"
     script:
         "../scripts/select.py"
 
 
 rule evaluate:
     input:
-        splits=expand(
-            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
-            draw=range(config["draws"]),
-        ),
-        selections=expand(
-            "<results>/{{dataset}}/{{scene}}/draw{draw}/selections.parquet",
-            draw=range(config["draws"]),
-        ),
+        selections="<results>/{dataset}/{scene}/draw{draw}/selections.parquet",
+        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         lib=library(*RECONSTRUCTION, *FILES, "pipeline/labels", "pipeline/selection"),
     output:
-        expand(
-            "<results>/{{dataset}}/{{scene}}/draw{draw}/evaluation.parquet",
-            draw=range(config["draws"]),
-        ),
+        "<results>/{dataset}/{scene}/draw{draw}/evaluation.parquet",
     log:
-        "<results>/logs/evaluate/{dataset}/{scene}.log",
+        "<results>/logs/evaluate/{dataset}/{scene}/draw{draw}.log",
     benchmark:
-        "<results>/benchmarks/evaluate/{dataset}/{scene}.jsonl"
+        "<results>/benchmarks/evaluate/{dataset}/{scene}/draw{draw}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=4000,
-        runtime=180,
+        runtime=60,
     params:
         reconstruction=config["reconstruction"],
     message:
-        "Reconstructing {wildcards.dataset}/{wildcards.scene} from every selection"
+        "Reconstructing {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}"
     script:
         "../scripts/evaluate.py"
 

@@ -1,4 +1,4 @@
-"""Reconstruct from every selection on one capture."""
+"""Reconstruct from every selection of one problem."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 with job(snakemake) as digest:
     evaluate(
         Path(snakemake.input.frames).parent,
-        snakemake.input.splits,
+        snakemake.input.split,
         snakemake.input.selections,
-        snakemake.output,
+        snakemake.output[0],
         reconstruction=snakemake.params.reconstruction,
         config=digest,
     )

@@ -1,4 +1,4 @@
-"""Run every method on every problem of one capture."""
+"""Run every method on one problem."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 with job(snakemake) as digest:
     select(
         Path(snakemake.input.frames).parent,
-        snakemake.input.splits,
+        snakemake.input.split,
         {name: list(snakemake.input[name]) for name in POLICIES},
-        snakemake.output,
+        snakemake.output[0],
         budgets=snakemake.params.budgets,
-        seeds=snakemake.params.seeds,
+        seed=snakemake.params.seed,
         config=digest,
     )

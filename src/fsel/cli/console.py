@@ -1,0 +1,51 @@
+"""What the commands print, and where."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from fsel.glance import Progress
+
+PATIENCE = 2.0  # seconds before a bar is shown
+
+
+@dataclass(frozen=True)
+class Console:
+    """Lines for a person, or one JSON object for a script.
+
+    Attributes:
+        quiet: print nothing but errors.
+        as_json: print the result as JSON and no other line.
+    """
+
+    quiet: bool
+    as_json: bool
+
+    def say(self, label: str, text: str) -> None:
+        """A line on standard output."""
+        if not (self.quiet or self.as_json):
+            print(f"{label:9} {text}", flush=True)
+
+    def warn(self, text: str) -> None:
+        """A line on standard error."""
+        if not self.quiet:
+            print(f"fsel: warning: {text}", file=sys.stderr, flush=True)
+
+    def give(self, result: dict) -> None:
+        """The result, for scripts that asked for it."""
+        if self.as_json:
+            print(json.dumps(result, indent=1))
+
+    def bar(self, label: str) -> Progress:
+        """A progress bar on standard error after two seconds; none where no terminal is."""
+        if self.quiet or not sys.stderr.isatty():
+            return lambda items, count: items
+        from tqdm import tqdm
+
+        def progress(items: Iterable, count: int) -> Iterable:
+            return tqdm(items, label, count, delay=PATIENCE, leave=False)
+
+        return progress

@@ -1,0 +1,19 @@
+"""What the commands have in common: the object that a request is about."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from fsel.capture import Capture
+from fsel.focus import Focus, from_box, from_masks
+
+
+def focus_of(asked: argparse.Namespace, capture: Capture) -> Focus | None:
+    """The object of `--masks` or `--box`."""
+    if asked.masks is not None:
+        return from_masks(capture, asked.masks)
+    if asked.box is not None:
+        return from_box(np.array(asked.box))
+    return None

@@ -1,0 +1,120 @@
+"""`fsel select`: pick frames and write them as lists and as a capture for trainers."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+from fsel import api, shipped
+from fsel.cli.console import Console
+from fsel.cli.request import focus_of
+from fsel.export import record, subset
+from fsel.export.staging import staged
+from fsel.glance import sharpness_of_files
+from fsel.opening import Opened, open_capture
+from fsel.targets import ALL
+
+WRITTEN = ("selection.json", "frames.txt", *subset.WRITTEN)
+
+
+def run(asked: argparse.Namespace, console: Console) -> None:
+    """Carry the command out."""
+    started = time.perf_counter()
+    with staged(asked.out, WRITTEN, asked.force) as stage:
+        opened = open_capture(asked.capture, asked.layout)
+        seconds = {"read": time.perf_counter() - started}
+        outcome = _select(asked, console, opened, seconds)
+        written = time.perf_counter()
+        picks = outcome.selection.indices
+        subset.write(stage, opened, picks, outcome.targets.frames, asked.copy)
+        names = "".join(f"{name}\n" for name in outcome.selection.names)
+        (stage / "frames.txt").write_text(names, encoding="utf-8")
+        seconds["write"] = time.perf_counter() - written
+        seconds["total"] = time.perf_counter() - started
+        content = _content(asked, opened, outcome, seconds)
+        text = json.dumps(content, indent=1, ensure_ascii=False)
+        (stage / "selection.json").write_text(text, encoding="utf-8")
+    reached = outcome.coverage.curve[-1]
+    console.say("picked", f"{asked.k} frames by {asked.method}, coverage {reached:.1%}")
+    console.say("written", f"{asked.out} after {seconds['total']:.2f} s")
+    console.give(content)
+
+
+def _select(
+    asked: argparse.Namespace, console: Console, opened: Opened, seconds: dict[str, float]
+) -> record.Outcome:
+    """Refuse what cannot be done before any image is opened, then select."""
+    capture = opened.capture
+    width, height = opened.cameras[0].width, opened.cameras[0].height
+    console.say("capture", f"{len(capture)} frames of {width}x{height}, {opened.layout}")
+    if opened.dropped:
+        console.warn(f"{len(opened.dropped)} frames are left out: {_reasons(opened.dropped)}")
+    focus = focus_of(asked, capture)
+    targets = api.checked_request(capture, asked.k, asked.targets, asked.method, focus)
+    what = f"{targets.kind}, by {len(targets.views)} views"
+    console.say("targets", f"{what} (--targets says otherwise)" if targets.kind == ALL else what)
+    if targets.far.any():
+        console.warn(
+            f"{targets.far.sum()} of {len(targets.views)} target views lie far from every camera"
+        )
+    started = time.perf_counter()
+    sharpness = None
+    if not asked.geometry_only:
+        sharpness = sharpness_of_files(opened.files, opened.longest, console.bar("sharpness"))
+    seconds["sharpness"] = time.perf_counter() - started
+    selection = api.select(
+        capture,
+        asked.k,
+        targets,
+        asked.method,
+        asked.seed,
+        sharpness=np.zeros(len(capture)) if sharpness is None else sharpness,
+        focus=focus,
+    )
+    seconds["select"] = selection.seconds
+    return record.Outcome(capture, targets, selection, sharpness)
+
+
+def _reasons(dropped: dict[str, str]) -> str:
+    counts = {reason: list(dropped.values()).count(reason) for reason in dropped.values()}
+    return ", ".join(f"{reason} ({count})" for reason, count in counts.items())
+
+
+def _content(
+    asked: argparse.Namespace, opened: Opened, outcome: record.Outcome, seconds: dict[str, float]
+) -> dict:
+    """selection.json."""
+    targets = outcome.targets
+    weights = {"sha256": shipped.digest(), **shipped.scorer().provenance}
+    return {
+        "capture": {
+            "folder": str(Path(asked.capture).resolve()),
+            "layout": opened.layout,
+            "frames": len(opened.capture),
+            "dropped": opened.dropped,
+        },
+        "targets": {
+            "kind": targets.kind,
+            "views": len(targets.views),
+            "held_out": [opened.capture.names[i] for i in targets.frames],
+            "far": int(targets.far.sum()),
+        },
+        "settings": {
+            "k": asked.k,
+            "targets": asked.targets,
+            "method": asked.method,
+            "seed": asked.seed,
+            "masks": str(asked.masks) if asked.masks else None,
+            "box": asked.box,
+            "geometry_only": asked.geometry_only,
+        },
+        "frames": record.picked(outcome),
+        "left": record.left(outcome),
+        "weights": weights if asked.method == "fsel" else None,
+        "versions": record.versions(),
+        "seconds": {name: round(value, 4) for name, value in seconds.items()},
+    }

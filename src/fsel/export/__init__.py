@@ -1,0 +1,1 @@
+"""What a selection is written as: lists, and captures that trainers read."""

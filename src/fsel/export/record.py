@@ -1,0 +1,98 @@
+"""What a selection says about itself: every pick and what it adds, every frame left and why."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+
+import numpy as np
+
+from fsel.api import Selection
+from fsel.capture import Capture
+from fsel.coverage import BLURRED, Coverage, closest_pick, coverage_of, relative_sharpness
+from fsel.targets import Targets
+
+PACKAGES = ("fsel", "numpy", "pycolmap")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A selection with what it was made from.
+
+    Attributes:
+        capture: the capture.
+        targets: what was asked for.
+        selection: the picks.
+        sharpness: (N,) of every frame, or None where no image was opened.
+    """
+
+    capture: Capture
+    targets: Targets
+    selection: Selection
+    sharpness: np.ndarray | None
+
+    @property
+    def coverage(self) -> Coverage:
+        """Of the targets by the picks."""
+        pool = self.targets.pool(self.capture)
+        return coverage_of(self.capture, self.targets.views, pool, self.selection.indices)
+
+
+def picked(outcome: Outcome) -> list[dict]:
+    """One entry a pick, in pick order."""
+    capture, selection, coverage = outcome.capture, outcome.selection, outcome.coverage
+    held = outcome.targets.frames
+    ranks = _sharpness_ranks(outcome.sharpness)
+    entries = []
+    for order, frame in enumerate(selection.indices):
+        view = int(coverage.nearest_view[order])
+        score = float(selection.scores[order])
+        entries.append(
+            {
+                "order": order + 1,
+                "name": selection.names[order],
+                "index": int(frame),
+                "score": score if np.isfinite(score) else None,
+                "coverage": round(float(coverage.curve[order]), 6),
+                "adds": round(float(coverage.gain[order]), 6),
+                "nearest_target": capture.names[held[view]] if len(held) else view,
+                "sharpness_rank": int(ranks[frame]) if ranks is not None else None,
+            }
+        )
+    return entries
+
+
+def left(outcome: Outcome) -> list[dict]:
+    """One entry a frame that was not picked, in capture order, with the reason."""
+    capture, picks = outcome.capture, outcome.selection.indices
+    pool = outcome.targets.pool(capture)
+    adds = dict(zip(pool.tolist(), outcome.coverage.left, strict=True))
+    closest = closest_pick(capture, picks)
+    relative = None if outcome.sharpness is None else relative_sharpness(outcome.sharpness)
+    entries = []
+    for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
+        near = capture.names[closest[frame]]
+        if frame not in adds:
+            reason = "held out as a target"
+        elif relative is not None and relative[frame] < BLURRED:
+            reason = f"blurred: {relative[frame]:.0%} of its neighbours' sharpness"
+        else:
+            reason = f"near {near}; would add {adds[frame]:.2%} coverage"
+        entries.append({"name": capture.names[frame], "reason": reason, "closest_pick": near})
+    return entries
+
+
+def _sharpness_ranks(sharpness: np.ndarray | None) -> np.ndarray | None:
+    """(N,) 1 for the sharpest frame."""
+    if sharpness is None:
+        return None
+    ranks = np.empty(len(sharpness), np.int64)
+    ranks[np.argsort(-sharpness, kind="stable")] = np.arange(1, len(sharpness) + 1)
+    return ranks
+
+
+def versions(packages: Sequence[str] = PACKAGES) -> dict[str, str]:
+    """What ran."""
+    return {"python": platform.python_version()} | {name: version(name) for name in packages}

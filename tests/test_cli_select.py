@@ -1,0 +1,371 @@
+"""`fsel select`: what it writes, what it refuses, what it leaves behind when it is cut off."""
+
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+from small_captures import ring, write_ring
+
+from fsel.cli import main
+from fsel.export import subset
+from fsel.layouts import read_capture
+
+
+@pytest.fixture
+def capture(tmp_path):
+    folder = tmp_path / "capture"
+    write_ring(folder)
+    return folder
+
+
+def select(*arguments):
+    return main(["select", *map(str, arguments)])
+
+
+def record_of(out):
+    return json.loads((out / "selection.json").read_text())
+
+
+def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert select(capture, "-k", 6, "-o", out) == 0
+    content = record_of(out)
+    names = [entry["name"] for entry in content["frames"]]
+    assert (out / "frames.txt").read_text().split() == names
+    assert len(set(names)) == 6
+    assert sorted(names + [entry["name"] for entry in content["left"]]) == [
+        f"frame_{i:03d}.jpg" for i in range(24)
+    ]
+    covered = [entry["coverage"] for entry in content["frames"]]
+    assert sum(entry["adds"] for entry in content["frames"]) == pytest.approx(covered[-1], abs=1e-5)
+    assert covered == sorted(covered)
+    ranks = [entry["sharpness_rank"] for entry in content["frames"]]
+    assert len(set(ranks)) == 6
+    assert set(ranks) <= set(range(1, 25))
+    assert len(content["weights"]["sha256"]) == 64
+    printed = capsys.readouterr().out
+    assert "the whole capture" in printed
+    assert "--targets" in printed
+
+
+def test_the_subset_is_a_capture_of_the_picks(tmp_path):
+    poses, _ = write_ring(tmp_path / "capture", model="OPENCV")
+    out = tmp_path / "out"
+    assert select(tmp_path / "capture", "-k", 6, "-o", out, "--copy") == 0
+    picks = sorted(entry["index"] for entry in record_of(out)["frames"])
+    for layout in ("colmap", "nerfstudio"):
+        back = read_capture(out, layout, long_side=64)
+        assert back.names == tuple(f"frame_{i:03d}.jpg" for i in picks)
+        np.testing.assert_allclose(back.world_to_camera, poses[picks], atol=1e-9)
+        whole = read_capture(tmp_path / "capture", long_side=64)
+        np.testing.assert_allclose(back.intrinsics, whole.intrinsics[picks], rtol=1e-9)
+        np.testing.assert_array_equal(back.images, whole.images[picks])
+
+
+def test_points_that_fewer_than_two_picks_see_are_dropped(tmp_path):
+    _, seen = write_ring(tmp_path / "capture")
+    out = tmp_path / "out"
+    assert select(tmp_path / "capture", "-k", 5, "--targets", "every:4", "-o", out) == 0
+    picks = [entry["index"] for entry in record_of(out)["frames"]]
+    model = pycolmap.Reconstruction(str(out / "sparse" / "0"))
+    whole = pycolmap.Reconstruction(str(tmp_path / "capture" / "sparse" / "0"))
+    kept = seen[:, picks].sum(axis=1) >= 2
+    assert 0 < kept.sum() < len(kept)
+    expected = np.array([whole.points3D[p].xyz for p in sorted(whole.points3D)])[kept]
+    found = np.array([model.points3D[p].xyz for p in sorted(model.points3D)])
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    lengths = sorted(point.track.length() for point in model.points3D.values())
+    assert lengths == sorted(seen[kept][:, picks].sum(axis=1))
+    original = {image.name: image for image in whole.images.values()}
+    for image in model.images.values():
+        known = {tuple(np.round(p.xy, 6)) for p in original[image.name].points2D}
+        assert {tuple(np.round(p.xy, 6)) for p in image.points2D} <= known
+    assert model.compute_num_observations() == seen[kept][:, picks].sum()
+
+
+def test_held_out_frames_are_never_trained_on(capture, tmp_path):
+    out = tmp_path / "out"
+    assert select(capture, "-k", 6, "--targets", "every:8", "-o", out) == 0
+    content = json.loads((out / "transforms.json").read_text())
+    held = [f"images/frame_{i:03d}.jpg" for i in (0, 8, 16)]
+    assert content["test_filenames"] == content["val_filenames"] == held
+    picked = sorted(f"images/{entry['name']}" for entry in record_of(out)["frames"])
+    assert content["train_filenames"] == picked
+    assert not set(picked) & set(held)
+    assert sorted(frame["file_path"] for frame in content["frames"]) == sorted(picked + held)
+    model = pycolmap.Reconstruction(str(out / "sparse" / "0"))
+    assert sorted(f"images/{image.name}" for image in model.images.values()) == picked
+    assert sorted(f"images/{path.name}" for path in (out / "images").iterdir()) == sorted(
+        picked + held
+    )
+    reasons = {entry["name"]: entry["reason"] for entry in record_of(out)["left"]}
+    assert [name for name, why in reasons.items() if "held out" in why] == [
+        Path(name).name for name in held
+    ]
+
+
+def test_images_are_linked_or_copied(capture, tmp_path):
+    assert select(capture, "-k", 3, "-o", tmp_path / "linked") == 0
+    assert select(capture, "-k", 3, "-o", tmp_path / "copied", "--copy") == 0
+    for name in (tmp_path / "linked" / "frames.txt").read_text().split():
+        original = capture / "images" / name
+        assert (tmp_path / "linked" / "images" / name).samefile(original)
+        assert not (tmp_path / "copied" / "images" / name).samefile(original)
+        assert (tmp_path / "copied" / "images" / name).read_bytes() == original.read_bytes()
+
+
+def test_without_hard_links_images_are_copied(capture, tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.EXDEV, "Invalid cross-device link")
+
+    monkeypatch.setattr(os, "link", refuse)
+    assert select(capture, "-k", 3, "-o", tmp_path / "out") == 0
+    assert len(list((tmp_path / "out" / "images").iterdir())) == 3
+
+
+def test_intrinsics_follow_images_smaller_than_their_camera(tmp_path):
+    write_ring(tmp_path / "capture", shrink=2)
+    assert select(tmp_path / "capture", "-k", 4, "-o", tmp_path / "out") == 0
+    content = json.loads((tmp_path / "out" / "transforms.json").read_text())
+    assert [content[key] for key in ("w", "h")] == [32, 24]
+    assert [content[key] for key in ("fl_x", "fl_y", "cx", "cy")] == [30, 30.5, 16, 12]
+
+
+@pytest.mark.parametrize("model", ["PINHOLE", "OPENCV"])
+def test_geometry_only_opens_one_image_of_a_camera(model, tmp_path, monkeypatch):
+    write_ring(tmp_path / "capture", model=model)
+    opened = []
+    load = subset.images.load
+    monkeypatch.setattr(subset.images, "load", lambda *a: opened.append(a) or load(*a))
+    assert select(tmp_path / "capture", "-k", 4, "--geometry-only", "-o", tmp_path / "out") == 0
+    assert len(opened) == 1
+    assert record_of(tmp_path / "out")["frames"][0]["sharpness_rank"] is None
+
+
+def camera_path(folder, poses):
+    """nerfstudio's camera path through world-to-camera poses."""
+    views = []
+    for pose in poses:
+        matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
+        views.append({"camera_to_world": matrix.ravel().tolist()})
+    (folder / "path.json").write_text(json.dumps({"camera_path": views}))
+    return folder / "path.json"
+
+
+def test_every_form_of_targets(capture, tmp_path):
+    names = tmp_path / "names.txt"
+    names.write_text("frame_003.jpg\n\nframe_011.jpg\n")
+    forms = {
+        "every:6": ("one frame in 6, held out", 4, [0, 6, 12, 18]),
+        str(names): ("the 2 frames in names.txt, held out", 2, [3, 11]),
+        "orbit": ("an orbit", 60, []),
+        "trajectory": ("the smoothed camera path", 60, []),
+        str(camera_path(tmp_path, ring(5))): ("the poses of path.json", 5, []),
+    }
+    for number, (form, (kind, views, held)) in enumerate(forms.items()):
+        out = tmp_path / f"out{number}"
+        assert select(capture, "-k", 4, "--targets", form, "-o", out) == 0
+        stated = record_of(out)["targets"]
+        assert (stated["kind"], stated["views"], stated["far"]) == (kind, views, 0)
+        assert stated["held_out"] == [f"frame_{i:03d}.jpg" for i in held]
+
+
+def test_picks_follow_the_targets(capture, tmp_path):
+    poses = ring(24)
+    near = camera_path(tmp_path, poses[[4, 5, 6, 7]])
+    assert select(capture, "-k", 4, "--targets", near, "-o", tmp_path / "out") == 0
+    picks = {entry["index"] for entry in record_of(tmp_path / "out")["frames"]}
+    assert picks <= set(range(1, 11))
+
+
+@pytest.mark.parametrize("method", ["uniform", "fvs", "nearest"])
+def test_other_methods_write_the_same(method, capture, tmp_path):
+    assert select(capture, "-k", 4, "--method", method, "-o", tmp_path / "out") == 0
+    content = record_of(tmp_path / "out")
+    assert len(content["frames"]) == 4
+    assert content["weights"] is None
+
+
+def test_json_is_the_only_output_that_scripts_see(capture, tmp_path, capsys):
+    assert select(capture, "-k", 4, "--json", "-o", tmp_path / "out") == 0
+    printed = capsys.readouterr()
+    assert json.loads(printed.out) == record_of(tmp_path / "out")
+    assert printed.err == ""
+
+
+def test_quiet_prints_nothing(capture, tmp_path, capsys):
+    assert select(capture, "-k", 4, "--quiet", "-o", tmp_path / "out") == 0
+    printed = capsys.readouterr()
+    assert printed.out == printed.err == ""
+
+
+def no_poses(folder, tmp_path):
+    for file in (folder / "sparse" / "0").iterdir():
+        file.unlink()
+    return []
+
+
+def two_frames(folder, tmp_path):
+    for path in (folder / "sparse" / "0", folder / "images"):
+        for file in path.iterdir():
+            file.unlink()
+        path.rmdir()
+    (folder / "sparse").rmdir()
+    write_ring(folder, frames=2)
+    return []
+
+
+def elsewhere(folder, tmp_path):
+    poses = ring(5)
+    poses[:, :, 3] += [0, 0, 1000]
+    return ["--targets", camera_path(tmp_path, poses)]
+
+
+def unreadable(folder, tmp_path):
+    (folder / "images" / "frame_007.jpg").write_bytes(b"no image")
+    return []
+
+
+def leads_outside(folder, tmp_path):
+    for file in (folder / "sparse" / "0").iterdir():
+        file.unlink()
+    frames = [
+        {"file_path": "../../secret.jpg", "transform_matrix": np.eye(4).tolist()} for _ in "abc"
+    ]
+    intrinsics = {"w": 64, "h": 48, "fl_x": 60}
+    (folder / "transforms.json").write_text(json.dumps(intrinsics | {"frames": frames}))
+    return []
+
+
+def unknown_name(folder, tmp_path):
+    (tmp_path / "names.txt").write_text("frame_3.jpg\n")
+    return ["--targets", tmp_path / "names.txt"]
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (no_poses, ["capture", "no known layout"]),
+        (two_frames, ["2 frames leave nothing to select", "at least 3"]),
+        (elsewhere, ["far from every camera", "another world frame"]),
+        (unreadable, ["frame_007.jpg", "not a readable image"]),
+        (leads_outside, ["../../secret.jpg", "leads outside"]),
+        (unknown_name, ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),
+        (lambda *_: ["-k", 25], ["k is 25", "1 to 24"]),
+        (lambda *_: ["-k", 22, "--targets", "every:8"], ["1 to 21", "3 being held out"]),
+        (lambda *_: ["--targets", "every:1"], ["'every:1'", "every:N"]),
+        (lambda *_: ["--targets", "nowhere.json"], ["nowhere.json", "no such file"]),
+        (lambda *_: ["--method", "best"], ["'best'", "allowed: fsel"]),
+        (lambda *_: ["--layout", "kitti"], ["'kitti'", "allowed: auto"]),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(damage, said, capture, tmp_path, capsys):
+    more = damage(capture, tmp_path)
+    out = tmp_path / "out"
+    assert select(capture, "-k", 2, "-o", out, *more) == 1
+    printed = capsys.readouterr().err
+    assert len(printed.strip().splitlines()) == 1
+    for part in said:
+        assert part in printed
+    assert {path.name for path in tmp_path.iterdir()} <= {"capture", "names.txt", "path.json"}
+
+
+def test_a_name_that_leads_out_of_the_subset_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"'\.\./x\.jpg': its name leads out"):
+        subset._inside(tmp_path / "images", "../x.jpg")
+
+
+def test_a_command_line_that_is_not_understood_exits_with_2(capture):
+    with pytest.raises(SystemExit) as stop:
+        select(capture, "-k", "many", "-o", "out")
+    assert stop.value.code == 2
+
+
+def test_an_existing_folder_is_replaced_only_when_forced(capture, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert select(capture, "-k", 4, "-o", out) == 0
+    before = (out / "selection.json").read_text()
+    assert select(capture, "-k", 5, "-o", out) == 1
+    assert "--force" in capsys.readouterr().err
+    assert (out / "selection.json").read_text() == before
+    assert select(capture, "-k", 5, "-o", out, "--force") == 0
+    assert len(record_of(out)["frames"]) == 5
+    assert len(list((out / "images").iterdir())) == 5
+
+
+def test_force_deletes_nothing_that_a_person_made(capture, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert select(capture, "-k", 4, "-o", out) == 0
+    (out / "trained.ply").write_text("hours of work")
+    assert select(capture, "-k", 4, "-o", out, "--force") == 1
+    assert "'trained.ply'" in capsys.readouterr().err
+    assert (out / "trained.ply").read_text() == "hours of work"
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "images").mkdir()
+    assert select(capture, "-k", 4, "-o", mine, "--force") == 1
+    assert "no selection.json" in capsys.readouterr().err
+
+
+def test_a_read_only_disk_is_refused_before_work(capture, tmp_path, monkeypatch, capsys):
+    real = Path.mkdir
+
+    def refuse(self, *arguments, **options):
+        if self.name.startswith(".out"):
+            raise OSError(errno.EROFS, "Read-only file system", str(self))
+        return real(self, *arguments, **options)
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    monkeypatch.setattr(cv2, "imdecode", lambda *_: pytest.fail("an image was opened"))
+    assert select(capture, "-k", 4, "-o", tmp_path / "out") == 1
+    assert "Read-only file system" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_an_interruption_leaves_what_was_there(force, capture, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    if force:
+        assert select(capture, "-k", 4, "-o", out) == 0
+        before = (out / "selection.json").read_bytes()
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(subset, "_transforms", interrupt)
+    assert select(capture, "-k", 5, "-o", out, *["--force"] * force) == 130
+    assert {path.name for path in tmp_path.iterdir()} == {"capture", *["out"] * force}
+    if force:
+        assert (out / "selection.json").read_bytes() == before
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_leaves_nothing_half_written(number, code, tmp_path):
+    write_ring(tmp_path / "capture", frames=12)
+    script = (
+        "import sys, fsel.layouts.images as i, time; "
+        "i.load = lambda *a: (print('reading', flush=True), time.sleep(60)); "
+        "from fsel.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", script, "select", str(tmp_path / "capture"), "-k", "4"]
+    with subprocess.Popen(
+        [*command, "--geometry-only", "--quiet", "-o", str(tmp_path / "out")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout.readline() == "reading\n"
+        time.sleep(0.1)
+        process.send_signal(number)
+        _, error = process.communicate(timeout=30)
+    assert process.returncode == code
+    assert error == "fsel: interrupted, nothing was written\n"
+    assert {path.name for path in tmp_path.iterdir()} == {"capture"}
