@@ -295,6 +295,12 @@ def test_selections_nest_and_spare_the_targets(scene, swept):
     nearest = picks[picks["method"] == "nearest"].groupby("k")["frame"].agg(list)
     assert nearest[3] == nearest[5][:3]
     assert picks.loc[picks["method"] == "all", "k"].unique().tolist() == [36]
+    pools = picks.groupby("method")["pool"].unique().map(list).to_dict()
+    assert pools == {name: [method.pool] for name, method in METHODS.items()}
+    proxies = set(problem.proxies)
+    assert proxies & set(picks.loc[picks["pool"] == "observed", "frame"]) == proxies
+    assert not proxies & set(picks.loc[picks["pool"] == "candidates", "frame"])
+    assert picks.loc[picks["method"] == "random", "seed"].nunique() == 3
     targets = split_from(pd.read_parquet(swept[0] / "split.parquet")).targets
     assert not set(targets.tolist()) & set(picks["frame"])
     evaluation = pd.read_parquet(swept[0] / "evaluation.parquet")
@@ -322,6 +328,8 @@ def test_the_sweep_table_prints_means_of_the_evaluations(swept, tmp_path):
     text = paths[0].read_text()
     for method in METHODS.values():
         assert f"\n{method.label} & " in text
+    # a rule between the paper's baselines, the further ones, and the references
+    assert text.count(r"\midrule") == 3
     assert "search" not in text
 
 

@@ -22,6 +22,7 @@ rule select:
         lib=library(
             *FEATURES,
             "baselines",
+            "reconstruct",
             "search",
             *FILES,
             "pipeline/policies",

@@ -59,12 +59,12 @@ def tracks(problem: Problem, pool: np.ndarray) -> Tracks:
         xyz, point, row = _predicted(problem, pool)
     else:
         xyz, point, row = points.xyz, points.track_point, place[points.track_frame]
-    _, order = _grouped(row, len(pool))
-    order = order[_grouped(point[order], len(xyz))[1]]
+    _, order = grouped(row, len(pool))
+    order = order[grouped(point[order], len(xyz))[1]]
     point, row = point[order], row[order]
     first = np.append(True, (np.diff(point) != 0) | (np.diff(row) != 0))[: len(point)]
     point, row = point[first], row[first]
-    row_start, seen = _grouped(row, len(pool))
+    row_start, seen = grouped(row, len(pool))
     return Tracks(
         point_start=np.searchsorted(point, np.arange(len(xyz) + 1)),
         row=row,
@@ -76,7 +76,7 @@ def tracks(problem: Problem, pool: np.ndarray) -> Tracks:
 
 
 @_jit
-def _grouped(key, groups):
+def grouped(key, groups):
     """Stable counting sort: (groups + 1,) starts, and places by key; negative keys are dropped."""
     start = np.zeros(groups + 1, np.int64)
     for value in key:

@@ -18,7 +18,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 METHOD = Method(
     "mvsnet_location",
-    "MVSNet score, facility location",
+    "MVSNet, facility location",
     "observed",
     nested=True,
     seeds=1,

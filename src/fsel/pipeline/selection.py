@@ -51,7 +51,8 @@ def select(
         folder: a canonical capture with its descriptors.
         split: split.parquet of a draw.
         weights: learned method -> its scorers, one a training seed.
-        output: method, seed, k, order, frame, name, seconds.
+        output: method, pool, seed, k, order, frame, name, seconds; `pool` is where the method may
+            pick from, `candidates` (P) or `observed` (P and O).
         budgets: frames to pick.
         seed: of the draw.
         config: digest of the parameters.
@@ -80,7 +81,8 @@ def _picks(
     tables = []
     for k in budgets:
         picks, seconds = runs[max(asked) if method.nested else k]
-        table = pd.DataFrame({"method": method.name, "seed": number, "k": k, "order": range(k)})
+        head = {"method": method.name, "pool": method.pool, "seed": number, "k": k}
+        table = pd.DataFrame({**head, "order": range(k)})
         table["frame"] = picks[:k]
         table["name"] = [problem.capture.names[frame] for frame in picks[:k]]
         tables.append(table.assign(seconds=seconds))

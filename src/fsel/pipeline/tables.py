@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.baselines import METHODS
+from fsel.baselines import FURTHER, METHODS, PAPER
 from fsel.metrics import HIGHER_IS_BETTER, METRICS
 from fsel.pipeline.files import atomic, write_text
 from fsel.pipeline.policies import POLICIES
@@ -15,7 +15,7 @@ from fsel.report import heatmap as heatmaps
 from fsel.report.latex import sweep_table, tex
 from fsel.report.summary import ALL_FRAMES, differences, draw_means, summarise
 
-BASELINES = {name: method.label for name, method in METHODS.items() if name != "all"}
+BASELINES = {name: method.label for name, method in {**PAPER, **FURTHER}.items()}
 LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.items()}
 REFERENCES = {
     "search": r"\textit{Genetic search}",
@@ -86,8 +86,9 @@ def sweep_cells(evaluations: Sequence[Mapping]) -> pd.DataFrame:
 def row_groups(cells: pd.DataFrame, budgets: Sequence[int]) -> list[dict[str, str]]:
     """Method -> label of the rows between two rules, for methods with a number to print."""
     shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
-    groups = (BASELINES, LEARNED, REFERENCES)
-    found = [{name: text for name, text in group.items() if name in shown} for group in groups]
+    labels = {**BASELINES, **LEARNED, **REFERENCES}
+    groups = (PAPER, FURTHER, LEARNED, REFERENCES)
+    found = [{name: labels[name] for name in group if name in shown} for group in groups]
     return [group for group in found if group]
 
 

@@ -1,0 +1,236 @@
+"""Splats fitted to the picks so far, and how much of every frame's view each of them fills.
+
+FisherRF and COVER choose by a reconstruction. Here it is the default one's, at a low resolution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numba
+import numpy as np
+
+from fsel.baselines.covisibility import grouped
+from fsel.baselines.greedy import most_central
+from fsel.capture import Capture
+from fsel.problem import Problem
+from fsel.reconstruct.splats import Splats
+from fsel.search import farthest_views
+
+FIT_SIDE = 32  # pixels of the longer side, of fitted images and of views
+START = 4  # farthest views before the first reconstruction, as in FisherRF's schedule
+FAINT = np.float32(1e-2)  # of a pixel: splats that fill less of a view are left out
+MANTISSA = 13  # bits of a depth that are dropped to order splats: steps of a thousandth remain
+
+_jit = numba.njit(cache=True, nogil=True)
+_fast = numba.njit(cache=True, nogil=True, fastmath=True)
+
+
+@dataclass(frozen=True)
+class Blends:
+    """Splats and the views that they fill; entries of a view lie together.
+
+    Attributes:
+        splats: (4, n) float32: rows of x, y, z and opacity, in the first pick's camera and in units
+            of the cameras' radius.
+        poses: (V, 3, 4) float32 world to camera, of that world.
+        intrinsics: (V, 4) float32 pixels.
+        size: (width, height) pixels.
+        start: (V + 1,) int64, where each view's entries begin.
+        index: (L,) int32, the splat of each entry.
+        weight: (L,) float32, its blending weights a T summed over pixels.
+        square: (L,) float32, the sum of their squares.
+        covered: (V,) int64 pixels that any splat reaches.
+    """
+
+    splats: np.ndarray
+    poses: np.ndarray
+    intrinsics: np.ndarray
+    size: tuple[int, int]
+    start: np.ndarray
+    index: np.ndarray
+    weight: np.ndarray
+    square: np.ndarray
+    covered: np.ndarray
+
+
+class Criterion(Protocol):
+    """What a further view is worth, given the picks."""
+
+    def scores(self) -> np.ndarray:
+        """(V,) of every view; the largest is picked."""
+
+    def add(self, row: int) -> None:
+        """Count a view as picked."""
+
+
+def greedy_on_splats(
+    problem: Problem, k: int, criterion: Callable[[Blends], Criterion]
+) -> np.ndarray:
+    """Pick views one by one; the splats are fitted anew whenever the picks have doubled.
+
+    Starts with farthest views from the most central camera. Only images of picked frames are read.
+    Ties go to the lowest frame.
+
+    Args:
+        problem: the selection problem; picks are from P and O.
+        k: at most the size of that pool.
+        criterion: made afresh for every fit, then told all picks so far.
+    """
+    pool = problem.observed
+    centers = problem.capture.centers[pool]
+    start = farthest_views(np.arange(len(pool)), centers, min(k, START), most_central(centers))
+    rows = start.astype(np.int64).tolist()
+    capture = _canonical(problem.capture, pool, pool[rows[0]])
+    while len(rows) < k:
+        judge = criterion(_blends(capture, pool, np.array(rows)))
+        for row in rows:
+            judge.add(row)
+        for _ in range(min(k, 2 * len(rows)) - len(rows)):
+            scores = judge.scores()
+            scores[rows] = -np.inf
+            rows.append(int(np.argmax(scores)))
+            judge.add(rows[-1])
+    return pool[rows]
+
+
+def _blends(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
+    """Fit the picked rows of the pool, and blend the splats into every view of the pool."""
+    picked = _part(capture, pool[rows]).resized(FIT_SIDE)
+    splats = np.ascontiguousarray(Splats(picked).fit(np.arange(len(rows))).splats[:4])
+    poses = capture.world_to_camera[pool].astype(np.float32)
+    factors = np.tile(np.divide(picked.size, capture.size), 2)
+    intrinsics = (capture.intrinsics[pool] * factors).astype(np.float32)
+    filled = blend(splats, poses, intrinsics, *picked.size)
+    return Blends(splats, poses, intrinsics, picked.size, *filled)
+
+
+def _canonical(capture: Capture, pool: np.ndarray, origin: int) -> Capture:
+    """The same capture in one camera's frame and in units of the radius of a pool's cameras.
+
+    The world's own frame and unit then have no say, not even by rounding to float32.
+    """
+    centers, base = capture.centers[pool], capture.world_to_camera[origin]
+    radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+    unit = radius if radius > 0 else 1.0
+    turned = capture.world_to_camera[:, :, :3] @ base[:, :3].T
+    shift = (capture.world_to_camera[:, :, 3] - turned @ base[:, 3]) / unit
+    points = capture.points
+    if points is not None:
+        points = replace(points, xyz=(points.xyz @ base[:, :3].T + base[:, 3]) / unit)
+    poses = np.concatenate([turned, shift[..., None]], axis=2)
+    return replace(capture, world_to_camera=poses, points=points)
+
+
+def _part(capture: Capture, frames: np.ndarray) -> Capture:
+    """A capture of some of the frames, in the given order, and of what they observe."""
+    points = capture.points
+    if points is not None:
+        place = np.full(len(capture), -1)
+        place[frames] = np.arange(len(frames))
+        seen = place[points.track_frame] >= 0
+        points = replace(
+            points,
+            track_point=points.track_point[seen],
+            track_frame=place[points.track_frame[seen]],
+        )
+    return replace(
+        capture,
+        names=tuple(capture.names[frame] for frame in frames),
+        world_to_camera=capture.world_to_camera[frames],
+        intrinsics=capture.intrinsics[frames],
+        images=np.asarray(capture.images[frames]),
+        sequences=tuple(capture.sequences[frame] for frame in frames),
+        points=points,
+        masks=None if capture.masks is None else np.asarray(capture.masks[frames]),
+    )
+
+
+@_fast
+def project(splats, pose, k, width, height, across, down, key):
+    """Write pixel coordinates less one half, and keys that grow with depth; -1 out of the view.
+
+    Positive float32 numbers are ordered as their bits are: the leading ones are the key.
+    """
+    n = splats.shape[1]
+    depth = np.empty(n, np.float32)
+    for i in range(n):
+        x, y, z = splats[0, i], splats[1, i], splats[2, i]
+        depth[i] = pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z + pose[2, 3]
+        w = np.float32(1) / max(depth[i], np.float32(1e-9))
+        u = k[0] * (pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z + pose[0, 3])
+        v = k[1] * (pose[1, 0] * x + pose[1, 1] * y + pose[1, 2] * z + pose[1, 3])
+        across[i] = u * w + k[2] - np.float32(0.5)
+        down[i] = v * w + k[3] - np.float32(0.5)
+    bits = depth.view(np.int32)
+    for i in range(n):
+        inside = (across[i] >= -0.5) & (across[i] < width - 0.5)
+        inside &= (down[i] >= -0.5) & (down[i] < height - 0.5)
+        key[i] = bits[i] >> MANTISSA if inside & (depth[i] > 0) else -1
+
+
+@_jit
+def blend(splats, poses, intrinsics, width, height):
+    """Alpha-blend splats into views, front to back, each over 2x2 pixels bilinearly.
+
+    Args:
+        splats: (4, n) float32; poses: (V, 3, 4) float32; intrinsics: (V, 4) float32.
+        width, height: pixels.
+
+    Returns:
+        start, index, weight, square, covered: see `Blends`.
+    """
+    n, views = splats.shape[1], len(poses)
+    start, covered = np.zeros(views + 1, np.int64), np.zeros(views, np.int64)
+    index = np.empty(1024, np.int32)
+    sums = np.empty((2, 1024), np.float32)
+    across, down = np.empty(n, np.float32), np.empty(n, np.float32)
+    key = np.empty(n, np.int64)
+    for view in range(views):
+        project(splats, poses[view], intrinsics[view], width, height, across, down, key)
+        first, groups = _span(key)
+        _, order = grouped(np.where(key >= 0, key - first, -1), groups)
+        clear = np.ones((height, width), np.float32)
+        count = start[view]
+        while count + len(order) > len(index):
+            index = np.concatenate((index, np.empty_like(index)))
+            sums = np.concatenate((sums, np.empty_like(sums)), axis=1)
+        for i in order:
+            weight, square = _fill(clear, across[i], down[i], splats[3, i])
+            if weight > FAINT:
+                index[count], sums[0, count], sums[1, count] = i, weight, square
+                count += 1
+        start[view + 1] = count
+        covered[view] = (clear < 1).sum()
+    used = start[views]
+    return start, index[:used].copy(), sums[0, :used].copy(), sums[1, :used].copy(), covered
+
+
+@_jit
+def _span(key):
+    """The least key that is no -1, and how many steps there are to the largest."""
+    least, most = np.int64(2**40), np.int64(-1)
+    for value in key:
+        if value >= 0:
+            least, most = min(least, value), max(most, value)
+    return least, max(most - least + 1, 0)
+
+
+@_jit
+def _fill(clear, across, down, opacity):
+    """Blend one splat over what is still clear; the sum of its weights and of their squares."""
+    height, width = clear.shape
+    left, top = int(np.floor(across)), int(np.floor(down))
+    fu, fv = across - np.float32(left), down - np.float32(top)
+    total, square = np.float32(0), np.float32(0)
+    for y in range(max(top, 0), min(top + 2, height)):
+        row = opacity * (fv if y > top else np.float32(1) - fv)
+        for x in range(max(left, 0), min(left + 2, width)):
+            alpha = row * (fu if x > left else np.float32(1) - fu)
+            weight = alpha * clear[y, x]
+            clear[y, x] -= weight
+            total += weight
+            square += weight * weight
+    return total, square
