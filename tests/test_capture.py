@@ -49,6 +49,15 @@ def test_saved_and_loaded_is_the_same(tmp_path):
         np.testing.assert_array_equal(getattr(again.points, field), getattr(first.points, field))
 
 
+def test_masks_of_a_former_capture_do_not_stay(tmp_path):
+    first = capture()
+    masks = np.ones(first.images.shape[:3], bool)
+    replace(first, masks=masks).save(tmp_path)
+    np.testing.assert_array_equal(Capture.load(tmp_path).masks, masks)
+    first.save(tmp_path)
+    assert Capture.load(tmp_path).masks is None
+
+
 def test_no_points_stay_no_points(tmp_path):
     replace(capture(), points=None).save(tmp_path)
     assert Capture.load(tmp_path).points is None

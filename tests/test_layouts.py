@@ -6,69 +6,19 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pandas as pd
 import pytest
-from scipy.spatial.transform import Rotation
+from layout_recordings import DROPPED, MASKED, READING, WRITERS, recording
 
+from fsel.capture import Capture
 from fsel.layouts import LAYOUTS, read_capture, read_raw
 from fsel.layouts.base import natural
 from fsel.layouts.ingest import ingest
-from fsel.recording import Camera, Recording
+from fsel.pipeline.captures import ingest as save
+from fsel.recording import Camera
 from fsel.synthesis.lens import project, unproject
 
 CAPTURES = Path(__file__).parents[2] / "shared" / "captures"
-PINHOLE = Camera("PINHOLE", 64, 48, (60.0, 60.0, 32.0, 24.0))
-OPENCV = Camera("OPENCV", 64, 48, (60.0, 60.5, 32.4, 23.8, -0.05, 0.01, 3e-4, -4e-4))
-FISHEYE = Camera("OPENCV_FISHEYE", 64, 48, (35.0, 35.0, 32.2, 23.9, -0.03, 0.006, -0.002, 2e-4))
-SEVEN = Camera("PINHOLE", 64, 48, (58.5, 58.5, 32.0, 24.0))
-WRITERS = {
-    "dl3dv": OPENCV,
-    "tanks_and_temples": PINHOLE,
-    "mipnerf360": PINHOLE,
-    "scannetpp_iphone": OPENCV,
-    "scannetpp_dslr": FISHEYE,
-    "seven_scenes": SEVEN,
-}
-DROPPED = {"tanks_and_temples": [4], "scannetpp_iphone": [4], "scannetpp_dslr": [7, 19]}
-
-
-def recording(layout, frames=22, seed=0):
-    """Cameras around a cloud of points, smooth images, one lost and one bad frame."""
-    rng = np.random.default_rng(seed)
-    camera = WRITERS[layout]
-    xyz = rng.uniform(-1, 1, (60, 3))
-    rotation = Rotation.random(frames, rng=rng).as_matrix()
-    poses = np.concatenate([rotation, np.tile([[0.0], [0.0], [4.0]], (frames, 1, 1))], axis=2)
-    point, frame, xy = [], [], []
-    for i, pose in enumerate(poses):
-        uv = project(camera, xyz @ pose[:, :3].T + pose[:, 3])
-        seen = np.flatnonzero(((uv > 1) & (uv < [63, 47])).all(axis=1))
-        point += seen.tolist()
-        frame += [i] * len(seen)
-        xy.append(uv[seen])
-    small = rng.integers(0, 255, (frames, 6, 8, 3), dtype=np.uint8)
-    images = np.stack([cv2.resize(s, (64, 48), interpolation=cv2.INTER_CUBIC) for s in small])
-    several = layout == "seven_scenes"
-    names = [
-        f"seq-0{1 + i % 2}/frame-{i // 2:06d}" if several else f"f{i + 7}" for i in range(frames)
-    ]
-    order = sorted(range(frames), key=lambda i: natural(names[i]))
-    flags = np.zeros((2, frames), bool)
-    flags[0, 7], flags[1, 4] = True, True
-    return Recording(
-        names=tuple(names[i] for i in order),
-        world_to_camera=poses,
-        camera=camera,
-        images=images,
-        depth=np.full((frames, 48, 64), 4, np.float32),
-        xyz=xyz,
-        rgb=rng.integers(0, 255, (60, 3), dtype=np.uint8),
-        track_point=np.array(point),
-        track_frame=np.array(frame),
-        track_xy=np.concatenate(xy),
-        sequences=tuple(names[i].split("/")[0] if several else "a" for i in order),
-        bad=flags[0],
-        lost=flags[1],
-    )
 
 
 @pytest.fixture(params=WRITERS)
@@ -78,28 +28,61 @@ def written(request, tmp_path):
     return request.param, made, tmp_path
 
 
+def kept(layout):
+    return np.setdiff1d(np.arange(22), DROPPED.get(layout, []))
+
+
 def test_round_trip(written):
     layout, made, folder = written
-    capture = read_capture(folder, layout, long_side=64)
-    kept = np.setdiff1d(np.arange(22), DROPPED.get(layout, []))
-    assert [Path(name).name.split(".")[0] for name in capture.names] == [
-        Path(made.names[i]).name for i in kept
-    ]
-    np.testing.assert_allclose(capture.world_to_camera, made.world_to_camera[kept], atol=1e-9)
+    capture = read_capture(folder, layout, long_side=64, reading=READING.get(layout))
+    rows = kept(layout)
+    if layout == "scannet":  # numbers its frames
+        assert capture.names == tuple(str(i) for i in rows)
+    elif layout == "co3d":
+        assert capture.names == tuple(f"{i:06d}" for i in rows)
+    else:
+        names = [Path(name).name.split(".")[0] for name in capture.names]
+        assert names == [Path(made.names[i]).name for i in rows]
+    np.testing.assert_allclose(capture.world_to_camera, made.world_to_camera[rows], atol=1e-9)
     if made.camera.model == "PINHOLE":
         np.testing.assert_allclose(capture.intrinsics[0], made.camera.params, atol=1e-6)
-        assert np.abs(capture.images.astype(int) - made.images[kept]).mean() < 3
+        assert np.abs(capture.images.astype(int) - made.images[rows]).mean() < 3
+
+
+def test_cameras_read_are_those_written(written):
+    layout, made, folder = written
+    raw = read_raw(folder, layout, READING.get(layout))[1]
+    for camera in raw.cameras:
+        scale = camera.width / 64
+        lengths = np.array(camera.params[:4]) / scale
+        np.testing.assert_allclose(lengths, made.camera.params[:4], atol=1e-6)
+        np.testing.assert_allclose(camera.params[4:], made.camera.params[4:], atol=1e-9)
+
+
+@pytest.mark.parametrize("layout", MASKED)
+def test_masks_follow_their_images(layout, tmp_path):
+    made = recording(layout)
+    LAYOUTS[layout].write(made, tmp_path)
+    capture = read_capture(tmp_path, layout, long_side=64, reading=READING.get(layout))
+    rows = kept(layout)
+    if made.camera.model == "PINHOLE":
+        np.testing.assert_array_equal(capture.masks, made.masks[rows])
+        return
+    fx, fy, cx, cy = capture.intrinsics[0]
+    source = project(made.camera, unproject(Camera("PINHOLE", 64, 48, (fx, fy, cx, cy))))
+    column, row = np.floor(source).astype(int).reshape(48, 64, 2).transpose(2, 0, 1)
+    expected = made.masks[rows][:, row.clip(0, 47), column.clip(0, 63)]
+    assert (capture.masks != expected).mean() < 0.02  # along the disc's edge
 
 
 def test_undistorted_images_show_what_a_pinhole_sees(written):
     layout, made, folder = written
     capture = read_capture(folder, layout, long_side=64)
-    kept = np.setdiff1d(np.arange(22), DROPPED.get(layout, []))
     fx, fy, cx, cy = capture.intrinsics[0]
     straight = Camera("PINHOLE", 64, 48, (fx, fy, cx, cy))
     source = project(made.camera, unproject(straight)) - 0.5
     maps = source.reshape(48, 64, 2).astype(np.float32)
-    for shown, i in zip(capture.images[:3], kept[:3], strict=True):
+    for shown, i in zip(capture.images[:3], kept(layout)[:3], strict=True):
         expected = cv2.remap(made.images[i], maps, None, cv2.INTER_LINEAR)
         inner = np.abs(shown.astype(int) - expected)[3:-3, 3:-3]
         assert inner.mean() < 3
@@ -108,7 +91,7 @@ def test_undistorted_images_show_what_a_pinhole_sees(written):
 def test_points_and_tracks_survive(written):
     layout, made, folder = written
     capture = read_capture(folder, layout, long_side=64)
-    if layout == "seven_scenes":
+    if layout in ("seven_scenes", "scannet", "co3d"):
         assert capture.points is None
         return
     points = capture.points
@@ -261,3 +244,31 @@ def test_lazy_images_open_nothing_before_they_are_asked_for(tmp_path):
     lazy.images[:4]
     with pytest.raises(ValueError, match=re.escape(f"{raw.images[5]}: image file is empty")):
         np.asarray(lazy.images)
+
+
+def test_what_was_found_is_recorded_and_arrays_are_streamed(tmp_path):
+    LAYOUTS["scannetpp_dslr"].write(recording("scannetpp_dslr"), tmp_path / "raw")
+    whole = read_capture(tmp_path / "raw", long_side=32)
+    for _ in range(2):  # a second run replaces the first
+        save(tmp_path / "raw", tmp_path / "out", at_least=20, long_side=32)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "frames.parquet",
+        "images.npy",
+        "masks.npy",
+        "points.parquet",
+    ]
+    stored = Capture.load(tmp_path / "out")
+    np.testing.assert_array_equal(stored.images, whole.images)
+    np.testing.assert_array_equal(stored.masks, whole.masks)
+    found = pd.read_parquet(tmp_path / "out" / "frames.parquet").attrs
+    assert found["agreement"]["kind"] == "reprojection"
+    assert 0 <= found["agreement"]["median"] <= found["agreement"]["p95"] < 0.01
+    assert found["dropped"]["f14.JPG"] == "marked bad by its owner"
+
+
+def test_a_failed_ingestion_leaves_no_array(tmp_path):
+    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path / "raw")
+    (tmp_path / "raw" / "images_4" / "f20.jpg").write_bytes(b"")
+    with pytest.raises(ValueError, match=r"f20\.jpg"):
+        save(tmp_path / "raw", tmp_path / "out", at_least=5, long_side=32)
+    assert list((tmp_path / "out").iterdir()) == []

@@ -363,6 +363,7 @@ def test_the_caption_names_what_made_the_table():
 
 def test_a_capture_with_too_few_frames_is_refused(tmp_path, monkeypatch):
     few = type("Few", (), {"__len__": lambda self: 3})()
-    monkeypatch.setattr("fsel.pipeline.captures.read_capture", lambda *a, **k: few)
+    found = type("Found", (), {"capture": few})()
+    monkeypatch.setattr("fsel.pipeline.captures.read_folder", lambda *a, **k: found)
     with pytest.raises(ValueError, match=r"scene: 3 usable frames, at least 50.*Hint: "):
         ingest("scene", tmp_path, layout="colmap", long_side=64, at_least=50)

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fsel.layouts import LAYOUTS
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -99,6 +101,11 @@ def test_a_wrong_value_is_refused_by_name(tmp_path, changes, parts):
         ({"root": ".", "scenes": ["a"]}, ["no folders ['a'] in .", "the folders there are"]),
         ({"scenes": ["a"]}, ["exactly one of `embedded` and `root`"]),
         ({"root": ".", "scenes": {"evaluation": 2}}, ["datasets.mine.scenes", "take names"]),
+        ({"root": ".", "scenes": [], "poses": "file"}, ["datasets.mine.poses", "`model`"]),
+        (
+            {"root": ".", "scenes": [], "reading": {"focal": 1.2}},
+            ["reading.focal: layout colmap", "only tanks_and_temples does"],
+        ),
     ],
 )
 def test_a_wrong_dataset_is_refused_before_any_job(tmp_path, entry, parts):
@@ -128,6 +135,18 @@ def test_every_key_of_the_schema_is_described_and_documented():
 
     walk(schema, "")
     walk(schema["$defs"]["dataset"], "datasets.*.")
+
+
+def test_the_config_takes_every_layout_and_what_its_reader_takes():
+    schema = yaml.safe_load((ROOT / "workflow" / "schemas" / "config.schema.yaml").read_text())
+    dataset = schema["$defs"]["dataset"]["properties"]
+    assert set(dataset["layout"]["enum"]) == {"auto", *LAYOUTS}
+    options = {key for layout in LAYOUTS.values() for key in layout.options}
+    assert set(dataset["reading"]["properties"]) == options
+    common = (ROOT / "workflow" / "rules" / "common.smk").read_text()
+    for layout in LAYOUTS.values():
+        for key in layout.options:
+            assert f'"{key}": "{layout.name}"' in common
 
 
 def test_scripts_are_thin():

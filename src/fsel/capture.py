@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -112,26 +113,13 @@ class Capture:
         _expect(len(self.sequences) == n, f"sequences must name {n} frames", self.source)
         if self.masks is not None:
             _shape("masks", self.masks, self.images.shape[:3], self.source)
-        self._check_poses()
-
-    def _check_poses(self) -> None:
-        for i, (pose, k) in enumerate(zip(self.world_to_camera, self.intrinsics, strict=True)):
-            where = f"{self.source}: frame {self.names[i]!r}"
-            _expect(np.isfinite(pose).all(), f"pose is not finite: {pose.tolist()}", where)
+        check_poses(self.names, self.world_to_camera, self.source)
+        k = self.intrinsics
+        for i in np.flatnonzero(~(np.isfinite(k).all(axis=1) & (k[:, :2] > 0).all(axis=1)))[:1]:
             _expect(
-                np.isfinite(k).all() and (k[:2] > 0).all(),
-                f"intrinsics must be finite with positive focal lengths, got {k.tolist()}",
-                where,
-            )
-            rotation = pose[:, :3]
-            off = np.abs(rotation @ rotation.T - np.eye(3)).max()
-            determinant = np.linalg.det(rotation)
-            _expect(
-                off < ROTATION_TOLERANCE and determinant > 0,
-                f"rotation has determinant {determinant:.6g} and is {off:.2g} from orthonormal; "
-                "a determinant of -1 is a reflection (wrong axis convention), another value an "
-                "unnormalised quaternion",
-                where,
+                False,
+                f"intrinsics must be finite with positive focal lengths, got {k[i].tolist()}",
+                f"{self.source}: frame {self.names[i]!r}",
             )
 
     def __len__(self) -> int:
@@ -179,8 +167,12 @@ class Capture:
             masks=masks,
         )
 
-    def save(self, folder: str | Path) -> None:
-        """Write frames.parquet, points.parquet, images.npy (and masks.npy) into `folder`."""
+    def save(self, folder: str | Path, **found) -> None:
+        """Write frames.parquet, points.parquet, images.npy (and masks.npy) into `folder`.
+
+        Arrays that already are those files, streamed there while they were made, stay as they are.
+        What was `found` while the capture was read goes into the metadata of frames.parquet.
+        """
         import pandas as pd  # here: it takes longer to import than a selection takes
 
         folder = Path(folder)
@@ -192,12 +184,14 @@ class Capture:
                 frames[f"w2c_{row}{column}"] = self.world_to_camera[:, row, column]
         for column, label in enumerate(("fx", "fy", "cx", "cy")):
             frames[label] = self.intrinsics[:, column]
-        frames.attrs["source"] = self.source
+        frames.attrs |= {"source": self.source, **found}
         frames.to_parquet(folder / "frames.parquet", index=False)
         _points_frame(self.points).to_parquet(folder / "points.parquet", index=False)
-        np.save(folder / "images.npy", np.ascontiguousarray(self.images))
+        _save_array(self.images, folder / "images.npy")
         if self.masks is not None:
-            np.save(folder / "masks.npy", self.masks)
+            _save_array(self.masks, folder / "masks.npy")
+        else:
+            (folder / "masks.npy").unlink(missing_ok=True)  # of a capture saved here before
 
     @classmethod
     def load(cls, folder: str | Path) -> Capture:
@@ -217,6 +211,29 @@ class Capture:
             points=_points_from(pd.read_parquet(folder / "points.parquet")),
             masks=np.load(masks, mmap_mode="r") if masks.exists() else None,
             source=frames.attrs.get("source", str(folder)),
+        )
+
+
+def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) -> None:
+    """Refuse (N, 3, 4) poses that are not finite or no rotations, naming the frame.
+
+    Raises:
+        ValueError: with the pose's determinant and what it usually means.
+    """
+    finite = np.isfinite(world_to_camera).all(axis=(1, 2))
+    for i in np.flatnonzero(~finite)[:1]:
+        where = f"{source}: frame {names[i]!r}"
+        _expect(False, f"pose is not finite: {world_to_camera[i].tolist()}", where)
+    rotation = world_to_camera[:, :, :3]
+    off = np.abs(rotation @ rotation.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+    determinant = np.linalg.det(rotation)
+    for i in np.flatnonzero((off >= ROTATION_TOLERANCE) | (determinant <= 0))[:1]:
+        _expect(
+            False,
+            f"rotation has determinant {determinant[i]:.6g} and is {off[i]:.2g} from orthonormal; "
+            "a determinant of -1 is a reflection (wrong axis convention), another value an "
+            "unnormalised quaternion",
+            f"{source}: frame {names[i]!r}",
         )
 
 
@@ -246,6 +263,12 @@ def _points_from(table: pd.DataFrame) -> SparsePoints | None:
         track_point=np.repeat(np.arange(len(table)), lengths),
         track_frame=np.concatenate(table["track"].to_list()).astype(np.int64),
     )
+
+
+def _save_array(array: np.ndarray, path: Path) -> None:
+    stored = getattr(array, "filename", None)
+    if stored is None or Path(stored) != path.resolve():
+        np.save(path, np.ascontiguousarray(array))
 
 
 def _shrink(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:

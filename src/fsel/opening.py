@@ -12,7 +12,7 @@ from fsel.capture import Capture, SparsePoints
 from fsel.glance import Progress, in_parallel, in_silence
 from fsel.layouts import read_raw
 from fsel.layouts.base import RawPoints
-from fsel.layouts.ingest import ingest, natural_order
+from fsel.layouts.ingest import in_order, ingest
 from fsel.recording import Camera
 
 LONG_SIDE = 128  # pixels of the images that descriptors are made from
@@ -89,22 +89,13 @@ def open_capture(path: str | Path, layout: str = "auto", long_side: int = LONG_S
     """
     folder = Path(path)
     known, raw = read_raw(folder, layout)
-    capture = ingest(raw, known, folder, long_side, lazy=True)
-    order = natural_order(raw)
-
-    def points() -> RawPoints | None:
-        found = raw.points() if raw.points else None
-        if found is None:
-            return None
-        position = np.argsort(order)
-        return RawPoints(found.xyz, found.rgb, found.track_point, position[found.track_frame])
-
+    raw = in_order(raw, f"{known.name} at {folder}")
     return Opened(
         folder=folder,
         layout=known.name,
-        capture=capture,
-        files=[raw.images[i] for i in order],
-        cameras=[raw.cameras[i] for i in order],
+        capture=ingest(raw, known, folder, long_side, lazy=True),
+        files=raw.images,
+        cameras=raw.cameras,
         dropped=raw.dropped,
-        _points=points,
+        _points=raw.sparse,
     )

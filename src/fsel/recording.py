@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pycolmap
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,17 @@ class Camera:
     width: int
     height: int
     params: tuple[float, ...]
+
+    @property
+    def colmap(self) -> pycolmap.Camera:
+        """The same camera for pycolmap, which projects, unprojects and undistorts.
+
+        Raises:
+            ValueError: for a model that COLMAP does not have, or a wrong number of parameters.
+        """
+        return pycolmap.Camera(
+            model=self.model, width=self.width, height=self.height, params=list(self.params)
+        )
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ rule generate:
 rule ingest:
     input:
         capture=raw_capture,
-        lib=library("capture", "recording", "layouts", "pipeline/captures"),
+        lib=library("capture", "geometry", "recording", "layouts", "pipeline/captures"),
     output:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
@@ -53,7 +53,7 @@ rule ingest:
         mem_mb=2000,
         runtime=30,
     params:
-        layout=lambda wildcards: config["datasets"][wildcards.dataset]["layout"],
+        reading=lambda wildcards: reading(wildcards.dataset),
         long_side=config["long_side"],
         at_least=lambda wildcards: frames_needed(
             role_of(wildcards.dataset, wildcards.scene)

@@ -9,6 +9,12 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import validate
 
 ROLES = ("train", "validation", "evaluation")
+READING = {
+    "focal": "tanks_and_temples",
+    "instance": "scannet",
+    "min_quality": "co3d",
+    "pose_source": "seven_scenes",
+}
 LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
 
 
@@ -64,8 +70,39 @@ def check_dataset(name, dataset):
             f"{where}.layout is `auto`",
             "name the layout that embedded captures are written in",
         )
+    check_reading(where, dataset)
     if "root" in dataset:
         check_folders(where, Path(dataset["root"]), named)
+
+
+def check_reading(where, dataset):
+    """Refuse what the layout's reader would refuse later."""
+    if (dataset["poses"] == "file") != ("model" in dataset):
+        refuse(
+            f"{where}.poses is {dataset['poses']!r} and model {dataset.get('model')!r}",
+            "`poses: file` needs `model`, a folder inside each scene, and nothing else does",
+        )
+    for key in dataset["reading"]:
+        if dataset["layout"] not in ("auto", READING[key]):
+            refuse(
+                f"{where}.reading.{key}: layout {dataset['layout']} does not take it",
+                f"only {READING[key]} does",
+            )
+
+
+def reading(name):
+    """How a dataset's captures are read."""
+    keys = (
+        "layout",
+        "poses",
+        "model",
+        "points",
+        "every",
+        "max_error",
+        "reading",
+    )
+    dataset = config["datasets"][name]
+    return {key: dataset[key] for key in keys if key in dataset}
 
 
 def check_folders(where, root, named):

@@ -13,7 +13,7 @@ with job(snakemake):
     ingest(
         snakemake.input.capture,
         Path(snakemake.output.frames).parent,
-        layout=snakemake.params.layout,
-        long_side=snakemake.params.long_side,
         at_least=snakemake.params.at_least,
+        long_side=snakemake.params.long_side,
+        **snakemake.params.reading,
     )

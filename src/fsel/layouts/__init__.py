@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import logging
+from collections import Counter
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fsel.capture import Capture
 from fsel.layouts import (
+    co3d,
     colmap,
     dl3dv,
     mipnerf360,
     nerfstudio,
+    scannet,
     scannetpp,
     seven_scenes,
+    sfm,
     tanks_and_temples,
 )
 from fsel.layouts.base import Layout, RawCapture
-from fsel.layouts.ingest import ingest
+from fsel.layouts.checks import Agreement, measure
+from fsel.layouts.ingest import in_order, ingest, natural_order
 
 log = logging.getLogger(__name__)
 
@@ -26,43 +32,160 @@ LAYOUTS: dict[str, Layout] = {
         scannetpp.DSLR,
         scannetpp.IPHONE,
         seven_scenes.LAYOUT,
+        scannet.LAYOUT,
+        co3d.LAYOUT,
         dl3dv.LAYOUT,
         mipnerf360.LAYOUT,
+        tanks_and_temples.LAYOUT,
         nerfstudio.LAYOUT,
         colmap.LAYOUT,
-        tanks_and_temples.LAYOUT,
     )
 }
 """By name, the most particular first: the order in which `auto` asks."""
+POSES = ("layout", "colmap", "file")
+POINTS = ("layout", "triangulate")
+MAX_ERROR = 0.02  # median reprojection or epipolar error, as a share of the image's longer side
+TRIANGULATION_LONG_SIDE = 800
 
 
-def read_raw(path: str | Path, layout: str = "auto") -> tuple[Layout, RawCapture]:
-    """What a capture's files say, before images are opened; see `read_capture`."""
-    folder = Path(path)
-    if not folder.is_dir():
-        raise FileNotFoundError(f"{folder}: no such folder")
-    if layout == "auto":
-        found = [known for known in LAYOUTS.values() if known.recognises(folder)]
-        if not found:
-            raise ValueError(f"{folder}: no known layout; known: {', '.join(LAYOUTS)}")
-        log.info("%s: recognised as %s", folder, found[0].name)
-        return found[0], found[0].read(folder)
-    if layout not in LAYOUTS:
-        raise ValueError(f"layout is {layout!r}; allowed: auto, {', '.join(LAYOUTS)}")
-    return LAYOUTS[layout], LAYOUTS[layout].read(folder)
+@dataclass(frozen=True)
+class Ingestion:
+    """A capture, and what was found while it was read.
+
+    Attributes:
+        capture: the canonical capture.
+        agreement: how well its poses, cameras and images agree.
+        dropped: frames left out, and why.
+    """
+
+    capture: Capture
+    agreement: Agreement
+    dropped: dict[str, str]
 
 
-def read_capture(path: str | Path, layout: str = "auto", long_side: int = 128) -> Capture:
-    """Read a capture from disk.
+def recognise(folder: str | Path) -> list[str]:
+    """Names of the layouts that a folder looks like, the most particular first."""
+    return [layout.name for layout in LAYOUTS.values() if layout.recognises(Path(folder))]
+
+
+def read_raw(
+    path: str | Path, layout: str = "auto", reading: dict | None = None
+) -> tuple[Layout, RawCapture]:
+    """What a capture's files say, before images are opened; see `read_folder`."""
+    found = _layout_of(Path(path), layout)
+    for key in reading or {}:
+        if key not in found.options:
+            allowed = ", ".join(found.options) or "nothing"
+            raise ValueError(f"reading.{key}: layout {found.name} takes {allowed}")
+    return found, found.read(Path(path), **reading or {})
+
+
+def read_capture(
+    path: str | Path, layout: str = "auto", long_side: int = 128, **options
+) -> Capture:
+    """Read a capture from disk; `options` are those of `read_folder`."""
+    return read_folder(path, layout, long_side, **options).capture
+
+
+def read_folder(
+    path: str | Path,
+    layout: str = "auto",
+    long_side: int = 128,
+    *,
+    poses: str = "layout",
+    model: str = "",
+    points: str = "layout",
+    every: int = 1,
+    max_error: float = MAX_ERROR,
+    reading: dict | None = None,
+    store: Path | None = None,
+) -> Ingestion:
+    """Read a capture from disk, and say what was found.
 
     Args:
         path: its folder.
         layout: a key of `LAYOUTS`, or `auto` to recognise it.
         long_side: pixels of the images' longer side.
+        poses: `layout` for the dataset's own; `colmap` for COLMAP's from the images alone; `file`
+            for those of the COLMAP model in the folder `model`.
+        model: folder inside the capture, for `poses="file"`.
+        points: `layout` for the dataset's own, if any; `triangulate` to make them otherwise.
+        every: keep every n-th frame of each sequence.
+        max_error: greatest median disagreement of poses and images, as a share of the images'
+            longer side (see `Agreement`).
+        reading: keywords of the layout's own reader.
+        store: folder for the image arrays, so that memory stays small; None for memory.
 
     Raises:
         FileNotFoundError: when the folder, its model or its images are not there.
-        ValueError: for an unknown layout, or files that contradict themselves.
+        ValueError: for an unknown choice, or files that contradict themselves.
     """
-    known, raw = read_raw(path, layout)
-    return ingest(raw, known, Path(path), long_side)
+    folder = Path(path)
+    _allowed("poses", poses, POSES)
+    _allowed("points", points, POINTS)
+    known, raw = read_raw(folder, layout, reading)
+    source = f"{known.name} at {folder}"
+    raw = in_order(_thinned(_placed(raw, folder, poses, model), every), source)
+    for reason, count in sorted(Counter(raw.dropped.values()).items()):
+        log.info("%s: left out %d frames: %s", source, count, reason)
+    agreement = _verified(raw, source, max_error)
+    capture = ingest(raw, known, folder, long_side, store=store)
+    if points == "triangulate" and capture.points is None:
+        large = ingest(raw, known, folder, TRIANGULATION_LONG_SIDE)
+        capture = replace(capture, points=sfm.triangulate(large))
+    return Ingestion(capture, agreement, raw.dropped)
+
+
+def _layout_of(folder: Path, layout: str) -> Layout:
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder}: no such folder")
+    if layout != "auto":
+        _allowed("layout", layout, ("auto", *LAYOUTS))
+        return LAYOUTS[layout]
+    found = recognise(folder)
+    if not found:
+        inner = [child.name for child in sorted(folder.iterdir()) if child.is_dir()]
+        scenes = [name for name in inner if recognise(folder / name)]
+        hint = f"; its folders {scenes[:3]} are captures, give one of them" if scenes else ""
+        raise ValueError(f"{folder}: no known layout{hint}; known: {', '.join(LAYOUTS)}")
+    also = f" (it also looks like {', '.join(found[1:])})" if found[1:] else ""
+    log.info("%s: recognised as %s%s", folder, found[0], also)
+    return LAYOUTS[found[0]]
+
+
+def _placed(raw: RawCapture, folder: Path, poses: str, model: str) -> RawCapture:
+    if poses == "colmap":
+        return sfm.reconstruct(raw)
+    if poses == "file":
+        if not model:
+            raise ValueError(f"{folder}: poses are from a file, but `model` names no folder")
+        return sfm.with_model(raw, colmap.load_model(folder / model), f"not in {model}")
+    return raw
+
+
+def _thinned(raw: RawCapture, every: int) -> RawCapture:
+    """Every n-th frame of each sequence, in natural order."""
+    if every == 1:
+        return raw
+    rows: dict[str, list[int]] = {}
+    for i in natural_order(raw):
+        rows.setdefault(raw.sequences[i], []).append(i)
+    kept = sorted(i for row in rows.values() for i in row[::every])
+    return raw.subset(kept, f"not one of every {every}")
+
+
+def _verified(raw: RawCapture, source: str, bound: float) -> Agreement:
+    """How well the parts agree, refused where they do not."""
+    agreement = measure(raw, bound)
+    log.info("%s: %s", source, agreement)
+    if agreement.share > bound:
+        raise ValueError(
+            f"{source}: {agreement}; allowed is a median of {bound * agreement.long_side:.1f}. "
+            f"Likely cause: {agreement.cause}. Hint: `max_error` is the bound"
+        )
+    return agreement
+
+
+def _allowed(key: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise ValueError(f"{key} is {value!r}; allowed: {', '.join(allowed)}")

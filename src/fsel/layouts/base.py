@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
+from fsel.layouts.images import Image
 from fsel.recording import Camera, Recording
 
 OPENGL_TO_OPENCV = np.diag([1.0, -1.0, -1.0])
@@ -26,12 +29,14 @@ class RawPoints:
         rgb: (M, 3) uint8.
         track_point: (L,) int64.
         track_frame: (L,) int64.
+        track_xy: (L, 2) float64, pixels in the frame as its camera states it, distorted.
     """
 
     xyz: np.ndarray
     rgb: np.ndarray
     track_point: np.ndarray
     track_frame: np.ndarray
+    track_xy: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -40,23 +45,58 @@ class RawCapture:
 
     Attributes:
         names: frame names, any order.
-        images: file of each frame.
+        images: file, or frame of a video, of each frame.
         world_to_camera: (N, 3, 4) float64, OpenCV axes.
         cameras: one a frame, at the size that the files state.
         sequences: pass label of each frame.
-        masks: mask file of each frame, or None.
+        masks: mask of each frame, or None.
+        mask_values: least and greatest value of a mask's pixels that count.
         points: reads the sparse points, which takes a while; None where there are none.
         dropped: frames left out, and why.
     """
 
     names: list[str]
-    images: list[Path]
+    images: list[Image]
     world_to_camera: np.ndarray
     cameras: list[Camera]
     sequences: list[str]
-    masks: list[Path] | None = None
+    masks: list[Image] | None = None
+    mask_values: tuple[int, int] = (1, 255)
     points: Callable[[], RawPoints | None] | None = None
     dropped: dict[str, str] = field(default_factory=dict)
+
+    def sparse(self) -> RawPoints | None:
+        """The sparse points, read now."""
+        return self.points() if self.points else None
+
+    def subset(self, rows: list[int], reason: str = "") -> RawCapture:
+        """The frames at `rows`, in that order; the others are dropped for `reason`."""
+        kept = set(rows)
+        gone = {name: reason for i, name in enumerate(self.names) if i not in kept}
+        return replace(
+            self,
+            names=[self.names[i] for i in rows],
+            images=[self.images[i] for i in rows],
+            world_to_camera=np.asarray(self.world_to_camera, np.float64)[rows],
+            cameras=[self.cameras[i] for i in rows],
+            sequences=[self.sequences[i] for i in rows],
+            masks=[self.masks[i] for i in rows] if self.masks else None,
+            points=cache(lambda: _of_frames(self.sparse(), rows, len(self.names))),
+            dropped=self.dropped | gone,
+        )
+
+
+def _of_frames(points: RawPoints | None, rows: list[int], count: int) -> RawPoints | None:
+    """The same points with the tracks of the frames at `rows` only, renumbered."""
+    if points is None:
+        return None
+    position = np.full(count, -1, np.int64)
+    position[rows] = np.arange(len(rows))
+    frame = position[points.track_frame]
+    kept = frame >= 0
+    return RawPoints(
+        points.xyz, points.rgb, points.track_point[kept], frame[kept], points.track_xy[kept]
+    )
 
 
 @dataclass(frozen=True)
@@ -66,14 +106,16 @@ class Layout:
     Attributes:
         name: key in the registry and in the config.
         recognises: (folder) -> whether it looks like this layout.
-        read: (folder) -> raw capture.
+        read: (folder, **options) -> raw capture.
         write: (recording, folder) -> None, for the layouts that embedded captures use.
+        options: keywords that `read` takes.
     """
 
     name: str
     recognises: Callable[[Path], bool]
-    read: Callable[[Path], RawCapture]
+    read: Callable[..., RawCapture]
     write: Callable[[Recording, Path], None] | None = None
+    options: tuple[str, ...] = ()
 
 
 def read_json(path: Path) -> dict:
@@ -87,12 +129,45 @@ def read_json(path: Path) -> dict:
     return content
 
 
-def inside(folder: Path, relative: str, source: Path) -> Path:
+def inside(folder: Path, relative: str | Path, source: Path) -> Path:
     """A path that a file names, refused where it leads out of the capture."""
-    path = (folder / relative).resolve()
-    if not path.is_relative_to(folder.resolve()):
-        raise ValueError(f"{source}: file_path {relative!r} leads outside {folder}")
+    path = Path(os.path.normpath(folder / relative))
+    if not path.is_relative_to(os.path.normpath(folder)):
+        raise ValueError(f"{source}: file_path {str(relative)!r} leads outside {folder}")
     return path
+
+
+def read_matrix(path: Path, shape: tuple[int, int] = (4, 4)) -> np.ndarray:
+    """A matrix of numbers in a text file, whatever its line breaks; -inf and nan are numbers.
+
+    Raises:
+        ValueError: when the file is missing, holds something else, or another count of numbers.
+    """
+    try:
+        values = np.array(path.read_text().split(), np.float64)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path}: not readable as numbers ({error})") from error
+    if values.size != np.prod(shape):
+        raise ValueError(
+            f"{path}: expected a {shape[0]}x{shape[1]} matrix, got {values.size} numbers"
+        )
+    return values.reshape(shape)
+
+
+def matched(names: list[str], others: list[str]) -> dict[str, int]:
+    """Which of `names` each of `others` is: by whole names, else by file names, else by stems.
+
+    A way of comparing under which two of `names` are alike is passed over.
+
+    Returns:
+        Other name -> index into `names`, for those that are found.
+    """
+    for key in (str, lambda name: Path(name).name, lambda name: Path(name).stem):
+        rows = {key(name): i for i, name in enumerate(names)}
+        found = {other: rows[key(other)] for other in others if key(other) in rows}
+        if found and len(rows) == len(names):
+            return found
+    return {}
 
 
 def natural(name: str) -> list:

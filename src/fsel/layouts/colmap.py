@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pycolmap
 
-from fsel.layouts.base import Layout, RawCapture, RawPoints
+from fsel.layouts.base import Layout, RawCapture, RawPoints, inside, matched
 from fsel.recording import Camera, Recording
 
 MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0", "colmap", "dense/sparse", ".")
@@ -34,51 +35,87 @@ def find_images(folder: Path) -> Path:
 
 
 def load_model(model: Path) -> pycolmap.Reconstruction:
-    """Read a model, refusing an empty one."""
+    """Read a model, binary or text, with or without rigs.
+
+    Raises:
+        ValueError: when it cannot be read, is empty, or its text lacks a line.
+    """
     try:
         reconstruction = pycolmap.Reconstruction(str(model))
-    except (ValueError, RuntimeError) as error:
+    except (ValueError, RuntimeError, IndexError) as error:
         raise ValueError(f"{model}: not a readable COLMAP model ({error})") from error
     if not reconstruction.images:
         raise ValueError(f"{model}: the COLMAP model holds no images")
+    if not (model / "images.bin").is_file():
+        _complete_names(reconstruction, model / "images.txt")
     return reconstruction
 
 
+def _complete_names(reconstruction: pycolmap.Reconstruction, path: Path) -> None:
+    """Give images of a text model their full names: pycolmap stops at the first space.
+
+    A missing line of 2D points, which must be there though empty, shifts all that follow: refused.
+    """
+    with path.open() as file:
+        lines = [line.rstrip("\r\n") for line in file if not line.startswith("#")]
+    while lines and not lines[-1].strip():
+        lines.pop()
+    for at in range(0, len(lines), 2):
+        fields = lines[at].split(maxsplit=9)
+        points = lines[at + 1].split() if at + 1 < len(lines) else []
+        if len(fields) < 10 or len(points) % 3:
+            raise ValueError(
+                f"{path}: image {at // 2 + 1} is not a line of ten fields followed by a line of "
+                "2D points in threes; a line of points must be there though it be empty"
+            )
+        reconstruction.images[int(fields[0])].name = fields[9]
+
+
 def read(folder: Path) -> RawCapture:
-    """A capture with `sparse/0` (or a sibling) and `images`."""
+    """A capture with `sparse/0` (or a sibling) and `images`; masks from `masks`."""
     model = find_model(folder)
     if model is None:
         allowed = ", ".join(MODEL_FOLDERS)
         raise FileNotFoundError(f"{folder}: no COLMAP model; looked in {allowed}")
-    return from_model(load_model(model), find_images(folder), model)
+    raw = from_model(load_model(model), find_images(folder), model)
+    if not (folder / "masks").is_dir():
+        return raw
+    return replace(raw, masks=[_mask(folder / "masks", name) for name in raw.names])
 
 
-def from_model(
-    reconstruction: pycolmap.Reconstruction, images: Path, model: Path, strip: str = ""
-) -> RawCapture:
+def _mask(folder: Path, name: str) -> Path:
+    """COLMAP appends .png to the image's name; others replace the ending."""
+    appended = folder / f"{name}.png"
+    return appended if appended.is_file() else (folder / name).with_suffix(".png")
+
+
+def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Path) -> RawCapture:
     """A raw capture of a loaded model whose image names lie below `images`."""
-    posed = [image for image in reconstruction.images.values() if image.has_pose]
-    posed.sort(key=lambda image: image.name)
-    names = [image.name.removeprefix(strip) for image in posed]
-    files = _image_files(images, names, model)
+    posed = sorted(
+        (image for image in reconstruction.images.values() if image.has_pose),
+        key=lambda image: image.name,
+    )
+    names = [image.name for image in posed]
     return RawCapture(
         names=names,
-        images=files,
+        images=_image_files(images, names, model),
         world_to_camera=np.array([i.cam_from_world().matrix() for i in posed]),
-        cameras=[_camera(reconstruction.cameras[image.camera_id]) for image in posed],
+        cameras=[camera_of(reconstruction.cameras[image.camera_id]) for image in posed],
         sequences=[str(Path(name).parent) for name in names],
-        points=partial(points_of, reconstruction, {i.image_id: at for at, i in enumerate(posed)}),
+        points=cache(
+            lambda: points_of(reconstruction, {i.image_id: at for at, i in enumerate(posed)})
+        ),
         dropped={i.name: "no pose" for i in reconstruction.images.values() if not i.has_pose},
     )
 
 
 def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
-    """Files by name; where downscaled copies have other endings, by their sorted order."""
-    files = [images / name for name in names]
+    """Files by name; where downscaled copies have other endings, by their stems."""
+    files = [inside(images, name, model) for name in names]
     if all(file.is_file() for file in files):
         return files
     by_stem = {file.stem: file for file in sorted(images.iterdir()) if file.is_file()}
-    found = [by_stem.get(Path(name).stem) for name in names]
+    found = [file if file.is_file() else by_stem.get(file.stem) for file in files]
     missing = [name for name, file in zip(names, found, strict=True) if file is None]
     if missing:
         raise FileNotFoundError(
@@ -87,39 +124,62 @@ def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
     return found
 
 
-def _camera(camera: pycolmap.Camera) -> Camera:
+def camera_of(camera: pycolmap.Camera) -> Camera:
     return Camera(camera.model_name, camera.width, camera.height, tuple(camera.params))
 
 
 def points_of(reconstruction: pycolmap.Reconstruction, rows: dict[int, int]) -> RawPoints | None:
-    """Sparse points with tracks over the frames that `rows` numbers; None where there are none."""
+    """Sparse points with their observations in the frames that `rows` numbers by image id."""
     if not reconstruction.points3D:
         return None
-    xyz, rgb, point, frame = [], [], [], []
-    for at, key in enumerate(sorted(reconstruction.points3D)):
-        entry = reconstruction.points3D[key]
-        xyz.append(entry.xyz)
-        rgb.append(entry.color)
-        seen = sorted({rows[e.image_id] for e in entry.track.elements if e.image_id in rows})
-        point += [at] * len(seen)
-        frame += seen
+    keys = sorted(reconstruction.points3D)
+    entries = [reconstruction.points3D[key] for key in keys]
+    number = dict(zip(keys, range(len(keys)), strict=True))
+    seen = [
+        (number[p.point3D_id], row, *p.xy)
+        for image, row in sorted(rows.items(), key=lambda item: item[1])
+        for p in reconstruction.images[image].get_observation_points2D()
+    ]
+    table = np.array(seen, np.float64).reshape(-1, 4)
+    order = np.lexsort((table[:, 1], table[:, 0]))
+    _, first = np.unique(table[order, :2], axis=0, return_index=True)  # one sight a frame
+    table = table[order][first]
     return RawPoints(
-        np.array(xyz), np.array(rgb, np.uint8), np.array(point, np.int64), np.array(frame, np.int64)
+        xyz=np.array([entry.xyz for entry in entries]),
+        rgb=np.array([entry.color for entry in entries], np.uint8),
+        track_point=table[:, 0].astype(np.int64),
+        track_frame=table[:, 1].astype(np.int64),
+        track_xy=table[:, 2:],
     )
+
+
+def with_points(raw: RawCapture, model: Path) -> RawCapture:
+    """Add the points of a COLMAP model to a capture of the same world, images matched by name."""
+    return replace(raw, points=cache(lambda: _points_beside(raw, model)))
+
+
+def _points_beside(raw: RawCapture, model: Path) -> RawPoints | None:
+    """Where the model states its cameras at another size, observations are brought to `raw`'s."""
+    reconstruction = load_model(model)
+    rows = matched(raw.names, [image.name for image in reconstruction.images.values()])
+    images = [i for i in reconstruction.images.values() if i.name in rows]
+    numbered = {image.image_id: rows[image.name] for image in images}
+    points = points_of(reconstruction, numbered)
+    if points is None:
+        return None
+    scale = np.ones((len(raw.names), 2))
+    for image in images:
+        stated, own = raw.cameras[numbered[image.image_id]], reconstruction.cameras[image.camera_id]
+        scale[numbered[image.image_id]] = [stated.width / own.width, stated.height / own.height]
+    return replace(points, track_xy=points.track_xy * scale[points.track_frame])
 
 
 def build_model(recording: Recording, camera: Camera, names: list[str], keep: np.ndarray):
     """A pycolmap model of a recording's kept frames, its observations scaled to `camera`."""
     model = pycolmap.Reconstruction()
-    model.add_camera_with_trivial_rig(
-        pycolmap.Camera(
-            camera_id=1,
-            model=camera.model,
-            width=camera.width,
-            height=camera.height,
-            params=list(camera.params),
-        )
-    )
+    lens = camera.colmap
+    lens.camera_id = 1
+    model.add_camera_with_trivial_rig(lens)
     scale = camera.width / recording.camera.width
     order = np.argsort(recording.track_frame, kind="stable")
     starts = np.searchsorted(recording.track_frame[order], np.arange(len(names) + 1))
@@ -148,6 +208,12 @@ def scaled(camera: Camera, factor: int) -> Camera:
     lengths = {"PINHOLE": 4, "OPENCV": 4, "OPENCV_FISHEYE": 4}[camera.model]
     params = tuple(p * factor if i < lengths else p for i, p in enumerate(camera.params))
     return Camera(camera.model, camera.width * factor, camera.height * factor, params)
+
+
+def write_text(model: pycolmap.Reconstruction, folder: Path) -> None:
+    """Write a model's text files into a new folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    model.write_text(str(folder))
 
 
 def write_binary(model: pycolmap.Reconstruction, folder: Path) -> None:

@@ -1,10 +1,13 @@
-"""DL3DV: nerfstudio files whose intrinsics are at full resolution though only images_4 ship."""
+"""DL3DV: nerfstudio files whose intrinsics are at full resolution though only images_4 ship.
+
+The benchmark holds two distributions of a scene, `nerfstudio` (distorted images) and
+`gaussian_splat` (COLMAP, undistorted); their poses and cameras do not mix. The 10K release and its
+sample hold the first alone.
+"""
 
 from __future__ import annotations
 
 import json
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,34 +17,37 @@ from fsel.layouts.base import OLD_APPLIED_TRANSFORM, Layout, RawCapture
 from fsel.recording import Recording
 
 FACTOR = 4
+SPLATS = "gaussian_splat"
 
 
-def _root(folder: Path) -> Path:
-    return folder / "nerfstudio" if (folder / "nerfstudio").is_dir() else folder
+def _root(folder: Path) -> Path | None:
+    """The folder of transforms.json with downscaled images: the scene's own, or one inside."""
+    for root in (folder / "nerfstudio", folder / "colmap", folder):
+        small = (root / "images_4").is_dir() or (root / "images_8").is_dir()
+        if (root / "transforms.json").is_file() and small:
+            return root
+    return None
 
 
 def recognises(folder: Path) -> bool:
-    """transforms.json with downscaled images only."""
-    root = _root(folder)
-    small = (root / "images_4").is_dir() or (root / "images_8").is_dir()
-    return (root / "transforms.json").is_file() and small
+    """Downscaled images with transforms.json, or gaussian_splat alone."""
+    splats = (folder / SPLATS / "sparse" / "0").is_dir()
+    return _root(folder) is not None or splats
 
 
 def read(folder: Path) -> RawCapture:
-    """Either distribution; points from colmap/sparse/0 where it is there."""
+    """Either distribution, `nerfstudio` where both ship; points from its colmap/sparse/0."""
     root = _root(folder)
+    if root is None and (folder / SPLATS).is_dir():
+        return colmap.read(folder / SPLATS)
+    if root is None:
+        raise FileNotFoundError(
+            f"{folder}: no transforms.json with images_4 or images_8, and no {SPLATS}; some scenes "
+            "of the release have none: leave this one out"
+        )
     raw = nerfstudio.from_json(root / "transforms.json", root, undo=OLD_APPLIED_TRANSFORM)
     model = root / "colmap" / "sparse" / "0"
-    if not model.is_dir():
-        return raw
-    reconstruction = colmap.load_model(model)
-    rows = {name: i for i, name in enumerate(raw.names)}
-    numbered = {
-        image.image_id: rows[Path(image.name).name]
-        for image in reconstruction.images.values()
-        if Path(image.name).name in rows
-    }
-    return replace(raw, points=partial(colmap.points_of, reconstruction, numbered))
+    return colmap.with_points(raw, model) if model.is_dir() else raw
 
 
 def write(recording: Recording, folder: Path) -> None:

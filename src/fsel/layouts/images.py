@@ -1,24 +1,99 @@
-"""Image files: opening them with care, and writing them."""
+"""Images in files and videos: opening them with care, writing them, storing them as one array."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
+from types import TracebackType
 
 import cv2
 import numpy as np
 
+# as the sensor stored it: cameras describe the pixels before any turn that EXIF asks for
+STORED = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 ENCODING = {
     ".png": [cv2.IMWRITE_PNG_COMPRESSION, 1],
     ".jpg": [cv2.IMWRITE_JPEG_QUALITY, 97],
 }
 
 
-def load(path: Path, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
-    """RGB (or grey) uint8 image.
+class Video:
+    """A video read frame by frame; fast when the frames are asked for in order."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._capture: cv2.VideoCapture | None = None
+        self._next = 0
+        self._lock = Lock()
+
+    def read(self, index: int) -> np.ndarray:
+        """(h, w, 3) uint8 RGB of the frame at `index`.
+
+        Raises:
+            ValueError: when the video cannot be opened or ends before.
+        """
+        with self._lock:
+            if self._capture is None or index < self._next:
+                self._capture, self._next = cv2.VideoCapture(str(self.path)), 0
+                if not self._capture.isOpened():
+                    raise ValueError(f"{self.path}: not a readable video")
+            while self._next <= index:
+                if not self._capture.grab():
+                    raise ValueError(
+                        f"{self.path}: ends after {self._next} frames, {index} is wanted"
+                    )
+                self._next += 1
+            return np.ascontiguousarray(self._capture.retrieve()[1][..., ::-1])
+
+
+@dataclass(frozen=True)
+class VideoFrame:
+    """One frame of a video.
+
+    Attributes:
+        video: shared by all of its frames.
+        index: from 0.
+    """
+
+    video: Video
+    index: int
+
+    def __str__(self) -> str:
+        return f"{self.video.path}: frame {self.index}"
+
+
+Image = Path | VideoFrame
+
+
+def load(source: Image, flags: int = STORED) -> np.ndarray:
+    """(h, w, 3) uint8 RGB image, or (h, w) grey where `flags`, OpenCV's of a file, say so.
 
     Raises:
         ValueError: for a missing, empty or truncated file, named.
     """
+    if isinstance(source, VideoFrame):
+        image = source.video.read(source.index)
+        return image if flags & cv2.IMREAD_COLOR else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    image = _decoded(source, flags)
+    return image[..., ::-1] if image.ndim == 3 else image
+
+
+def load_mask(source: Image, values: tuple[int, int]) -> np.ndarray:
+    """(h, w) bool: where a mask's first channel lies within `values`, both included.
+
+    Raises:
+        ValueError: for a missing, empty or truncated file, named.
+    """
+    if isinstance(source, VideoFrame):
+        grey = source.video.read(source.index)[..., 0]
+    else:
+        grey = _decoded(source, cv2.IMREAD_UNCHANGED)
+        grey = grey[..., 0] if grey.ndim == 3 else grey
+    return (grey >= values[0]) & (grey <= values[1])
+
+
+def _decoded(path: Path, flags: int) -> np.ndarray:
     if not path.is_file():
         raise ValueError(f"{path}: image file is missing")
     content = path.read_bytes()
@@ -29,7 +104,7 @@ def load(path: Path, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
     image = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
     if image is None:
         raise ValueError(f"{path}: not a readable image ({len(content)} bytes)")
-    return image[..., ::-1] if image.ndim == 3 else image
+    return image
 
 
 def _truncated(content: bytes) -> bool:
@@ -53,3 +128,55 @@ def write(frames: np.ndarray, folder: Path, names: list[str]) -> None:
         if not done:
             raise ValueError(f"{path}: could not be encoded")
         path.write_bytes(content.tobytes())
+
+
+class ArrayFile:
+    """(count, ...) array that is filled item by item: in memory, or on disk as a .npy file.
+
+    On disk the items are appended, so that memory holds one of them whatever their number; the
+    file appears under its name when the block ends without an error.
+    """
+
+    def __init__(self, count: int, path: Path | None) -> None:
+        self._count, self._path = count, path
+        self._items: list[np.ndarray] = []
+        self._file = None
+        self._started = False
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._partial = path.with_name(f".{path.name}")
+            self._file = self._partial.open("wb")
+
+    def __enter__(self) -> ArrayFile:
+        return self
+
+    def append(self, item: np.ndarray) -> None:
+        """Store the next item; all share one shape and type."""
+        if self._file is None:
+            self._items.append(item)
+            return
+        if not self._started:
+            header = {
+                "descr": np.lib.format.dtype_to_descr(item.dtype),
+                "fortran_order": False,
+                "shape": (self._count, *item.shape),
+            }
+            np.lib.format.write_array_header_1_0(self._file, header)
+            self._started = True
+        self._file.write(np.ascontiguousarray(item).data)
+
+    def __exit__(
+        self, kind: type | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._file is not None:
+            self._file.close()
+            if error is None:
+                self._partial.replace(self._path)
+            else:
+                self._partial.unlink()
+
+    def array(self) -> np.ndarray:
+        """All items, after the block: an array, or a read-only map of the file."""
+        if self._path is None:
+            return np.stack(self._items)
+        return np.load(self._path, mmap_mode="r")

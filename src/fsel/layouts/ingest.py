@@ -1,28 +1,39 @@
-"""From raw files to the canonical capture: order, sizes, undistortion, resizing; once, here."""
+"""From raw files to the canonical capture: order, checks, undistortion, resizing; once, here."""
 
 from __future__ import annotations
 
 import logging
+import time
+from collections import Counter
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import Capture, SparsePoints, check_poses
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, natural
+from fsel.layouts.base import Layout, RawCapture, RawPoints, natural
+from fsel.layouts.lens import Lens, prepared
 from fsel.recording import Camera
 
-ASPECT_TOLERANCE = 0.01
 ROUNDING = 1e-3
-HALF = np.array([0.0, 0.0, 0.5, 0.5])  # OpenCV puts the top-left pixel's centre at (0, 0)
+PROGRESS = 500  # frames between two lines in the log
+LENSES = 4  # kept at once: cameras of a capture may be as many as its frames
 log = logging.getLogger(__name__)
 
 
 def ingest(
-    raw: RawCapture, layout: Layout, folder: Path, long_side: int, *, lazy: bool = False
+    raw: RawCapture,
+    layout: Layout,
+    folder: Path,
+    long_side: int,
+    *,
+    lazy: bool = False,
+    store: Path | None = None,
 ) -> Capture:
-    """Open, undistort and resize every image of a raw capture.
+    """Open, undistort and resize every image of a raw capture, one by one.
 
     Args:
         raw: what the layout's reader found.
@@ -31,27 +42,26 @@ def ingest(
         long_side: pixels of the longer side; smaller images keep their size.
         lazy: open images only when they are asked for, each time anew, and leave masks and
             points out; for those who need poses above all.
+        store: folder that receives images.npy and masks.npy, so that memory holds one frame at a
+            time; None keeps them in memory.
 
     Raises:
         ValueError: for an unreadable image, sizes that contradict the camera, or a bad pose; the
             message names the file.
     """
-    for name, reason in sorted(raw.dropped.items()):
-        log.info("%s: left out %s: %s", folder, name, reason)
     source = f"{layout.name} at {folder}"
-    if len(set(raw.names)) != len(raw.names):
-        twice = sorted({n for n in raw.names if raw.names.count(n) > 1})
-        raise ValueError(f"{source}: duplicate frame names {twice[:3]}")
-    order = natural_order(raw)
-    opened = _unopened if lazy else _opened
-    frames, intrinsics, masks = opened(raw, order, long_side)
+    raw = in_order(raw, source)
+    if lazy:
+        frames, intrinsics, masks = *_unopened(raw, long_side), None
+    else:
+        frames, intrinsics, masks = _opened(raw, source, long_side, store)
     return Capture(
-        names=tuple(raw.names[i] for i in order),
-        world_to_camera=_rigid(np.asarray(raw.world_to_camera, np.float64)[order]),
+        names=tuple(raw.names),
+        world_to_camera=raw.world_to_camera,
         intrinsics=intrinsics,
         images=frames,
-        sequences=tuple(raw.sequences[i] for i in order),
-        points=None if lazy else _renumbered(raw, order),
+        sequences=tuple(raw.sequences),
+        points=None if lazy else _sparse(raw.sparse()),
         masks=masks,
         source=source,
     )
@@ -62,46 +72,75 @@ def natural_order(raw: RawCapture) -> list[int]:
     return sorted(range(len(raw.names)), key=lambda i: natural(raw.names[i]))
 
 
-def _opened(raw: RawCapture, order: list[int], long_side: int):
-    """Images, intrinsics and masks of all frames."""
-    frames, intrinsics, masks = [], [], []
-    lenses: dict[tuple, _Lens] = {}
-    for i in order:
-        image = images.load(raw.images[i])
-        key = (raw.cameras[i], image.shape)
-        if key not in lenses:
-            lenses[key] = _Lens(raw.cameras[i], image.shape, long_side, raw.images[i])
-        frames.append(lenses[key].straighten(image))
-        intrinsics.append(lenses[key].intrinsics)
-        if raw.masks:
-            mask = images.load(raw.masks[i], cv2.IMREAD_GRAYSCALE)
-            masks.append(lenses[key].straighten((mask == 255).astype(np.uint8) * 255) > 127)
-        _same_size(raw.images[i], frames[-1].shape[1::-1], frames[0].shape[1::-1])
-    return np.stack(frames), np.array(intrinsics), np.stack(masks) if masks else None
+def in_order(raw: RawCapture, source: str) -> RawCapture:
+    """The frames in natural order of their names, with poses that are rotations.
+
+    Raises:
+        ValueError: for no frames, two of one name, or a pose that is no rotation.
+    """
+    twice = sorted(name for name, count in Counter(raw.names).items() if count > 1)
+    if twice:
+        raise ValueError(f"{source}: duplicate frame names {twice[:3]}")
+    if not raw.names:
+        raise ValueError(f"{source}: no frame is left; left out {len(raw.dropped)}")
+    raw = raw.subset(natural_order(raw))
+    raw = replace(raw, world_to_camera=_rigid(raw.world_to_camera))
+    check_poses(raw.names, raw.world_to_camera, source)
+    return raw
 
 
-def _unopened(raw: RawCapture, order: list[int], long_side: int):
-    """A lazy stack of images, intrinsics at the size that the cameras state, no masks."""
-    lenses = {}
-    for i in order:
-        camera = raw.cameras[i]
-        if camera not in lenses:
-            lenses[camera] = _Lens(camera, (camera.height, camera.width), long_side, raw.images[i])
-        _same_size(raw.images[i], lenses[camera].size, lenses[raw.cameras[order[0]]].size)
-    stack = LazyImages(
-        files=[raw.images[i] for i in order],
-        cameras=[raw.cameras[i] for i in order],
-        size=lenses[raw.cameras[order[0]]].size,
-    )
-    return stack, np.array([lenses[raw.cameras[i]].intrinsics for i in order]), None
+def _rigid(poses: np.ndarray) -> np.ndarray:
+    """Poses whose rotations, printed with few digits, are made orthonormal again.
+
+    Only what rounding explains is mended: anything further off is left to be refused.
+    """
+    if not np.isfinite(poses).all():
+        return poses
+    left, stretch, right = np.linalg.svd(poses[:, :, :3])
+    rounded = np.abs(stretch - 1).max(axis=1) < ROUNDING
+    mended = np.where(rounded[:, None, None], left @ right, poses[:, :, :3])
+    return np.concatenate([mended, poses[:, :, 3:]], axis=2)
 
 
-def _same_size(file: Path, size: tuple[int, int], first: tuple[int, int]) -> None:
-    if tuple(size) != tuple(first):
-        raise ValueError(
-            f"{file}: {tuple(size)} pixels after ingestion, others {tuple(first)}; a capture's "
-            "images must share one size"
-        )
+def _opened(
+    raw: RawCapture, source: str, long_side: int, store: Path | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Images, (N, 4) intrinsics, and masks or None, all at the working size."""
+    lens_of = lru_cache(maxsize=LENSES)(Lens)
+    count, size, intrinsics, started = len(raw.names), None, [], time.perf_counter()
+    with (
+        images.ArrayFile(count, store / "images.npy" if store else None) as frames,
+        images.ArrayFile(count, store / "masks.npy" if store and raw.masks else None) as masks,
+    ):
+        for i, (file, camera) in enumerate(zip(raw.images, raw.cameras, strict=True)):
+            image = images.load(file)
+            lens = prepared(lens_of, camera, image, long_side, file)
+            size = size or lens.size
+            _same_size(file, lens.size, size)
+            frames.append(lens.straighten(image))
+            intrinsics.append(lens.intrinsics)
+            if raw.masks:
+                mask = images.load_mask(raw.masks[i], raw.mask_values)
+                lens = prepared(lens_of, camera, mask, long_side, raw.masks[i])
+                _same_size(raw.masks[i], lens.size, size)
+                masks.append(lens.straighten_mask(mask))
+            if (i + 1) % PROGRESS == 0:
+                rate = (i + 1) / (time.perf_counter() - started)
+                log.info("%s: %d of %d frames, %.0f a second", source, i + 1, count, rate)
+    return frames.array(), np.array(intrinsics), masks.array() if raw.masks else None
+
+
+def _unopened(raw: RawCapture, long_side: int) -> tuple[LazyImages, np.ndarray]:
+    """A lazy stack of images, and intrinsics at the size that the cameras state."""
+    lens_of: dict[Camera, Lens] = {}
+    size = None
+    for file, camera in zip(raw.images, raw.cameras, strict=True):
+        if camera not in lens_of:
+            lens_of[camera] = Lens(camera, (camera.width, camera.height), long_side)
+        size = size or lens_of[camera].size
+        _same_size(file, lens_of[camera].size, size)
+    intrinsics = np.array([lens_of[camera].intrinsics for camera in raw.cameras])
+    return LazyImages(raw.images, raw.cameras, size), intrinsics
 
 
 class LazyImages:
@@ -116,8 +155,11 @@ class LazyImages:
     dtype = np.dtype(np.uint8)
     ndim = 4
 
-    def __init__(self, files: list[Path], cameras: list[Camera], size: tuple[int, int]) -> None:
+    def __init__(
+        self, files: list[images.Image], cameras: list[Camera], size: tuple[int, int]
+    ) -> None:
         self._files, self._cameras, self._size = files, cameras, size
+        self._lens_of = lru_cache(maxsize=LENSES)(Lens)
         self.shape = (len(files), size[1], size[0], 3)
 
     def __len__(self) -> int:
@@ -134,8 +176,9 @@ class LazyImages:
         return self[:] if dtype is None else self[:].astype(dtype)
 
     def _open(self, row: int) -> np.ndarray:
-        image = images.load(self._files[row])
-        lens = _Lens(self._cameras[row], image.shape, max(self._size), self._files[row])
+        file, camera = self._files[row], self._cameras[row]
+        image = images.load(file)
+        lens = prepared(self._lens_of, camera, image, max(self._size), file)
         straight = lens.straighten(image)
         if lens.size == self._size:
             return straight
@@ -143,92 +186,15 @@ class LazyImages:
         return cv2.resize(straight, self._size, interpolation=cv2.INTER_AREA)
 
 
-def _rigid(poses: np.ndarray) -> np.ndarray:
-    """Poses whose rotations, printed with few digits, are made orthonormal again.
-
-    Only what rounding explains is mended: anything further off is left for the capture to refuse.
-    """
-    if not np.isfinite(poses).all():
-        return poses
-    left, stretch, right = np.linalg.svd(poses[:, :, :3])
-    rounded = np.abs(stretch - 1).max(axis=1) < ROUNDING
-    mended = np.where(rounded[:, None, None], left @ right, poses[:, :, :3])
-    return np.concatenate([mended, poses[:, :, 3:]], axis=2)
+def _same_size(file: images.Image, size: tuple[int, int], first: tuple[int, int]) -> None:
+    if size != first:
+        raise ValueError(
+            f"{file}: {size} pixels after ingestion, others {first}; a capture's images and masks "
+            "must share one size"
+        )
 
 
-def _renumbered(raw: RawCapture, order: list[int]) -> SparsePoints | None:
-    points = raw.points() if raw.points else None
+def _sparse(points: RawPoints | None) -> SparsePoints | None:
     if points is None:
         return None
-    position = np.empty(len(order), np.int64)
-    position[order] = np.arange(len(order))
-    return SparsePoints(points.xyz, points.rgb, points.track_point, position[points.track_frame])
-
-
-class _Lens:
-    """Undistortion and resizing of one camera's images at one true size."""
-
-    def __init__(self, camera: Camera, shape: tuple, long_side: int, file: Path) -> None:
-        height, width = shape[:2]
-        across, down = width / camera.width, height / camera.height
-        if abs(across / down - 1) > ASPECT_TOLERANCE:
-            raise ValueError(
-                f"{file}: image is {width}x{height} but its camera {camera.width}x{camera.height}; "
-                "the two scales may differ by 1 % at most"
-            )
-        k = _pinhole(camera, file) * [across, down, across, down]
-        extra = np.array(camera.params[DISTORTED.get(camera.model, len(camera.params)) :])
-        self._maps = None
-        if np.any(extra):
-            k, self._maps = _undistortion(camera.model, k, extra, (width, height))
-        scale = min(1.0, long_side / max(width, height))
-        self.size = (max(1, round(width * scale)), max(1, round(height * scale)))
-        self._same = self.size == (width, height)
-        factors = np.array(self.size) / (width, height)
-        self.intrinsics = k * np.tile(factors, 2)
-
-    def straighten(self, image: np.ndarray) -> np.ndarray:
-        """The undistorted, resized image."""
-        if self._maps is not None:
-            image = cv2.remap(image, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        if self._same:
-            return np.ascontiguousarray(image)
-        return cv2.resize(image, self.size, interpolation=cv2.INTER_AREA)
-
-
-DISTORTED = {"OPENCV": 4, "OPENCV_FISHEYE": 4, "SIMPLE_RADIAL": 3, "RADIAL": 3}
-"""Models with distortion, and where its coefficients begin."""
-
-
-def _pinhole(camera: Camera, file: Path) -> np.ndarray:
-    """fx, fy, cx, cy of a camera model."""
-    if camera.model in ("PINHOLE", "OPENCV", "OPENCV_FISHEYE"):
-        return np.array(camera.params[:4], float)
-    if camera.model in ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"):
-        f, cx, cy = camera.params[:3]
-        return np.array([f, f, cx, cy], float)
-    allowed = "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, OPENCV_FISHEYE"
-    raise ValueError(f"{file}: camera model {camera.model} is not supported; allowed: {allowed}")
-
-
-def _undistortion(model: str, k: np.ndarray, extra: np.ndarray, size: tuple[int, int]):
-    """New pinhole intrinsics that leave no invalid border, and remap tables."""
-    matrix = _matrix(k - HALF)
-    if model == "OPENCV_FISHEYE":
-        new = cv2.fisheye.estimateNewCameraMatrixForUndistortRectify(
-            matrix, extra, size, np.eye(3), balance=0.0
-        )
-        maps = cv2.fisheye.initUndistortRectifyMap(
-            matrix, extra, np.eye(3), new, size, cv2.CV_32FC1
-        )
-    else:
-        coefficients = np.zeros(4)
-        coefficients[: len(extra)] = extra
-        new, _ = cv2.getOptimalNewCameraMatrix(matrix, coefficients, size, 0.0)
-        maps = cv2.initUndistortRectifyMap(matrix, coefficients, np.eye(3), new, size, cv2.CV_32FC1)
-    straight = np.array([new[0, 0], new[1, 1], new[0, 2], new[1, 2]]) + HALF
-    return straight, maps
-
-
-def _matrix(k: np.ndarray) -> np.ndarray:
-    return np.array([[k[0], 0, k[2]], [0, k[1], k[3]], [0, 0, 1.0]])
+    return SparsePoints(points.xyz, points.rgb, points.track_point, points.track_frame)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from fsel.layouts.base import Layout, RawCapture
 from fsel.recording import Recording
 
 FACTOR = 4
+COPIES = ("images_4", "images_2", "images")
 
 
 def recognises(folder: Path) -> bool:
@@ -20,12 +22,26 @@ def recognises(folder: Path) -> bool:
 
 
 def read(folder: Path) -> RawCapture:
-    """The smallest copy that ships of images_4, images_2, images; sizes from the images."""
+    """The smallest copy that ships of images_4, images_2, images; sizes from the images.
+
+    Copies may be named differently from `images`, whose names the model has: they are then paired
+    in sorted order.
+    """
     model = folder / "sparse" / "0"
-    for candidate in ("images_4", "images_2", "images"):
-        if (folder / candidate).is_dir():
-            return colmap.from_model(colmap.load_model(model), folder / candidate, model)
-    raise FileNotFoundError(f"{folder}: none of images_4, images_2, images is there")
+    small = next((folder / name for name in COPIES if (folder / name).is_dir()), None)
+    if small is None:
+        raise FileNotFoundError(f"{folder}: none of {', '.join(COPIES)} is there")
+    reconstruction = colmap.load_model(model)
+    full, copies = _files(folder / "images"), _files(small)
+    if len(full) == len(copies) and {f.stem for f in full} != {c.stem for c in copies}:
+        renamed = dict(zip((file.name for file in full), copies, strict=True))
+        raw = colmap.from_model(reconstruction, folder / "images", model)
+        return replace(raw, images=[renamed[name] for name in raw.names])
+    return colmap.from_model(reconstruction, small, model)
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.glob("*") if file.is_file())
 
 
 def write(recording: Recording, folder: Path) -> None:

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.layouts import colmap
 from fsel.layouts.base import (
+    OLD_APPLIED_TRANSFORM,
     OPENGL_TO_OPENCV,
     Layout,
     RawCapture,
@@ -18,83 +20,117 @@ from fsel.recording import Camera
 
 DISTORTION = ("k1", "k2", "p1", "p2")
 FISHEYE = ("k1", "k2", "k3", "k4")
+LISTED = ("k1", "k2", "k3", "k4", "p1", "p2")  # order of distortion_params
+PERSPECTIVE = ("SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV")
 FOLDERS = ("images_2", "images_4", "images_8")
+SPLITS = ("train_filenames", "val_filenames", "test_filenames")
 
 
 def read(folder: Path) -> RawCapture:
-    """A folder with transforms.json, paths relative to it."""
-    return from_json(folder / "transforms.json", folder)
+    """A folder with transforms.json, paths relative to it; points from a model beside it.
+
+    As in nerfstudio, a file without `applied_transform` beside colmap/sparse/0 carries the old one.
+    """
+    own = folder / "colmap" / "sparse" / "0"
+    undo = OLD_APPLIED_TRANSFORM if own.is_dir() else None
+    raw = from_json(folder / "transforms.json", folder, undo=undo)
+    model = own if own.is_dir() else folder / "sparse" / "0"
+    return colmap.with_points(raw, model) if model.is_dir() else raw
 
 
 def from_json(
-    path: Path, folder: Path, *, prefix: str = "", undo: np.ndarray | None = None
+    path: Path,
+    folder: Path,
+    *,
+    images: str = "",
+    masks: str = "",
+    undo: np.ndarray | None = None,
 ) -> RawCapture:
     """Frames of a transforms.json.
 
     Args:
         path: the JSON file.
         folder: the capture; image paths must stay inside it.
-        prefix: folder, relative to the capture, that image names are relative to.
+        images: folder, relative to the capture, that image names are relative to.
+        masks: folder, relative to the capture, that mask names are relative to.
         undo: (3, 4) world transform that the poses carry though the file does not say so.
 
     Returns:
         Poses in the world before `applied_transform`, which is that of a COLMAP model beside it.
+        Frames marked bad, and frames that no `*_filenames` list names, are left out.
     """
     content = read_json(path)
-    frames = content.get("frames")
-    if not isinstance(frames, list) or not frames:
-        raise ValueError(f"{path}: 'frames' must be a list of frames")
+    frames, dropped = _frames(content, path)
     applied = content.get("applied_transform")
     applied = undo if applied is None else np.array(applied, float)
-    names, images, poses, cameras, masks, dropped = [], [], [], [], [], {}
-    for frame in frames:
-        name = frame["file_path"]
-        if frame.get("is_bad"):
-            dropped[name] = "marked bad by its owner"
-            continue
-        names.append(name.removeprefix("./").removeprefix("images/"))
-        images.append(_existing(inside(folder, prefix + name, path), folder))
-        poses.append(_pose(frame, applied, path))
-        cameras.append(_camera(content, frame, path))
-        if frame.get("mask_path"):
-            masks.append(inside(folder, frame["mask_path"], path))
-    if masks and len(masks) != len(names):
-        raise ValueError(f"{path}: {len(masks)} of {len(names)} frames have a mask_path, not all")
+    scale = float(content.get("applied_scale", 1.0))
+    names = [frame["file_path"].removeprefix("./").removeprefix("images/") for frame in frames]
+    masked = [f for f in frames if f.get("mask_path")] if content.get("has_mask", True) else []
+    if masked and len(masked) != len(frames):
+        raise ValueError(f"{path}: {len(masked)} of {len(frames)} frames have a mask_path, not all")
     return RawCapture(
         names=names,
-        images=images,
-        world_to_camera=np.array(poses),
-        cameras=cameras,
+        images=[_existing(inside(folder, Path(images, f["file_path"]), path)) for f in frames],
+        world_to_camera=np.array([_pose(frame, applied, scale, path) for frame in frames]),
+        cameras=[camera_of(content, frame, path) for frame in frames],
         sequences=[str(Path(name).parent) for name in names],
-        masks=masks or None,
+        masks=[_existing(inside(folder, Path(masks, f["mask_path"]), path)) for f in masked]
+        or None,
         dropped=dropped,
     )
 
 
-def _existing(file: Path, folder: Path) -> Path:
+def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
+    """The frames to use, and those left out with the reason."""
+    frames = content.get("frames")
+    if not isinstance(frames, list) or not frames:
+        raise ValueError(f"{path}: 'frames' must be a list of frames")
+    for at, frame in enumerate(frames):
+        if not isinstance(frame, dict) or not isinstance(frame.get("file_path"), str):
+            raise ValueError(f"{path}: frames[{at}] has no file_path")
+    dropped = {f["file_path"]: "marked bad by its owner" for f in frames if f.get("is_bad")}
+    lists = [content[key] for key in SPLITS if key in content]
+    if lists:
+        named = {name for entry in lists for name in entry}
+        absent = sorted(named - {frame["file_path"] for frame in frames})
+        if absent:
+            raise ValueError(f"{path}: {absent[0]!r} is in a *_filenames list but not in 'frames'")
+        reason = "in none of the *_filenames lists"
+        dropped |= {f["file_path"]: reason for f in frames if f["file_path"] not in named}
+    kept = [frame for frame in frames if frame["file_path"] not in dropped]
+    if not kept:
+        raise ValueError(f"{path}: every frame is marked bad or in no *_filenames list")
+    return kept, dropped
+
+
+def _existing(file: Path) -> Path:
     """The image, or its downscaled copy where only that was distributed."""
-    if file.is_file():
-        return file
-    for candidate in FOLDERS:
-        copy = file.parent.parent / candidate / file.name
-        if copy.is_file():
-            return copy
-    return file
+    file = file if file.suffix else file.with_suffix(".png")  # as Blender's exporters name them
+    copies = [file.parent.parent / folder / file.name for folder in FOLDERS]
+    return next((found for found in (file, *copies) if found.is_file()), file)
 
 
-def _pose(frame: dict, applied: np.ndarray | None, path: Path) -> np.ndarray:
-    matrix = np.array(frame.get("transform_matrix"), float)
-    if matrix.shape != (4, 4):
+def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> np.ndarray:
+    try:
+        matrix = np.array(frame.get("transform_matrix"), float)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
+    if matrix.shape not in ((4, 4), (3, 4)):
         raise ValueError(f"{path}: transform_matrix of {frame['file_path']} is not 4x4")
+    matrix = np.vstack([matrix[:3], [0, 0, 0, 1]])
+    matrix[:3, 3] /= scale
     if applied is not None:
-        full = np.vstack([applied, [0, 0, 0, 1]])
-        matrix = np.linalg.inv(full) @ matrix
+        matrix = np.linalg.inv(np.vstack([applied, [0, 0, 0, 1]])) @ matrix
     matrix[:3, :3] = matrix[:3, :3] @ OPENGL_TO_OPENCV
     return invert_pose(matrix)
 
 
-def _camera(content: dict, frame: dict, path: Path) -> Camera:
-    """A top-level value wins over the frame's, as in nerfstudio."""
+def camera_of(content: dict, frame: dict, path: Path) -> Camera:
+    """The camera of a frame; a top-level value wins over the frame's, as in nerfstudio.
+
+    Raises:
+        ValueError: for missing intrinsics, or a model that is no perspective camera.
+    """
     merged = {**frame, **content}
     width, height = merged.get("w"), merged.get("h")
     focal = merged.get("fl_x")
@@ -106,16 +142,30 @@ def _camera(content: dict, frame: dict, path: Path) -> Camera:
             "(or camera_angle_x), at the top level or in the frame"
         )
     cx, cy = merged.get("cx", width / 2), merged.get("cy", height / 2)
-    pinhole = (focal, merged.get("fl_y", focal), cx, cy)
-    fisheye = merged.get("camera_model") == "OPENCV_FISHEYE"
-    extra = tuple(float(merged.get(key, 0.0)) for key in (FISHEYE if fisheye else DISTORTION))
-    if fisheye:
-        return Camera("OPENCV_FISHEYE", int(width), int(height), (*pinhole, *extra))
-    if merged.get("k3") or merged.get("k4"):
-        raise ValueError(f"{path}: k3 and k4 of a perspective camera are not supported")
+    pinhole = (float(focal), float(merged.get("fl_y", focal)), float(cx), float(cy))
+    size = (int(width), int(height))
+    return _with_distortion(merged, pinhole, size, path)
+
+
+def _with_distortion(
+    merged: dict, pinhole: tuple[float, ...], size: tuple[int, int], path: Path
+) -> Camera:
+    listed = dict(zip(LISTED, merged.get("distortion_params") or [], strict=False))
+    value = {key: float(merged.get(key, listed.get(key, 0.0))) for key in LISTED}
+    model = merged.get("camera_model", "OPENCV")
+    if model == "OPENCV_FISHEYE":
+        return Camera(model, *size, (*pinhole, *(value[key] for key in FISHEYE)))
+    if model not in PERSPECTIVE:
+        allowed = ", ".join((*PERSPECTIVE, "OPENCV_FISHEYE"))
+        raise ValueError(f"{path}: camera_model is {model!r}; allowed: {allowed}")
+    if value["k4"]:
+        raise ValueError(f"{path}: k4 is {value['k4']}; only a fisheye camera has it")
+    extra = tuple(value[key] for key in DISTORTION)
+    if value["k3"]:
+        return Camera("FULL_OPENCV", *size, (*pinhole, *extra, value["k3"], 0.0, 0.0, 0.0))
     if any(extra):
-        return Camera("OPENCV", int(width), int(height), (*pinhole, *extra))
-    return Camera("PINHOLE", int(width), int(height), pinhole)
+        return Camera("OPENCV", *size, (*pinhole, *extra))
+    return Camera("PINHOLE", *size, pinhole)
 
 
 def to_json(camera: Camera, model: str) -> dict:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,37 +18,30 @@ from fsel.layouts.base import (
 )
 from fsel.recording import Recording
 
-
-def _with_points(raw: RawCapture, model: Path) -> RawCapture:
-    """Add the points of the COLMAP text model beside the images, matched by name."""
-    if not (model / "points3D.txt").is_file():
-        return raw
-    reconstruction = colmap.load_model(model)
-    rows = {name: i for i, name in enumerate(raw.names)}
-    numbered = {
-        image.image_id: rows[Path(image.name).name]
-        for image in reconstruction.images.values()
-        if Path(image.name).name in rows
-    }
-    return replace(raw, points=partial(colmap.points_of, reconstruction, numbered))
-
-
-def _write_text(model, folder: Path) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    model.write_text(str(folder))
+VALID_MASK = 250  # a mask video is compressed: 255 does not survive exactly
+ROTATION = OLD_APPLIED_TRANSFORM  # carried by the poses though the file does not say so
 
 
 def read_dslr(folder: Path) -> RawCapture:
-    """dslr/: names are relative to resized_images; bad frames and test frames are left out.
+    """dslr/: bad frames and test frames are left out; of masks only 255 counts.
 
-    The poses carry nerfstudio's old world rotation though the file does not say so.
+    The distorted resized_images with transforms.json or, where those were not downloaded, the
+    undistorted ones with their own file; the two do not mix.
     """
     root = folder / "dslr"
-    path = root / "nerfstudio" / "transforms.json"
-    raw = nerfstudio.from_json(path, root, prefix="resized_images/", undo=OLD_APPLIED_TRANSFORM)
+    kind = "" if (root / "resized_images").is_dir() else "_undistorted"
+    images_folder = f"resized{kind}_images"
+    if not (root / images_folder).is_dir():
+        raise FileNotFoundError(f"{root}: neither resized_images nor {images_folder} is there")
+    path = root / "nerfstudio" / f"transforms{kind}.json"
+    masks = f"resized{kind}_masks" if kind else "resized_anon_masks"
+    raw = nerfstudio.from_json(path, root, images=images_folder, masks=masks, undo=ROTATION)
     tests = [frame["file_path"] for frame in read_json(path).get("test_frames", [])]
     dropped = raw.dropped | dict.fromkeys(tests, "a test frame, never a candidate")
-    return _with_points(replace(raw, dropped=dropped), root / "colmap")
+    raw = replace(raw, dropped=dropped, mask_values=(255, 255))
+    if kind or not (root / "colmap" / "points3D.txt").is_file():
+        return raw  # the model's observations are of the distorted images
+    return colmap.with_points(raw, root / "colmap")
 
 
 def write_dslr(recording: Recording, folder: Path) -> None:
@@ -60,46 +52,81 @@ def write_dslr(recording: Recording, folder: Path) -> None:
     frames = [
         {
             "file_path": name,
-            "transform_matrix": nerfstudio.matrix_of(pose, OLD_APPLIED_TRANSFORM),
+            "transform_matrix": nerfstudio.matrix_of(pose, ROTATION),
             "is_bad": bool(bad),
         }
         for name, pose, bad in zip(names, recording.world_to_camera, recording.bad, strict=True)
     ]
+    if recording.masks is not None:
+        masks = [f"{name}.png" for name in recording.names]
+        images.write(recording.masks.astype(np.uint8) * 255, root / "resized_anon_masks", masks)
+        for frame, mask in zip(frames, masks, strict=True):
+            frame["mask_path"] = mask
     content = nerfstudio.to_json(recording.camera, "OPENCV_FISHEYE")
     content["frames"] = [f for i, f in enumerate(frames) if i % 20 != 19]
     content["test_frames"] = frames[19::20]
+    content["has_mask"] = recording.masks is not None
     (root / "nerfstudio").mkdir(parents=True, exist_ok=True)
     (root / "nerfstudio" / "transforms.json").write_text(json.dumps(content))
     model = colmap.build_model(recording, recording.camera, names, np.ones(len(names), bool))
-    _write_text(model, root / "colmap")
+    colmap.write_text(model, root / "colmap")
 
 
 def read_iphone(folder: Path) -> RawCapture:
-    """iphone/: extracted frames in rgb/, metric poses in pose_intrinsic_imu.json.
+    """iphone/: metric poses in pose_intrinsic_imu.json, images in rgb.mkv or extracted into rgb/.
 
     Intrinsics and distortion come from nerfstudio/transforms.json; frames that its COLMAP model
-    did not register are left out.
+    did not register are left out, and so are its test frames, which are views of the DSLR.
     """
     root = folder / "iphone"
     path = root / "pose_intrinsic_imu.json"
     raw = nerfstudio.from_json(
-        root / "nerfstudio" / "transforms.json", root, prefix="rgb/", undo=OLD_APPLIED_TRANSFORM
+        root / "nerfstudio" / "transforms.json", root, images="rgb", undo=ROTATION
     )
     metric = read_json(path)
-    poses = []
-    for name in raw.names:
-        entry = metric.get(Path(name).stem)
-        if entry is None:
-            raise ValueError(f"{path}: no entry for {Path(name).stem}")
-        poses.append(invert_pose(np.array(entry["aligned_pose"], float)))
-    registered = set(raw.names)
-    dropped = {
-        f"{stem}.jpg": "not registered by COLMAP"
-        for stem in metric
-        if f"{stem}.jpg" not in registered
-    }
-    raw = replace(raw, world_to_camera=np.array(poses), dropped=raw.dropped | dropped)
-    return _with_points(raw, root / "colmap")
+    stems = [Path(name).stem for name in raw.names]
+    absent = [stem for stem in stems if stem not in metric]
+    if absent:
+        raise ValueError(f"{path}: no entry for {absent[0]}")
+    poses = [invert_pose(np.array(metric[stem]["aligned_pose"], float)) for stem in stems]
+    unused = {f"{stem}.jpg": "not registered by COLMAP" for stem in metric.keys() - set(stems)}
+    raw = replace(
+        raw,
+        names=[Path(name).name for name in raw.names],  # some carry a video/ or iphone/ prefix
+        images=_extracted(root, raw.names),
+        world_to_camera=np.array(poses),
+        sequences=["iphone"] * len(stems),
+        masks=_video_masks(root, stems),
+        mask_values=(VALID_MASK, 255),
+        dropped=raw.dropped | unused,
+    )
+    if not (root / "colmap" / "points3D.txt").is_file():
+        return raw
+    return colmap.with_points(raw, root / "colmap")
+
+
+def _extracted(root: Path, names: list[str]) -> list[images.Image]:
+    """The images that were extracted, or else the video's own frames."""
+    if (root / "rgb").is_dir():
+        return [root / "rgb" / Path(name).name for name in names]
+    return _video_frames(root / "rgb.mkv", [Path(name).stem for name in names])
+
+
+def _video_masks(root: Path, stems: list[str]) -> list[images.Image] | None:
+    """Anonymisation masks, extracted or in their video, where they were downloaded."""
+    if (root / "rgb_masks").is_dir():
+        return [root / "rgb_masks" / f"{stem}.png" for stem in stems]
+    if (root / "rgb_mask.mkv").is_file():
+        return _video_frames(root / "rgb_mask.mkv", stems)
+    return None
+
+
+def _video_frames(path: Path, stems: list[str]) -> list[images.Image]:
+    """Frame n of the video is called frame_00000n."""
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: missing, and so is the folder rgb with its frames")
+    video = images.Video(path)
+    return [images.VideoFrame(video, int(stem.rsplit("_", 1)[-1])) for stem in stems]
 
 
 def write_iphone(recording: Recording, folder: Path) -> None:
@@ -118,16 +145,14 @@ def write_iphone(recording: Recording, folder: Path) -> None:
     content["frames"] = [
         {
             "file_path": names[i],
-            "transform_matrix": nerfstudio.matrix_of(
-                recording.world_to_camera[i], OLD_APPLIED_TRANSFORM
-            ),
+            "transform_matrix": nerfstudio.matrix_of(recording.world_to_camera[i], ROTATION),
         }
         for i in np.flatnonzero(~recording.lost)
     ]
     (root / "nerfstudio").mkdir(parents=True, exist_ok=True)
     (root / "nerfstudio" / "transforms.json").write_text(json.dumps(content))
     model = colmap.build_model(recording, recording.camera, names, ~recording.lost)
-    _write_text(model, root / "colmap")
+    colmap.write_text(model, root / "colmap")
 
 
 DSLR = Layout(

@@ -11,7 +11,7 @@ import pandas as pd
 
 from fsel.appearance import descriptors
 from fsel.capture import Capture
-from fsel.layouts import LAYOUTS, read_capture
+from fsel.layouts import LAYOUTS, read_folder
 from fsel.pipeline.files import write_table
 from fsel.sharpness import sharpness
 from fsel.synthesis import record
@@ -42,29 +42,28 @@ def generate(
     logger.info("%s: %d frames of family %s as %s", folder, frames, family, layout)
 
 
-def ingest(
-    source: str | Path, folder: str | Path, *, layout: str, long_side: int, at_least: int
-) -> None:
+def ingest(source: str | Path, folder: str | Path, *, at_least: int, **reading) -> None:
     """Read a capture in its own layout and save its canonical form.
 
     Args:
         source: folder as the dataset distributes it.
-        folder: receives frames.parquet, points.parquet and images.npy.
-        layout: key of `fsel.layouts.LAYOUTS`, or `auto`.
-        long_side: pixels of the stored images.
+        folder: receives frames.parquet, whose metadata say how well poses and images agree,
+            points.parquet, images.npy and, of captures with masks, masks.npy.
         at_least: frames that the experiment needs: its targets, their proxies, the largest budget.
+        reading: further keywords of `fsel.layouts.read_folder`.
 
     Raises:
         ValueError: when the capture has fewer usable frames.
     """
-    capture = read_capture(Path(source), layout=layout, long_side=long_side)
+    found = read_folder(source, store=Path(folder), **reading)
+    capture = found.capture
     if len(capture) < at_least:
         raise ValueError(
             f"{source}: {len(capture)} usable frames, at least {at_least} are needed (targets, "
             "as many proxies, and the largest budget). Hint: record more frames, or lower "
             "`targets` or `budgets` in the config"
         )
-    capture.save(folder)
+    capture.save(folder, agreement=vars(found.agreement), dropped=found.dropped)
     logger.info("%s: %d frames at %s pixels", source, len(capture), capture.size)
 
 

@@ -3,15 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pycolmap
 
 from fsel.recording import Camera
-
-
-def _colmap(camera: Camera) -> pycolmap.Camera:
-    return pycolmap.Camera(
-        model=camera.model, width=camera.width, height=camera.height, params=list(camera.params)
-    )
 
 
 def unproject(camera: Camera, shift: np.ndarray | None = None) -> np.ndarray:
@@ -20,7 +13,7 @@ def unproject(camera: Camera, shift: np.ndarray | None = None) -> np.ndarray:
     pixels = np.stack([x.ravel(), y.ravel()], axis=1)
     if shift is not None:
         pixels = pixels + shift
-    flat = np.asarray(_colmap(camera).cam_from_img(pixels))
+    flat = np.asarray(camera.colmap.cam_from_img(pixels))
     return np.column_stack([flat, np.ones(len(flat))])
 
 
@@ -28,5 +21,5 @@ def project(camera: Camera, points: np.ndarray) -> np.ndarray:
     """(n, 2) pixels of (n, 3) camera points; those behind the camera land far outside."""
     out = np.full((len(points), 2), -1e6)
     ahead = points[:, 2] > 1e-6
-    out[ahead] = np.asarray(_colmap(camera).img_from_cam(points[ahead]))
+    out[ahead] = np.asarray(camera.colmap.img_from_cam(points[ahead]))
     return out

@@ -1,0 +1,176 @@
+"""CO3D v2: gzipped annotations for a category, cameras in PyTorch3D's NDC conventions."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from pathlib import Path
+
+import numpy as np
+
+from fsel.layouts import images
+from fsel.layouts.base import Layout, RawCapture, inside
+from fsel.recording import Camera, Recording
+
+FRAMES = "frame_annotations.jgz"
+SEQUENCES = "sequence_annotations.jgz"
+AXES = np.array([-1.0, -1.0, 1.0])  # PyTorch3D: x left, y up
+FOREGROUND = 128  # of a mask, which is the probability of the object times 255
+ISOTROPIC, PER_AXIS = "ndc_isotropic", "ndc_norm_image_bounds"
+
+
+def recognises(folder: Path) -> bool:
+    """A sequence beside its category's annotations, or a dataset of one sequence."""
+    return _annotations(folder) is not None
+
+
+def _annotations(folder: Path) -> Path | None:
+    found = [folder.parent / FRAMES, *sorted(folder.glob(f"*/{FRAMES}"))]
+    return next((path for path in found if path.is_file()), None)
+
+
+def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
+    """A sequence's frames in order of `frame_number`; the object's masks count.
+
+    Args:
+        folder: <category>/<sequence>, or a dataset that holds one sequence.
+        min_quality: least viewpoint_quality_score of a sequence that is used.
+
+    Raises:
+        FileNotFoundError: when the annotations are missing.
+        ValueError: for a sequence of lower quality, or annotations that lack a field.
+    """
+    path = _annotations(folder)
+    if path is None:
+        raise FileNotFoundError(f"{folder}: no {FRAMES} in the category's folder, {folder.parent}")
+    root = path.parent.parent
+    frames = _read_list(path)
+    names = {frame["sequence_name"] for frame in frames}
+    name = folder.name if path.parent == folder.parent else next(iter(names))
+    if name not in names or (path.parent != folder.parent and len(names) > 1):
+        raise ValueError(
+            f"{path}: {len(names)} sequences, and {name!r} is not the only or wanted one"
+        )
+    _check_quality(path.with_name(SEQUENCES), name, min_quality)
+    own = sorted(
+        (frame for frame in frames if frame["sequence_name"] == name),
+        key=lambda frame: frame["frame_number"],
+    )
+    dropped = {frame["image"]["path"]: _missing(frame, root) for frame in own}
+    kept = [frame for frame in own if not dropped[frame["image"]["path"]]]
+    if not kept:
+        raise ValueError(f"{path}: no frame of {name} has an image and a viewpoint")
+    return _capture(kept, root, path, {at: why for at, why in dropped.items() if why})
+
+
+def _capture(frames: list[dict], root: Path, path: Path, dropped: dict[str, str]) -> RawCapture:
+    masked = [frame for frame in frames if frame.get("mask")]
+    return RawCapture(
+        names=[f"{frame['frame_number']:06d}" for frame in frames],
+        images=[inside(root, frame["image"]["path"], path) for frame in frames],
+        world_to_camera=np.array([_pose(frame["viewpoint"]) for frame in frames]),
+        cameras=[_camera(frame, path) for frame in frames],
+        sequences=[frames[0]["sequence_name"]] * len(frames),
+        masks=[inside(root, frame["mask"]["path"], path) for frame in frames]
+        if len(masked) == len(frames)
+        else None,
+        mask_values=(FOREGROUND, 255),
+        dropped=dropped,
+    )
+
+
+def _read_list(path: Path) -> list[dict]:
+    """A gzipped JSON list."""
+    try:
+        content = json.loads(gzip.decompress(path.read_bytes()))
+    except (OSError, EOFError, ValueError, RecursionError) as error:
+        raise ValueError(f"{path}: not readable as gzipped JSON ({error})") from error
+    if not isinstance(content, list):
+        raise ValueError(f"{path}: expected a JSON list, got {type(content).__name__}")
+    return content
+
+
+def _check_quality(path: Path, name: str, least: float) -> None:
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: missing; it says how good the poses are")
+    found = next((s for s in _read_list(path) if s["sequence_name"] == name), {})
+    quality = found.get("viewpoint_quality_score")
+    if quality is None or quality < least:
+        raise ValueError(
+            f"{path}: viewpoint_quality_score of {name} is {quality}, at least {least:g} is asked "
+            "for. Hint: choose another sequence, or lower `reading.min_quality`"
+        )
+
+
+def _missing(frame: dict, root: Path) -> str:
+    """Why a frame cannot be used, or nothing."""
+    if not frame.get("viewpoint"):
+        return "no viewpoint"
+    return "" if (root / frame["image"]["path"]).is_file() else "image hidden or not downloaded"
+
+
+def _pose(viewpoint: dict) -> np.ndarray:
+    """World-to-camera with OpenCV axes of Xc = Xw R + T with x to the left and y up."""
+    rotation = (np.array(viewpoint["R"], np.float64) * AXES).T
+    return np.column_stack([rotation, np.array(viewpoint["T"], np.float64) * AXES])
+
+
+def _camera(frame: dict, path: Path) -> Camera:
+    """Pixels from NDC; the annotation's size is (height, width)."""
+    height, width = frame["image"]["size"]
+    viewpoint = frame["viewpoint"]
+    kind = viewpoint.get("intrinsics_format", PER_AXIS)
+    if kind not in (ISOTROPIC, PER_AXIS):
+        raise ValueError(f"{path}: intrinsics_format is {kind!r}; allowed: {ISOTROPIC}, {PER_AXIS}")
+    half = np.array([width, height]) / 2
+    scale = np.full(2, half.min()) if kind == ISOTROPIC else half
+    focal = np.array(viewpoint["focal_length"], np.float64) * scale
+    center = half - np.array(viewpoint["principal_point"], np.float64) * scale
+    return Camera("PINHOLE", width, height, (*focal.tolist(), *center.tolist()))
+
+
+def write(recording: Recording, folder: Path) -> None:
+    """Write a recording as a dataset of one sequence; frames whose pose was lost lack one."""
+    category, sequence = "object", "1_1_1"
+    home = f"{category}/{sequence}"
+    images.write(
+        recording.images, folder, [f"{home}/images/{name}.jpg" for name in recording.names]
+    )
+    if recording.masks is not None:
+        names = [f"{home}/masks/{name}.png" for name in recording.names]
+        images.write(recording.masks.astype(np.uint8) * 255, folder, names)
+    frames = []
+    for at, name in enumerate(recording.names):
+        frame = {
+            "sequence_name": sequence,
+            "frame_number": at,
+            "image": {
+                "path": f"{home}/images/{name}.jpg",
+                "size": [recording.camera.height, recording.camera.width],
+            },
+            "viewpoint": None if recording.lost[at] else _viewpoint(recording, at),
+        }
+        if recording.masks is not None:
+            frame["mask"] = {"path": f"{home}/masks/{name}.png"}
+        frames.append(frame)
+    quality = {"sequence_name": sequence, "category": category, "viewpoint_quality_score": 1.0}
+    for name, content in ((FRAMES, frames[::2] + frames[1::2]), (SEQUENCES, [quality])):
+        packed = gzip.compress(json.dumps(content).encode(), mtime=0)
+        (folder / category / name).write_bytes(packed)
+
+
+def _viewpoint(recording: Recording, at: int) -> dict:
+    camera, pose = recording.camera, recording.world_to_camera[at]
+    fx, fy, cx, cy = camera.params
+    scale = min(camera.width, camera.height) / 2
+    center = [(camera.width / 2 - cx) / scale, (camera.height / 2 - cy) / scale]
+    return {
+        "R": (pose[:, :3].T * AXES).tolist(),
+        "T": (pose[:, 3] * AXES).tolist(),
+        "focal_length": [fx / scale, fy / scale],
+        "principal_point": center,
+        "intrinsics_format": ISOTROPIC,
+    }
+
+
+LAYOUT = Layout("co3d", recognises, read, write, ("min_quality",))

@@ -1,0 +1,112 @@
+"""ScanNet v2, exported from .sens: unpadded names, lost poses of -inf, masks of instances."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fsel.layouts import images
+from fsel.layouts.base import Layout, RawCapture, invert_pose, read_matrix
+from fsel.layouts.lens import HALF
+from fsel.recording import Camera, Recording
+
+ORTHONORMAL = 1e-3
+
+
+def recognises(folder: Path) -> bool:
+    """intrinsic/ and pose/ beside color/, in the scene's folder or an export inside it."""
+    return (_root(folder) / "intrinsic" / "intrinsic_color.txt").is_file()
+
+
+def _root(folder: Path) -> Path:
+    """The folder of the export."""
+    inner = sorted(path.parent for path in folder.glob("*/color") if path.is_dir())
+    return folder if (folder / "color").is_dir() or not inner else inner[0]
+
+
+def read(folder: Path, instance: int | None = None) -> RawCapture:
+    """Every colour frame that has a pose.
+
+    Args:
+        folder: the scene.
+        instance: value of an object in instance-filt/*.png (0 is none); its pixels become the
+            capture's masks. By default there are none.
+
+    Raises:
+        FileNotFoundError: when nothing was exported.
+        ValueError: for an unreadable pose or intrinsics.
+    """
+    root = _root(folder)
+    files = {file.stem: file for file in (root / "color").glob("*.jpg")}
+    if not files:
+        raise FileNotFoundError(
+            f"{root / 'color'}: no frames; export the scene's .sens file with the dataset's "
+            "SensReader (color, pose and intrinsic)"
+        )
+    stems = sorted(files, key=int)
+    found = {stem: read_matrix(root / "pose" / f"{stem}.txt") for stem in stems}
+    kept = [stem for stem in stems if _tracked(found[stem])]
+    if not kept:
+        raise ValueError(f"{root / 'pose'}: no frame has a finite pose")
+    camera = _camera(root, files[kept[0]])
+    masks = _masks(folder, kept) if instance is not None else None
+    return RawCapture(
+        names=kept,
+        images=[files[stem] for stem in kept],
+        world_to_camera=np.array([invert_pose(found[stem]) for stem in kept]),
+        cameras=[camera] * len(kept),
+        sequences=["capture"] * len(kept),
+        masks=masks,
+        mask_values=(instance, instance) if instance is not None else (1, 255),
+        dropped=dict.fromkeys(sorted(found.keys() - set(kept)), "tracking lost"),
+    )
+
+
+def _tracked(pose: np.ndarray) -> bool:
+    """Whether a pose is finite and about a rotation; lost ones are -inf, some NaN."""
+    return bool(np.isfinite(pose).all()) and abs(np.linalg.det(pose[:3, :3]) - 1) < ORTHONORMAL
+
+
+def _camera(root: Path, file: Path) -> Camera:
+    """The colour camera; the export's pixel centres are at whole numbers."""
+    k = read_matrix(root / "intrinsic" / "intrinsic_color.txt")
+    height, width = images.load(file).shape[:2]
+    return Camera("PINHOLE", width, height, (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF))
+
+
+def _masks(folder: Path, stems: list[str]) -> list[Path]:
+    found = [folder / "instance-filt", *sorted(folder.glob("*/instance-filt"))]
+    masks = next((path for path in found if path.is_dir()), None)
+    if masks is None:
+        raise FileNotFoundError(
+            f"{folder}: no instance-filt; unpack the scene's *_2d-instance-filt.zip there (test "
+            "scenes have none)"
+        )
+    return [masks / f"{stem}.png" for stem in stems]
+
+
+def write(recording: Recording, folder: Path) -> None:
+    """Write a recording as an export, poses of lost frames -inf; the object is instance 1."""
+    stems = [str(i) for i in range(len(recording.names))]
+    images.write(recording.images, folder / "color", [f"{stem}.jpg" for stem in stems])
+    depth = np.rint(np.maximum(recording.depth, 0) * 1000).clip(0, 65535).astype(np.uint16)
+    images.write(depth, folder / "depth", [f"{stem}.png" for stem in stems])
+    if recording.masks is not None:
+        masks = recording.masks.astype(np.uint8)
+        images.write(masks, folder / "instance-filt", [f"{stem}.png" for stem in stems])
+    for name in ("pose", "intrinsic"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    for stem, pose, lost in zip(stems, recording.world_to_camera, recording.lost, strict=True):
+        full = np.vstack([invert_pose(pose), [0, 0, 0, 1]])
+        full = np.full((4, 4), -np.inf) if lost else full
+        np.savetxt(folder / "pose" / f"{stem}.txt", full, fmt="%.17g")
+    fx, fy, cx, cy = recording.camera.params
+    matrix = np.eye(4)
+    matrix[:2, :3] = [[fx, 0, cx - HALF], [0, fy, cy - HALF]]
+    for kind in ("color", "depth"):
+        np.savetxt(folder / "intrinsic" / f"intrinsic_{kind}.txt", matrix, fmt="%.17g")
+        np.savetxt(folder / "intrinsic" / f"extrinsic_{kind}.txt", np.eye(4), fmt="%g")
+
+
+LAYOUT = Layout("scannet", recognises, read, write, ("instance",))

@@ -1,0 +1,203 @@
+"""Structure from motion on the CPU through pycolmap: points from known poses, poses from images."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pycolmap
+
+from fsel.capture import Capture, SparsePoints
+from fsel.geometry import pairwise_angles, pairwise_distances
+from fsel.layouts import colmap, images
+from fsel.layouts.base import RawCapture, matched
+from fsel.recording import Camera
+
+NEIGHBOURS = 12  # frames that each is matched with when poses are known
+MAX_ANGLE = np.radians(60)
+EXHAUSTIVE = 150  # frames up to which all pairs are matched when poses are not known
+OVERLAP = 15  # frames ahead that each is matched with in longer sequences
+MIN_PLACED = 3
+SEED = 0
+THREADS = 1  # with more, COLMAP gives other bytes each time
+log = logging.getLogger(__name__)
+
+
+def triangulate(capture: Capture) -> SparsePoints | None:
+    """Sparse points from SIFT matches of the capture's images and its known poses.
+
+    Args:
+        capture: undistorted; matching wants some 600 to 1000 pixels.
+
+    Returns:
+        Points in the capture's world, or None where no match triangulates.
+    """
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        names = _export(capture.images, folder / "images")
+        database = folder / "database.db"
+        _extract(database, folder / "images", names, pycolmap.CameraMode.PER_IMAGE)
+        model = _posed_model(capture, names, database)
+        pairs = folder / "pairs.txt"
+        pairs.write_text("".join(f"{names[i]} {names[j]}\n" for i, j in neighbours(capture)))
+        pycolmap.match_image_pairs(
+            database,
+            matching_options=pycolmap.FeatureMatchingOptions(num_threads=THREADS),
+            pairing_options=pycolmap.ImportedPairingOptions(match_list_path=str(pairs)),
+            device=pycolmap.Device.cpu,
+        )
+        output = folder / "sparse"
+        output.mkdir()
+        options = pycolmap.IncrementalPipelineOptions(num_threads=THREADS, random_seed=SEED)
+        found = pycolmap.triangulate_points(
+            model, database, folder / "images", output, options=options
+        )
+        rows = {name: i for i, name in enumerate(names)}
+        points = colmap.points_of(found, {k: rows[v.name] for k, v in found.images.items()})
+    log.info("%s: triangulated %d points", capture.source, len(points.xyz) if points else 0)
+    if points is None:
+        return None
+    return SparsePoints(points.xyz, points.rgb, points.track_point, points.track_frame)
+
+
+def neighbours(capture: Capture) -> list[tuple[int, int]]:
+    """Pairs (i, j), i < j, of each frame and the nearest that look within 60 degrees of it."""
+    distance = pairwise_distances(capture.centers, capture.centers)
+    angle = pairwise_angles(capture.axes, capture.axes)
+    distance[(angle > MAX_ANGLE) | np.eye(len(capture), dtype=bool)] = np.inf
+    nearest = np.argsort(distance, axis=1, kind="stable")[:, :NEIGHBOURS]
+    pairs = {
+        (min(i, j), max(i, j))
+        for i, row in enumerate(nearest.tolist())
+        for j in row
+        if np.isfinite(distance[i, j])
+    }
+    return sorted(pairs)
+
+
+def _export(frames: np.ndarray, folder: Path) -> list[str]:
+    names = [f"{i:06d}.png" for i in range(len(frames))]
+    images.write(frames, folder, names)
+    return names
+
+
+def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap.Reconstruction:
+    """A model of the capture's poses without points, numbered as the database is.
+
+    The database's cameras, guessed from the images, are given the known intrinsics.
+    """
+    model = pycolmap.Reconstruction()
+    rows = {name: i for i, name in enumerate(names)}
+    with pycolmap.Database.open(str(database)) as stored:
+        for image in stored.read_all_images():
+            i = rows[image.name]
+            lens = Camera("PINHOLE", *capture.size, tuple(capture.intrinsics[i])).colmap
+            lens.camera_id = image.camera_id
+            stored.update_camera(lens)
+            model.add_camera_with_trivial_rig(lens)
+            pose = capture.world_to_camera[i]
+            rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
+            posed = pycolmap.Image(
+                image_id=image.image_id, name=image.name, camera_id=image.camera_id
+            )
+            model.add_image_with_trivial_frame(posed, rigid)
+    return model
+
+
+def _extract(database: Path, folder: Path, names: list[str], mode: pycolmap.CameraMode) -> None:
+    pycolmap.extract_features(
+        database,
+        folder,
+        image_names=names,
+        camera_mode=mode,
+        extraction_options=pycolmap.FeatureExtractionOptions(num_threads=THREADS),
+        device=pycolmap.Device.cpu,
+    )
+
+
+def reconstruct(raw: RawCapture) -> RawCapture:
+    """Poses, cameras and points from the images alone: the largest model that COLMAP builds.
+
+    The world is COLMAP's own; nothing is aligned to poses that the capture came with.
+
+    Args:
+        raw: of which names, images and masks are used.
+
+    Returns:
+        The frames that were placed; the others are dropped.
+
+    Raises:
+        ValueError: when fewer than three frames could be placed.
+    """
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        names = _linked(raw.images, folder / "images")
+        database = folder / "database.db"
+        _extract(database, folder / "images", names, pycolmap.CameraMode.SINGLE)
+        _match_unposed(database, len(names))
+        models = pycolmap.incremental_mapping(
+            database,
+            folder / "images",
+            folder,
+            pycolmap.IncrementalPipelineOptions(random_seed=SEED),
+        )
+        placed = max((m.num_reg_images() for m in models.values()), default=0)
+        log.info("COLMAP placed %d of %d frames", placed, len(names))
+        if placed < MIN_PLACED:
+            raise ValueError(f"{raw.images[0]}: COLMAP placed {placed} of {len(names)} frames")
+        model = max(models.values(), key=lambda m: m.num_reg_images())
+        rows = {name: i for i, name in enumerate(names)}
+        for image in model.images.values():
+            image.name = raw.names[rows[image.name]]
+    return with_model(raw, model, "not placed by COLMAP")
+
+
+def _linked(files: list[images.Image], folder: Path) -> list[str]:
+    """The images under plain names: links to files, copies of frames of a video."""
+    folder.mkdir()
+    names = []
+    for i, file in enumerate(files):
+        if isinstance(file, images.VideoFrame):
+            names.append(f"{i:06d}.png")
+            images.write(images.load(file)[None], folder, names[-1:])
+        else:
+            names.append(f"{i:06d}{file.suffix}")
+            (folder / names[-1]).symlink_to(file.resolve())
+    return names
+
+
+def _match_unposed(database: Path, count: int) -> None:
+    matching = pycolmap.FeatureMatchingOptions(num_threads=THREADS)
+    if count <= EXHAUSTIVE:
+        pycolmap.match_exhaustive(database, matching, device=pycolmap.Device.cpu)
+        return
+    options = pycolmap.SequentialPairingOptions(overlap=OVERLAP, quadratic_overlap=True)
+    pycolmap.match_sequential(database, matching, options, device=pycolmap.Device.cpu)
+
+
+def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:
+    """The capture's images with another model's poses, cameras and points, matched by name.
+
+    Args:
+        raw: whose own poses are put aside.
+        model: whose image names are the capture's, or their file names or stems.
+        reason: why a frame that the model lacks is dropped.
+
+    Raises:
+        ValueError: when no image of the model is one of the capture's.
+    """
+    posed = {image.name: image for image in model.images.values() if image.has_pose}
+    rows = matched(raw.names, sorted(posed))
+    if not rows:
+        raise ValueError(f"none of the model's images {sorted(posed)[:3]} is in the capture")
+    kept = sorted(rows.values())
+    found = [posed[name] for name in sorted(rows, key=rows.get)]
+    return replace(
+        raw.subset(kept, reason),
+        world_to_camera=np.array([image.cam_from_world().matrix() for image in found]),
+        cameras=[colmap.camera_of(model.cameras[image.camera_id]) for image in found],
+        points=lambda: colmap.points_of(model, {v.image_id: i for i, v in enumerate(found)}),
+    )

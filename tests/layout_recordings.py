@@ -1,0 +1,95 @@
+"""A small recording made by hand, as each layout's writer takes it."""
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from fsel.layouts import colmap, images
+from fsel.layouts.base import invert_pose, natural
+from fsel.recording import Camera, Recording
+from fsel.synthesis.lens import project
+
+PINHOLE = Camera("PINHOLE", 64, 48, (60.0, 60.0, 32.0, 24.0))
+OPENCV = Camera("OPENCV", 64, 48, (60.0, 60.5, 32.4, 23.8, -0.05, 0.01, 3e-4, -4e-4))
+FISHEYE = Camera("OPENCV_FISHEYE", 64, 48, (35.0, 35.0, 32.2, 23.9, -0.03, 0.006, -0.002, 2e-4))
+SEVEN = Camera("PINHOLE", 64, 48, (58.5, 58.5, 32.0, 24.0))
+WRITERS = {
+    "dl3dv": OPENCV,
+    "tanks_and_temples": PINHOLE,
+    "mipnerf360": PINHOLE,
+    "scannetpp_iphone": OPENCV,
+    "scannetpp_dslr": FISHEYE,
+    "seven_scenes": SEVEN,
+    "scannet": PINHOLE,
+    "co3d": PINHOLE,
+}
+DROPPED = {
+    "tanks_and_temples": [4],
+    "scannetpp_iphone": [4],
+    "scannetpp_dslr": [7, 19],
+    "scannet": [4],
+    "co3d": [4],
+}
+MASKED = ("scannetpp_dslr", "scannet", "co3d")
+READING = {"scannet": {"instance": 1}}
+
+
+def recording(layout, frames=22, seed=0):
+    """Cameras around a cloud of points, smooth images, one lost and one bad frame."""
+    rng = np.random.default_rng(seed)
+    camera = WRITERS[layout]
+    xyz = rng.uniform(-1, 1, (60, 3))
+    rotation = Rotation.random(frames, rng=rng).as_matrix()
+    poses = np.concatenate([rotation, np.tile([[0.0], [0.0], [4.0]], (frames, 1, 1))], axis=2)
+    point, frame, xy = [], [], []
+    for i, pose in enumerate(poses):
+        uv = project(camera, xyz @ pose[:, :3].T + pose[:, 3])
+        seen = np.flatnonzero(((uv > 1) & (uv < [63, 47])).all(axis=1))
+        point += seen.tolist()
+        frame += [i] * len(seen)
+        xy.append(uv[seen])
+    small = rng.integers(0, 255, (frames, 6, 8, 3), dtype=np.uint8)
+    images = np.stack([cv2.resize(s, (64, 48), interpolation=cv2.INTER_CUBIC) for s in small])
+    several = layout == "seven_scenes"
+    names = [
+        f"seq-0{1 + i % 2}/frame-{i // 2:06d}" if several else f"f{i + 7}" for i in range(frames)
+    ]
+    order = sorted(range(frames), key=lambda i: natural(names[i]))
+    flags = np.zeros((2, frames), bool)
+    flags[0, 7], flags[1, 4] = True, True
+    return Recording(
+        names=tuple(names[i] for i in order),
+        world_to_camera=poses,
+        camera=camera,
+        images=images,
+        depth=np.full((frames, 48, 64), 4, np.float32),
+        xyz=xyz,
+        rgb=rng.integers(0, 255, (60, 3), dtype=np.uint8),
+        track_point=np.array(point),
+        track_frame=np.array(frame),
+        track_xy=np.concatenate(xy),
+        sequences=tuple(names[i].split("/")[0] if several else "a" for i in order),
+        bad=flags[0],
+        lost=flags[1],
+        masks=discs(frames) if layout in MASKED else None,
+    )
+
+
+def discs(frames):
+    """A disc that wanders over the frames."""
+    rows, columns = np.mgrid[:48, :64]
+    x = np.linspace(16, 48, frames)[:, None, None]
+    return (columns - x) ** 2 + (rows - 24) ** 2 < 100
+
+
+def full(pose):
+    """(4, 4) camera-to-world of a (3, 4) world-to-camera."""
+    return np.vstack([invert_pose(pose), [0, 0, 0, 1]])
+
+
+def write_colmap(made, folder, names=None, text=True, camera=PINHOLE):
+    names = names or [f"{name}.png" for name in made.names]
+    images.write(made.images, folder / "images", names)
+    model = colmap.build_model(made, camera, names, np.ones(len(names), bool))
+    (colmap.write_text if text else colmap.write_binary)(model, folder / "sparse" / "0")
+    return names
