@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 
 from fsel.synthesis import textures
-from fsel.synthesis.scenes import Scene
+from fsel.synthesis.solids import Scene
 
 EPSILON = 1e-3  # metres that a shadow ray starts off its surface
+HAZE = np.float32(1 / 150)  # one over the metres at which 63 % of a colour is air
+
+
+def lengths(vectors: np.ndarray) -> np.ndarray:
+    """(n,) lengths of (n, 3) vectors; several times faster than numpy's norm on so short rows."""
+    return np.sqrt(np.einsum("ni,ni->n", vectors, vectors))
+
+
+@numba.njit(cache=True, nogil=True)
+def _surface(solid, origins, rays, which, distance, outwards):
+    """Points (m, 3) that the `solid` rays hit, and unit normals (m, 3) towards the camera."""
+    points = np.empty((len(solid), 3), np.float32)
+    normals = np.empty_like(points)
+    for k, i in enumerate(solid):
+        normal, ray = outwards[which[i]], rays[i]
+        behind = normal[0] * ray[0] + normal[1] * ray[1] + normal[2] * ray[2] > 0
+        for c in range(3):
+            points[k, c] = origins[i, c] + ray[c] * distance[i]
+            normals[k, c] = -normal[c] if behind else normal[c]
+    return points, normals
 
 
 class Caster:
@@ -18,9 +39,12 @@ class Caster:
     def __init__(self, scene: Scene) -> None:
         triangles, self.kinds, self.table = scene.finish()
         self.scene = scene
-        self.sun = scene.sun.astype(np.float32)
+        self.light = scene.light.astype(np.float32)
         self._embree = rtcore_scene.EmbreeScene()
         TriangleMesh(self._embree, triangles)
+        a, b, c = triangles.transpose(1, 0, 2)
+        outwards = np.cross(b - a, c - a)
+        self.outwards = outwards / lengths(outwards)[:, None]
 
     def hit(self, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) triangle numbers, -1 for none, and (n,) distances along unit rays, metres."""
@@ -29,47 +53,44 @@ class Caster:
 
     def colors(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
         """(n, 3) float32 linear colours in 0..1 seen along (n, 3) unit rays."""
-        found = self._embree.run(origins, rays, output=1)
-        which = found["primID"]
-        solid = which >= 0
+        which, distance = self.hit(origins, rays)
+        solid = np.flatnonzero(which >= 0)
         out = np.zeros((len(rays), 3), np.float32)
-        if not solid.all():
-            empty = np.zeros(((~solid).sum(), 3), np.float32)
-            if self.scene.outdoor:
-                textures.sky(rays[~solid], int(self.table[0, 11]), empty)
-            out[~solid] = empty
-        normals = found["Ng"][solid]
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        along = rays[solid]
-        normals *= -np.sign(np.einsum("ni,ni->n", normals, along))[:, None]
-        points = origins[solid] + along * found["tfar"][solid, None]
+        if self.scene.outdoor and len(solid) < len(rays):
+            empty = np.flatnonzero(which < 0)
+            out[empty] = textures.sky(rays[empty], int(self.table[0, 11]))
+        points, normals = _surface(solid, origins, rays, which, distance, self.outwards)
+        towards, lit = self._lit(points + normals * np.float32(EPSILON))
         shaded = np.empty_like(points)
-        lit = self._lit(points + normals * np.float32(EPSILON))
+        ambient = np.float32(self.scene.ambient)
+        kinds = self.kinds[which[solid]]
         textures.shade(
-            points,
-            normals,
-            along,
-            self.kinds[which[solid]],
-            lit,
-            self.table,
-            self.sun,
-            np.float32(self.scene.ambient),
-            shaded,
+            points, normals, rays[solid], kinds, towards, lit, self.table, ambient, shaded
         )
+        if self.scene.outdoor:
+            shaded += (textures.HORIZON - shaded) * -np.expm1(-distance[solid, None] * HAZE)
         out[solid] = shaded
         return out
 
-    def _lit(self, points: np.ndarray) -> np.ndarray:
-        """Outdoors, whether the sun is unobstructed; a room is lit by its ceiling throughout."""
-        if not self.scene.outdoor:
-            return np.ones(len(points), dtype=bool)
-        towards = np.broadcast_to(self.sun, points.shape)
-        return self.hit(points, np.ascontiguousarray(towards))[0] < 0
+    def _lit(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 3) unit directions to the light, and (n,) whether nothing is in between."""
+        if self.scene.outdoor:
+            towards = np.tile(self.light, (len(points), 1))
+            reach = np.full(len(points), np.inf, np.float32)
+        else:
+            towards = self.light - points
+            reach = lengths(towards)
+            towards /= reach[:, None]
+        return towards, self._embree.run(points, towards, dists=reach, query="OCCLUDED") < 0
 
     def clearance(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """(n,) least distance from (n, 3) points to a surface, over (d, 3) directions."""
+        """(n,) least distance from (n, 3) points to a surface, over (d, 3) directions.
+
+        A point from which the back of a triangle is seen lies within a solid: its clearance is 0.
+        """
         origins = np.repeat(points.astype(np.float32), len(directions), axis=0)
         rays = np.tile(directions.astype(np.float32), (len(points), 1))
         which, distance = self.hit(origins, rays)
-        distance = np.where(which < 0, np.inf, distance)
+        behind = np.einsum("ni,ni->n", self.outwards[which], rays) > 0
+        distance = np.where(which < 0, np.inf, np.where(behind, 0, distance))
         return distance.reshape(len(points), -1).min(axis=1)

@@ -7,12 +7,10 @@ import numpy as np
 from fsel.recording import Camera
 
 
-def unproject(camera: Camera, shift: np.ndarray | None = None) -> np.ndarray:
-    """(h * w, 3) camera rays with z = 1 through the pixel centres, moved by (2,) pixels."""
+def unproject(camera: Camera) -> np.ndarray:
+    """(h * w, 3) camera rays with z = 1 through the pixel centres."""
     x, y = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
     pixels = np.stack([x.ravel(), y.ravel()], axis=1)
-    if shift is not None:
-        pixels = pixels + shift
     flat = np.asarray(camera.colmap.cam_from_img(pixels))
     return np.column_stack([flat, np.ones(len(flat))])
 

@@ -8,6 +8,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+HURRY = 0.6  # natural logarithm of the most that a walk quickens or slows
+
 
 @dataclass(frozen=True)
 class Path:
@@ -114,26 +116,37 @@ def street_walk(rng, length: float) -> Path:
     return spline_path(rng, positions, looks, 0.01)
 
 
-def timing(rng, frames: int, lingers: int) -> np.ndarray:
-    """(frames,) ascending parameters in 0..1 with changing speed and runs that hardly move."""
-    knots = np.linspace(0, 1, 9)
-    speed = np.exp(CubicSpline(knots, rng.normal(0, 0.45, 9))(np.linspace(0, 1, frames)))
+def pauses(rng, frames: int, count: int) -> np.ndarray:
+    """(frames,) bool, true in `count` separate runs in which the camera lingers."""
     run = max(3, frames // 20)
-    for start in rng.choice(max(1, frames - run), size=lingers, replace=False):
-        speed[start : start + run] *= 0.04
+    still = np.zeros(frames, dtype=bool)
+    for start in run * rng.choice(frames // run, size=count, replace=False):
+        still[start : start + run] = True
+    return still
+
+
+def timing(rng, still: np.ndarray) -> np.ndarray:
+    """(N,) ascending parameters in 0..1 with changing speed, hardly moving where still (N,)."""
+    frames = len(still)
+    knots = np.linspace(0, 1, 9)
+    pace = CubicSpline(knots, rng.normal(0, 0.45, 9))(np.linspace(0, 1, frames))
+    speed = np.exp(np.clip(pace, -HURRY, HURRY))  # a spline overshoots its knots
+    speed[still] *= 0.04
     s = np.cumsum(speed) - speed[0]
     return s / s[-1]
 
 
-def bursts(rng, frames: int, count: int, strength: float) -> np.ndarray:
-    """(frames, 3) angular velocity of hand shake during the exposure, radians a frame.
+def bursts(rng, still: np.ndarray, count: int, strength: float) -> np.ndarray:
+    """(N, 3) angular velocity of hand shake during the exposure, radians an exposure.
 
-    Mild everywhere; `count` runs of a few frames are shaken `strength` radians.
+    Mild everywhere; `count` runs of a few frames, none of them still (N,), are shaken `strength`
+    radians.
     """
-    shake = rng.normal(0, 0.0015, (frames, 3))
-    for start in rng.choice(max(1, frames - 5), size=count, replace=False):
-        run = int(rng.integers(2, 6))
+    shake = rng.normal(0, 0.0015, (len(still), 3))
+    free = np.flatnonzero(~still)
+    for start in rng.choice(free, size=count, replace=False):
+        run = np.arange(start, min(start + rng.integers(2, 6), len(still)))
         direction = rng.normal(size=3) * [1, 1, 0.3]
         direction /= np.linalg.norm(direction)
-        shake[start : start + run] += strength * rng.uniform(0.6, 1.2) * direction
+        shake[run[~still[run]]] += strength * rng.uniform(0.6, 1.2) * direction
     return shake
