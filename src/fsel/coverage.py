@@ -12,17 +12,18 @@ from fsel.selector import coverage_kernel
 
 BLURRED = 0.5  # of its neighbours' median sharpness
 WINDOW = 5  # neighbours on either side
-ENOUGH = 0.95  # of what all frames cover
+RANKS = 8  # closest frames that count for a view
+SHARES = 0.5 ** np.arange(RANKS)
 
 
 @dataclass(frozen=True)
 class Coverage:
     """Coverage by picks in order.
 
-    A view is covered to the share exp(-d / h) / exp(-d* / h) that its closest picked frame reaches
-    of its closest frame at all: d is the pose distance, h the view's scale in
-    `fsel.selector.coverage_kernel`. Coverage is the mean over the views; all frames together
-    give 1.
+    A frame is as close to a view as `fsel.selector.coverage_kernel` says. A view's closest picked
+    frame counts in full, the second closest half, the next a quarter, and so on: parallax needs
+    several, and each further one says less. Coverage is that sum over the same of all frames,
+    averaged over the views; all frames together give 1.
 
     Attributes:
         curve: (k,) coverage after each pick, rising.
@@ -48,21 +49,26 @@ def coverage_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndar
     """
     closeness = coverage_kernel(capture.centers[pool], capture.axes[pool], views)
     rows = np.searchsorted(pool, picks)
-    share = closeness / closeness.max(axis=0)
-    reached = np.maximum.accumulate(share[rows], axis=0)
-    curve = reached.mean(axis=1)
+    whole = SHARES @ _closest(np.concatenate([np.zeros((RANKS, len(views))), closeness]))
+    best = np.zeros((RANKS, len(views)))
+    curve = np.empty(len(rows))
+    for step, row in enumerate(rows):
+        best = _closest(np.concatenate([best, closeness[row, None]]))
+        curve[step] = np.mean(SHARES @ best / whole)
+    wider = np.concatenate([np.tile(best, (len(pool), 1, 1)), closeness[:, None]], axis=1)
+    left = np.mean(SHARES @ _closest(wider) / whole, axis=1) - curve[-1]
+    left[rows] = 0.0
     return Coverage(
         curve=curve,
         gain=np.diff(curve, prepend=0.0),
         nearest_view=np.argmax(closeness[rows], axis=1),
-        left=np.maximum(share - reached[-1], 0).mean(axis=1),
+        left=np.maximum(left, 0),
     )
 
 
-def enough(curve: np.ndarray) -> int:
-    """The least number of picks that reaches 95 % coverage; all of them where none does."""
-    reached = np.flatnonzero(curve >= ENOUGH)
-    return int(reached[0]) + 1 if len(reached) else len(curve)
+def _closest(closeness: np.ndarray) -> np.ndarray:
+    """(..., RANKS, T) the largest of (..., m, T), falling."""
+    return -np.sort(-closeness, axis=-2)[..., :RANKS, :]
 
 
 def relative_sharpness(sharpness: np.ndarray) -> np.ndarray:

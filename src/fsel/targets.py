@@ -82,7 +82,7 @@ def targets_of(capture: Capture, request: Request) -> Targets:
         return _of_file(capture, Path(request))
     if isinstance(request, str):
         return _of_word(capture, request)
-    return _held_out(capture, _numbers(capture, request), f"{len(request)} given frames")
+    return _held_out(capture, np.sort(_numbers(capture, request)), f"{len(request)} given frames")
 
 
 def _of_word(capture: Capture, word: str) -> Targets:
@@ -104,16 +104,25 @@ def _of_file(capture: Capture, path: Path) -> Targets:
         raise FileNotFoundError(f"{path}: no such file of targets; allowed: {', '.join(WORDS)}")
     if path.suffix == ".json":
         return _request(capture, camera_path(path, capture), f"the poses of {path.name}")
-    names = [line.strip() for line in path.read_text(encoding="utf-8").splitlines()]
-    frames = _numbers(capture, [name for name in names if name], path)
+    frames = np.sort(named_in(path, capture))
     return _held_out(capture, frames, f"the {len(frames)} frames in {path.name}, held out")
 
 
+def named_in(path: Path, capture: Capture) -> np.ndarray:
+    """(n,) numbers of the distinct frames that a file names, one a line, in its order.
+
+    Raises:
+        ValueError: when it names none, or one that the capture does not have.
+    """
+    names = [line.strip() for line in path.read_text(encoding="utf-8").splitlines()]
+    return _numbers(capture, [name for name in names if name], path)
+
+
 def _numbers(capture: Capture, asked: Sequence, path: Path | None = None) -> np.ndarray:
-    """Frames by name or number."""
+    """Frames by name or number, each once, in the order asked for."""
     where = f"{path}: " if path else ""
     if not len(asked):
-        raise ValueError(f"{where}no target frame is named")
+        raise ValueError(f"{where}no frame is named")
     rows = {name: i for i, name in enumerate(capture.names)}
     unknown = [
         frame
@@ -122,10 +131,10 @@ def _numbers(capture: Capture, asked: Sequence, path: Path | None = None) -> np.
     ]
     if unknown:
         raise ValueError(
-            f"{where}{len(unknown)} target frames are not in the capture, the first "
+            f"{where}{len(unknown)} frames are not in the capture, the first "
             f"{unknown[0]!r}; its names are like {capture.names[0]!r}"
         )
-    return np.unique([rows[f] if isinstance(f, str) else int(f) for f in asked])
+    return np.array(list(dict.fromkeys(rows[f] if isinstance(f, str) else int(f) for f in asked)))
 
 
 def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:

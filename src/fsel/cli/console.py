@@ -29,6 +29,11 @@ class Console:
         if not (self.quiet or self.as_json):
             print(f"{label:9} {text}", flush=True)
 
+    def text(self, block: str) -> None:
+        """Lines on standard output, as they are."""
+        if not (self.quiet or self.as_json):
+            print(block, end="", flush=True)
+
     def warn(self, text: str) -> None:
         """A line on standard error."""
         if not self.quiet:

@@ -17,6 +17,9 @@ def parser() -> argparse.ArgumentParser:
     )
     commands = root.add_subparsers(required=True, metavar="COMMAND")
     _add_select(commands)
+    _add_info(commands)
+    _add_compare(commands)
+    _add_reconstruct(commands)
     return root
 
 
@@ -45,11 +48,12 @@ def _add_output(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--force", action="store_true", help="replace what an earlier run wrote")
 
 
-def _add_request(command: argparse.ArgumentParser) -> None:
+def _add_request(command: argparse.ArgumentParser, targets: str | None = None) -> None:
     """What is to be rendered."""
     command.add_argument(
         "--targets",
         metavar="WHAT",
+        default=targets,
         help="the views to be rendered: path.json (a camera path), names.txt (frames, one a line, "
         "held out), every:N (every N-th frame, held out), orbit, or trajectory; without it, "
         "anything that the capture saw",
@@ -85,3 +89,53 @@ def _add_select(commands) -> None:
         "--copy", action="store_true", help="copy the images instead of linking them"
     )
     _add_output(command, "folder to write")
+
+
+def _add_info(commands) -> None:
+    _command(commands, "info", "Say what a capture holds, and how many frames seem worth keeping.")
+
+
+def _add_compare(commands) -> None:
+    command = _command(
+        commands,
+        "compare",
+        "Reconstruct from what several methods pick, and compare renderings with held-out frames.",
+    )
+    command.add_argument(
+        "-k", type=_numbers, default=[10, 20, 30], help="numbers of frames, 10,20,30 by default"
+    )
+    command.add_argument(
+        "--methods",
+        type=_words,
+        default=["fsel", "uniform", "fvs"],
+        help="names, fsel,uniform,fvs by default",
+    )
+    _add_request(command, targets="every:8")
+    _add_size(command)
+    _add_output(command, "folder to write")
+
+
+def _add_reconstruct(commands) -> None:
+    command = _command(commands, "reconstruct", "Write splats of some frames as a 3DGS .ply.")
+    command.add_argument(
+        "--frames", type=Path, required=True, help="file with a frame name a line, as frames.txt"
+    )
+    _add_size(command)
+    _add_output(command, "file to write")
+
+
+def _add_size(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--long-side",
+        type=int,
+        default=96,
+        help="longer side in pixels of the images reconstructed from, 96 by default",
+    )
+
+
+def _words(text: str) -> list[str]:
+    return list(dict.fromkeys(text.split(",")))
+
+
+def _numbers(text: str) -> list[int]:
+    return sorted({int(word) for word in text.split(",")})

@@ -1,8 +1,9 @@
-"""What the commands have in common: the object that a request is about."""
+"""What the commands have in common."""
 
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 
 import numpy as np
 
@@ -17,3 +18,8 @@ def focus_of(asked: argparse.Namespace, capture: Capture) -> Focus | None:
     if asked.box is not None:
         return from_box(np.array(asked.box))
     return None
+
+
+def reasons(dropped: dict[str, str]) -> str:
+    """Why frames were left out, and how many for each reason."""
+    return ", ".join(f"{reason} ({count})" for reason, count in Counter(dropped.values()).items())

@@ -11,14 +11,16 @@ import numpy as np
 
 from fsel import api, shipped
 from fsel.cli.console import Console
-from fsel.cli.request import focus_of
+from fsel.cli.request import focus_of, reasons
 from fsel.export import record, subset
+from fsel.export.page import page
 from fsel.export.staging import staged
-from fsel.glance import sharpness_of_files
+from fsel.glance import sharpness_of_files, thumbnails
 from fsel.opening import Opened, open_capture
 from fsel.targets import ALL
 
-WRITTEN = ("selection.json", "frames.txt", *subset.WRITTEN)
+THUMBNAIL = 240  # pixels of the longer side, in the report
+WRITTEN = ("selection.json", "frames.txt", "report.html", *subset.WRITTEN)
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:
@@ -30,12 +32,17 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         outcome = _select(asked, console, opened, seconds)
         written = time.perf_counter()
         picks = outcome.selection.indices
+        entries, left = record.picked(outcome), record.left(outcome)
+        files = [] if asked.geometry_only else [opened.files[i] for i in picks]
+        pictures = thumbnails(files, opened.longest, THUMBNAIL)
+        report = page(outcome, entries, left, pictures)
+        (stage / "report.html").write_text(report, encoding="utf-8")
         subset.write(stage, opened, picks, outcome.targets.frames, asked.copy)
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written
         seconds["total"] = time.perf_counter() - started
-        content = _content(asked, opened, outcome, seconds)
+        content = _content(asked, opened, outcome, seconds) | {"frames": entries, "left": left}
         text = json.dumps(content, indent=1, ensure_ascii=False)
         (stage / "selection.json").write_text(text, encoding="utf-8")
     reached = outcome.coverage.curve[-1]
@@ -52,7 +59,7 @@ def _select(
     width, height = opened.cameras[0].width, opened.cameras[0].height
     console.say("capture", f"{len(capture)} frames of {width}x{height}, {opened.layout}")
     if opened.dropped:
-        console.warn(f"{len(opened.dropped)} frames are left out: {_reasons(opened.dropped)}")
+        console.warn(f"{len(opened.dropped)} frames are left out: {reasons(opened.dropped)}")
     focus = focus_of(asked, capture)
     targets = api.checked_request(capture, asked.k, asked.targets, asked.method, focus)
     what = f"{targets.kind}, by {len(targets.views)} views"
@@ -79,15 +86,10 @@ def _select(
     return record.Outcome(capture, targets, selection, sharpness)
 
 
-def _reasons(dropped: dict[str, str]) -> str:
-    counts = {reason: list(dropped.values()).count(reason) for reason in dropped.values()}
-    return ", ".join(f"{reason} ({count})" for reason, count in counts.items())
-
-
 def _content(
     asked: argparse.Namespace, opened: Opened, outcome: record.Outcome, seconds: dict[str, float]
 ) -> dict:
-    """selection.json."""
+    """selection.json but for the frames."""
     targets = outcome.targets
     weights = {"sha256": shipped.digest(), **shipped.scorer().provenance}
     return {
@@ -112,8 +114,6 @@ def _content(
             "box": asked.box,
             "geometry_only": asked.geometry_only,
         },
-        "frames": record.picked(outcome),
-        "left": record.left(outcome),
         "weights": weights if asked.method == "fsel" else None,
         "versions": record.versions(),
         "seconds": {name: round(value, 4) for name, value in seconds.items()},

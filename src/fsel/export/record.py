@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.metadata import version
 
 import numpy as np
@@ -33,7 +34,7 @@ class Outcome:
     selection: Selection
     sharpness: np.ndarray | None
 
-    @property
+    @cached_property
     def coverage(self) -> Coverage:
         """Of the targets by the picks."""
         pool = self.targets.pool(self.capture)

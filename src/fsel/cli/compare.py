@@ -1,0 +1,158 @@
+"""`fsel compare`: reconstruct from what several methods pick, and look at held-out frames."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator, Sequence
+
+import cv2
+import numpy as np
+
+from fsel import api
+from fsel.capture import Capture
+from fsel.cli.console import Console
+from fsel.cli.request import focus_of
+from fsel.evaluation import Evaluator
+from fsel.export.staging import staged
+from fsel.focus import Focus
+from fsel.glance import sharpness_of_files
+from fsel.methods import METHODS
+from fsel.metrics import METRICS
+from fsel.opening import open_capture
+from fsel.reconstruct import RECONSTRUCTORS
+from fsel.targets import Targets
+
+WRITTEN = ("compare.json", "compare.txt", "renders")
+SHOWN = 6  # held-out frames that are rendered side by side
+BAND = 14  # pixels of a caption
+Picks = dict[tuple[int, str], list[np.ndarray]]
+
+
+def run(asked: argparse.Namespace, console: Console) -> None:
+    """Carry the command out."""
+    with staged(asked.out, WRITTEN, asked.force) as stage:
+        opened = open_capture(asked.capture, asked.layout, asked.long_side)
+        focus = focus_of(asked, opened.capture)
+        targets = _checked(asked, opened.capture, focus)
+        console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
+        sharpness = sharpness_of_files(opened.files, opened.longest, console.bar("sharpness"))
+        capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
+        picks = _picks(asked, capture, targets, sharpness, focus)
+        rows, evaluator = _scores(asked, capture, targets, picks, console)
+        table = _table(rows)
+        (stage / "compare.txt").write_text(table, encoding="utf-8")
+        content = {
+            "capture": str(asked.capture.resolve()),
+            "targets": [capture.names[i] for i in targets.frames],
+            "long_side": asked.long_side,
+            "seed": asked.seed,
+            "rows": rows,
+        }
+        (stage / "compare.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
+        (stage / "renders").mkdir()
+        for name, sheet in _sheets(asked, capture, targets, picks, evaluator):
+            cv2.imwrite(str(stage / "renders" / name), sheet[..., ::-1])
+    console.text(table)
+    console.say("written", f"{asked.out}: compare.json, compare.txt, renders")
+    console.give(content)
+
+
+def _checked(asked: argparse.Namespace, capture: Capture, focus: Focus | None) -> Targets:
+    """Refuse every budget and method that cannot be served, before any image is opened."""
+    for method in asked.methods:
+        for k in asked.k:
+            if k < 2:
+                raise ValueError(f"k is {k}; a reconstruction needs at least two frames")
+            targets = api.checked_request(capture, k, asked.targets, method, focus)
+    if not len(targets.frames):
+        raise ValueError(
+            f"targets are {asked.targets!r}: there is no truth to compare with; allowed: every:N, "
+            "or a .txt list of frame names"
+        )
+    return targets
+
+
+def _picks(
+    asked: argparse.Namespace,
+    capture: Capture,
+    targets: Targets,
+    sharpness: np.ndarray,
+    focus: Focus | None,
+) -> Picks:
+    """(k, method) -> one selection a seed; nested methods are asked once for the largest k."""
+    picks: Picks = {}
+    for name in asked.methods:
+        method = METHODS[name]
+        for seed in range(asked.seed, asked.seed + method.seeds):
+            made = {
+                k: api.select(
+                    capture, k, targets, name, seed, sharpness=sharpness, focus=focus
+                ).indices
+                for k in ([max(asked.k)] if method.nested else asked.k)
+            }
+            for k in asked.k:
+                picks.setdefault((k, name), []).append(
+                    made[max(asked.k) if method.nested else k][:k]
+                )
+    return picks
+
+
+def _scores(
+    asked: argparse.Namespace, capture: Capture, targets: Targets, picks: Picks, console: Console
+) -> tuple[list[dict], Evaluator]:
+    """A row of mean metrics for each k and method, over targets and seeds."""
+    evaluator = Evaluator.on_frames(RECONSTRUCTORS["splats"](capture), targets.frames)
+    order = [(k, name) for k in asked.k for name in asked.methods]
+    runs = [(key, chosen) for key in order for chosen in picks[key]]
+    found: dict[tuple[int, str], list[np.ndarray]] = {key: [] for key in order}
+    for key, chosen in console.bar("reconstructing")(runs, len(runs)):
+        found[key].append(evaluator(chosen))
+    rows = []
+    for (k, name), values in found.items():
+        means = dict(zip(METRICS, np.mean(values, axis=0).round(5).tolist(), strict=True))
+        names = [[capture.names[i] for i in chosen] for chosen in picks[k, name]]
+        rows.append({"k": k, "method": name, **means, "seeds": len(values), "picks": names})
+    return rows, evaluator
+
+
+def _table(rows: Sequence[dict]) -> str:
+    """PSNR in dB, SSIM, and GMSD, of which less is better."""
+    wide = max(len(row["method"]) for row in rows)
+    lines = [f"{'k':>4}  {'method':{wide}}  {'PSNR':>6}  {'SSIM':>6}  {'GMSD':>6}"]
+    for row in rows:
+        metrics = f"{row['psnr']:6.2f}  {row['ssim']:6.4f}  {row['gmsd']:6.4f}"
+        lines.append(f"{row['k']:4d}  {row['method']:{wide}}  {metrics}")
+    return "\n".join([*lines, ""])
+
+
+def _sheets(
+    asked: argparse.Namespace,
+    capture: Capture,
+    targets: Targets,
+    picks: Picks,
+    evaluator: Evaluator,
+) -> Iterator[tuple[str, np.ndarray]]:
+    """(file name, image) of a few held-out frames; a row for each k: truth, then methods."""
+    drawn = np.unique(np.linspace(0, len(targets.frames) - 1, SHOWN).round().astype(int))
+    frames = targets.frames[drawn]
+    views = capture.view(frames)
+    rows: list[list[np.ndarray]] = [[] for _ in frames]
+    for k in asked.k:
+        rendered = [
+            evaluator.reconstructor.fit(np.sort(picks[k, name][0])).render(views)
+            for name in asked.methods
+        ]
+        for at, frame in enumerate(frames):
+            cells = [_captioned(np.asarray(capture.images[frame]), "truth")]
+            for name, images in zip(asked.methods, rendered, strict=True):
+                cells.append(_captioned(np.round(images[at] * 255).astype(np.uint8), f"{name} {k}"))
+            rows[at].append(np.concatenate(cells, axis=1))
+    for at, frame in enumerate(frames):
+        yield f"{capture.names[frame].replace('/', '_')}.png", np.concatenate(rows[at])
+
+
+def _captioned(image: np.ndarray, text: str) -> np.ndarray:
+    band = np.full((BAND, *image.shape[1:]), 255, np.uint8)
+    cv2.putText(band, text, (2, BAND - 4), cv2.FONT_HERSHEY_SIMPLEX, 0.35, (0, 0, 0), 1)
+    return np.concatenate([band, image])

@@ -1,0 +1,64 @@
+"""`fsel info`: what a capture holds, and how much of it says something new."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from fsel.cli.console import Console
+from fsel.cli.request import reasons
+from fsel.coverage import BLURRED, relative_sharpness
+from fsel.geometry import lengths
+from fsel.glance import sharpness_of_files
+from fsel.opening import Opened, open_capture
+from fsel.redundancy import viewing_distance, worth_keeping
+
+
+def run(asked: argparse.Namespace, console: Console) -> None:
+    """Carry the command out."""
+    opened = open_capture(asked.capture, asked.layout)
+    sharpness = sharpness_of_files(opened.files, opened.longest, console.bar("sharpness"))
+    result = described(opened, sharpness)
+    frames, kept = result["frames"], len(result["worth_keeping"])
+    console.say("capture", f"{frames} frames, {opened.layout}, passes: {result['passes']}")
+    console.say("cameras", ", ".join(result["cameras"]))
+    if opened.dropped:
+        console.say("left out", reasons(opened.dropped))
+    console.say("points", str(result["points"]) if result["points"] else "none")
+    console.say(
+        "poses",
+        f"extent {result['extent']:.4g}, step {result['step']:.4g}, looking "
+        f"{result['distance']:.4g} far (medians, world units)",
+    )
+    blurred = result["blurred"]
+    console.say("blurred", f"{len(blurred)}: {', '.join(blurred[:5])}" if blurred else "none")
+    console.say(
+        "keep",
+        f"about {kept} of {frames}: the others lie within 8 degrees of parallax of one of them",
+    )
+    console.give(result)
+
+
+def described(opened: Opened, sharpness: np.ndarray) -> dict:
+    """What the command prints, with names in full."""
+    capture = opened.capture
+    points = opened.points()
+    centers = capture.centers
+    distance = viewing_distance(capture, points)
+    keep = worth_keeping(capture, distance)
+    blurred = relative_sharpness(sharpness) < BLURRED
+    cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.cameras)
+    return {
+        "layout": opened.layout,
+        "frames": len(capture),
+        "passes": len(set(capture.sequences)),
+        "cameras": list(cameras),
+        "dropped": opened.dropped,
+        "points": 0 if points is None else len(points.xyz),
+        "extent": float(2 * lengths(centers - centers.mean(axis=0)).max()),
+        "step": float(np.median(lengths(np.diff(centers, axis=0)))) if len(capture) > 1 else 0.0,
+        "distance": float(np.median(distance)),
+        "blurred": [capture.names[i] for i in np.flatnonzero(blurred)],
+        "worth_keeping": [capture.names[i] for i in keep],
+    }

@@ -1,0 +1,38 @@
+"""`fsel reconstruct`: splats of some frames as a standard `.ply`."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+import fsel
+from fsel.cli.console import Console
+from fsel.opening import open_capture
+from fsel.pipeline.files import atomic
+from fsel.targets import named_in
+
+
+def run(asked: argparse.Namespace, console: Console) -> None:
+    """Carry the command out."""
+    if asked.out.exists() and not asked.force:
+        raise FileExistsError(f"{asked.out}: exists already. Hint: --force replaces it")
+    with atomic(asked.out) as stage:
+        stage.touch()  # a disk that takes no file is refused before work
+        opened = open_capture(asked.capture, asked.layout, asked.long_side)
+        frames = named_in(asked.frames, opened.capture)
+        loaded = opened.loaded(frames, console.bar("images"))
+        console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
+        model = fsel.reconstruct(loaded, np.arange(len(frames)))
+        model.export_ply(stage)
+    console.say(
+        "written", f"{asked.out}: {model.primitives} splats, fitted in {model.seconds:.1f} s"
+    )
+    console.give(
+        {
+            "frames": list(loaded.names),
+            "size": list(loaded.size),
+            "splats": model.primitives,
+            "seconds": round(model.seconds, 4),
+        }
+    )

@@ -1,0 +1,95 @@
+"""Drawings of a selection as SVG: the cameras from above, and coverage against K."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+
+from fsel.export.record import Outcome
+from fsel.paths import plane_basis, upwards
+
+SIDE = 640  # of the top view, in units of its view box
+MARGIN = 30
+TICK = 0.035  # length of a viewing direction, as a share of the side
+CHART = (640, 260)
+LEFT, BOTTOM = 46, 34  # room for the chart's labels
+
+
+def top_view(outcome: Outcome) -> str:
+    """Cameras, targets and picks in order, from above; a tick shows where each looks."""
+    capture, targets, selection = outcome.capture, outcome.targets, outcome.selection
+    side, ahead = plane_basis(upwards(capture))
+    basis = np.stack([side, -ahead], axis=1)  # SVG counts downwards
+    near = targets.views.centers[~targets.far]
+    centers = np.concatenate([capture.centers, near]) @ basis
+    low, high = centers.min(axis=0), centers.max(axis=0)
+    extent = max(float((high - low).max()), np.finfo(float).tiny)
+    scale = (SIDE - 2 * MARGIN) / extent
+    offset = MARGIN + ((SIDE - 2 * MARGIN) - (high - low) * scale) / 2
+    places = (centers - low) * scale + offset
+    axes = np.concatenate([capture.axes, targets.views.axes[~targets.far]]) @ basis
+    ends = places + TICK * SIDE * axes
+    count = len(capture)
+    height = (high - low)[1] * scale + 2 * MARGIN
+    shift = (SIDE - height) / 2
+    marks = [
+        f'<svg viewBox="0 {shift:.1f} {SIDE} {height:.1f}" class="top" role="img" '
+        'aria-label="cameras from above">'
+    ]
+    for i in range(count):
+        marks.append(_camera(places[i], ends[i], "frame", capture.names[i]))
+    for i in range(count, len(places)):
+        marks.append(_target(places[i], ends[i], f"target {i - count}"))
+    for order, i in reversed(list(enumerate(selection.indices, 1))):  # the first lies on top
+        x, y = places[i]
+        marks.append(_camera(places[i], ends[i], "pick", f"{order}: {capture.names[i]}", 8.5))
+        marks.append(f'<text class="order" x="{x:.1f}" y="{y + 3.2:.1f}">{order}</text>')
+    return "\n".join([*marks, "</svg>"])
+
+
+def _camera(place: np.ndarray, end: np.ndarray, kind: str, title: str, radius: float = 2.5) -> str:
+    (x, y), (u, v) = place, end
+    return (
+        f'<g class="{kind}"><title>{escape(title)}</title>'
+        f'<line x1="{x:.1f}" y1="{y:.1f}" x2="{u:.1f}" y2="{v:.1f}"/>'
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}"/></g>'
+    )
+
+
+def _target(place: np.ndarray, end: np.ndarray, title: str) -> str:
+    (x, y), (u, v) = place, end
+    return (
+        f'<g class="target"><title>{escape(title)}</title>'
+        f'<line x1="{x:.1f}" y1="{y:.1f}" x2="{u:.1f}" y2="{v:.1f}"/>'
+        f'<rect x="{x - 4:.1f}" y="{y - 4:.1f}" width="8" height="8" '
+        f'transform="rotate(45 {x:.1f} {y:.1f})"/></g>'
+    )
+
+
+def coverage_chart(curve: np.ndarray) -> str:
+    """Coverage after each pick."""
+    width, height = CHART
+    right, top = width - 12, 12
+
+    def at(k: float, share: float) -> tuple[float, float]:
+        x = LEFT + (right - LEFT) * k / len(curve)
+        return x, height - BOTTOM - (height - BOTTOM - top) * share
+
+    path = " ".join(f"{x:.1f},{y:.1f}" for x, y in (at(k, c) for k, c in enumerate([0, *curve])))
+    marks = [
+        f'<svg viewBox="0 0 {width} {height}" class="chart" role="img" '
+        'aria-label="coverage against K">'
+    ]
+    for share in (0, 0.25, 0.5, 0.75, 1):
+        (x, y), (far, _) = at(0, share), at(len(curve), share)
+        marks.append(f'<line class="grid" x1="{x}" y1="{y:.1f}" x2="{far}" y2="{y:.1f}"/>')
+        marks.append(f'<text class="left" x="{x - 6}" y="{y + 4:.1f}">{share:.0%}</text>')
+    step = max(1, round(len(curve) / 8))
+    for k in range(0, len(curve) + 1, step):
+        x, y = at(k, 0)
+        marks.append(f'<text class="below" x="{x:.1f}" y="{y + 16:.1f}">{k}</text>')
+    marks.append(f'<polyline points="{path}"/>')
+    middle = (LEFT + right) / 2
+    marks.append(f'<text class="below" x="{middle}" y="{height - 3}">frames picked</text>')
+    return "\n".join([*marks, "</svg>"])

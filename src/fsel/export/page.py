@@ -1,0 +1,78 @@
+"""report.html: a selection to look at, in one file that needs no other."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from html import escape
+from importlib.resources import files
+
+from fsel.export.drawings import coverage_chart, top_view
+from fsel.export.record import Outcome
+
+STYLE = files("fsel.export") / "page.css"
+
+
+def page(
+    outcome: Outcome, picked: Sequence[dict], left: Sequence[dict], pictures: Sequence[bytes]
+) -> str:
+    """The whole page.
+
+    Args:
+        outcome: the selection.
+        picked: see `fsel.export.record.picked`.
+        left: see `fsel.export.record.left`.
+        pictures: JPEG files of the picks, in pick order; none where no image was opened.
+    """
+    name, curve = escape(outcome.capture.source), outcome.coverage.curve
+    parts = [
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{len(picked)} frames of {name}</title>",
+        f"<style>{STYLE.read_text(encoding='utf-8')}</style></head><body>",
+        f"<h1>{len(picked)} of {len(outcome.capture)} frames</h1>",
+        f"<p>{name}. To be rendered: {escape(outcome.targets.kind)}, "
+        f"{len(outcome.targets.views)} views.</p>",
+        '<div class="row">',
+        f"<figure>{top_view(outcome)}<figcaption>{_legend(outcome)}</figcaption></figure>",
+        f"<figure>{coverage_chart(curve)}"
+        f"<figcaption>Coverage of the target views: {curve[-1]:.1%}; all frames together give "
+        "100%.</figcaption></figure></div>",
+        "<h2>Picks, in order</h2>",
+        '<ol class="sheet">',
+        *_cards(picked, pictures),
+        "</ol><h2>Frames left out, and why</h2>",
+        "<table><thead><tr><th>frame</th><th>reason</th></tr></thead><tbody>",
+        *(_row(entry) for entry in left),
+        "</tbody></table></body></html>",
+    ]
+    return "\n".join(parts)
+
+
+def _legend(outcome: Outcome) -> str:
+    far = int(outcome.targets.far.sum())
+    note = f" {far} targets too far away to be drawn." if far else ""
+    return (
+        'From above: <span class="key pick">picks in order</span>, <span class="key target">target '
+        f'views</span>, <span class="key frame">other frames</span>.{note}'
+    )
+
+
+def _cards(picked: Sequence[dict], pictures: Sequence[bytes]) -> list[str]:
+    cards = []
+    for at, entry in enumerate(picked):
+        name, image = escape(entry["name"]), ""
+        if pictures:
+            data = base64.b64encode(pictures[at]).decode("ascii")
+            image = f'<img alt="{name}" src="data:image/jpeg;base64,{data}">'
+        facts = [f"adds {entry['adds']:.1%}"]
+        if entry["sharpness_rank"] is not None:
+            facts.append(f"sharpness rank {entry['sharpness_rank']}")
+        cards.append(
+            f"<li>{image}<b>{entry['order']}</b> {name}<br><small>{', '.join(facts)}</small></li>"
+        )
+    return cards
+
+
+def _row(entry: dict) -> str:
+    return f"<tr><td>{escape(entry['name'])}</td><td>{escape(entry['reason'])}</td></tr>"

@@ -1,0 +1,104 @@
+"""report.html, looked at in a real browser."""
+
+import json
+import re
+import shutil
+import subprocess
+
+import cv2
+import numpy as np
+import pytest
+from small_captures import write_ring
+
+from fsel.cli import main
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
+MEASURE = """<script>
+const box = (node) => { const b = node.getBoundingClientRect(); return [b.width, b.height]; };
+const all = (query) => [...document.querySelectorAll(query)];
+const seen = {
+  pictures: all('img').map((node) => [node.naturalWidth, node.naturalHeight]),
+  drawings: all('svg').map(box),
+  picks: all('.pick circle').map((node) => getComputedStyle(node).fill),
+  orders: all('text.order').map((node) => node.textContent),
+  targets: all('.target rect').length,
+  frames: all('.frame circle').length,
+  points: document.querySelector('polyline').getAttribute('points').split(' ').length,
+  reasons: all('tbody tr').map((row) => row.innerText),
+  captions: all('.sheet li').map((node) => node.innerText),
+  overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+  fetched: performance.getEntriesByType('resource').map((entry) => entry.name)
+    .filter((name) => !name.startsWith('data:')),
+};
+document.documentElement.setAttribute('data-seen', JSON.stringify(seen));
+</script>"""
+
+
+@pytest.fixture
+def out(tmp_path):
+    write_ring(tmp_path / "capture <b>&")
+    arguments = ["-k", "7", "--targets", "every:8", "-o", str(tmp_path / "out")]
+    assert main(["select", str(tmp_path / "capture <b>&"), *arguments]) == 0
+    return tmp_path / "out"
+
+
+def browse(folder, *arguments):
+    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
+    command += [f"--user-data-dir={folder / 'profile'}", "--virtual-time-budget=5000"]
+    return subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=120)
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+@pytest.mark.parametrize("width", [1240, 500])
+def test_a_browser_shows_everything(width, out, tmp_path):
+    page = (out / "report.html").read_text(encoding="utf-8")
+    (tmp_path / "page.html").write_text(page.replace("</body>", MEASURE + "</body>"))
+    url = (tmp_path / "page.html").as_uri()
+    shown = browse(tmp_path, f"--window-size={width},1200", "--dump-dom", url)
+    (found,) = re.findall(r'data-seen="([^"]*)"', shown.stdout)
+    seen = json.loads(found.replace("&quot;", '"').replace("&lt;", "<").replace("&amp;", "&"))
+    assert seen["pictures"] == [[64, 48]] * 7
+    assert len(seen["drawings"]) == 2
+    assert all(min(size) > 100 for size in seen["drawings"])
+    assert seen["picks"] == ["rgb(213, 94, 0)"] * 7
+    assert sorted(seen["orders"], key=int) == [str(n) for n in range(1, 8)]
+    assert (seen["targets"], seen["frames"], seen["points"]) == (3, 24, 8)
+    assert seen["overflow"] <= 0
+    assert seen["fetched"] == []
+    content = json.loads((out / "selection.json").read_text())
+    for caption, entry in zip(seen["captions"], content["frames"], strict=True):
+        assert f"{entry['order']} {entry['name']}" in caption
+        assert f"adds {entry['adds']:.1%}" in caption
+    assert [row.split("\t") for row in seen["reasons"]] == [
+        [entry["name"], entry["reason"]] for entry in content["left"]
+    ]
+    assert "capture &lt;b&gt;&amp;" in page
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+def test_a_screenshot_shows_the_picks(out, tmp_path):
+    target = tmp_path / "page.png"
+    url = (out / "report.html").as_uri()
+    browse(tmp_path, "--window-size=1240,1200", f"--screenshot={target}", url)
+    image = cv2.imread(str(target)).astype(int)
+    orange = (np.abs(image - [0, 94, 213]).max(axis=2) < 8).sum()
+    assert orange > 7 * 100  # seven discs, a curve and a legend
+
+
+def test_the_page_names_no_other_file(out):
+    page = (out / "report.html").read_text(encoding="utf-8")
+    sources = re.findall(r'(?:src|href)="([^"]{0,40})', page)
+    assert sources
+    assert all(source.startswith("data:image/jpeg;base64,") for source in sources)
+    assert "@import" not in page
+    assert "url(" not in page
+
+
+def test_geometry_only_leaves_the_pictures_out(tmp_path):
+    write_ring(tmp_path / "capture")
+    arguments = ["-k", "4", "--geometry-only", "-o", str(tmp_path / "out")]
+    assert main(["select", str(tmp_path / "capture"), *arguments]) == 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<img" not in page
+    assert "sharpness" not in page
+    assert page.count("<li>") == 4
