@@ -22,6 +22,7 @@ include: "workflow/rules/captures.smk"
 include: "workflow/rules/labels.smk"
 include: "workflow/rules/selectors.smk"
 include: "workflow/rules/sweep.smk"
+include: "workflow/rules/speed.smk"
 
 
 rule all:

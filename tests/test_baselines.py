@@ -126,6 +126,22 @@ def test_picks_do_not_depend_on_the_order_of_frames(method):
             assert set(picks) == set(other)
 
 
+@every_method
+def test_a_method_reads_the_descriptors_that_it_declares_and_no_others(method):
+    changed = {"appearance": 0, "sharpness": 0}
+    for seed in range(4):
+        problem = with_points(random_problem(40, seed), seed=seed)
+        picks = select(method, problem, 12)
+        back = np.arange(40)[::-1]
+        others = {
+            "appearance": replace(problem, descriptors=problem.descriptors[back]),
+            "sharpness": replace(problem, sharpness=problem.sharpness[back]),
+        }
+        for name, other in others.items():
+            changed[name] += not np.array_equal(select(method, other, 12), picks)
+    assert tuple(name for name in changed if changed[name]) == method.reads
+
+
 def degenerate(problem):
     """name -> the problem with nothing to tell some or all of its frames apart."""
     n = len(problem.capture)

@@ -55,6 +55,7 @@ class Method:
         nested: whether select(k) is a prefix of select(k + 1), so that one run serves all budgets.
         seeds: how many random seeds its results average over; 1 for a deterministic method.
         select: (problem, k, rng) -> (k,) int64 distinct frames in pick order.
+        reads: which of `appearance` and `sharpness` it looks at; nobody need measure the others.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Method:
     nested: bool
     seeds: int
     select: Callable[[Problem, int, np.random.Generator], np.ndarray]
+    reads: tuple[str, ...] = ()
 
 
 def checked_select(

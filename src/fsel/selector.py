@@ -276,4 +276,5 @@ def learned_method(
         )
         return prepared.pool[greedy(prepared, scorer.weights, k)[0]]
 
-    return Method(name, label, pool, nested=True, seeds=1, select=select)
+    reads = ("appearance", "sharpness") if appearance else ("sharpness",)
+    return Method(name, label, pool, nested=True, seeds=1, select=select, reads=reads)

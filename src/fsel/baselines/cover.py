@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from fsel.baselines.splat_views import Blends, greedy_on_splats, project
+from fsel.baselines.splat_views import Blends, greedy_on_splats, held_by
 from fsel.problem import Method, Problem
 
 BINS = 128  # directions on the sphere
@@ -49,51 +49,31 @@ class _Coverage:
         return np.where(blends.covered > 0, -mean, EMPTY)
 
     def add(self, row: int) -> None:
-        blends, n = self.blends, self.blends.splats.shape[1]
-        across, down = np.empty((2, n), np.float32)
-        key = np.empty(n, np.int64)
-        k = blends.intrinsics[row]
-        project(blends.splats, blends.poses[row], k, *blends.size, across, down, key)
-        new = _binned(blends.splats, self.centers[row], self.directions, key, self.known)
-        _raise(blends.splats, self.centers, new, blends.start, blends.index, self.best)
+        blends = self.blends
+        held = np.flatnonzero(held_by(blends, row))
+        rays = blends.splats[:3, held].T - self.centers[row]
+        nearest = np.argmax(rays @ self.directions.T, axis=1)
+        first = ~self.known[held, nearest]
+        held, nearest = held[first], nearest[first]
+        self.known[held, nearest] = True
+        new = np.full(len(self.known), -1, np.int32)
+        new[held] = nearest
+        rest = blends.start, blends.index, self.best
+        _raise(blends.splats, self.centers, self.directions, new, *rest)
 
 
 @_fast
-def _binned(splats, center, directions, key, known):
-    """(n, 3) the direction nearest to each splat's ray from a camera, now marked as known.
-
-    Zero for splats out of the view, whose key is -1, and where the direction was known before.
-    """
-    out = np.zeros((splats.shape[1], 3), np.float32)
-    closeness = np.empty(len(directions), np.float32)
-    for i in range(len(out)):
-        if key[i] < 0:
-            continue
-        x, y, z = splats[0, i] - center[0], splats[1, i] - center[1], splats[2, i] - center[2]
-        for g in range(len(directions)):
-            closeness[g] = x * directions[g, 0] + y * directions[g, 1] + z * directions[g, 2]
-        nearest = np.argmax(closeness)
-        if not known[i, nearest]:
-            known[i, nearest] = True
-            out[i] = directions[nearest]
-    return out
-
-
-@_fast
-def _raise(splats, centers, new, start, index, best):
-    """Raise every entry's coverage to that by a newly seen direction of its splat."""
-    fresh = np.empty(len(new), np.bool_)
-    for i in range(len(new)):
-        fresh[i] = new[i].any()
+def _raise(splats, centers, directions, new, start, index, best):
+    """Raise every entry's coverage to that by a newly seen direction of its splat, if any."""
     for view in range(len(centers)):
         for e in range(start[view], start[view + 1]):
             i = index[e]
-            if not fresh[i]:
+            if new[i] < 0:
                 continue
             cosine, square = np.float32(0), np.float32(0)
             for a in range(3):
                 gap = splats[a, i] - centers[view, a]
-                cosine += gap * new[i, a]
+                cosine += gap * directions[new[i], a]
                 square += gap * gap
             cosine /= max(np.sqrt(square), np.float32(1e-12))
             best[e] = max(best[e], np.float32(0.5) * (np.float32(1) + cosine))

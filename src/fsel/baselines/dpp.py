@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from fsel.problem import Method, Problem
@@ -19,8 +18,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return pool[greedy_map(described, JITTER, k)]
 
 
-@numba.njit(cache=True, nogil=True)
-def greedy_map(described, jitter, k):
+def greedy_map(described: np.ndarray, jitter: float, k: int) -> np.ndarray:
     """Greedy MAP by an incremental Cholesky factor (Chen, Zhang and Zhou 2018).
 
     Every frame is equally good a first pick: the one most similar to all is taken. Later ties go to
@@ -34,34 +32,23 @@ def greedy_map(described, jitter, k):
     Returns:
         (k,) int64 rows in pick order. Time O(n k (D + k)), memory O(n k).
     """
-    n, width = described.shape
-    factor = np.empty((k, n))
-    left = np.empty(n)
+    factor = np.empty((k, len(described)))
+    left = described.any(axis=1) + jitter
     picks = np.empty(k, np.int64)
-    mean = np.zeros(width)
-    for i in range(n):
-        mean += described[i]
-    likeness = np.empty(n)
-    for i in range(n):
-        likeness[i] = (described[i] * mean).sum()
-        left[i] = jitter + (1.0 if described[i].any() else 0.0)
+    # einsum, not a product by BLAS: equal rows get equal sums wherever they stand
+    likeness = np.einsum("nd,d->n", described, described.sum(axis=0))
     row = np.argmax(np.where(left > 1, likeness, -np.inf))
     for step in range(k):
         picks[step] = row
         root = np.sqrt(left[row])
         left[row] = -np.inf
-        new = factor[step]
-        for i in range(n):
-            new[i] = (described[i] * described[row]).sum()
-        for t in range(step):
-            scale = factor[t, row]
-            for i in range(n):
-                new[i] -= scale * factor[t, i]
-        for i in range(n):
-            new[i] /= root
-            left[i] -= new[i] ** 2
+        known = np.einsum("t,tn->n", factor[:step, row], factor[:step])
+        factor[step] = (np.einsum("nd,d->n", described, described[row]) - known) / root
+        left -= factor[step] ** 2
         row = np.argmax(left)
     return picks
 
 
-METHOD = Method("dpp", "DPP", "observed", nested=True, seeds=1, select=select)
+METHOD = Method(
+    "dpp", "DPP", "observed", nested=True, seeds=1, select=select, reads=("appearance",)
+)

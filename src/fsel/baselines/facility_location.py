@@ -26,4 +26,12 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return pool[locate(values, total * (1 + ROUNDING), k)]
 
 
-METHOD = Method("facility", "Facility location", "observed", nested=True, seeds=1, select=select)
+METHOD = Method(
+    "facility",
+    "Facility location",
+    "observed",
+    nested=True,
+    seeds=1,
+    select=select,
+    reads=("appearance",),
+)

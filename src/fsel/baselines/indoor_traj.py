@@ -39,5 +39,11 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 METHOD = Method(
-    "indoor_traj", "IndoorTraj max-min", "observed", nested=True, seeds=1, select=select
+    "indoor_traj",
+    "IndoorTraj max-min",
+    "observed",
+    nested=True,
+    seeds=1,
+    select=select,
+    reads=("appearance",),
 )

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 import numba
 import numpy as np
+from scipy.spatial.distance import cdist
 
-from fsel.baselines.greedy import locate
+from fsel.baselines.greedy import BLOCK, locate
 from fsel.problem import Method, Problem
 
 ROUNDING = 1e-6  # of a distance in float32
 
 _jit = numba.njit(cache=True, nogil=True)
-_fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -35,47 +33,29 @@ def distances(centers: np.ndarray, axes: np.ndarray, described: np.ndarray) -> n
     Returns:
         (n, n) float32, 400 MB for 10,000 frames; a maximum of nothing but rounding counts as one.
     """
-    likeness = described @ described.T
-    _combine(np.ascontiguousarray(centers), np.ascontiguousarray(axes), likeness)
-    return likeness
+    unlike = described @ described.T
+    np.subtract(1, unlike, out=unlike)
+    np.maximum(unlike, 0, out=unlike)
+    np.fill_diagonal(unlike, 0)
+    blocks = [slice(i, i + BLOCK) for i in range(0, len(centers), BLOCK)]
+    gap = max(cdist(centers[rows], centers).max() for rows in blocks)
+    chord = max(cdist(axes[rows], axes).max() for rows in blocks)
+    angle = _angle(chord) if chord > ROUNDING else 1.0
+    top = (gap if gap > 0 else 1.0, angle, max(unlike.max(), ROUNDING))
+    for rows in blocks:
+        joint = unlike[rows] / top[2]
+        joint += cdist(centers[rows], centers) / top[0]
+        joint += _angle(cdist(axes[rows], axes)) / top[1]
+        unlike[rows] = joint / 3
+    return unlike
 
 
-@_fast
-def _combine(centers, axes, out):
-    """Turn (n, n) similarities into joint distances, in place."""
-    n = len(out)
-    top_gap, top_chord, least = 0.0, 0.0, np.float32(1)
-    for i in range(n):
-        for j in range(i):
-            least = min(least, out[i, j])
-            top_gap = max(top_gap, _chord(centers, i, j))
-            top_chord = max(top_chord, _chord(axes, i, j))
-    per_gap = 1 / (3 * top_gap) if top_gap > 0 else 0.0
-    per_angle = 1 / (3 * _angle(top_chord)) if top_chord > ROUNDING else 0.0
-    per_unlike = 1 / (3 * (1 - least)) if 1 - least > ROUNDING else 0.0
-    for i in range(n):
-        out[i, i] = 0
-        for j in range(i):
-            value = per_gap * _chord(centers, i, j) + per_angle * _angle(_chord(axes, i, j))
-            value += per_unlike * max(1 - out[i, j], np.float32(0))
-            out[i, j] = out[j, i] = np.float32(value)
+def _angle(chord: np.ndarray) -> np.ndarray:
+    """Radians between unit vectors from the distance of their ends."""
+    return 2 * np.arcsin(np.minimum(0.5 * chord, 1.0))
 
 
-@_fast
-def _chord(points, i, j):
-    square = 0.0
-    for a in range(3):
-        square += (points[i, a] - points[j, a]) ** 2
-    return math.sqrt(square)
-
-
-@_fast
-def _angle(chord):
-    return 2 * math.asin(min(1.0, 0.5 * chord))
-
-
-@_jit
-def fasterpam(distance, medoids):
+def fasterpam(distance: np.ndarray, medoids: np.ndarray) -> np.ndarray:
     """Swap medoids until no single swap lowers the summed distance (Schubert and Rousseeuw 2021).
 
     Every candidate in turn, the most central first, is weighed against all medoids at once in
@@ -88,14 +68,20 @@ def fasterpam(distance, medoids):
     Returns:
         (k,) int64 medoids. One medoid is returned as it came: BUILD's first is the best.
     """
+    if len(medoids) == 1:
+        return medoids
+    # by summed distance to all: an order that the frames' own has no say in
+    order = np.argsort(distance.sum(axis=1, dtype=np.float64), kind="stable")
+    return _swapped(distance, medoids, order)
+
+
+@_jit
+def _swapped(distance, medoids, order):
     n, k = len(distance), len(medoids)
     medoids = medoids.copy()
-    if k == 1:
-        return medoids
     taken = np.zeros(n, np.bool_)
     taken[medoids] = True
     near, first, second = _assigned(distance, medoids)
-    order = _central_first(distance)
     turn, since = 0, 0
     while since < n:
         candidate = order[turn]
@@ -110,16 +96,6 @@ def fasterpam(distance, medoids):
         turn = (turn + 1) % n
         since += 1
     return medoids
-
-
-@_jit
-def _central_first(distance):
-    """Rows by their summed distance to all: an order that the frames' own has no say in."""
-    total = np.zeros(len(distance))
-    for i in range(len(distance)):
-        for value in distance[i]:
-            total[i] += value
-    return np.argsort(total, kind="mergesort")
 
 
 @_jit
@@ -151,4 +127,12 @@ def _changes(row, near, first, second, k):
     return common, change
 
 
-METHOD = Method("kmedoids", "$k$-medoids", "observed", nested=False, seeds=1, select=select)
+METHOD = Method(
+    "kmedoids",
+    "$k$-medoids",
+    "observed",
+    nested=False,
+    seeds=1,
+    select=select,
+    reads=("appearance",),
+)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from fsel.baselines.greedy import most_central
 from fsel.problem import Method, Problem
@@ -28,37 +28,22 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return pool[snapped(points, lloyd(points, points[start], ROUNDS))]
 
 
-@numba.njit(cache=True, nogil=True)
-def lloyd(points, means, rounds):
+def lloyd(points: np.ndarray, means: np.ndarray, rounds: int) -> np.ndarray:
     """Lloyd's algorithm: (n, d) points and (k, d) first means -> (k, d) means.
 
     Stops when no point changes its cluster; a cluster left empty keeps its mean.
     """
-    n, width = points.shape
-    k = len(means)
     means = means.copy()
-    label = np.full(n, -1)
+    label = np.full(len(points), -1)
     for _ in range(rounds):
-        moved = False
-        total, count = np.zeros((k, width)), np.zeros(k)
-        for i in range(n):
-            best, least = 0, np.inf
-            for m in range(k):
-                square = 0.0
-                for a in range(width):
-                    square += (points[i, a] - means[m, a]) ** 2
-                if square < least:
-                    best, least = m, square
-            moved |= label[i] != best
-            label[i] = best
-            count[best] += 1
-            for a in range(width):
-                total[best, a] += points[i, a]
-        if not moved:
+        found = cdist(points, means, "sqeuclidean").argmin(axis=1)
+        if (found == label).all():
             break
-        for m in range(k):
-            if count[m] > 0:
-                means[m] = total[m] / count[m]
+        label = found
+        count = np.bincount(label, minlength=len(means))
+        total = np.zeros_like(means)
+        np.add.at(total, label, points)
+        means[count > 0] = total[count > 0] / count[count > 0, None]
     return means
 
 

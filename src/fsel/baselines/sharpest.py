@@ -14,4 +14,12 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return np.array([window[np.argmax(problem.sharpness[window])] for window in windows])
 
 
-METHOD = Method("sharpest", "Sharpest per window", "observed", nested=False, seeds=1, select=select)
+METHOD = Method(
+    "sharpest",
+    "Sharpest per window",
+    "observed",
+    nested=False,
+    seeds=1,
+    select=select,
+    reads=("sharpness",),
+)

@@ -148,8 +148,48 @@ def _part(capture: Capture, frames: np.ndarray) -> Capture:
     )
 
 
+def held_by(blends: Blends, row: int) -> np.ndarray:
+    """(n,) whether each splat lies within a view's image, hidden or not."""
+    across, down, key = _room(blends.splats.shape[1])
+    k = blends.intrinsics[row]
+    _project(blends.splats, blends.poses[row], k, *blends.size, across, down, key)
+    return key >= 0
+
+
+def blend(
+    splats: np.ndarray, poses: np.ndarray, intrinsics: np.ndarray, width: int, height: int
+) -> tuple[np.ndarray, ...]:
+    """Alpha-blend splats into views, front to back, each over 2x2 pixels bilinearly.
+
+    Args:
+        splats: (4, n) float32; poses: (V, 3, 4) float32; intrinsics: (V, 4) float32.
+        width, height: pixels.
+
+    Returns:
+        start, index, weight, square, covered: see `Blends`.
+    """
+    n, views = splats.shape[1], len(poses)
+    room = _room(n)
+    index, weight, square = np.empty(n, np.int32), *np.empty((2, n), np.float32)
+    counts, covered = np.empty((2, views), np.int64)
+    entries = []
+    for view in range(views):
+        _project(splats, poses[view], intrinsics[view], width, height, *room)
+        clear = np.ones((height, width), np.float32)
+        count = _blend(splats[3], *room, clear, index, weight, square)
+        counts[view], covered[view] = count, (clear < 1).sum()
+        entries.append((index[:count].copy(), weight[:count].copy(), square[:count].copy()))
+    start = np.append(0, np.cumsum(counts))
+    return start, *(np.concatenate(parts) for parts in zip(*entries, strict=True)), covered
+
+
+def _room(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where `_project` writes n pixel coordinates and keys."""
+    return np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.int64)
+
+
 @_fast
-def project(splats, pose, k, width, height, across, down, key):
+def _project(splats, pose, k, width, height, across, down, key):
     """Write pixel coordinates less one half, and keys that grow with depth; -1 out of the view.
 
     Positive float32 numbers are ordered as their bits are: the leading ones are the key.
@@ -172,50 +212,22 @@ def project(splats, pose, k, width, height, across, down, key):
 
 
 @_jit
-def blend(splats, poses, intrinsics, width, height):
-    """Alpha-blend splats into views, front to back, each over 2x2 pixels bilinearly.
-
-    Args:
-        splats: (4, n) float32; poses: (V, 3, 4) float32; intrinsics: (V, 4) float32.
-        width, height: pixels.
-
-    Returns:
-        start, index, weight, square, covered: see `Blends`.
-    """
-    n, views = splats.shape[1], len(poses)
-    start, covered = np.zeros(views + 1, np.int64), np.zeros(views, np.int64)
-    index = np.empty(1024, np.int32)
-    sums = np.empty((2, 1024), np.float32)
-    across, down = np.empty(n, np.float32), np.empty(n, np.float32)
-    key = np.empty(n, np.int64)
-    for view in range(views):
-        project(splats, poses[view], intrinsics[view], width, height, across, down, key)
-        first, groups = _span(key)
-        _, order = grouped(np.where(key >= 0, key - first, -1), groups)
-        clear = np.ones((height, width), np.float32)
-        count = start[view]
-        while count + len(order) > len(index):
-            index = np.concatenate((index, np.empty_like(index)))
-            sums = np.concatenate((sums, np.empty_like(sums)), axis=1)
-        for i in order:
-            weight, square = _fill(clear, across[i], down[i], splats[3, i])
-            if weight > FAINT:
-                index[count], sums[0, count], sums[1, count] = i, weight, square
-                count += 1
-        start[view + 1] = count
-        covered[view] = (clear < 1).sum()
-    used = start[views]
-    return start, index[:used].copy(), sums[0, :used].copy(), sums[1, :used].copy(), covered
-
-
-@_jit
-def _span(key):
-    """The least key that is no -1, and how many steps there are to the largest."""
+def _blend(opacity, across, down, key, clear, index, weight, square):
+    """Write the entries of one view, front to back, and what stays clear; the entries' number."""
     least, most = np.int64(2**40), np.int64(-1)
     for value in key:
         if value >= 0:
             least, most = min(least, value), max(most, value)
-    return least, max(most - least + 1, 0)
+    for i in range(len(key)):
+        key[i] = key[i] - least if key[i] >= 0 else -1
+    _, order = grouped(key, max(most - least + 1, 0))
+    count = 0
+    for i in order:
+        total, squares = _fill(clear, across[i], down[i], opacity[i])
+        if total > FAINT:
+            index[count], weight[count], square[count] = i, total, squares
+            count += 1
+    return count
 
 
 @_jit
@@ -229,8 +241,8 @@ def _fill(clear, across, down, opacity):
         row = opacity * (fv if y > top else np.float32(1) - fv)
         for x in range(max(left, 0), min(left + 2, width)):
             alpha = row * (fu if x > left else np.float32(1) - fu)
-            weight = alpha * clear[y, x]
-            clear[y, x] -= weight
-            total += weight
-            square += weight * weight
+            part = alpha * clear[y, x]
+            clear[y, x] -= part
+            total += part
+            square += part * part
     return total, square

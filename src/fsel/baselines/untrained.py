@@ -14,4 +14,12 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return untrained_select(problem, k, SIGNS)
 
 
-METHOD = Method("untrained", "Untrained sum", "candidates", nested=True, seeds=1, select=select)
+METHOD = Method(
+    "untrained",
+    "Untrained sum",
+    "candidates",
+    nested=True,
+    seeds=1,
+    select=select,
+    reads=("appearance", "sharpness"),
+)

@@ -123,8 +123,8 @@ def caption(facts: Mapping) -> str:
         "targets, target draws and seeds within a scene, then over scenes; the best selection of "
         rf"each column is in bold. Captures: {'; '.join(captures)}. Reconstructor: "
         rf"\texttt{{{names['reconstructor']}}} at {facts['long_side']} pixels; appearance "
-        rf"descriptor: \texttt{{{names['descriptor']}}}. Below the last rule, "
-        f"for reference: {references}"
+        rf"descriptor: \texttt{{{names['descriptor']}}}. Between rules: the paper's "
+        f"baselines, further ones, the learned selectors, and for reference {references}"
     )
 
 

@@ -11,6 +11,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fsel.report.figures import save
+
 METRIC = "psnr"
 
 
@@ -73,10 +75,7 @@ def draw(
     bar.set_label("PSNR gain (dB)", fontsize=8)
     bar.ax.tick_params(labelsize=7)
     figure.supxlabel("bold and *: the paired 95% interval excludes zero", fontsize=7)
-    for output in outputs:
-        # without dates the same numbers give the same bytes
-        undated = {"CreationDate": None} if Path(output).suffix == ".pdf" else {"Software": None}
-        figure.savefig(output, dpi=200, metadata=undated)
+    save(figure, outputs)
 
 
 def _panel(axis: Axes, panel: pd.DataFrame, labels: Mapping[str, str], limit: float):

@@ -68,6 +68,29 @@ def sweep_table(
     )
 
 
+def plain_table(
+    header: Sequence[str], rows: Sequence[Sequence[str]], *, caption: str, label: str
+) -> str:
+    """A table of ready cells, in LaTeX: the first column to the left, the others to the right."""
+    lines = [
+        r"\begin{table}[t]",
+        r"\centering",
+        rf"\caption{{{caption}}}",
+        rf"\label{{{label}}}",
+        r"\scriptsize",
+        rf"\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}",
+        r"\toprule",
+        " & ".join(header) + r" \\",
+        r"\midrule",
+        *(" & ".join(row) + r" \\" for row in rows),
+        r"\bottomrule",
+        r"\end{tabular}",
+        r"\end{table}",
+        "",
+    ]
+    return "\n".join(lines)
+
+
 class _Sheet:
     """Formats cells of one summary."""
 
