@@ -11,7 +11,8 @@ from fsel.capture import Capture, SparsePoints, Views
 from fsel.evaluation import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS, agreement, render, stereo
 from fsel.reconstruct import splats as splats_module
-from fsel.reconstruct.splats import Splats, depth_range
+from fsel.reconstruct.splats import Splats
+from fsel.reconstruct.sweep import depth_range
 
 F = np.float32
 
@@ -238,15 +239,15 @@ def rendered(splats, colors):
 
 
 def test_one_splat_on_a_pixel_centre_fills_that_pixel():
-    total = rendered([splat(0.1, 0.1, 2.0)], [[10, 20, 30]])
-    # x = 10 * 0.1 / 2 + 8 = 8.5, the centre of pixel 8; weight 1 / z^2
+    total = rendered([splat(0.1, 0.1, 2.0, 0.25)], [[10, 20, 30]])
+    # x = 10 * 0.1 / 2 + 8 = 8.5, the centre of pixel 8; the weight is the opacity
     assert np.argwhere(total[..., 3] > 1e-4).tolist() == [[8, 8]]
     np.testing.assert_allclose(total[8, 8], np.array([10, 20, 30, 1]) / 4, rtol=1e-4)
 
 
 def test_a_splat_between_pixels_is_shared_bilinearly():
-    total = rendered([splat(0.1, 0.15, 2.0)], [[1, 1, 1]])
-    np.testing.assert_allclose(total[8:10, 8, 3], [0.75 / 4, 0.25 / 4], rtol=1e-3)
+    total = rendered([splat(0.1, 0.15, 2.0, 0.5)], [[1, 1, 1]])
+    np.testing.assert_allclose(total[8:10, 8, 3], [0.75 / 2, 0.25 / 2], rtol=1e-3)
 
 
 def test_the_front_surface_hides_the_back():

@@ -23,8 +23,9 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
 
     The depth pass gathers opacity in bins of inverse depth over 3x3 pixels; the visible surface is
     the first with a fair share of it, so that a lone floater hides nothing. The accumulation pass
-    spreads each splat bilinearly over 2x2 pixels, nearer sources weighing more as they are
-    sharper, and drops what lies behind the surface.
+    spreads each splat bilinearly over 2x2 pixels, weighed by its opacity alone (weights that favour
+    near sources let a floater beside its own camera outweigh a surface: 0.9 dB less), and drops
+    what lies behind the surface.
 
     Args:
         splats: (5, n) float32: rows of world x, y, z, opacity, depth in the source camera.
@@ -44,7 +45,6 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
     mass = np.zeros((height + 2, width + 2, BINS), F)
     low = F(1) / far
     scale = F(BINS) / (F(1) / near - low)
-    weights = splats[3] / (splats[4] * splats[4])
     index = np.empty(splats.shape[1], np.int64)
     kept = 0
     for i in range(splats.shape[1]):
@@ -57,7 +57,7 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
         bin_ = BINS - 1 - min(max(int((w - low) * scale), 0), BINS - 1)
         mass[int(v + F(0.5)), int(u + F(0.5)), bin_] += splats[3, i]
     reach = F(1) / (_surface(mass, low, scale) * (F(1) + tolerance))
-    return _accumulate((across, down, closeness), weights, index[:kept], colors, reach)
+    return _accumulate((across, down, closeness), splats[3], index[:kept], colors, reach)
 
 
 @_jit

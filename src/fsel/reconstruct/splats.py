@@ -14,11 +14,8 @@ import cv2
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.reconstruct import agreement, ply, render, stereo
+from fsel.reconstruct import agreement, ply, render, stereo, sweep
 
-LOOK_ANGLE = 8.0  # degrees of parallax that stereo likes best
-LOOK_SPREAD = (4.0, 12.0)  # and how fast the liking falls below and above it
-AXIS_SPREAD = 30.0  # degrees between optical axes
 MAX_PARTNERS = 4
 KEPT_PAIRS = 4096  # matching costs in memory, some 100 kB each at 64x48
 
@@ -42,15 +39,15 @@ class SplatSettings:
     """
 
     partners: int = 4
-    neighbours: int = 6
+    neighbours: int = 8
     rounds: int = 2
-    truncation: float = 40.0
-    small_penalty: float = 16.0
-    large_penalty: float = 120.0
+    truncation: float = 35.0
+    small_penalty: float = 48.0
+    large_penalty: float = 510.0
     tolerance: float = 1.0
     against: float = 1.0
     opacity: float = 0.25
-    surface: float = 0.06
+    surface: float = 0.1
     planes: tuple[int, int] = (32, 96)
 
     def __post_init__(self) -> None:
@@ -77,9 +74,9 @@ class Splats:
         self.grey = self.images.mean(axis=-1)
         self.enlarged = np.stack([cv2.resize(im, None, fx=2, fy=2) for im in self.images])
         self.rays = _rays(capture)
-        self.range = depth_range(capture)
-        self.affinity = _affinity(capture, self.range)
-        self.inverse = _planes(capture, self.range, self.settings.planes)
+        self.range = sweep.depth_range(capture)
+        self.affinity = sweep.affinity(capture, self.range)
+        self.inverse = sweep.planes(capture, self.range, self.settings.planes)
         self.ks = capture.intrinsics.astype(np.float32)
         self._pairs: dict[tuple[int, int], np.ndarray] = {}
         self._maps: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}
@@ -227,69 +224,11 @@ class SplatModel:
         ply.write(path, np.stack([x, y, z], axis=1), self.colors / 255, opacity, scale)
 
 
-def depth_range(capture: Capture) -> np.ndarray:
-    """(N, 2) nearest and farthest depth that each frame's planes must reach, world units.
-
-    From the sparse points that a frame sees where it sees ten; else from all points; without
-    points, from the spread of the cameras.
-    """
-    n = len(capture)
-    if capture.points is None or len(capture.points.track_point) == 0:
-        centers = capture.centers
-        extent = 2 * np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
-        extent = extent if extent > 0 else 1.0
-        return np.tile([0.15 * extent, 4 * extent], (n, 1))
-    track = capture.points
-    rows = capture.world_to_camera[track.track_frame, 2]
-    z = np.einsum("li,li->l", rows[:, :3], track.xyz[track.track_point]) + rows[:, 3]
-    seen, z = track.track_frame[z > 0], z[z > 0]
-    limits = np.tile(np.percentile(z, [0.5, 99.5]), (n, 1))
-    for i in range(n):
-        own = z[seen == i]
-        if len(own) >= 10:
-            limits[i] = np.percentile(own, [1, 99])
-    limits[:, 1] = 2.5 * np.maximum(limits[:, 1], np.median(limits[:, 1]))
-    return limits
-
-
 def _rays(capture: Capture) -> np.ndarray:
     width, height = capture.size
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     fx, fy, cx, cy = (capture.intrinsics[:, i, None, None] for i in range(4))
     return np.stack([(x - cx) / fx, (y - cy) / fy], axis=1).astype(np.float32)
-
-
-def _look_depth(limits: np.ndarray) -> float:
-    return float(np.median(2 / (1 / limits[:, 0] + 1 / limits[:, 1])))
-
-
-def _affinity(capture: Capture, limits: np.ndarray) -> np.ndarray:
-    """(N, N) how well each other frame serves as a stereo partner; -1 on the diagonal."""
-    points = capture.centers + capture.axes * _look_depth(limits)
-    back = -capture.axes
-    rays = capture.centers[None] - points[:, None]
-    rays /= np.maximum(np.linalg.norm(rays, axis=-1, keepdims=True), 1e-12)
-    half_sum = np.linalg.norm(rays + back[:, None], axis=-1)
-    half_gap = np.linalg.norm(rays - back[:, None], axis=-1)
-    parallax = np.degrees(2 * np.arctan2(half_gap, half_sum))
-    spread = np.where(parallax < LOOK_ANGLE, *LOOK_SPREAD)
-    gap = np.linalg.norm(capture.axes[:, None] - capture.axes[None], axis=-1)
-    tilt = np.degrees(2 * np.arcsin(np.clip(gap / 2, 0, 1)))
-    # logarithm of the product of two Gaussians: it ranks even pairs that underflow
-    score = -((parallax - LOOK_ANGLE) ** 2) / (2 * spread**2) - (tilt / AXIS_SPREAD) ** 2
-    np.fill_diagonal(score, -np.inf)
-    return score
-
-
-def _planes(capture: Capture, limits: np.ndarray, bounds: tuple[int, int]) -> np.ndarray:
-    """(N, D) inverse depths: one pixel of disparity at the preferred parallax between planes."""
-    baseline = 2 * np.tan(np.radians(LOOK_ANGLE) / 2) * _look_depth(limits)
-    near, far = np.median(limits, axis=0)
-    disparity = np.median(capture.intrinsics[:, 0]) * baseline * (1 / near - 1 / far)
-    count = int(np.clip(np.ceil(disparity / 8) * 8, *bounds))
-    share = np.linspace(0, 1, count)
-    inverse = 1 / limits[:, 1:] * (1 - share) + 1 / limits[:, :1] * share
-    return inverse.astype(np.float32)
 
 
 def _relative(poses: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
