@@ -279,12 +279,13 @@ def swept(scene, tmp_path_factory):
     """Two draws of one scene, selected and evaluated by every method without weights."""
     folder = tmp_path_factory.mktemp("swept")
     draws = [folder / f"draw{d}" for d in range(2)]
-    split(scene, [d / "split.parquet" for d in draws], targets=4, seed=1, config="c")
-    for draw in draws:
-        parts, picks = draw / "split.parquet", draw / "selections.parquet"
-        select(scene, parts, {}, picks, budgets=[3, 5], seed=2, config="c")
-        output = draw / "evaluation.parquet"
-        evaluate(scene, parts, picks, output, reconstruction=RECONSTRUCTION, config="c")
+    splits, picks, outputs = (
+        [draw / f"{name}.parquet" for draw in draws]
+        for name in ("split", "selections", "evaluation")
+    )
+    split(scene, splits, targets=4, seed=1, config="c")
+    select(scene, splits, {}, picks, budgets=[3, 5], seeds=[2, 2], config="c")
+    evaluate(scene, splits, picks, outputs, reconstruction=RECONSTRUCTION, config="c")
     return draws
 
 

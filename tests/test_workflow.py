@@ -59,7 +59,7 @@ def test_default_config_plans_every_job(tmp_path):
     total = sum(sum(entry.values()) for entry in scenes)
     assert jobs["generate"] == jobs["ingest"] == jobs["describe"] == total
     assert jobs["label"] == labelled["train"] + labelled["validation"]
-    assert jobs["select"] == jobs["evaluate"] == evaluation * config["draws"]
+    assert jobs["select"] == jobs["evaluate"] == evaluation
     assert jobs["split"] == jobs["features"] == evaluation
     assert jobs["train"] == jobs["train_no_appearance"] == 3
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["trajectories"] == 1
@@ -74,7 +74,7 @@ def test_a_dataset_on_disk_is_one_entry(tmp_path):
     base = planned(dry_run(tmp_path, changed(tmp_path)))
     assert more["generate"] == base["generate"]
     assert more["ingest"] == base["ingest"] + 1
-    assert more["evaluate"] == base["evaluate"] + 2
+    assert more["evaluate"] == base["evaluate"] + 1
 
 
 @pytest.mark.parametrize(

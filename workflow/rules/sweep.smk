@@ -9,7 +9,10 @@ Outputs: <results>/{dataset}/{scene}/draw{draw}/{selections,evaluation}.parquet,
 
 rule select:
     input:
-        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
+        splits=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
+            draw=range(config["draws"]),
+        ),
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
@@ -29,50 +32,64 @@ rule select:
             "pipeline/selection",
         ),
     output:
-        "<results>/{dataset}/{scene}/draw{draw}/selections.parquet",
+        expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/selections.parquet",
+            draw=range(config["draws"]),
+        ),
     log:
-        "<results>/logs/select/{dataset}/{scene}/draw{draw}.log",
+        "<results>/logs/select/{dataset}/{scene}.log",
     benchmark:
-        "<results>/benchmarks/select/{dataset}/{scene}/draw{draw}.jsonl"
+        "<results>/benchmarks/select/{dataset}/{scene}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=2000,
-        runtime=10,
+        runtime=30,
     params:
         budgets=config["budgets"],
-        seed=lambda wildcards: scene_seed(wildcards, "select", wildcards.draw),
+        seeds=lambda wildcards: [
+            scene_seed(wildcards, "select", draw) for draw in range(config["draws"])
+        ],
     message:
-        "Selecting frames of {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}"
+        "Selecting frames of {wildcards.dataset}/{wildcards.scene}"
     script:
         "../scripts/select.py"
 
 
 rule evaluate:
     input:
-        selections="<results>/{dataset}/{scene}/draw{draw}/selections.parquet",
-        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
+        splits=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
+            draw=range(config["draws"]),
+        ),
+        selections=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/selections.parquet",
+            draw=range(config["draws"]),
+        ),
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         lib=library(*RECONSTRUCTION, *FILES, "pipeline/labels", "pipeline/selection"),
     output:
-        "<results>/{dataset}/{scene}/draw{draw}/evaluation.parquet",
+        expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/evaluation.parquet",
+            draw=range(config["draws"]),
+        ),
     log:
-        "<results>/logs/evaluate/{dataset}/{scene}/draw{draw}.log",
+        "<results>/logs/evaluate/{dataset}/{scene}.log",
     benchmark:
-        "<results>/benchmarks/evaluate/{dataset}/{scene}/draw{draw}.jsonl"
+        "<results>/benchmarks/evaluate/{dataset}/{scene}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
     resources:
         mem_mb=4000,
-        runtime=60,
+        runtime=180,
     params:
         reconstruction=config["reconstruction"],
     message:
-        "Reconstructing {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}"
+        "Reconstructing {wildcards.dataset}/{wildcards.scene} from every selection"
     script:
         "../scripts/evaluate.py"
 

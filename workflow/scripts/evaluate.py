@@ -1,4 +1,4 @@
-"""Reconstruct from every selection of one problem."""
+"""Reconstruct from every selection on one capture."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 with job(snakemake) as digest:
     evaluate(
         Path(snakemake.input.frames).parent,
-        snakemake.input.split,
+        snakemake.input.splits,
         snakemake.input.selections,
-        snakemake.output[0],
+        snakemake.output,
         reconstruction=snakemake.params.reconstruction,
         config=digest,
     )

@@ -1,4 +1,4 @@
-"""Run every method on one problem."""
+"""Run every method on every problem of one capture."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 with job(snakemake) as digest:
     select(
         Path(snakemake.input.frames).parent,
-        snakemake.input.split,
+        snakemake.input.splits,
         {name: list(snakemake.input[name]) for name in POLICIES},
-        snakemake.output[0],
+        snakemake.output,
         budgets=snakemake.params.budgets,
-        seed=snakemake.params.seed,
+        seeds=snakemake.params.seeds,
         config=digest,
     )

@@ -37,32 +37,33 @@ EVALUATION_UNITS = {**METRIC_UNITS, "fit_seconds": "s", "render_seconds": "s", "
 
 def select(
     folder: str | Path,
-    split: str | Path,
+    splits: Sequence[str | Path],
     weights: Mapping[str, Sequence[str | Path]],
-    output: str | Path,
+    outputs: Sequence[str | Path],
     *,
     budgets: Sequence[int],
-    seed: int,
+    seeds: Sequence[int],
     config: str,
 ) -> None:
-    """Every method's picks at every budget, one row a pick.
+    """Every method's picks at every budget of every draw, one row a pick.
 
     Args:
         folder: a canonical capture with its descriptors.
-        split: split.parquet of a draw.
+        splits: split.parquet, one a draw.
         weights: learned method -> its scorers, one a training seed.
-        output: method, pool, seed, k, order, frame, name, seconds; `pool` is where the method may
-            pick from, `candidates` (P) or `observed` (P and O).
+        outputs: one a draw: method, pool, seed, k, order, frame, name, seconds; `pool` is where the
+            method may pick from, `candidates` (P) or `observed` (P and O).
         budgets: frames to pick.
-        seed: of the draw.
+        seeds: one a draw.
         config: digest of the parameters.
     """
-    problem = load_problem(folder, split)
     runs = [(method, s) for method in METHODS.values() for s in range(method.seeds)]
     for name, paths in weights.items():
         runs += [(POLICIES[name].method(Scorer.load(p)), s) for s, p in enumerate(paths)]
-    rows = [picks for method, s in runs for picks in _picks(problem, method, s, budgets, seed)]
-    write_table(pd.concat(rows), output, units=SELECTION_UNITS, config=config)
+    for split, output, seed in zip(splits, outputs, seeds, strict=True):
+        problem = load_problem(folder, split)
+        rows = [picks for method, s in runs for picks in _picks(problem, method, s, budgets, seed)]
+        write_table(pd.concat(rows), output, units=SELECTION_UNITS, config=config)
 
 
 def _picks(
@@ -122,31 +123,35 @@ class _Measure:
 
 def evaluate(
     folder: str | Path,
-    split: str | Path,
-    selections: str | Path,
-    output: str | Path,
+    splits: Sequence[str | Path],
+    selections: Sequence[str | Path],
+    outputs: Sequence[str | Path],
     *,
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """Reconstruct every selection of a draw and compare it with the held-out targets.
+    """Reconstruct every selection and compare it with the held-out targets of its draw.
+
+    The draws share one reconstructor, and with it the matching costs that they have in common.
 
     Args:
         folder: a canonical capture.
-        split: split.parquet of the draw.
-        selections: what `select` wrote.
-        output: method, seed, k, target, metrics and costs.
+        splits: split.parquet, one a draw.
+        selections: what `select` wrote, one a draw.
+        outputs: one a draw: method, seed, k, target, metrics and costs.
         reconstruction: the config's section.
         config: digest of the parameters.
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    measure = _Measure(reconstructor, split_from(pd.read_parquet(split)).targets)
-    tables = []
-    for (method, s, k), picks in pd.read_parquet(selections).groupby(["method", "seed", "k"]):
-        measured = measure(picks["frame"].to_numpy(np.int64))
-        tables.append(_labelled(measured, method, s, k))
-        logger.info("%s seed %d k %d: %.2f dB", method, s, k, measured["psnr"].mean())
-    write_table(pd.concat(tables), output, units=EVALUATION_UNITS, config=config)
+    for draw, (split, picked, output) in enumerate(zip(splits, selections, outputs, strict=True)):
+        measure = _Measure(reconstructor, split_from(pd.read_parquet(split)).targets)
+        tables = []
+        for (method, s, k), picks in pd.read_parquet(picked).groupby(["method", "seed", "k"]):
+            measured = measure(picks["frame"].to_numpy(np.int64))
+            tables.append(_labelled(measured, method, s, k))
+            psnr = measured["psnr"].mean()
+            logger.info("draw %d, %s seed %d k %d: %.2f dB", draw, method, s, k, psnr)
+        write_table(pd.concat(tables), output, units=EVALUATION_UNITS, config=config)
 
 
 def _labelled(measured: pd.DataFrame, method: str, seed: int, k: int) -> pd.DataFrame:
