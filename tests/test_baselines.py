@@ -1,6 +1,7 @@
 """One contract for every method, and each method by hand or against a slow twin."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -44,6 +45,12 @@ def test_the_registry_names_its_methods():
     beyond = ["nearest", "sharpest", "long_lrm", "indoor_traj", "facility", "mvsnet_location"]
     assert list(METHODS) == [*paper, *beyond, "all"]
     assert all(method.name == name for name, method in METHODS.items())
+
+
+def test_every_method_is_defined_in_the_documentation():
+    text = (Path(__file__).parent.parent / "docs" / "methods.md").read_text()
+    missing = [m.label for m in METHODS.values() if f"**{m.label.replace('$', '')}" not in text]
+    assert missing == []
 
 
 @with_and_without_points

@@ -1,4 +1,4 @@
-"""Long-LRM's own selector: k-means on camera centre and viewing direction (Chen et al. 2024)."""
+"""Long-LRM's own selector: k-means on camera centre and viewing direction (Ziwen et al. 2025)."""
 
 from __future__ import annotations
 
