@@ -43,6 +43,7 @@ def test_info_tells_what_was_found(capture, capsys):
     assert found["cameras"] == ["PINHOLE 64x48"]
     assert found["blurred"] == ["frame_005.jpg"]
     assert found["extent"] == pytest.approx(8)
+    assert found["agreement"].startswith("reprojection error of median 0.00 px")
     assert found["step"] == pytest.approx(8 * np.sin(np.pi / 24))
     assert len(found["worth_keeping"]) == 24
     assert run("info", capture) == 0

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -17,7 +18,9 @@ from small_captures import ring, write_ring
 
 from fsel.cli import main
 from fsel.export import subset
-from fsel.layouts import read_capture
+from fsel.glance import sharpness_of_files
+from fsel.layouts import images, read_capture
+from fsel.opening import open_capture
 
 
 @pytest.fixture
@@ -140,6 +143,55 @@ def test_intrinsics_follow_images_smaller_than_their_camera(tmp_path):
     assert [content[key] for key in ("fl_x", "fl_y", "cx", "cy")] == [30, 30.5, 16, 12]
 
 
+@pytest.mark.parametrize(
+    ("model", "params", "expected"),
+    [
+        ("SIMPLE_RADIAL", [60, 32, 24, 0.02], {"fl_y": 60, "k1": 0.02}),
+        ("RADIAL", [60, 32, 24, 0.02, 0.01], {"cx": 32, "k1": 0.02, "k2": 0.01}),
+        (
+            "OPENCV_FISHEYE",
+            [35, 36, 32, 24, 0.03, 0.02, 0.01, 0.005],
+            {"fl_y": 36, "k4": 0.005, "camera_model": "OPENCV_FISHEYE"},
+        ),
+    ],
+)
+def test_transforms_state_the_camera_as_nerfstudio_has_it(model, params, expected, tmp_path):
+    write_ring(tmp_path / "capture")
+    sparse = tmp_path / "capture" / "sparse" / "0"
+    built = pycolmap.Reconstruction(str(sparse))
+    built.cameras[1].model = getattr(pycolmap.CameraModelId, model)
+    built.cameras[1].params = params
+    built.write_binary(str(sparse))
+    assert select(tmp_path / "capture", "-k", 4, "-o", tmp_path / "out") == 0
+    content = json.loads((tmp_path / "out" / "transforms.json").read_text())
+    assert {key: content[key] for key in expected} == expected
+    whole = read_capture(tmp_path / "capture", "colmap", long_side=64, max_error=1)
+    back = read_capture(tmp_path / "out", "nerfstudio", long_side=64, max_error=1)
+    rows = [whole.names.index(name) for name in back.names]
+    np.testing.assert_allclose(back.intrinsics, whole.intrinsics[rows], rtol=1e-9)
+
+
+def test_frames_of_a_video_are_measured_and_written(capture, tmp_path):
+    """A video is read from its start on: its frames come one after the other."""
+    path = tmp_path / "film.mkv"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 30, (64, 48), True)
+    opened = open_capture(capture)
+    shots = [images.load(file) for file in opened.raw.images]
+    for shot in shots:
+        writer.write(np.ascontiguousarray(shot[..., ::-1]))
+    writer.release()
+    video = images.Video(path)
+    film = [images.VideoFrame(video, i) for i in range(24)]
+    np.testing.assert_allclose(
+        sharpness_of_files(film, 64), sharpness_of_files(opened.raw.images, 64), rtol=0.05
+    )
+    shown = replace(opened, raw=replace(opened.raw, images=film))
+    subset.write(tmp_path, shown, np.array([7, 2]), np.array([3]), copy=False)
+    for i in (2, 3, 7):
+        written = images.load(tmp_path / "images" / f"frame_{i:03d}.jpg")
+        assert np.abs(written.astype(int) - shots[i]).mean() < 3
+
+
 @pytest.mark.parametrize("model", ["PINHOLE", "OPENCV"])
 def test_geometry_only_opens_one_image_of_a_camera(model, tmp_path, monkeypatch):
     write_ring(tmp_path / "capture", model=model)
@@ -246,6 +298,14 @@ def leads_outside(folder, tmp_path):
     return []
 
 
+def odd_camera(folder, tmp_path):
+    model = pycolmap.Reconstruction(str(folder / "sparse" / "0"))
+    model.cameras[1].model = pycolmap.CameraModelId.FULL_OPENCV
+    model.cameras[1].params = [60, 61, 32, 24, *[0.01] * 8]
+    model.write_binary(str(folder / "sparse" / "0"))
+    return []
+
+
 def unknown_name(folder, tmp_path):
     (tmp_path / "names.txt").write_text("frame_3.jpg\n")
     return ["--targets", tmp_path / "names.txt"]
@@ -259,6 +319,7 @@ def unknown_name(folder, tmp_path):
         (elsewhere, ["far from every camera", "another world frame"]),
         (unreadable, ["frame_007.jpg", "not a readable image"]),
         (leads_outside, ["../../secret.jpg", "leads outside"]),
+        (odd_camera, ["FULL_OPENCV", "image_undistorter"]),
         (unknown_name, ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),
         (lambda *_: ["-k", 25], ["k is 25", "1 to 24"]),
         (lambda *_: ["-k", 22, "--targets", "every:8"], ["1 to 21", "3 being held out"]),

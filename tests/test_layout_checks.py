@@ -54,7 +54,7 @@ def test_exact_poses_reproject_exactly(raw):
 def test_reprojection_error_by_hand(raw):
     points = raw.sparse()
     moved = replace(points, track_xy=points.track_xy + [3.0, -4.0])
-    np.testing.assert_allclose(reprojection_errors(replace(raw, points=lambda: moved)), 5)
+    np.testing.assert_allclose(reprojection_errors(replace(raw, points=lambda _: moved)), 5)
 
 
 @pytest.mark.parametrize("cause", MISTAKES)

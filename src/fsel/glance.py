@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -37,7 +36,7 @@ def in_silence(items: Iterable, count: int) -> Iterable:
 
 
 def sharpness_of_files(
-    files: Sequence[Path], longest: int, progress: Progress = in_silence
+    files: Sequence[images.Image], longest: int, progress: Progress = in_silence
 ) -> np.ndarray:
     """Variance of the Laplacian of each file's grey image, see `fsel.sharpness`.
 
@@ -54,24 +53,24 @@ def sharpness_of_files(
     """
     flag = GREY[_factor(longest, SHARPNESS_SIDE)]
 
-    def measure(file: Path) -> float:
-        return variance_of_laplacian(images.load(file, flag))
+    def measure(at: int) -> float:
+        return variance_of_laplacian(images.load(files[at], flag))
 
-    return np.array(in_parallel(measure, files, progress))
+    return np.array(in_turn(measure, files, progress))
 
 
-def thumbnails(files: Sequence[Path], longest: int, side: int) -> list[bytes]:
+def thumbnails(files: Sequence[images.Image], longest: int, side: int) -> list[bytes]:
     """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`."""
     flag = COLOR[_factor(longest, side)]
 
-    def shrink(file: Path) -> bytes:
-        image = images.load(file, flag)
+    def shrink(at: int) -> bytes:
+        image = images.load(files[at], flag)
         scale = min(1.0, side / max(image.shape[:2]))
         size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
         small = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
         return cv2.imencode(".jpg", small[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1].tobytes()
 
-    return in_parallel(shrink, files)
+    return in_turn(shrink, files)
 
 
 def _factor(longest: int, side: int) -> int:
@@ -79,13 +78,18 @@ def _factor(longest: int, side: int) -> int:
     return max(f for f in GREY if f == 1 or longest // f >= side)
 
 
-def in_parallel(work: Callable, items: Sequence, progress: Progress = in_silence) -> list:
-    """Results of work on every item, in order, by threads: decoding leaves the interpreter's lock.
+def in_turn(
+    work: Callable[[int], object], files: Sequence[images.Image], progress: Progress = in_silence
+) -> list:
+    """Results of work on the number of every file, in order.
 
-    An error or an interruption ends the call after the items under way.
+    Files are worked on by threads, since decoding leaves the interpreter's lock; frames of a
+    video one after the other, since going back in it means to begin anew. An error or an
+    interruption ends the call after what is under way.
     """
-    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    film = any(isinstance(file, images.VideoFrame) for file in files)
+    pool = ThreadPoolExecutor(1 if film else len(os.sched_getaffinity(0)))
     try:
-        return list(progress(pool.map(work, items), len(items)))
+        return list(progress(pool.map(work, range(len(files))), len(files)))
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

@@ -2,51 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from fsel.capture import Capture, SparsePoints
-from fsel.glance import Progress, in_parallel, in_silence
+from fsel.glance import Progress, in_silence, in_turn
 from fsel.layouts import read_raw
-from fsel.layouts.base import RawPoints
+from fsel.layouts.base import RawCapture, RawPoints
 from fsel.layouts.ingest import in_order, ingest
-from fsel.recording import Camera
 
 LONG_SIDE = 128  # pixels of the images that descriptors are made from
 
 
 @dataclass(frozen=True)
 class Opened:
-    """A capture and the files behind it, all in the capture's order of frames.
+    """A capture and the files behind it, both in the capture's order of frames.
 
     Attributes:
-        folder: where it lies.
         layout: what it was recognised as.
+        raw: what the files say.
         capture: poses, and images that are opened when indexed.
-        files: N image files.
-        cameras: N cameras, at the size that the capture's files state.
-        dropped: frames left out, and why.
     """
 
-    folder: Path
     layout: str
+    raw: RawCapture
     capture: Capture
-    files: Sequence[Path]
-    cameras: Sequence[Camera]
-    dropped: dict[str, str]
-    _points: object
 
     @property
     def longest(self) -> int:
         """Pixels of the images' longer side, as the first camera states it."""
-        return max(self.cameras[0].width, self.cameras[0].height)
-
-    def points(self) -> RawPoints | None:
-        """Sparse points with tracks over the capture's frames; None where there are none."""
-        return self._points()
+        return max(self.raw.cameras[0].width, self.raw.cameras[0].height)
 
     def loaded(self, frames: np.ndarray, progress: Progress = in_silence) -> Capture:
         """A capture of some frames alone, with their images in memory and the points they see.
@@ -55,15 +42,9 @@ class Opened:
             frames: (n,) distinct frames, in the order they shall have.
             progress: wraps the loop over the images.
         """
-        capture, points = self.capture, self.points()
-        images = in_parallel(capture.images.__getitem__, frames.tolist(), progress)
-        position = np.full(len(capture), -1)
-        position[frames] = np.arange(len(frames))
-        if points is not None:
-            track = position[points.track_frame]
-            points = SparsePoints(
-                points.xyz, points.rgb, points.track_point[track >= 0], track[track >= 0]
-            )
+        capture, points = self.capture, self.raw.subset(frames.tolist()).sparse()
+        files = [self.raw.images[i] for i in frames]
+        images = in_turn(lambda at: capture.images[frames[at]], files, progress)
         return replace(
             capture,
             names=tuple(capture.names[i] for i in frames),
@@ -71,8 +52,13 @@ class Opened:
             intrinsics=capture.intrinsics[frames],
             images=np.stack(images),
             sequences=tuple(capture.sequences[i] for i in frames),
-            points=points,
+            points=None if points is None else seen(points),
         )
+
+
+def seen(points: RawPoints) -> SparsePoints:
+    """Points without the places in the images that they were seen at."""
+    return SparsePoints(points.xyz, points.rgb, points.track_point, points.track_frame)
 
 
 def open_capture(path: str | Path, layout: str = "auto", long_side: int = LONG_SIDE) -> Opened:
@@ -90,12 +76,4 @@ def open_capture(path: str | Path, layout: str = "auto", long_side: int = LONG_S
     folder = Path(path)
     known, raw = read_raw(folder, layout)
     raw = in_order(raw, f"{known.name} at {folder}")
-    return Opened(
-        folder=folder,
-        layout=known.name,
-        capture=ingest(raw, known, folder, long_side, lazy=True),
-        files=raw.images,
-        cameras=raw.cameras,
-        dropped=raw.dropped,
-        _points=raw.sparse,
-    )
+    return Opened(known.name, raw, ingest(raw, known, folder, long_side, lazy=True))

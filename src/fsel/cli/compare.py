@@ -36,7 +36,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         focus = focus_of(asked, opened.capture)
         targets = _checked(asked, opened.capture, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
-        sharpness = sharpness_of_files(opened.files, opened.longest, console.bar("sharpness"))
+        sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         picks = _picks(asked, capture, targets, sharpness, focus)
         rows, evaluator = _scores(asked, capture, targets, picks, console)

@@ -11,50 +11,57 @@ from fsel.cli.request import reasons
 from fsel.coverage import BLURRED, relative_sharpness
 from fsel.geometry import lengths
 from fsel.glance import sharpness_of_files
-from fsel.opening import Opened, open_capture
+from fsel.layouts import MAX_ERROR
+from fsel.layouts.checks import measure
+from fsel.opening import Opened, open_capture, seen
 from fsel.redundancy import viewing_distance, worth_keeping
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     opened = open_capture(asked.capture, asked.layout)
-    sharpness = sharpness_of_files(opened.files, opened.longest, console.bar("sharpness"))
+    sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     result = described(opened, sharpness)
+    agreement = measure(opened.raw, MAX_ERROR)
     frames, kept = result["frames"], len(result["worth_keeping"])
     console.say("capture", f"{frames} frames, {opened.layout}, passes: {result['passes']}")
     console.say("cameras", ", ".join(result["cameras"]))
-    if opened.dropped:
-        console.say("left out", reasons(opened.dropped))
+    if opened.raw.dropped:
+        console.say("left out", reasons(opened.raw.dropped))
     console.say("points", str(result["points"]) if result["points"] else "none")
     console.say(
         "poses",
         f"extent {result['extent']:.4g}, step {result['step']:.4g}, looking "
         f"{result['distance']:.4g} far (medians, world units)",
     )
+    console.say("agree", str(agreement))
+    if agreement.share > MAX_ERROR:
+        console.warn(f"poses and images disagree. Likely cause: {agreement.cause}")
     blurred = result["blurred"]
     console.say("blurred", f"{len(blurred)}: {', '.join(blurred[:5])}" if blurred else "none")
     console.say(
         "keep",
         f"about {kept} of {frames}: the others lie within 8 degrees of parallax of one of them",
     )
-    console.give(result)
+    console.give(result | {"agreement": str(agreement)})
 
 
 def described(opened: Opened, sharpness: np.ndarray) -> dict:
     """What the command prints, with names in full."""
     capture = opened.capture
-    points = opened.points()
+    found = opened.raw.sparse()
+    points = None if found is None else seen(found)
     centers = capture.centers
     distance = viewing_distance(capture, points)
     keep = worth_keeping(capture, distance)
     blurred = relative_sharpness(sharpness) < BLURRED
-    cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.cameras)
+    cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.raw.cameras)
     return {
         "layout": opened.layout,
         "frames": len(capture),
         "passes": len(set(capture.sequences)),
         "cameras": list(cameras),
-        "dropped": opened.dropped,
+        "dropped": opened.raw.dropped,
         "points": 0 if points is None else len(points.xyz),
         "extent": float(2 * lengths(centers - centers.mean(axis=0)).max()),
         "step": float(np.median(lengths(np.diff(centers, axis=0)))) if len(capture) > 1 else 0.0,

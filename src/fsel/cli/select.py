@@ -33,8 +33,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         written = time.perf_counter()
         picks = outcome.selection.indices
         entries, left = record.picked(outcome), record.left(outcome)
-        files = [] if asked.geometry_only else [opened.files[i] for i in picks]
-        pictures = thumbnails(files, opened.longest, THUMBNAIL)
+        pictures = [] if asked.geometry_only else _pictures(opened, picks)
         report = page(outcome, entries, left, pictures)
         (stage / "report.html").write_text(report, encoding="utf-8")
         subset.write(stage, opened, picks, outcome.targets.frames, asked.copy)
@@ -56,10 +55,12 @@ def _select(
 ) -> record.Outcome:
     """Refuse what cannot be done before any image is opened, then select."""
     capture = opened.capture
-    width, height = opened.cameras[0].width, opened.cameras[0].height
+    width, height = opened.raw.cameras[0].width, opened.raw.cameras[0].height
     console.say("capture", f"{len(capture)} frames of {width}x{height}, {opened.layout}")
-    if opened.dropped:
-        console.warn(f"{len(opened.dropped)} frames are left out: {reasons(opened.dropped)}")
+    dropped = opened.raw.dropped
+    if dropped:
+        console.warn(f"{len(dropped)} frames are left out: {reasons(dropped)}")
+    subset.check_cameras(opened.raw)
     focus = focus_of(asked, capture)
     targets = api.checked_request(capture, asked.k, asked.targets, asked.method, focus)
     what = f"{targets.kind}, by {len(targets.views)} views"
@@ -71,7 +72,7 @@ def _select(
     started = time.perf_counter()
     sharpness = None
     if not asked.geometry_only:
-        sharpness = sharpness_of_files(opened.files, opened.longest, console.bar("sharpness"))
+        sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = time.perf_counter() - started
     selection = api.select(
         capture,
@@ -86,6 +87,13 @@ def _select(
     return record.Outcome(capture, targets, selection, sharpness)
 
 
+def _pictures(opened: Opened, picks: np.ndarray) -> list[bytes]:
+    """Of the picks, in pick order; opened in capture order, since some may be of one video."""
+    order = np.argsort(picks)
+    made = thumbnails([opened.raw.images[picks[i]] for i in order], opened.longest, THUMBNAIL)
+    return [made[at] for at in np.argsort(order)]
+
+
 def _content(
     asked: argparse.Namespace, opened: Opened, outcome: record.Outcome, seconds: dict[str, float]
 ) -> dict:
@@ -97,7 +105,7 @@ def _content(
             "folder": str(Path(asked.capture).resolve()),
             "layout": opened.layout,
             "frames": len(opened.capture),
-            "dropped": opened.dropped,
+            "dropped": opened.raw.dropped,
         },
         "targets": {
             "kind": targets.kind,

@@ -12,20 +12,38 @@ import numpy as np
 import pycolmap
 
 from fsel.layouts import images
-from fsel.layouts.base import RawPoints
+from fsel.layouts.base import RawCapture, RawPoints
 from fsel.layouts.nerfstudio import matrix_of
 from fsel.opening import Opened
 from fsel.recording import Camera
 
 WRITTEN = ("transforms.json", "sparse_pc.ply", "images", "sparse")
 LEAST_TRACK = 2  # selected frames that see a point: fewer could not have triangulated it
+FILM = ".jpg"  # ending of images that are frames of a video
+SIMPLE = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE")
 DISTORTION = {
     **dict.fromkeys(("SIMPLE_PINHOLE", "PINHOLE"), ()),
-    "SIMPLE_RADIAL": ("k1",),
-    "RADIAL": ("k1", "k2"),
+    **dict.fromkeys(("SIMPLE_RADIAL", "SIMPLE_RADIAL_FISHEYE"), ("k1",)),
+    **dict.fromkeys(("RADIAL", "RADIAL_FISHEYE"), ("k1", "k2")),
     "OPENCV": ("k1", "k2", "p1", "p2"),
     "OPENCV_FISHEYE": ("k1", "k2", "k3", "k4"),
 }
+"""Camera models that nerfstudio has too, and its names of their coefficients."""
+
+
+def check_cameras(raw: RawCapture) -> None:
+    """Refuse, before any work, cameras that transforms.json cannot state.
+
+    Raises:
+        ValueError: for a camera model that nerfstudio does not have.
+    """
+    for camera in raw.cameras:
+        if camera.model not in DISTORTION:
+            raise ValueError(
+                f"camera model {camera.model} has no counterpart in transforms.json; allowed: "
+                f"{', '.join(DISTORTION)}. Hint: undistort the capture first (colmap "
+                "image_undistorter)"
+            )
 
 
 def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, copy: bool) -> None:
@@ -36,7 +54,7 @@ def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, copy
 
     Args:
         stage: folder to fill.
-        opened: the capture.
+        opened: the capture, its cameras checked by `check_cameras`.
         picks: (k,) frames to train on.
         held: (F,) frames to evaluate on; where there are none, the picked ones stand in, since
             nerfstudio refuses empty lists.
@@ -45,14 +63,13 @@ def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, copy
     Raises:
         ValueError: for a frame whose name leads out of the folder, or an unreadable image.
     """
-    train, held = np.sort(picks), np.sort(held)
-    used = np.concatenate([train, held])
-    names = {int(i): _file_name(opened, i) for i in used}
+    train, held = np.sort(picks).tolist(), np.sort(held).tolist()
+    used = sorted(train + held)
+    names = {i: _file_name(opened.raw, i) for i in used}
     for i, name in names.items():
-        _place(opened.files[i], _inside(stage / "images", name), copy)
-    cameras = dict(zip(names, _true_cameras(opened, used), strict=True))
-    points = opened.points()
-    model = _model(opened, train, names, cameras, points)
+        _place(opened.raw.images[i], _inside(stage / "images", name), copy)
+    cameras = dict(zip(used, _true_cameras(opened.raw, used), strict=True))
+    model = _model(opened.raw.subset(train), [names[i] for i in train], [cameras[i] for i in train])
     (stage / "sparse" / "0").mkdir(parents=True)
     model.write_binary(str(stage / "sparse" / "0"))
     content = _transforms(opened, train, held, names, cameras)
@@ -62,9 +79,10 @@ def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, copy
     (stage / "transforms.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
 
 
-def _file_name(opened: Opened, frame: int) -> str:
+def _file_name(raw: RawCapture, frame: int) -> str:
     """Name of the frame's image below `images`, with the ending that its file has."""
-    name, ending = opened.capture.names[frame], opened.files[frame].suffix
+    name, file = raw.names[frame], raw.images[frame]
+    ending = FILM if isinstance(file, images.VideoFrame) else file.suffix
     return name if Path(name).suffix.lower() == ending.lower() else f"{name}{ending}"
 
 
@@ -75,8 +93,11 @@ def _inside(folder: Path, name: str) -> Path:
     return path
 
 
-def _place(file: Path, path: Path, copy: bool) -> None:
+def _place(file: images.Image, path: Path, copy: bool) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
+    if isinstance(file, images.VideoFrame):
+        images.write(images.load(file)[None], path.parent, [path.name])
+        return
     if not copy:
         try:
             os.link(file.resolve(), path)
@@ -86,79 +107,71 @@ def _place(file: Path, path: Path, copy: bool) -> None:
         shutil.copy2(file, path)
 
 
-def _true_cameras(opened: Opened, frames: Sequence[int]) -> list[Camera]:
+def _true_cameras(raw: RawCapture, frames: Sequence[int]) -> list[Camera]:
     """Cameras at the size that their images have, one image of each camera being opened."""
     true: dict[Camera, Camera] = {}
     for i in frames:
-        camera = opened.cameras[i]
+        camera = raw.cameras[i]
         if camera not in true:
-            height, width = images.load(opened.files[i]).shape[:2]
-            scaled = _colmap_camera(camera)
+            height, width = images.load(raw.images[i]).shape[:2]
+            scaled = camera.colmap
             scaled.rescale(width, height)
             true[camera] = Camera(camera.model, width, height, tuple(scaled.params))
-    return [true[opened.cameras[i]] for i in frames]
-
-
-def _colmap_camera(camera: Camera, number: int = 1) -> pycolmap.Camera:
-    return pycolmap.Camera(
-        camera_id=number,
-        model=camera.model,
-        width=camera.width,
-        height=camera.height,
-        params=list(camera.params),
-    )
+    return [true[raw.cameras[i]] for i in frames]
 
 
 def _model(
-    opened: Opened,
-    frames: np.ndarray,
-    names: dict[int, str],
-    cameras: dict[int, Camera],
-    points: RawPoints | None,
+    raw: RawCapture, names: Sequence[str], cameras: Sequence[Camera]
 ) -> pycolmap.Reconstruction:
-    """The frames, and the points that two or more of them see; observations are projections."""
+    """All of a raw capture's frames, and the points that two or more of them see.
+
+    Args:
+        raw: the frames.
+        names: of their images.
+        cameras: at the size of their images.
+    """
     model = pycolmap.Reconstruction()
-    numbers = {camera: n for n, camera in enumerate(dict.fromkeys(cameras[i] for i in frames), 1)}
+    numbers = {camera: n for n, camera in enumerate(dict.fromkeys(cameras), 1)}
     for camera, number in numbers.items():
-        model.add_camera_with_trivial_rig(_colmap_camera(camera, number))
-    seen = _tracks(points, frames)
+        numbered = camera.colmap
+        numbered.camera_id = number
+        model.add_camera_with_trivial_rig(numbered)
+    points = raw.sparse()
+    shared = _shared(points, len(names))
     tracks: dict[int, pycolmap.Track] = {}
-    for number, i in enumerate(frames, 1):
-        pose = opened.capture.world_to_camera[i]
-        camera = model.cameras[numbers[cameras[i]]]
-        keypoints = np.empty((0, 2))
-        if points is not None:
-            keypoints = camera.img_from_cam(points.xyz[seen[i]] @ pose[:, :3].T + pose[:, 3])
+    for i, (name, camera, pose) in enumerate(zip(names, cameras, raw.world_to_camera, strict=True)):
+        stated = np.array([raw.cameras[i].width, raw.cameras[i].height])
+        rows = shared[i]
+        keypoints = points.track_xy[rows] if len(rows) else np.empty((0, 2))
         image = pycolmap.Image(
-            image_id=number,
-            name=names[i],
-            camera_id=camera.camera_id,
-            keypoints=np.asarray(keypoints, np.float64),
+            image_id=i + 1,
+            name=name,
+            camera_id=numbers[camera],
+            keypoints=keypoints * ([camera.width, camera.height] / stated),
         )
         rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
         model.add_image_with_trivial_frame(image, rigid)
-        for row, point in enumerate(seen[i]):
-            tracks.setdefault(int(point), pycolmap.Track()).add_element(number, row)
+        for at, row in enumerate(rows):
+            point = int(points.track_point[row])
+            tracks.setdefault(point, pycolmap.Track()).add_element(i + 1, at)
     for point in sorted(tracks):
         model.add_point3D(points.xyz[point], tracks[point], points.rgb[point])
     return model
 
 
-def _tracks(points: RawPoints | None, frames: np.ndarray) -> dict[int, np.ndarray]:
-    """Frame -> the points it sees, of those that enough of the frames see."""
+def _shared(points: RawPoints | None, frames: int) -> list[np.ndarray]:
+    """For each frame the rows of the tracks of points that enough frames see."""
     if points is None:
-        return {int(i): np.empty(0, np.int64) for i in frames}
-    used = np.isin(points.track_frame, frames)
-    pairs = np.unique(np.stack([points.track_frame[used], points.track_point[used]]), axis=1)
-    enough = np.bincount(pairs[1], minlength=len(points.xyz)) >= LEAST_TRACK
-    pairs = pairs[:, enough[pairs[1]]]
-    return {int(i): pairs[1, pairs[0] == i] for i in frames}
+        return [np.empty(0, np.int64)] * frames
+    seen = np.bincount(points.track_point, minlength=len(points.xyz))
+    enough = seen[points.track_point] >= LEAST_TRACK
+    return [np.flatnonzero(enough & (points.track_frame == i)) for i in range(frames)]
 
 
 def _transforms(
     opened: Opened,
-    train: np.ndarray,
-    held: np.ndarray,
+    train: Sequence[int],
+    held: Sequence[int],
     names: dict[int, str],
     cameras: dict[int, Camera],
 ) -> dict:
@@ -172,27 +185,26 @@ def _transforms(
         for i in sorted(names)
     ]
     intrinsics = {i: _intrinsics(camera) for i, camera in cameras.items()}
-    shared = intrinsics[int(train[0])]
+    shared = intrinsics[train[0]]
     if any(values != shared for values in intrinsics.values()):
         frames = [frame | intrinsics[i] for frame, i in zip(frames, sorted(names), strict=True)]
         shared = {"camera_model": shared["camera_model"]}
-    tested = held if len(held) else train
+    tested = held or train
     return {
         **shared,
-        "train_filenames": [paths[i] for i in train.tolist()],
-        "val_filenames": [paths[i] for i in tested.tolist()],
-        "test_filenames": [paths[i] for i in tested.tolist()],
+        "train_filenames": [paths[i] for i in train],
+        "val_filenames": [paths[i] for i in tested],
+        "test_filenames": [paths[i] for i in tested],
         "frames": frames,
     }
 
 
 def _intrinsics(camera: Camera) -> dict:
-    simple = camera.model in ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
+    simple = camera.model in SIMPLE
     params = (camera.params[0], *camera.params) if simple else camera.params
     keys = ("fl_x", "fl_y", "cx", "cy", *DISTORTION[camera.model])
-    fisheye = camera.model == "OPENCV_FISHEYE"
     return {
-        "camera_model": "OPENCV_FISHEYE" if fisheye else "OPENCV",
+        "camera_model": "OPENCV_FISHEYE" if "FISHEYE" in camera.model else "OPENCV",
         "w": camera.width,
         "h": camera.height,
         **dict(zip(keys, params, strict=True)),

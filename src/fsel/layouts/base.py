@@ -7,7 +7,6 @@ import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +50,8 @@ class RawCapture:
         sequences: pass label of each frame.
         masks: mask of each frame, or None.
         mask_values: least and greatest value of a mask's pixels that count.
-        points: reads the sparse points, which takes a while; None where there are none.
+        points: reads the sparse points as the frames with the given numbers see them, which are
+            renumbered in that order; it takes a while. None where there are none.
         dropped: frames left out, and why.
     """
 
@@ -62,12 +62,12 @@ class RawCapture:
     sequences: list[str]
     masks: list[Image] | None = None
     mask_values: tuple[int, int] = (1, 255)
-    points: Callable[[], RawPoints | None] | None = None
+    points: Callable[[tuple[int, ...]], RawPoints | None] | None = None
     dropped: dict[str, str] = field(default_factory=dict)
 
     def sparse(self) -> RawPoints | None:
         """The sparse points, read now."""
-        return self.points() if self.points else None
+        return self.points(tuple(range(len(self.names)))) if self.points else None
 
     def subset(self, rows: list[int], reason: str = "") -> RawCapture:
         """The frames at `rows`, in that order; the others are dropped for `reason`."""
@@ -81,22 +81,9 @@ class RawCapture:
             cameras=[self.cameras[i] for i in rows],
             sequences=[self.sequences[i] for i in rows],
             masks=[self.masks[i] for i in rows] if self.masks else None,
-            points=cache(lambda: _of_frames(self.sparse(), rows, len(self.names))),
+            points=self.points and (lambda asked: self.points(tuple(rows[i] for i in asked))),
             dropped=self.dropped | gone,
         )
-
-
-def _of_frames(points: RawPoints | None, rows: list[int], count: int) -> RawPoints | None:
-    """The same points with the tracks of the frames at `rows` only, renumbered."""
-    if points is None:
-        return None
-    position = np.full(count, -1, np.int64)
-    position[rows] = np.arange(len(rows))
-    frame = position[points.track_frame]
-    kept = frame >= 0
-    return RawPoints(
-        points.xyz, points.rgb, points.track_point[kept], frame[kept], points.track_xy[kept]
-    )
 
 
 @dataclass(frozen=True)

@@ -156,7 +156,7 @@ def _mistakes(raw: RawCapture) -> Iterator[tuple[str, RawCapture]]:
     for scale in SCALES if points is not None else ():
         scaled = replace(points, track_xy=points.track_xy * scale)
         what = f"intrinsics {scale:g} times as large as the pixels that points were seen at"
-        yield what, replace(raw, points=lambda scaled=scaled: scaled)
+        yield what, replace(raw, points=lambda _, scaled=scaled: scaled)
 
 
 def _posed(raw: RawCapture, poses: np.ndarray) -> RawCapture:

@@ -103,7 +103,9 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
         cameras=[camera_of(reconstruction.cameras[image.camera_id]) for image in posed],
         sequences=[str(Path(name).parent) for name in names],
         points=cache(
-            lambda: points_of(reconstruction, {i.image_id: at for at, i in enumerate(posed)})
+            lambda rows: points_of(
+                reconstruction, {posed[row].image_id: at for at, row in enumerate(rows)}
+            )
         ),
         dropped={i.name: "no pose" for i in reconstruction.images.values() if not i.has_pose},
     )
@@ -135,41 +137,42 @@ def points_of(reconstruction: pycolmap.Reconstruction, rows: dict[int, int]) -> 
     keys = sorted(reconstruction.points3D)
     entries = [reconstruction.points3D[key] for key in keys]
     number = dict(zip(keys, range(len(keys)), strict=True))
-    seen = [
-        (number[p.point3D_id], row, *p.xy)
-        for image, row in sorted(rows.items(), key=lambda item: item[1])
-        for p in reconstruction.images[image].get_observation_points2D()
-    ]
-    table = np.array(seen, np.float64).reshape(-1, 4)
-    order = np.lexsort((table[:, 1], table[:, 0]))
-    _, first = np.unique(table[order, :2], axis=0, return_index=True)  # one sight a frame
-    table = table[order][first]
+    points, frames, places = [], [], [np.empty((0, 2))]
+    for image, row in sorted(rows.items(), key=lambda item: item[1]):
+        seen = reconstruction.images[image].get_observation_points2D()
+        points += [number[p.point3D_id] for p in seen]
+        frames += [row] * len(seen)
+        places += [p.xy for p in seen]
+    pairs = np.array([points, frames], np.int64)
+    _, first = np.unique(pairs[0] * len(rows) + pairs[1], return_index=True)  # one sight a frame
+    places = np.vstack(places)
     return RawPoints(
         xyz=np.array([entry.xyz for entry in entries]),
         rgb=np.array([entry.color for entry in entries], np.uint8),
-        track_point=table[:, 0].astype(np.int64),
-        track_frame=table[:, 1].astype(np.int64),
-        track_xy=table[:, 2:],
+        track_point=pairs[0, first],
+        track_frame=pairs[1, first],
+        track_xy=places[first],
     )
 
 
 def with_points(raw: RawCapture, model: Path) -> RawCapture:
     """Add the points of a COLMAP model to a capture of the same world, images matched by name."""
-    return replace(raw, points=cache(lambda: _points_beside(raw, model)))
+    return replace(raw, points=cache(lambda rows: _points_beside(raw, model, rows)))
 
 
-def _points_beside(raw: RawCapture, model: Path) -> RawPoints | None:
+def _points_beside(raw: RawCapture, model: Path, asked: tuple[int, ...]) -> RawPoints | None:
     """Where the model states its cameras at another size, observations are brought to `raw`'s."""
     reconstruction = load_model(model)
     rows = matched(raw.names, [image.name for image in reconstruction.images.values()])
-    images = [i for i in reconstruction.images.values() if i.name in rows]
-    numbered = {image.image_id: rows[image.name] for image in images}
+    position = {row: at for at, row in enumerate(asked)}
+    images = [i for i in reconstruction.images.values() if rows.get(i.name) in position]
+    numbered = {image.image_id: position[rows[image.name]] for image in images}
     points = points_of(reconstruction, numbered)
     if points is None:
         return None
-    scale = np.ones((len(raw.names), 2))
+    scale = np.ones((len(asked), 2))
     for image in images:
-        stated, own = raw.cameras[numbered[image.image_id]], reconstruction.cameras[image.camera_id]
+        stated, own = raw.cameras[rows[image.name]], reconstruction.cameras[image.camera_id]
         scale[numbered[image.image_id]] = [stated.width / own.width, stated.height / own.height]
     return replace(points, track_xy=points.track_xy * scale[points.track_frame])
 

@@ -199,5 +199,7 @@ def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> 
         raw.subset(kept, reason),
         world_to_camera=np.array([image.cam_from_world().matrix() for image in found]),
         cameras=[colmap.camera_of(model.cameras[image.camera_id]) for image in found],
-        points=lambda: colmap.points_of(model, {v.image_id: i for i, v in enumerate(found)}),
+        points=lambda asked: colmap.points_of(
+            model, {found[row].image_id: at for at, row in enumerate(asked)}
+        ),
     )

@@ -1,0 +1,89 @@
+"""Time `fsel select` from a cold start: a COLMAP capture of 300 frames, K = 30.
+
+A capture of 300 images of 1920x1080 with 20,000 points is generated in a temporary folder. Prints
+the wall time of the process, where it goes as `selection.json` tells it, and each bound. Run on a
+quiet machine:
+
+    python benchmarks/command.py
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pycolmap
+
+FRAMES, SIZE, POINTS, K, REPEATS = 300, (1920, 1080), 20_000, 30, 5
+BOUNDS = {"total": 1.5, "select": 0.02, "sharpness": 5.0}  # seconds
+
+
+def write_capture(folder: Path) -> None:
+    """An orbit with textured images; a point is seen by a tenth of the frames."""
+    rng = np.random.default_rng(0)
+    model = pycolmap.Reconstruction()
+    width, height = SIZE
+    camera = pycolmap.Camera(
+        camera_id=1, model="PINHOLE", width=width, height=height, params=[1500, 1500, 960, 540]
+    )
+    model.add_camera_with_trivial_rig(camera)
+    xyz = rng.normal(size=(POINTS, 3))
+    start = rng.integers(0, FRAMES, POINTS)
+    tracks = [pycolmap.Track() for _ in xyz]
+    (folder / "images").mkdir(parents=True)
+    texture = cv2.resize(rng.integers(0, 255, (270, 480, 3), dtype=np.uint8), SIZE)
+    for i, turn in enumerate(2 * np.pi * np.arange(FRAMES) / FRAMES):
+        rotation = cv2.Rodrigues(np.array([0, turn, 0]))[0]
+        seen = np.flatnonzero((i - start) % FRAMES < FRAMES // 10)
+        image = pycolmap.Image(
+            image_id=i + 1,
+            name=f"{i:04d}.jpg",
+            camera_id=1,
+            keypoints=rng.uniform(0, 1000, (len(seen), 2)),
+        )
+        pose = pycolmap.Rigid3d(pycolmap.Rotation3d(rotation), np.array([0, 0, 4.0]))
+        model.add_image_with_trivial_frame(image, pose)
+        for at, point in enumerate(seen):
+            tracks[point].add_element(i + 1, at)
+        shot = np.roll(texture, 13 * i, axis=1)
+        cv2.imwrite(str(folder / "images" / image.name), shot, [cv2.IMWRITE_JPEG_QUALITY, 90])
+    for point, track in zip(xyz, tracks, strict=True):
+        model.add_point3D(point, track, np.zeros(3, np.uint8))
+    (folder / "sparse" / "0").mkdir(parents=True)
+    model.write_binary(str(folder / "sparse" / "0"))
+
+
+def timed(capture: Path, out: Path, *options: str) -> dict[str, float]:
+    """Seconds of one process, in all and by part."""
+    command = [sys.executable, "-m", "fsel", "select", str(capture), "-k", str(K), "--quiet"]
+    started = time.perf_counter()
+    subprocess.run([*command, "-o", str(out), "--force", *options], check=True)
+    wall = time.perf_counter() - started
+    parts = json.loads((out / "selection.json").read_text())["seconds"]
+    inside = parts.pop("total")
+    return {"start": wall - inside, **parts, "total": wall}
+
+
+def main() -> None:
+    """Print two tables: without and with a look at the images."""
+    with tempfile.TemporaryDirectory() as folder:
+        capture = Path(folder, "capture")
+        write_capture(capture)
+        for options in (("--geometry-only",), ()):
+            runs = [timed(capture, Path(folder, "out"), *options) for _ in range(REPEATS)]
+            print(" ".join(["fsel select", *options]), f"({FRAMES} frames, K = {K})")
+            for part in runs[0]:
+                bounded = part in BOUNDS and (part != "total" or options)
+                bound = f"bound {BOUNDS[part]:g} s" if bounded else ""
+                median = np.median([run[part] for run in runs])
+                print(f"  {part:10} {median:7.3f} s  {bound}")
+
+
+if __name__ == "__main__":
+    main()
