@@ -16,6 +16,7 @@ import pycolmap
 import pytest
 from small_captures import ring, write_ring
 
+import fsel
 from fsel.cli import main
 from fsel.export import subset
 from fsel.glance import sharpness_of_files
@@ -247,6 +248,16 @@ def test_other_methods_write_the_same(method, capture, tmp_path):
     assert content["weights"] is None
 
 
+def test_methods_that_read_points_get_them(capture, tmp_path):
+    whole = read_capture(capture)
+    blind = replace(whole, points=None)
+    asked = {"k": 8, "method": "nerf_director"}
+    expected = fsel.select(whole, **asked).names
+    assert fsel.select(blind, **asked).names != expected
+    assert select(capture, "-k", 8, "--method", "nerf_director", "-o", tmp_path / "out") == 0
+    assert tuple((tmp_path / "out" / "frames.txt").read_text().split()) == expected
+
+
 def test_json_is_the_only_output_that_scripts_see(capture, tmp_path, capsys):
     assert select(capture, "-k", 4, "--json", "-o", tmp_path / "out") == 0
     printed = capsys.readouterr()
@@ -422,6 +433,8 @@ def test_a_signal_leaves_nothing_half_written(number, code, tmp_path):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # what runs in the background of a script is born deaf to Ctrl-C
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as process:
         assert process.stdout.readline() == "reading\n"
         time.sleep(0.1)
@@ -430,3 +443,42 @@ def test_a_signal_leaves_nothing_half_written(number, code, tmp_path):
     assert process.returncode == code
     assert error == "fsel: interrupted, nothing was written\n"
     assert {path.name for path in tmp_path.iterdir()} == {"capture"}
+
+
+def object_masks(folder, point):
+    """A disc where a point of the ring's middle is seen, in every third frame."""
+    folder.mkdir()
+    for i, pose in enumerate(ring(24)[::3]):
+        x, y, z = pose[:, :3] @ point + pose[:, 3]
+        mask = np.zeros((48, 64), np.uint8)
+        cv2.circle(mask, (round(60 * x / z + 31.5), round(61 * y / z + 23.5)), 4, 255, -1)
+        cv2.imwrite(str(folder / f"frame_{3 * i:03d}.png"), mask)
+
+
+def test_a_selection_for_an_object_looks_at_the_object(capture, tmp_path):
+    """Half of the path looks away: only the views that see the object are served."""
+    path = ring(24)
+    path[12:] = np.diag([-1.0, 1, -1]) @ path[12:]  # each turned about its own upright axis
+    targets = ["--targets", camera_path(tmp_path, path), "-k", 6]
+    object_masks(tmp_path / "shapes", np.zeros(3))
+    box = ["--box", -0.3, -0.3, -0.3, 0.3, 0.3, 0.3]
+    asked = {"free": [], "box": box, "masks": ["--masks", tmp_path / "shapes"]}
+    for name, more in asked.items():
+        assert select(capture, *targets, *more, "-o", tmp_path / name) == 0
+    assert record_of(tmp_path / "free")["targets"]["views"] == 24
+    for name in ("box", "masks"):
+        content = record_of(tmp_path / name)
+        assert content["targets"]["views"] == 12
+        assert all(entry["index"] <= 13 for entry in content["frames"])
+    assert record_of(tmp_path / "box")["settings"]["box"] == box[1:]
+
+
+def test_objects_that_cannot_be_are_refused(capture, tmp_path, capsys):
+    far = ["--box", 0, 900, 0, 1, 901, 1]  # far below all cameras
+    assert select(capture, "-k", 4, *far, "-o", tmp_path / "out") == 1
+    assert "sees the object" in capsys.readouterr().err
+    assert select(capture, "-k", 4, "--masks", tmp_path / "no", "-o", tmp_path / "out") == 1
+    assert "no such folder of masks" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as stop:
+        select(capture, "-k", 4, *far, "--masks", tmp_path, "-o", tmp_path / "out")
+    assert stop.value.code == 2

@@ -74,6 +74,8 @@ def _select(
     if not asked.geometry_only:
         sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = time.perf_counter() - started
+    if asked.method != api.SHIPPED:  # others may read points and pixels
+        capture = opened.loaded(np.arange(len(capture)), console.bar("images"))
     selection = api.select(
         capture,
         asked.k,

@@ -1,0 +1,57 @@
+"""The examples run as their first lines say, and so does the README's code."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from small_captures import write_ring
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def run(folder, *command):
+    found = subprocess.run(
+        [sys.executable, *map(str, command)], cwd=folder, capture_output=True, text=True
+    )
+    assert found.returncode == 0, found.stderr
+    return found.stdout
+
+
+def test_select_and_compare(tmp_path):
+    write_ring(tmp_path / "ring")
+    printed = run(tmp_path, ROOT / "examples" / "select_and_compare.py", "ring", 6).splitlines()
+    assert printed[0] == "24 frames, 3 held out"
+    assert [line.split()[0] for line in printed[1:4]] == ["fsel", "nearest", "uniform"]
+    for line in printed[1:4]:
+        assert 5 < float(line.split()[1]) < 60
+    assert len(re.findall(r"frame_\d{3}\.jpg", printed[4])) == 6
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/cli.md"])
+def test_code_in_the_docs_runs(page, tmp_path):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S)
+    assert blocks
+    for code in blocks:
+        for folder in re.findall(r'read_capture\("([^"]*)"', code):
+            write_ring(tmp_path / folder, frames=40)
+        (tmp_path / "code.py").write_text(code)
+        run(tmp_path, "code.py")
+        assert list(tmp_path.glob("*.ply"))
+
+
+def test_commands_in_the_docs_run(tmp_path):
+    blocks = re.findall(r"```sh\n(.*?)```", (ROOT / "docs" / "cli.md").read_text(), re.S)
+    commands = [line for block in blocks for line in block.splitlines() if line.startswith("fsel ")]
+    assert {command.split()[1] for command in commands} == {
+        "select",
+        "info",
+        "compare",
+        "reconstruct",
+    }
+    write_ring(tmp_path / "captures" / "garden", frames=60)
+    for command in commands:
+        run(tmp_path, "-m", *command.split(), *["--force"] * ("-o" in command.split()))
+    assert (tmp_path / "garden.ply").is_file()
+    assert (tmp_path / "compared" / "compare.txt").is_file()
