@@ -5,6 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from fsel.baselines.covisibility import grouped
 from fsel.baselines.splat_views import Blends, greedy_on_splats, held_by
 from fsel.problem import Method, Problem
 
@@ -34,46 +35,55 @@ class _Coverage:
         self.blends = blends
         self.directions = fibonacci_sphere(BINS)
         self.known = np.zeros((blends.splats.shape[1], BINS), np.bool_)
-        self.best = np.zeros(len(blends.index), np.float32)
         rotation = blends.poses[:, :, :3]
         self.centers = -np.einsum("vij,vi->vj", rotation, blends.poses[:, :, 3])
+        # entries by splat, not by view: a pick concerns some splats in many views
+        self.start, order = grouped(blends.index, blends.splats.shape[1])
+        self.views = np.repeat(np.arange(len(blends.covered)), np.diff(blends.start))[order]
+        self.weight = blends.weight[order]
+        self.best = np.zeros(len(order), np.float32)
 
     def scores(self) -> np.ndarray:
-        blends = self.blends
-        total = np.zeros(len(blends.covered))
-        filled = np.flatnonzero(np.diff(blends.start))  # empty stretches would break reduceat
-        weighted = (blends.weight * self.best).astype(np.float64)
-        if len(filled):
-            total[filled] = np.add.reduceat(weighted, blends.start[filled])
-        mean = total / np.maximum(blends.covered, 1)
-        return np.where(blends.covered > 0, -mean, EMPTY)
+        covered = self.blends.covered
+        total = np.bincount(self.views, self.weight * self.best, minlength=len(covered))
+        return np.where(covered > 0, -total / np.maximum(covered, 1), EMPTY)
 
     def add(self, row: int) -> None:
         blends = self.blends
         held = np.flatnonzero(held_by(blends, row))
         rays = blends.splats[:3, held].T - self.centers[row]
-        nearest = np.argmax(rays @ self.directions.T, axis=1)
+        nearest = _nearest(rays, self.directions)
         first = ~self.known[held, nearest]
         held, nearest = held[first], nearest[first]
         self.known[held, nearest] = True
-        new = np.full(len(self.known), -1, np.int32)
-        new[held] = nearest
-        rest = blends.start, blends.index, self.best
-        _raise(blends.splats, self.centers, self.directions, new, *rest)
+        toward, entries = self.directions[nearest], (self.start, self.views, self.best)
+        _raise(held, toward, blends.splats, self.centers, *entries)
 
 
 @_fast
-def _raise(splats, centers, directions, new, start, index, best):
-    """Raise every entry's coverage to that by a newly seen direction of its splat, if any."""
-    for view in range(len(centers)):
-        for e in range(start[view], start[view + 1]):
-            i = index[e]
-            if new[i] < 0:
-                continue
+def _nearest(rays, directions):
+    """(n,) the direction of largest cosine with each ray."""
+    out = np.zeros(len(rays), np.int64)
+    for i in range(len(rays)):
+        most = np.float32(-1e30)
+        for g in range(len(directions)):
+            value = rays[i, 0] * directions[g, 0] + rays[i, 1] * directions[g, 1]
+            value += rays[i, 2] * directions[g, 2]
+            if value > most:
+                most, out[i] = value, g
+    return out
+
+
+@_fast
+def _raise(held, directions, splats, centers, start, views, best):
+    """Raise the coverage of all entries of some splats to that by a newly seen direction."""
+    for h in range(len(held)):
+        i = held[h]
+        for e in range(start[i], start[i + 1]):
             cosine, square = np.float32(0), np.float32(0)
             for a in range(3):
-                gap = splats[a, i] - centers[view, a]
-                cosine += gap * directions[new[i], a]
+                gap = splats[a, i] - centers[views[e], a]
+                cosine += gap * directions[h, a]
                 square += gap * gap
             cosine /= max(np.sqrt(square), np.float32(1e-12))
             best[e] = max(best[e], np.float32(0.5) * (np.float32(1) + cosine))
