@@ -65,6 +65,16 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["trajectories"] == 1
 
 
+def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
+    results = "results/smoke"
+    targets = [f"{results}/figures/speed.pdf", f"{results}/tables/fisher_damping.tex"]
+    asked = planned(dry_run(tmp_path, changed(tmp_path), *targets))
+    assert asked["selection_time"] == asked["speed"] == asked["fisher_damping"] == 1
+    usual = planned(dry_run(tmp_path, changed(tmp_path)))
+    assert usual["ksweep"] == 1
+    assert not {"selection_time", "speed", "fisher_damping"} & set(usual)
+
+
 def test_a_dataset_on_disk_is_one_entry(tmp_path):
     (tmp_path / "raw" / "garden").mkdir(parents=True)
     smoke = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())

@@ -45,13 +45,13 @@ class _Coverage:
 
     def scores(self) -> np.ndarray:
         covered = self.blends.covered
-        total = np.bincount(self.views, self.weight * self.best, minlength=len(covered))
+        total = _summed(self.views, self.weight, self.best, len(covered))
         return np.where(covered > 0, -total / np.maximum(covered, 1), EMPTY)
 
     def add(self, row: int) -> None:
         blends = self.blends
         held = np.flatnonzero(held_by(blends, row))
-        rays = blends.splats[:3, held].T - self.centers[row]
+        rays = blends.splats[:3, held] - self.centers[row][:, None]
         nearest = _nearest(rays, self.directions)
         first = ~self.known[held, nearest]
         held, nearest = held[first], nearest[first]
@@ -61,16 +61,26 @@ class _Coverage:
 
 
 @_fast
+def _summed(views, weight, best, count):
+    """(count,) sums over each view's entries."""
+    total = np.zeros(count)
+    for e in range(len(views)):
+        total[views[e]] += weight[e] * best[e]
+    return total
+
+
+@_fast
 def _nearest(rays, directions):
-    """(n,) the direction of largest cosine with each ray."""
-    out = np.zeros(len(rays), np.int64)
-    for i in range(len(rays)):
-        most = np.float32(-1e30)
-        for g in range(len(directions)):
-            value = rays[i, 0] * directions[g, 0] + rays[i, 1] * directions[g, 1]
-            value += rays[i, 2] * directions[g, 2]
-            if value > most:
-                most, out[i] = value, g
+    """(n,) the direction of largest cosine with each of (3, n) rays; rays inside: it vectorises."""
+    n = rays.shape[1]
+    out, most = np.zeros(n, np.int32), np.full(n, np.float32(-1e30))
+    for g in range(len(directions)):
+        x, y, z = directions[g]
+        for i in range(n):
+            value = rays[0, i] * x + rays[1, i] * y + rays[2, i] * z
+            closer = value > most[i]
+            most[i] = value if closer else most[i]
+            out[i] = g if closer else out[i]
     return out
 
 
