@@ -27,12 +27,14 @@ def folder(tmp_path):
 
 
 def test_importing_costs_nothing_and_every_name_is_there():
-    script = "import fsel, sys; sys.exit('numpy' in sys.modules)"
+    # nor may the command line import NumPy before it has set the number of threads
+    script = "import fsel, fsel.cli, sys; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script]).returncode == 0
     for name in fsel.__all__:
         assert getattr(fsel, name) is not None
+    unknown = "selekt"
     with pytest.raises(AttributeError, match="no attribute 'selekt'"):
-        getattr(fsel, "selekt".strip())
+        getattr(fsel, unknown)
 
 
 def test_registries_name_what_may_be_asked_for():

@@ -1,6 +1,8 @@
 """`fsel info`, `fsel compare`, `fsel reconstruct`."""
 
 import json
+import sys
+import time
 
 import cv2
 import numpy as np
@@ -11,9 +13,29 @@ from small_captures import ring, write_ring
 
 import fsel
 from fsel.capture import SparsePoints
-from fsel.cli import main
+from fsel.cli import console, main
+from fsel.cli.console import Console
 from fsel.layouts import images
 from fsel.redundancy import viewing_distance, worth_keeping
+
+
+@pytest.mark.parametrize(
+    ("terminal", "patience", "quiet", "shown"),
+    [
+        (True, 0.0, False, True),
+        (True, 60.0, False, False),
+        (False, 0.0, False, False),
+        (True, 0.0, True, False),
+    ],
+)
+def test_bars_are_for_patient_people_at_terminals(
+    terminal, patience, quiet, shown, monkeypatch, capsys
+):
+    monkeypatch.setattr(console, "PATIENCE", patience)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+    steps = Console(quiet=quiet, as_json=False).bar("images")((i for i in range(30)), 30)
+    assert [time.sleep(0.01) or i for i in steps] == list(range(30))
+    assert ("images" in capsys.readouterr().err) == shown
 
 
 @pytest.fixture

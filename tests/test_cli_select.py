@@ -402,6 +402,16 @@ def test_a_read_only_disk_is_refused_before_work(capture, tmp_path, monkeypatch,
     assert "Read-only file system" in capsys.readouterr().err
 
 
+def test_a_full_disk_leaves_nothing(capture, tmp_path, monkeypatch, capsys):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(subset.shutil, "copy2", full)
+    assert select(capture, "-k", 4, "--copy", "-o", tmp_path / "out") == 1
+    assert capsys.readouterr().err == "fsel: No space left on device\n"
+    assert {path.name for path in tmp_path.iterdir()} == {"capture"}
+
+
 @pytest.mark.parametrize("force", [False, True])
 def test_an_interruption_leaves_what_was_there(force, capture, tmp_path, monkeypatch):
     out = tmp_path / "out"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -69,25 +70,34 @@ def select(
 
     Example:
         >>> capture = fsel.read_capture("captures/fox")
-        >>> fsel.select(capture, 20, targets="every:8").names[:2]
-        ('0025.jpg', '0003.jpg')
+        >>> fsel.select(capture, 20, targets="every:8").names
     """
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus)
     if sharpness is None:
         sharpness = measure_sharpness(capture.images)
+    seen = None if method == SHIPPED else _described(capture)
+    ranked = _ranked_by(method, seed)
     started = time.perf_counter()
-    if method == SHIPPED:
-        from fsel import shipped
-
-        frames, scores = shipped.ranked(_problem(capture, targets, sharpness, focus), k)
-    else:
-        problem = _problem(capture, targets, sharpness, focus, _described(capture))
-        started = time.perf_counter()
-        frames = checked_select(_method(method), problem, k, np.random.default_rng(seed))
-        scores = np.full(k, np.nan)
+    frames, scores = ranked(_problem(capture, targets, sharpness, focus, seen), k)
     seconds = time.perf_counter() - started
     return Selection(tuple(capture.names[i] for i in frames), frames, scores, seconds)
+
+
+def _ranked_by(name: str, seed: int) -> Callable[[Problem, int], tuple[np.ndarray, np.ndarray]]:
+    """(problem, k) -> picks and their scores, all that it needs being imported."""
+    if name == SHIPPED:
+        from fsel import shipped
+
+        shipped.scorer()
+        return shipped.ranked
+    method = _method(name)
+
+    def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
+        picks = checked_select(method, problem, k, np.random.default_rng(seed))
+        return picks, np.full(k, np.nan)
+
+    return ranked
 
 
 def checked_request(
@@ -136,7 +146,7 @@ def _problem(
     targets: Targets,
     sharpness: np.ndarray,
     focus: Focus | None,
-    descriptors: np.ndarray | None = None,
+    descriptors: np.ndarray | None,
 ) -> Problem:
     """The problem of a request: every frame may be picked, the closest ones stand for the views.
 

@@ -7,12 +7,12 @@ written is there whole or not at all.
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Sequence
 from types import FrameType
 
-from fsel.cli.console import Console
 from fsel.cli.parser import parser
 
 REFUSED = 1
@@ -29,6 +29,10 @@ def _terminate(number: int, frame: FrameType | None) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     asked = parser().parse_args(arguments)
+    # before NumPy is imported: on a selection's small matrices more threads only wait for another
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from fsel.cli.console import Console
+
     console = Console(asked.quiet, asked.json)
     previous = signal.signal(signal.SIGTERM, _terminate)
     try:
@@ -47,5 +51,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _in_words(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename}: {error.strerror}"
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error)
