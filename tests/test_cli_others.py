@@ -36,6 +36,9 @@ def test_bars_are_for_patient_people_at_terminals(
     steps = Console(quiet=quiet, as_json=False).bar("images")((i for i in range(30)), 30)
     assert [time.sleep(0.01) or i for i in steps] == list(range(30))
     assert ("images" in capsys.readouterr().err) == shown
+    with Console(quiet=quiet, as_json=False).clock("reading"):
+        time.sleep(0.2)
+    assert ("reading" in capsys.readouterr().err) == shown
 
 
 @pytest.fixture

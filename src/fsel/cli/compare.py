@@ -38,7 +38,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-        picks = _picks(asked, capture, targets, sharpness, focus)
+        with console.clock("selecting"):
+            picks = _picks(asked, capture, targets, sharpness, focus)
         rows, evaluator = _scores(asked, capture, targets, picks, console)
         table = _table(rows)
         (stage / "compare.txt").write_text(table, encoding="utf-8")

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import Event, Thread
 
 from fsel.glance import Progress
 
 PATIENCE = 2.0  # seconds before a bar is shown
+TICK = 0.5  # seconds between two looks at the clock
 
 
 @dataclass(frozen=True)
@@ -44,9 +48,40 @@ class Console:
         if self.as_json:
             print(json.dumps(result, indent=1))
 
+    @property
+    def silent(self) -> bool:
+        """Whether nothing that moves is shown: on terminals only, and not to the quiet."""
+        return self.quiet or not sys.stderr.isatty()
+
+    @contextmanager
+    def clock(self, label: str) -> Iterator[None]:
+        """The seconds that a block takes, on standard error after two, where steps are unknown."""
+        if self.silent:
+            yield
+            return
+        started, done = time.time(), Event()
+
+        def tick() -> None:
+            if done.wait(PATIENCE):
+                return
+            from tqdm import tqdm
+
+            with tqdm(desc=label, bar_format="{desc}: {elapsed}", leave=False) as shown:
+                shown.start_t = started
+                while not done.wait(TICK):
+                    shown.refresh()
+
+        thread = Thread(target=tick, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
+
     def bar(self, label: str) -> Progress:
-        """A progress bar on standard error after two seconds; none where no terminal is."""
-        if self.quiet or not sys.stderr.isatty():
+        """A progress bar on standard error after two seconds."""
+        if self.silent:
             return lambda items, count: items
         from tqdm import tqdm
 

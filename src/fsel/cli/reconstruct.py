@@ -23,7 +23,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         frames = named_in(asked.frames, opened.capture)
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
-        model = fsel.reconstruct(loaded, np.arange(len(frames)))
+        with console.clock("reconstructing"):
+            model = fsel.reconstruct(loaded, np.arange(len(frames)))
         model.export_ply(stage)
     console.say(
         "written", f"{asked.out}: {model.primitives} splats, fitted in {model.seconds:.1f} s"

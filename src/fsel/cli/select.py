@@ -27,7 +27,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     started = time.perf_counter()
     with staged(asked.out, WRITTEN, asked.force) as stage:
-        opened = open_capture(asked.capture, asked.layout)
+        with console.clock("reading"):
+            opened = open_capture(asked.capture, asked.layout)
         seconds = {"read": time.perf_counter() - started}
         outcome = _select(asked, console, opened, seconds)
         written = time.perf_counter()
@@ -36,7 +37,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         pictures = [] if asked.geometry_only else _pictures(opened, picks)
         report = page(outcome, entries, left, pictures)
         (stage / "report.html").write_text(report, encoding="utf-8")
-        subset.write(stage, opened, picks, outcome.targets.frames, asked.copy)
+        with console.clock("writing"):
+            subset.write(stage, opened, picks, outcome.targets.frames, asked.copy)
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written
