@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 from collections.abc import Callable
@@ -105,10 +106,45 @@ class Layout:
     options: tuple[str, ...] = ()
 
 
+def read_text(path: Path) -> str:
+    """A text file, naming it when it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path}: not readable as text ({error})") from error
+
+
+def field(entry: object, key: str, path: Path, where: str = "") -> object:
+    """A value of a JSON object, naming file and field when it is not there."""
+    if not isinstance(entry, dict) or entry.get(key) is None:
+        raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} is missing")
+    return entry[key]
+
+
+def numbers(value: object, shape: tuple[int, ...], path: Path, what: str) -> np.ndarray:
+    """A JSON value as a float64 array of a given shape, naming file and field otherwise."""
+    try:
+        found = np.array(value, np.float64)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape != shape:
+        wanted = "x".join(map(str, shape)) or "one number"
+        raise ValueError(f"{path}: {what} must be {wanted}, got {str(value)[:80]}")
+    return found
+
+
+def number(value: object, path: Path, what: str) -> float:
+    """A JSON value as a finite number, naming file and field otherwise."""
+    found = float(numbers(value, (), path, what))
+    if not math.isfinite(found):
+        raise ValueError(f"{path}: {what} must be finite, got {found}")
+    return found
+
+
 def read_json(path: Path) -> dict:
     """Parse a JSON object, naming the file when that fails."""
     try:
-        content = json.loads(path.read_text())
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: not readable as JSON ({error})") from error
     if not isinstance(content, dict):

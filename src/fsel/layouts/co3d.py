@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, inside
+from fsel.layouts.base import Layout, RawCapture, field, inside, number, numbers
 from fsel.recording import Camera, Recording
 
 FRAMES = "frame_annotations.jgz"
@@ -45,7 +45,7 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
         raise FileNotFoundError(f"{folder}: no {FRAMES} in the category's folder, {folder.parent}")
     root = path.parent.parent
     frames = _read_list(path)
-    names = {frame["sequence_name"] for frame in frames}
+    names = {str(field(frame, "sequence_name", path)) for frame in frames}
     name = folder.name if path.parent == folder.parent else next(iter(names))
     if name not in names or (path.parent != folder.parent and len(names) > 1):
         raise ValueError(
@@ -54,10 +54,11 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
     _check_quality(path.with_name(SEQUENCES), name, min_quality)
     own = sorted(
         (frame for frame in frames if frame["sequence_name"] == name),
-        key=lambda frame: frame["frame_number"],
+        key=lambda frame: number(frame.get("frame_number"), path, "frame_number"),
     )
-    dropped = {frame["image"]["path"]: _missing(frame, root) for frame in own}
-    kept = [frame for frame in own if not dropped[frame["image"]["path"]]]
+    files = [str(field(field(frame, "image", path), "path", path, "image")) for frame in own]
+    dropped = {file: _missing(frame, root, path) for frame, file in zip(own, files, strict=True)}
+    kept = [frame for frame, file in zip(own, files, strict=True) if not dropped[file]]
     if not kept:
         raise ValueError(f"{path}: no frame of {name} has an image and a viewpoint")
     return _capture(kept, root, path, {at: why for at, why in dropped.items() if why})
@@ -68,7 +69,7 @@ def _capture(frames: list[dict], root: Path, path: Path, dropped: dict[str, str]
     return RawCapture(
         names=[f"{frame['frame_number']:06d}" for frame in frames],
         images=[inside(root, frame["image"]["path"], path) for frame in frames],
-        world_to_camera=np.array([_pose(frame["viewpoint"]) for frame in frames]),
+        world_to_camera=np.array([_pose(frame["viewpoint"], path) for frame in frames]),
         cameras=[_camera(frame, path) for frame in frames],
         sequences=[frames[0]["sequence_name"]] * len(frames),
         masks=[inside(root, frame["mask"]["path"], path) for frame in frames]
@@ -85,15 +86,15 @@ def _read_list(path: Path) -> list[dict]:
         content = json.loads(gzip.decompress(path.read_bytes()))
     except (OSError, EOFError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: not readable as gzipped JSON ({error})") from error
-    if not isinstance(content, list):
-        raise ValueError(f"{path}: expected a JSON list, got {type(content).__name__}")
+    if not isinstance(content, list) or not all(isinstance(entry, dict) for entry in content):
+        raise ValueError(f"{path}: expected a JSON list of objects")
     return content
 
 
 def _check_quality(path: Path, name: str, least: float) -> None:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: missing; it says how good the poses are")
-    found = next((s for s in _read_list(path) if s["sequence_name"] == name), {})
+    found = next((s for s in _read_list(path) if s.get("sequence_name") == name), {})
     quality = found.get("viewpoint_quality_score")
     if quality is None or quality < least:
         raise ValueError(
@@ -102,30 +103,34 @@ def _check_quality(path: Path, name: str, least: float) -> None:
         )
 
 
-def _missing(frame: dict, root: Path) -> str:
+def _missing(frame: dict, root: Path, path: Path) -> str:
     """Why a frame cannot be used, or nothing."""
     if not frame.get("viewpoint"):
         return "no viewpoint"
-    return "" if (root / frame["image"]["path"]).is_file() else "image hidden or not downloaded"
+    file = inside(root, frame["image"]["path"], path)
+    return "" if file.is_file() else "image hidden or not downloaded"
 
 
-def _pose(viewpoint: dict) -> np.ndarray:
+def _pose(viewpoint: dict, path: Path) -> np.ndarray:
     """World-to-camera with OpenCV axes of Xc = Xw R + T with x to the left and y up."""
-    rotation = (np.array(viewpoint["R"], np.float64) * AXES).T
-    return np.column_stack([rotation, np.array(viewpoint["T"], np.float64) * AXES])
+    rotation = (numbers(viewpoint.get("R"), (3, 3), path, "viewpoint.R") * AXES).T
+    translation = numbers(viewpoint.get("T"), (3,), path, "viewpoint.T") * AXES
+    return np.column_stack([rotation, translation])
 
 
 def _camera(frame: dict, path: Path) -> Camera:
     """Pixels from NDC; the annotation's size is (height, width)."""
-    height, width = frame["image"]["size"]
+    size = numbers(frame["image"].get("size"), (2,), path, "image.size")
+    height, width = (int(length) for length in size)
     viewpoint = frame["viewpoint"]
     kind = viewpoint.get("intrinsics_format", PER_AXIS)
     if kind not in (ISOTROPIC, PER_AXIS):
         raise ValueError(f"{path}: intrinsics_format is {kind!r}; allowed: {ISOTROPIC}, {PER_AXIS}")
     half = np.array([width, height]) / 2
     scale = np.full(2, half.min()) if kind == ISOTROPIC else half
-    focal = np.array(viewpoint["focal_length"], np.float64) * scale
-    center = half - np.array(viewpoint["principal_point"], np.float64) * scale
+    focal = numbers(viewpoint.get("focal_length"), (2,), path, "viewpoint.focal_length") * scale
+    point = numbers(viewpoint.get("principal_point"), (2,), path, "viewpoint.principal_point")
+    center = half - point * scale
     return Camera("PINHOLE", width, height, (*focal.tolist(), *center.tolist()))
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pycolmap
 
-from fsel.layouts.base import Layout, RawCapture, RawPoints, inside, matched
+from fsel.layouts.base import Layout, RawCapture, RawPoints, inside, matched, read_text
+from fsel.layouts.binary import check_whole
 from fsel.recording import Camera, Recording
 
 MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0", "colmap", "dense/sparse", ".")
@@ -40,9 +41,10 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
     Raises:
         ValueError: when it cannot be read, is empty, or its text lacks a line.
     """
+    check_whole(model)
     try:
         reconstruction = pycolmap.Reconstruction(str(model))
-    except (ValueError, RuntimeError, IndexError) as error:
+    except (ValueError, RuntimeError, IndexError, MemoryError) as error:
         raise ValueError(f"{model}: not a readable COLMAP model ({error})") from error
     if not reconstruction.images:
         raise ValueError(f"{model}: the COLMAP model holds no images")
@@ -56,8 +58,8 @@ def _complete_names(reconstruction: pycolmap.Reconstruction, path: Path) -> None
 
     A missing line of 2D points, which must be there though empty, shifts all that follow: refused.
     """
-    with path.open() as file:
-        lines = [line.rstrip("\r\n") for line in file if not line.startswith("#")]
+    text = read_text(path)
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
     while lines and not lines[-1].strip():
         lines.pop()
     for at in range(0, len(lines), 2):

@@ -76,7 +76,7 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
     """The frames in natural order of their names, with poses that are rotations.
 
     Raises:
-        ValueError: for no frames, two of one name, or a pose that is no rotation.
+        ValueError: for no frames, two of one name, a pose that is no rotation, or an empty camera.
     """
     twice = sorted(name for name, count in Counter(raw.names).items() if count > 1)
     if twice:
@@ -86,6 +86,14 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
     raw = raw.subset(natural_order(raw))
     raw = replace(raw, world_to_camera=_rigid(raw.world_to_camera))
     check_poses(raw.names, raw.world_to_camera, source)
+    for camera, name in dict(zip(raw.cameras, raw.names, strict=True)).items():
+        model = camera.colmap
+        lengths = (camera.width, camera.height, model.focal_length_x, model.focal_length_y)
+        if not np.isfinite(camera.params).all() or min(lengths) <= 0:
+            raise ValueError(
+                f"{source}: frame {name!r}: camera must have a positive size and focal length and "
+                f"finite parameters, got {camera}"
+            )
     return raw
 
 

@@ -12,8 +12,11 @@ from fsel.layouts.base import (
     OPENGL_TO_OPENCV,
     Layout,
     RawCapture,
+    field,
     inside,
     invert_pose,
+    number,
+    numbers,
     read_json,
 )
 from fsel.recording import Camera
@@ -23,6 +26,7 @@ FISHEYE = ("k1", "k2", "k3", "k4")
 LISTED = ("k1", "k2", "k3", "k4", "p1", "p2")  # order of distortion_params
 PERSPECTIVE = ("SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV")
 FOLDERS = ("images_2", "images_4", "images_8")
+LENGTHS = ("w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x")
 SPLITS = ("train_filenames", "val_filenames", "test_filenames")
 
 
@@ -62,8 +66,8 @@ def from_json(
     content = read_json(path)
     frames, dropped = _frames(content, path)
     applied = content.get("applied_transform")
-    applied = undo if applied is None else np.array(applied, float)
-    scale = float(content.get("applied_scale", 1.0))
+    applied = undo if applied is None else numbers(applied, (3, 4), path, "applied_transform")
+    scale = number(content.get("applied_scale", 1.0), path, "applied_scale")
     names = [frame["file_path"].removeprefix("./").removeprefix("images/") for frame in frames]
     masked = [f for f in frames if f.get("mask_path")] if content.get("has_mask", True) else []
     if masked and len(masked) != len(frames):
@@ -111,12 +115,9 @@ def _existing(file: Path) -> Path:
 
 
 def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> np.ndarray:
-    try:
-        matrix = np.array(frame.get("transform_matrix"), float)
-    except (TypeError, ValueError):
-        matrix = np.empty(0)
-    if matrix.shape not in ((4, 4), (3, 4)):
-        raise ValueError(f"{path}: transform_matrix of {frame['file_path']} is not 4x4")
+    stored = field(frame, "transform_matrix", path, frame["file_path"])
+    shape = (len(stored), 4) if isinstance(stored, list) and len(stored) == 3 else (4, 4)
+    matrix = numbers(stored, shape, path, f"transform_matrix of {frame['file_path']}")
     matrix = np.vstack([matrix[:3], [0, 0, 0, 1]])
     matrix[:3, 3] /= scale
     if applied is not None:
@@ -132,6 +133,11 @@ def camera_of(content: dict, frame: dict, path: Path) -> Camera:
         ValueError: for missing intrinsics, or a model that is no perspective camera.
     """
     merged = {**frame, **content}
+    merged |= {
+        key: number(merged[key], path, f"{key} of {frame['file_path']}")
+        for key in (*LENGTHS, *LISTED)
+        if merged.get(key) is not None
+    }
     width, height = merged.get("w"), merged.get("h")
     focal = merged.get("fl_x")
     if focal is None and "camera_angle_x" in merged and width:

@@ -13,7 +13,9 @@ from fsel.layouts.base import (
     OLD_APPLIED_TRANSFORM,
     Layout,
     RawCapture,
+    field,
     invert_pose,
+    numbers,
     read_json,
 )
 from fsel.recording import Recording
@@ -88,7 +90,7 @@ def read_iphone(folder: Path) -> RawCapture:
     absent = [stem for stem in stems if stem not in metric]
     if absent:
         raise ValueError(f"{path}: no entry for {absent[0]}")
-    poses = [invert_pose(np.array(metric[stem]["aligned_pose"], float)) for stem in stems]
+    poses = [_aligned(metric[stem], stem, path) for stem in stems]
     unused = {f"{stem}.jpg": "not registered by COLMAP" for stem in metric.keys() - set(stems)}
     raw = replace(
         raw,
@@ -103,6 +105,12 @@ def read_iphone(folder: Path) -> RawCapture:
     if not (root / "colmap" / "points3D.txt").is_file():
         return raw
     return colmap.with_points(raw, root / "colmap")
+
+
+def _aligned(entry: dict, stem: str, path: Path) -> np.ndarray:
+    """World-to-camera of an entry of pose_intrinsic_imu.json."""
+    pose = field(entry, "aligned_pose", path, stem)
+    return invert_pose(numbers(pose, (4, 4), path, f"aligned_pose of {stem}"))
 
 
 def _extracted(root: Path, names: list[str]) -> list[images.Image]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, invert_pose, read_matrix
+from fsel.layouts.base import Layout, RawCapture, invert_pose, numbers, read_matrix, read_text
 from fsel.recording import Camera, Recording
 
 SIZE = (640, 480)
@@ -71,17 +71,17 @@ def read(folder: Path, pose_source: str = "original") -> RawCapture:
 
 def _sequences(folder: Path) -> list[str]:
     """`sequence3` in the split files is the folder seq-03."""
-    numbers = []
+    passes = []
     for split in ("TrainSplit.txt", "TestSplit.txt"):
         path = folder / split
         if not path.is_file():
             raise FileNotFoundError(f"{path}: split file is missing")
-        for line in path.read_text().split():
+        for line in read_text(path).split():
             number = line.removeprefix("sequence")
             if not number.isdecimal():
                 raise ValueError(f"{path}: expected lines like sequence3, got {line!r}")
-            numbers.append(int(number))
-    found = [f"seq-{number:02d}" for number in sorted(set(numbers))]
+            passes.append(int(number))
+    found = [f"seq-{number:02d}" for number in sorted(set(passes))]
     missing = [name for name in found if not (folder / name).is_dir()]
     if missing:
         raise FileNotFoundError(
@@ -111,11 +111,9 @@ def _pgt(folder: Path) -> dict[str, tuple[np.ndarray, float]]:
                 f"{path}: missing; copy 7scenes_{folder.name}_{split}.txt of the repository "
                 "tsattler/visloc_pseudo_gt_limitations there"
             )
-        for at, line in enumerate(path.read_text().splitlines(), start=1):
-            file, *numbers = line.split()
-            if len(numbers) != 8:
-                raise ValueError(f"{path}: line {at}: expected a file name and 8 numbers")
-            w, x, y, z, *rest = map(float, numbers)
+        for at, line in enumerate(read_text(path).splitlines(), start=1):
+            file, *words = line.split() or [""]
+            w, x, y, z, *rest = numbers(words, (8,), path, f"what follows the name in line {at}")
             rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
             pose = np.column_stack([rotation, rest[:3]])
             name = "/".join(Path(file).parts[-2:]).removesuffix(".color.png")
@@ -132,8 +130,8 @@ def write(recording: Recording, folder: Path) -> None:
     for name, pose in zip(recording.names, recording.world_to_camera, strict=True):
         full = np.vstack([invert_pose(pose), [0, 0, 0, 1]])
         np.savetxt(folder / f"{name}.pose.txt", full, fmt="%.17g")
-    numbers = sorted({int(label.removeprefix("seq-")) for label in recording.sequences})
-    lines = [f"sequence{number}\n" for number in numbers]
+    passes = sorted({int(label.removeprefix("seq-")) for label in recording.sequences})
+    lines = [f"sequence{number}\n" for number in passes]
     (folder / "TrainSplit.txt").write_text("".join(lines[:-1]))
     (folder / "TestSplit.txt").write_text(lines[-1])
 

@@ -7,7 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from fsel.layouts import colmap, images
-from fsel.layouts.base import Layout, RawCapture, invert_pose, natural, read_matrix
+from fsel.layouts.base import (
+    Layout,
+    RawCapture,
+    invert_pose,
+    natural,
+    numbers,
+    read_matrix,
+    read_text,
+)
 from fsel.layouts.lens import HALF
 from fsel.layouts.matching import choose_pairs, focal_from_poses, match
 from fsel.recording import Camera, Recording
@@ -73,10 +81,12 @@ def _images_of(folder: Path) -> list[Path]:
 
 def _read_log(path: Path, files: list[Path]) -> tuple[list[Path], np.ndarray, dict[str, str]]:
     """Entries `k m 0` and a 4x4 camera-to-world; k counts the images, m = -1: not registered."""
-    numbers = path.read_text().split()
-    if not numbers or len(numbers) % 19:
-        raise ValueError(f"{path}: {len(numbers)} numbers, expected 19 an entry (k m 0 and 4x4)")
-    entries = np.array(numbers, np.float64).reshape(-1, 19)
+    words = read_text(path).split()
+    if not words or len(words) % 19:
+        raise ValueError(f"{path}: {len(words)} numbers, expected 19 an entry (k m 0 and 4x4)")
+    entries = numbers(words, (len(words),), path, "the log").reshape(-1, 19)
+    if not np.array_equal(entries[:, 0], np.arange(len(entries))):
+        raise ValueError(f"{path}: entries must count 0, 1, 2, ...; got {entries[:5, 0]}")
     if len(entries) > len(files):
         raise ValueError(
             f"{path}: {len(entries)} poses for {len(files)} images; poses count the images in "

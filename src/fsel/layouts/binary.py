@@ -1,0 +1,65 @@
+"""Are COLMAP's binary files whole? Its own reader takes what lies beyond the end for counts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from struct import error as Short
+from struct import unpack_from
+
+import pycolmap
+
+CAMERA = 4 + 4 + 8 + 8  # id, model, width, height
+IMAGE = 4 + 7 * 8 + 4  # id, quaternion and translation, camera id
+OBSERVATION = 8 + 8 + 8  # x, y, point id
+POINT = 8 + 3 * 8 + 3 + 8  # id, position, colour, error
+TRACK_ELEMENT = 4 + 4  # image id, index of the observation
+
+
+def check_whole(model: Path) -> None:
+    """Refuse cameras.bin, images.bin or points3D.bin that end early or go on too long.
+
+    A cut file would else make COLMAP ask for memory until the machine has none.
+
+    Raises:
+        ValueError: naming the file.
+    """
+    for name, skip in ENTRIES.items():
+        path = model / name
+        if not path.is_file():
+            continue
+        content, at = path.read_bytes(), 8
+        try:
+            (count,) = unpack_from("<Q", content)
+            for _ in range(count):
+                at = skip(content, at)
+        except (Short, ValueError) as error:
+            raise ValueError(f"{path}: cut short or damaged ({error})") from error
+        if at != len(content):
+            raise ValueError(
+                f"{path}: cut short or damaged: {len(content)} bytes, its entries take {at}"
+            )
+
+
+def _after_camera(content: bytes, at: int) -> int:
+    _, kind = unpack_from("<ii", content, at)
+    named = pycolmap.CameraModelId(kind)  # ValueError for one that COLMAP has not
+    camera = pycolmap.Camera.create_from_model_id(1, named, 1.0, 2, 2)
+    return at + CAMERA + 8 * len(camera.params)
+
+
+def _after_image(content: bytes, at: int) -> int:
+    name = at + IMAGE
+    end = content.index(b"\0", name) + 1
+    return end + 8 + OBSERVATION * unpack_from("<Q", content, end)[0]
+
+
+def _after_point(content: bytes, at: int) -> int:
+    return at + POINT + 8 + TRACK_ELEMENT * unpack_from("<Q", content, at + POINT)[0]
+
+
+ENTRIES = {
+    "cameras.bin": _after_camera,
+    "images.bin": _after_image,
+    "points3D.bin": _after_point,
+}
+"""By file, the function that says where an entry ends."""
