@@ -9,6 +9,7 @@ from pathlib import Path
 
 from fsel.capture import Capture
 from fsel.layouts import (
+    bare,
     co3d,
     colmap,
     dl3dv,
@@ -39,6 +40,7 @@ LAYOUTS: dict[str, Layout] = {
         tanks_and_temples.LAYOUT,
         nerfstudio.LAYOUT,
         colmap.LAYOUT,
+        bare.LAYOUT,
     )
 }
 """By name, the most particular first: the order in which `auto` asks."""
@@ -123,6 +125,8 @@ def read_folder(
     folder = Path(path)
     _allowed("poses", poses, POSES)
     _allowed("points", points, POINTS)
+    if layout == "auto" and poses != "layout" and not recognise(folder):
+        layout = bare.LAYOUT.name
     known, raw = read_raw(folder, layout, reading)
     source = f"{known.name} at {folder}"
     raw = in_order(_thinned(_placed(raw, folder, poses, model), every), source)
@@ -130,9 +134,11 @@ def read_folder(
         log.info("%s: left out %d frames: %s", source, count, reason)
     agreement = _verified(raw, source, max_error)
     capture = ingest(raw, known, folder, long_side, store=store)
-    if points == "triangulate" and capture.points is None:
-        large = ingest(raw, known, folder, TRIANGULATION_LONG_SIDE)
+    if capture.points is None and points == "triangulate":
+        large = ingest(raw, known, folder, TRIANGULATION_LONG_SIDE, lazy=True)
         capture = replace(capture, points=sfm.triangulate(large))
+    if capture.points is None:
+        log.info("%s: no sparse points; co-visibility is predicted from the poses", source)
     return Ingestion(capture, agreement, raw.dropped)
 
 
@@ -147,6 +153,10 @@ def _layout_of(folder: Path, layout: str) -> Layout:
         inner = [child.name for child in sorted(folder.iterdir()) if child.is_dir()]
         scenes = [name for name in inner if recognise(folder / name)]
         hint = f"; its folders {scenes[:3]} are captures, give one of them" if scenes else ""
+        if not scenes and bare.find(folder):
+            hint = (
+                "; its images have no poses: `poses: colmap` finds them, `poses: file` reads them"
+            )
         raise ValueError(f"{folder}: no known layout{hint}; known: {', '.join(LAYOUTS)}")
     also = f" (it also looks like {', '.join(found[1:])})" if found[1:] else ""
     log.info("%s: recognised as %s%s", folder, found[0], also)

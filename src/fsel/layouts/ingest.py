@@ -76,13 +76,19 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
     """The frames in natural order of their names, with poses that are rotations.
 
     Raises:
-        ValueError: for no frames, two of one name, a pose that is no rotation, or an empty camera.
+        ValueError: for no frames, two of one name, no poses, one that is no rotation, or an empty
+            camera.
     """
     twice = sorted(name for name, count in Counter(raw.names).items() if count > 1)
     if twice:
         raise ValueError(f"{source}: duplicate frame names {twice[:3]}")
     if not raw.names:
         raise ValueError(f"{source}: no frame is left; left out {len(raw.dropped)}")
+    if np.isnan(raw.world_to_camera).all():
+        raise ValueError(
+            f"{source}: images without poses. Hint: `poses: colmap` finds them, `poses: file` "
+            "reads them from a COLMAP model"
+        )
     raw = raw.subset(natural_order(raw))
     raw = replace(raw, world_to_camera=_rigid(raw.world_to_camera))
     check_poses(raw.names, raw.world_to_camera, source)

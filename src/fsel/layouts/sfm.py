@@ -11,11 +11,12 @@ import numpy as np
 import pycolmap
 
 from fsel.capture import Capture, SparsePoints
-from fsel.geometry import pairwise_angles, pairwise_distances
+from fsel.geometry import viewing_angles
 from fsel.layouts import colmap, images
 from fsel.layouts.base import RawCapture, matched
 from fsel.recording import Camera
 
+NEAREST = 48
 NEIGHBOURS = 12  # frames that each is matched with when poses are known
 MAX_ANGLE = np.radians(60)
 EXHAUSTIVE = 150  # frames up to which all pairs are matched when poses are not known
@@ -64,17 +65,20 @@ def triangulate(capture: Capture) -> SparsePoints | None:
 
 
 def neighbours(capture: Capture) -> list[tuple[int, int]]:
-    """Pairs (i, j), i < j, of each frame and the nearest that look within 60 degrees of it."""
-    distance = pairwise_distances(capture.centers, capture.centers)
-    angle = pairwise_angles(capture.axes, capture.axes)
-    distance[(angle > MAX_ANGLE) | np.eye(len(capture), dtype=bool)] = np.inf
-    nearest = np.argsort(distance, axis=1, kind="stable")[:, :NEIGHBOURS]
-    pairs = {
-        (min(i, j), max(i, j))
-        for i, row in enumerate(nearest.tolist())
-        for j in row
-        if np.isfinite(distance[i, j])
-    }
+    """Pairs (i, j), i < j, of each frame and those of the nearest that look its way.
+
+    At most 12 a frame, from the 48 nearest, whose axes are within 60 degrees of its own.
+    """
+    from scipy.spatial import cKDTree  # here: slow to import, and seldom needed
+
+    near = min(NEAREST, len(capture))
+    _, order = cKDTree(capture.centers).query(capture.centers, k=near)
+    order = order.reshape(len(capture), near)
+    pairs = set()
+    for i, row in enumerate(order):
+        row = row[row != i]
+        alike = row[viewing_angles(capture.axes[i], capture.axes[row]) < MAX_ANGLE]
+        pairs |= {(min(i, j), max(i, j)) for j in alike[:NEIGHBOURS].tolist()}
     return sorted(pairs)
 
 
@@ -142,7 +146,9 @@ def reconstruct(raw: RawCapture) -> RawCapture:
             database,
             folder / "images",
             folder,
-            pycolmap.IncrementalPipelineOptions(random_seed=SEED),
+            pycolmap.IncrementalPipelineOptions(
+                num_threads=THREADS, random_seed=SEED, min_model_size=MIN_PLACED
+            ),
         )
         placed = max((m.num_reg_images() for m in models.values()), default=0)
         log.info("COLMAP placed %d of %d frames", placed, len(names))

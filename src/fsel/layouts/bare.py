@@ -1,0 +1,44 @@
+"""A folder of images and nothing else: poses come from COLMAP or from another estimator's file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fsel.layouts import images
+from fsel.layouts.base import Layout, RawCapture, natural
+from fsel.recording import Camera
+
+ENDINGS = (".jpg", ".jpeg", ".png")
+FOLDERS = ("images", "input", ".")
+
+
+def find(folder: Path) -> list[Path]:
+    """The image files of the first of images/, input/ and the folder itself that has any."""
+    for name in FOLDERS:
+        inside = (folder / name).glob("*")
+        found = [path for path in inside if path.suffix.lower() in ENDINGS and path.is_file()]
+        if found:
+            return sorted(found, key=lambda path: natural(path.name))
+    return []
+
+
+def read(folder: Path) -> RawCapture:
+    """Names and files; poses are not finite and the focal length a guess until placed."""
+    files = find(folder)
+    if not files:
+        raise FileNotFoundError(f"{folder}: no images in it, in images or in input")
+    height, width = images.load(files[0]).shape[:2]
+    guess = Camera("SIMPLE_PINHOLE", width, height, (max(width, height), width / 2, height / 2))
+    return RawCapture(
+        names=[file.name for file in files],
+        images=files,
+        world_to_camera=np.full((len(files), 3, 4), np.nan),
+        cameras=[guess] * len(files),
+        sequences=["capture"] * len(files),
+    )
+
+
+LAYOUT = Layout("images", lambda folder: False, read)
+"""Recognised by nothing: without poses there is nothing to select, so it must be asked for."""
