@@ -6,6 +6,7 @@ min_version("9.19.0")
 pathvars:
     tables="<results>/tables",
     figures="<results>/figures",
+    downloads="downloads",
 
 
 # a config file given on the command line stands alone: merged, its datasets would join these
@@ -17,7 +18,9 @@ if "datasets" not in config:
 report: "workflow/report/workflow.rst"
 
 
+include: "workflow/rules/sources.smk"
 include: "workflow/rules/common.smk"
+include: "workflow/rules/downloads.smk"
 include: "workflow/rules/captures.smk"
 include: "workflow/rules/labels.smk"
 include: "workflow/rules/selectors.smk"

@@ -2,20 +2,14 @@
 
 import gzip
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pycolmap
 import pytest
-import yaml
 from layout_recordings import recording, write_colmap
 
 from fsel.layouts import LAYOUTS, read_capture, read_raw
-
-ROOT = Path(__file__).parents[1]
 
 
 @pytest.mark.parametrize(
@@ -239,26 +233,3 @@ def test_damaged_annotations_are_named(tmp_path, change, message):
     with pytest.raises(ValueError, match=message) as error:
         read_capture(tmp_path, "co3d")
     assert "frame_annotations.jgz" in str(error.value)
-
-
-def test_other_scenes_go_on(tmp_path):
-    """One damaged capture fails alone, its log naming the file; the others are ingested."""
-    for name in ("good", "bad", "fine"):
-        LAYOUTS["mipnerf360"].write(recording("mipnerf360", frames=60), tmp_path / "data" / name)
-    (tmp_path / "data" / "bad" / "images_4" / "f20.jpg").write_bytes(b"")
-    config = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
-    entry = {"label": "Mine", "root": "data", "scenes": ["bad", "fine", "good"]}
-    config |= {"targets": 4, "datasets": config["datasets"] | {"mine": entry}}
-    (tmp_path / "config.yaml").write_text(yaml.safe_dump(config))
-    results = f"{config['pathvars']['results']}/mine"
-    targets = [f"{results}/{name}/images.npy" for name in entry["scenes"]]
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-    command += ["--configfile", "config.yaml", "--cores", "1", "--until", "ingest"]
-    profile = ["--workflow-profile", str(ROOT / "profiles" / "default")]
-    run = subprocess.run(
-        [*command, *profile, *targets], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert run.returncode != 0
-    assert "f20.jpg: image file is empty (0 bytes)" in run.stdout + run.stderr
-    made = [(tmp_path / target).exists() for target in targets]
-    assert made == [False, True, True]

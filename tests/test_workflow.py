@@ -107,10 +107,20 @@ def test_a_wrong_value_is_refused_by_name(tmp_path, changes, parts):
 @pytest.mark.parametrize(
     ("entry", "parts"),
     [
-        ({"root": "nowhere", "scenes": ["a"]}, ["datasets.mine.root", "no folder nowhere"]),
+        ({"root": "nowhere", "scenes": ["a"]}, ["datasets.mine.root nowhere", "no folders"]),
         ({"root": ".", "scenes": ["a"]}, ["no folders ['a'] in .", "the folders there are"]),
-        ({"scenes": ["a"]}, ["exactly one of `embedded` and `root`"]),
-        ({"root": ".", "scenes": {"evaluation": 2}}, ["datasets.mine.scenes", "take names"]),
+        ({"scenes": ["a"]}, ["exactly one of `embedded`, `root` and `fetch`"]),
+        ({"root": ".", "scenes": {"evaluation": 2}}, ["asks for 2 scenes, 0 are there"]),
+        (
+            {"root": ".", "scenes": {"evaluation": 2, "train": ["a"]}},
+            ["datasets.mine.scenes", "a number of scenes for every role"],
+        ),
+        ({"fetch": "kitti", "scenes": ["a"]}, ["'kitti', which may not", "mipnerf360"]),
+        (
+            {"fetch": "scannetpp_dslr", "scenes": ["a"]},
+            ["may not be downloaded", "https://scannetpp.mlsg.cit.tum.de", "<id>/dslr/", "`root`"],
+        ),
+        ({"fetch": "mipnerf360", "scenes": ["barn"]}, ["['barn'] are not among", "treehill"]),
         ({"root": ".", "scenes": [], "poses": "file"}, ["datasets.mine.poses", "`model`"]),
         (
             {"root": ".", "scenes": [], "reading": {"focal": 1.2}},

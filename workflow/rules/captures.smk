@@ -15,6 +15,8 @@ rule generate:
         "<results>/logs/generate/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/generate/{dataset}/{scene}.jsonl"
+    wildcard_constraints:
+        dataset=datasets_with("embedded"),
     conda:
         "../envs/fsel.yaml"
     threads: 1

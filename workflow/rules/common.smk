@@ -40,30 +40,35 @@ def scenes(dataset, role):
     if isinstance(entry, list):
         entry = {"evaluation": entry}
     found = entry.get(role, [])
-    if isinstance(found, int):
+    if not isinstance(found, int):
+        return found
+    if "embedded" in config["datasets"][dataset]:
         return [f"{role}{number:02d}" for number in range(found)]
-    return found
+    return counted(dataset, role)
 
 
 def check_dataset(name, dataset):
     """Refuse an entry that no job could serve."""
     where = f"datasets.{name}"
-    if ("embedded" in dataset) == ("root" in dataset):
+    if sum(kind in dataset for kind in KINDS) != 1:
         refuse(
-            f"{where} needs exactly one of `embedded` and `root`, got {sorted(dataset)}",
-            "`embedded: {family: ...}` generates captures, `root: folder` reads them from disk",
+            f"{where} needs exactly one of `embedded`, `root` and `fetch`, got {sorted(dataset)}",
+            "`embedded: {family: ...}` generates captures, `root: folder` reads them from disk, "
+            "`fetch: source` downloads them",
+        )
+    if "fetch" in dataset:
+        check_source(where, dataset)
+    entry = dataset["scenes"] if isinstance(dataset["scenes"], dict) else {}
+    numbers = {isinstance(given, int) for given in entry.values()}
+    if len(numbers) > 1 or ("embedded" in dataset and numbers != {True}):
+        refuse(
+            f"{where}.scenes is {dataset['scenes']}",
+            "embedded datasets take a number of scenes for every role, others that or names",
         )
     named = [scene for role in ROLES for scene in scenes(name, role)]
     if len(set(named)) < len(named):
         refuse(
             f"{where}.scenes names a scene twice: {named}", "give each scene one role"
-        )
-    counts = [n for n in dataset["scenes"] if isinstance(dataset["scenes"], dict)]
-    counted = [isinstance(dataset["scenes"][role], int) for role in counts]
-    if any(counted) != ("embedded" in dataset) and named:
-        refuse(
-            f"{where}.scenes is {dataset['scenes']}",
-            "embedded datasets take a number of scenes a role, datasets on disk take names",
         )
     if "embedded" in dataset and dataset["layout"] == "auto":
         refuse(
@@ -73,6 +78,8 @@ def check_dataset(name, dataset):
     check_reading(where, dataset)
     if "root" in dataset:
         check_folders(where, Path(dataset["root"]), named)
+    if "fetch" in dataset:
+        check_fetched(where, dataset, named)
 
 
 def check_reading(where, dataset):
@@ -106,11 +113,6 @@ def reading(name):
 
 
 def check_folders(where, root, named):
-    if not root.is_dir():
-        refuse(
-            f"{where}.root: no folder {root} (from {Path.cwd()})",
-            "put the dataset there, correct the path, or leave the entry out",
-        )
     missing = [scene for scene in named if not (root / scene).is_dir()]
     if missing:
         present = sorted(path.name for path in root.iterdir() if path.is_dir())
@@ -122,6 +124,7 @@ def check_folders(where, root, named):
 
 def check_experiment():
     """Refuse what would only fail after hours of work."""
+    check_roots()
     for name, dataset in config["datasets"].items():
         check_dataset(name, dataset)
     trained = config["training"]["dataset"]

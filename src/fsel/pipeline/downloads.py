@@ -1,0 +1,221 @@
+"""Archives from the network, resumed where they were cut, and unpacked without trusting them."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import shutil
+import stat
+import time
+import zipfile
+import zlib
+from http.client import HTTPException
+from pathlib import Path, PurePosixPath
+from urllib.error import HTTPError, URLError
+from urllib.parse import urlsplit
+from urllib.request import Request, urlopen
+
+CHUNK = 1 << 20
+TIMEOUT = 60.0  # seconds without a byte
+ATTEMPTS = 5  # in a row without a byte more
+REPORT = 30.0  # seconds between two lines in the log
+
+logger = logging.getLogger(__name__)
+
+
+def download(url: str, path: str | Path, sha256: str = "", pause: float = 2.0) -> None:
+    """Fetch a file over HTTP; what an earlier run got of it is kept and continued.
+
+    Args:
+        url: http or https.
+        path: appears when the whole file is there and its checksum is right; until then its bytes
+            lie in `<path>.part`.
+        sha256: of the file. Left out, that of the first download, kept in `<path>.sha256`, is
+            asked of every later one.
+        pause: seconds before another attempt, doubled with each that brings nothing.
+
+    Raises:
+        ValueError: for another scheme, or a checksum that differs.
+        OSError: when the server refuses, or the connection was cut five times in a row without a
+            byte more.
+    """
+    if urlsplit(url).scheme not in ("http", "https"):
+        raise ValueError(f"{url}: only http and https are fetched")
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f"{path.name}.part")
+    failed = 0
+    while True:
+        before = _size(part)
+        try:
+            _continue(url, part)
+            break
+        except HTTPError as error:
+            error.close()
+            if error.code < 500:
+                raise OSError(f"{url}: the server answers {error.code} {error.reason}") from error
+            reason = error
+        except (URLError, HTTPException, OSError) as error:
+            reason = error
+        failed = 0 if _size(part) > before else failed + 1
+        if failed == ATTEMPTS:
+            raise OSError(
+                f"{url}: cut {ATTEMPTS} times without a byte more ({reason}); {_size(part)} bytes "
+                f"are kept in {part}, and the same command goes on from there"
+            ) from reason
+        logger.info("%s: cut after %d bytes (%s); again", url, _size(part), reason)
+        time.sleep(pause * 2**failed)
+    _check(url, part, path, sha256)
+    part.replace(path)
+    _tag_file(part).unlink(missing_ok=True)
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.is_file() else 0
+
+
+def _tag_file(part: Path) -> Path:
+    """Holds the server's name for the version that a part is of."""
+    return part.with_name(f"{part.name}.etag")
+
+
+def _continue(url: str, part: Path) -> None:
+    """Append what is missing; from the start where the server has another version or no ranges."""
+    have, tag = _size(part), _tag_file(part)
+    headers = {"User-Agent": "fsel", "Accept-Encoding": "identity"}
+    if have and tag.is_file():
+        headers |= {"Range": f"bytes={have}-", "If-Range": tag.read_text()}
+    try:
+        answer = urlopen(Request(url, headers=headers), timeout=TIMEOUT)
+    except HTTPError as error:
+        if error.code != 416:
+            raise
+        error.close()
+        part.unlink()  # it is as long as the file, or longer
+        answer = urlopen(Request(url, headers={"User-Agent": "fsel"}), timeout=TIMEOUT)
+    with answer:
+        continued = answer.status == 206
+        start = have if continued else 0
+        length = answer.headers.get("Content-Length")
+        total = start + int(length) if length else None
+        if total is not None:
+            _check_room(url, part, total - start)
+        _keep_tag(tag, answer.headers)
+        with part.open("ab" if continued else "wb") as file:
+            got = _copy(url, answer, file, start, total)
+    if total is not None and got < total:
+        raise ConnectionError(f"{got} of {total} bytes")
+
+
+def _keep_tag(tag: Path, headers) -> None:
+    """Keep what names the version exactly; without it nothing can be continued safely."""
+    exact = headers.get("ETag", "")
+    name = headers.get("Last-Modified") if exact.startswith("W/") or not exact else exact
+    if name:
+        tag.write_text(name)
+    else:
+        tag.unlink(missing_ok=True)
+
+
+def _copy(url: str, answer, file, got: int, total: int | None) -> int:
+    """Bytes in the file when the answer ends."""
+    reported = time.monotonic()
+    while chunk := answer.read(CHUNK):
+        file.write(chunk)
+        got += len(chunk)
+        if time.monotonic() - reported > REPORT:
+            reported = time.monotonic()
+            share = f" of {total / 1e6:.0f}" if total else ""
+            logger.info("%s: %.0f%s MB", url, got / 1e6, share)
+    return got
+
+
+def _check_room(what: object, path: Path, needed: int) -> None:
+    free = shutil.disk_usage(path.parent).free
+    if needed > free:
+        raise ValueError(f"{what}: needs {needed} bytes in {path.parent}, {free} are free")
+
+
+def _check(url: str, part: Path, path: Path, sha256: str) -> None:
+    with part.open("rb") as file:
+        found = hashlib.file_digest(file, "sha256").hexdigest()
+    known = path.with_name(f"{path.name}.sha256")
+    wanted = sha256 or (known.read_text().strip() if known.is_file() else found)
+    if found != wanted:
+        part.unlink()
+        raise ValueError(
+            f"{url}: sha256 is {found}, expected {wanted}; the download was thrown away. Hint: try "
+            "again; if it stays so, the file was replaced at its source"
+        )
+    known.write_text(found + "\n")
+    logger.info("%s: sha256 %s", url, found)
+
+
+def unpack(archive: str | Path, inside: str, folder: str | Path) -> None:
+    """Unpack one folder of a zip archive, and the archives that lie in it, whole or not at all.
+
+    Args:
+        archive: not trusted: members that are links, or lead out of the target, are refused
+            before anything is written.
+        inside: the folder's path in the archive.
+        folder: what it becomes; replaced if it is there.
+
+    Raises:
+        ValueError: for a broken or hostile archive, or one without that folder.
+    """
+    archive, folder = Path(archive), Path(folder)
+    partial = folder.with_name(f".{folder.name}.partial")
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    try:
+        _extract(archive, inside, partial)
+        for inner in sorted(partial.glob("*.zip")):
+            _extract(inner, "", partial)
+            inner.unlink()
+        shutil.rmtree(folder, ignore_errors=True)
+        partial.replace(folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _extract(archive: Path, inside: str, folder: Path) -> None:
+    try:
+        with zipfile.ZipFile(archive) as content:
+            members = [m for m in content.infolist() if _below(m.filename, inside)]
+            if not members:
+                tops = sorted({m.filename.split("/")[0] for m in content.infolist()})
+                raise ValueError(f"{archive}: no folder {inside!r} in it, only {tops[:8]}")
+            for member in content.infolist():
+                _check_member(archive, member)
+            _check_room(archive, folder / "any", sum(m.file_size for m in members))
+            for member in members:
+                _write(content, member, folder / PurePosixPath(member.filename).relative_to(inside))
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
+        raise ValueError(
+            f"{archive}: cannot be unpacked ({error}). Hint: delete it and fetch it again"
+        ) from error
+
+
+def _below(name: str, inside: str) -> bool:
+    return PurePosixPath(name).is_relative_to(inside) and PurePosixPath(name) != PurePosixPath(
+        inside
+    )
+
+
+def _check_member(archive: Path, member: zipfile.ZipInfo) -> None:
+    path, mode = PurePosixPath(member.filename), member.external_attr >> 16
+    if path.is_absolute() or ".." in path.parts or set("\\:") & set(member.filename):
+        raise ValueError(f"{archive}: member {member.filename!r} leads out of the folder; refused")
+    if stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
+        raise ValueError(f"{archive}: member {member.filename!r} is a link or device; refused")
+
+
+def _write(content: zipfile.ZipFile, member: zipfile.ZipInfo, target: Path) -> None:
+    if member.is_dir():
+        target.mkdir(parents=True, exist_ok=True)
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with content.open(member) as source, target.open("wb") as file:
+        shutil.copyfileobj(source, file, CHUNK)
+    os.chmod(target, 0o644)
