@@ -80,16 +80,16 @@ def test_info_tells_what_was_found(capture, capsys):
 def test_frames_within_eight_degrees_are_not_worth_keeping():
     """On a circle of radius 4, looking 17 ** 0.5 far: chords below 0.576 span five steps."""
     dense = around(ring(240))
-    distance = viewing_distance(dense, None)
+    distance = viewing_distance(dense.views, None)
     np.testing.assert_allclose(distance, np.sqrt(17))
-    np.testing.assert_array_equal(worth_keeping(dense, distance), np.arange(0, 240, 6))
+    np.testing.assert_array_equal(worth_keeping(dense.views, distance), np.arange(0, 240, 6))
 
 
 def test_frames_turned_by_a_quarter_of_the_view_are_worth_keeping():
     turns = np.radians(np.arange(0, 40, 2.0))  # in place; half the view is 32.005 degrees
     rotations = np.array([cv2.Rodrigues(np.array([0, turn, 0]))[0] for turn in turns])
     turned = capture_of(np.zeros((20, 3)), rotations, size=(64, 48))
-    np.testing.assert_array_equal(worth_keeping(turned, np.ones(20)), [0, 9, 18])
+    np.testing.assert_array_equal(worth_keeping(turned.views, np.ones(20)), [0, 9, 18])
 
 
 def test_viewing_distance_is_the_median_depth_of_what_is_seen():
@@ -98,11 +98,11 @@ def test_viewing_distance_is_the_median_depth_of_what_is_seen():
     seen = SparsePoints(
         xyz, np.zeros((3, 3), np.uint8), np.array([0, 1, 2, 1]), np.array([0] * 3 + [2])
     )
-    np.testing.assert_array_equal(viewing_distance(track, seen), [2, 2, 2])
+    np.testing.assert_array_equal(viewing_distance(track.views, seen), [2, 2, 2])
     apart = capture_of(
         np.array([[-1.0, 0, 0], [0, 0, 0], [1, 0, 0]]), np.tile(np.eye(3), (3, 1, 1))
     )
-    np.testing.assert_allclose(viewing_distance(apart, None), 1)  # parallel: no common point
+    np.testing.assert_allclose(viewing_distance(apart.views, None), 1)  # parallel: no common point
 
 
 def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):

@@ -6,6 +6,7 @@ import argparse
 
 import numpy as np
 
+from fsel.capture import SparsePoints
 from fsel.cli.console import Console
 from fsel.cli.request import reasons
 from fsel.coverage import BLURRED, relative_sharpness
@@ -16,13 +17,20 @@ from fsel.layouts.checks import measure
 from fsel.opening import Opened, open_capture, seen
 from fsel.redundancy import viewing_distance, worth_keeping
 
+SAMPLE = 300  # frames whose points are read: a long capture has millions
+
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     opened = open_capture(asked.capture, asked.layout)
     sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
-    result = described(opened, sharpness)
-    agreement = measure(opened.raw, MAX_ERROR)
+    rows = np.linspace(0, len(opened.capture) - 1, min(SAMPLE, len(opened.capture))).round()
+    drawn = rows.astype(int)
+    with console.clock("points"):
+        sample = opened.raw.subset(drawn.tolist())
+        agreement = measure(sample, MAX_ERROR)
+        points = sample.sparse()
+    result = described(opened, sharpness, drawn, None if points is None else seen(points))
     frames, kept = result["frames"], len(result["worth_keeping"])
     console.say("capture", f"{frames} frames, {opened.layout}, passes: {result['passes']}")
     console.say("cameras", ", ".join(result["cameras"]))
@@ -46,14 +54,21 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     console.give(result | {"agreement": str(agreement)})
 
 
-def described(opened: Opened, sharpness: np.ndarray) -> dict:
-    """What the command prints, with names in full."""
-    capture = opened.capture
-    found = opened.raw.sparse()
-    points = None if found is None else seen(found)
-    centers = capture.centers
-    distance = viewing_distance(capture, points)
-    keep = worth_keeping(capture, distance)
+def described(
+    opened: Opened, sharpness: np.ndarray, drawn: np.ndarray, points: SparsePoints | None
+) -> dict:
+    """What the command prints, with names in full.
+
+    Args:
+        opened: the capture.
+        sharpness: (N,) of its frames.
+        drawn: (m,) frames that the points' tracks number, ascending.
+        points: sparse points, or None.
+    """
+    capture, centers = opened.capture, opened.capture.centers
+    far = viewing_distance(capture.view(drawn), points)
+    distance = np.interp(np.arange(len(capture)), drawn, far)
+    keep = worth_keeping(capture.views, distance)
     blurred = relative_sharpness(sharpness) < BLURRED
     cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.raw.cameras)
     return {

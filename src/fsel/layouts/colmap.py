@@ -139,21 +139,20 @@ def points_of(reconstruction: pycolmap.Reconstruction, rows: dict[int, int]) -> 
     keys = sorted(reconstruction.points3D)
     entries = [reconstruction.points3D[key] for key in keys]
     number = dict(zip(keys, range(len(keys)), strict=True))
-    points, frames, places = [], [], [np.empty((0, 2))]
+    points, frames, places = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2))]
     for image, row in sorted(rows.items(), key=lambda item: item[1]):
         seen = reconstruction.images[image].get_observation_points2D()
-        points += [number[p.point3D_id] for p in seen]
-        frames += [row] * len(seen)
-        places += [p.xy for p in seen]
-    pairs = np.array([points, frames], np.int64)
-    _, first = np.unique(pairs[0] * len(rows) + pairs[1], return_index=True)  # one sight a frame
-    places = np.vstack(places)
+        points.append(np.array([number[p.point3D_id] for p in seen], np.int64))
+        frames.append(np.full(len(seen), row))
+        places.append(np.array([p.xy for p in seen]).reshape(-1, 2))
+    point, frame, xy = np.concatenate(points), np.concatenate(frames), np.concatenate(places)
+    _, first = np.unique(point * len(rows) + frame, return_index=True)  # one sight a frame
     return RawPoints(
         xyz=np.array([entry.xyz for entry in entries]),
         rgb=np.array([entry.color for entry in entries], np.uint8),
-        track_point=pairs[0, first],
-        track_frame=pairs[1, first],
-        track_xy=places[first],
+        track_point=point[first],
+        track_frame=frame[first],
+        track_xy=xy[first],
     )
 
 
