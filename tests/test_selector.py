@@ -9,7 +9,6 @@ from selection_problems import capture_of, moved, random_problem, random_weights
 
 from fsel import greedy_plain
 from fsel.features import FEATURES, STATIC, static_features
-from fsel.geometry import pose_distance
 from fsel.problem import checked_select
 from fsel.refine import linear_weights
 from fsel.scorer import INPUTS, Scorer
@@ -69,7 +68,7 @@ def slow_inputs(problem, picked, *, pool, reference, appearance, coverage):
             if appearance or name != "rho_max_s":
                 inputs[:, FEATURES.index(name)] = z_scores(np.array(values))
     if coverage:
-        inputs[:, 18] = z_scores(slow_coverage(problem, frames, views, left, picked))
+        inputs[:, 18] = slow_coverage(problem, frames, views, left, picked)
     return np.array(left), inputs
 
 
@@ -95,11 +94,16 @@ def slow_relations(problem, frames, views, left, picked):
 
 def slow_coverage(problem, frames, views, left, picked):
     """What each row would add to sum over views of log(1 + summed closeness), to first order."""
-    capture = problem.capture
-    distance = pose_distance(
-        capture.centers[frames], capture.axes[frames], views.centers, views.axes
-    )
-    closeness = np.exp(-distance / np.sort(distance, axis=0)[min(3, len(frames) - 1)])
+    centers, axes = problem.capture.centers[frames], problem.capture.axes[frames]
+    depth = 1.8 * np.sqrt(np.mean(np.linalg.norm(centers - centers.mean(axis=0), axis=1) ** 2))
+    closeness = np.zeros((len(frames), len(views)))
+    for t, (c, a) in enumerate(zip(views.centers, views.axes, strict=True)):
+        shift = np.linalg.norm(centers - c, axis=1)
+        ahead = np.linalg.norm(centers + depth * axes - c - depth * a, axis=1)
+        distance = shift + 2 * ahead
+        for i in range(len(frames)):
+            rank = np.sum(distance < distance[i])
+            closeness[i, t] = 0.7**rank if rank < 64 else 0
     covered = closeness[list(picked)].sum(axis=0)
     return np.array([(closeness[i] / (1 + covered)).sum() for i in left])
 

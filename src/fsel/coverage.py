@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsel.capture import Capture, Views
+from fsel.closeness import closeness
 from fsel.geometry import pose_distance
-from fsel.selector import coverage_kernel
 
 BLURRED = 0.5  # of its neighbours' median sharpness
 WINDOW = 5  # neighbours on either side
@@ -20,7 +20,7 @@ SHARES = 0.5 ** np.arange(RANKS)
 class Coverage:
     """Coverage by picks in order.
 
-    A frame is as close to a view as `fsel.selector.coverage_kernel` says. A view's closest picked
+    A frame is as close to a view as `fsel.closeness` says. A view's closest picked
     frame counts in full, the second closest half, the next a quarter, and so on: parallax needs
     several, and each further one says less. Coverage is that sum over the same of all frames,
     averaged over the views; all frames together give 1.
@@ -47,21 +47,21 @@ def coverage_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndar
         pool: (n,) frames that could be picked, ascending.
         picks: (k,) of them, in pick order.
     """
-    closeness = coverage_kernel(capture.centers[pool], capture.axes[pool], views)
+    close = closeness(capture.centers[pool], capture.axes[pool], views)
     rows = np.searchsorted(pool, picks)
-    whole = SHARES @ _closest(np.concatenate([np.zeros((RANKS, len(views))), closeness]))
+    whole = SHARES @ _closest(np.concatenate([np.zeros((RANKS, len(views))), close]))
     best = np.zeros((RANKS, len(views)))
     curve = np.empty(len(rows))
     for step, row in enumerate(rows):
-        best = _closest(np.concatenate([best, closeness[row, None]]))
+        best = _closest(np.concatenate([best, close[row, None]]))
         curve[step] = np.mean(SHARES @ best / whole)
-    wider = np.concatenate([np.tile(best, (len(pool), 1, 1)), closeness[:, None]], axis=1)
+    wider = np.concatenate([np.tile(best, (len(pool), 1, 1)), close[:, None]], axis=1)
     left = np.mean(SHARES @ _closest(wider) / whole, axis=1) - curve[-1]
     left[rows] = 0.0
     return Coverage(
         curve=curve,
         gain=np.diff(curve, prepend=0.0),
-        nearest_view=np.argmax(closeness[rows], axis=1),
+        nearest_view=np.argmax(close[rows], axis=1),
         left=np.maximum(left, 0),
     )
 

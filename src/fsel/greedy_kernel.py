@@ -118,12 +118,15 @@ def coverage_gain(kernel, covered, out):
 
 @_jit
 def standardise_rows(raw, rows, out):
-    """Write z-scores of (5, n) columns over the rows still selectable to `out` (n, 5) float64.
+    """Write z-scores over the rows still selectable of all (5, n) columns but the last, the
+    coverage gain, which is copied, to `out` (n, 5) float64.
 
     Population deviation; a flat column, and a row that was picked, becomes zero.
     """
     count = rows.sum()
-    for c in range(len(raw)):
+    for i in range(len(rows)):
+        out[i, COLUMNS - 1] = raw[COLUMNS - 1, i] if rows[i] else 0.0
+    for c in range(COLUMNS - 1):
         column = raw[c]
         total = 0.0
         scale = 0.0
@@ -166,7 +169,7 @@ def screen(base, inputs, layers, out):
 
     Args:
         base: (n, 64) float32 part of the first layer that the selection leaves alone.
-        inputs: (n, 5) float64 standardised columns.
+        inputs: (n, 5) float64, see `standardise_rows`.
         layers: float32 (5, 64) first-layer weights of those columns, (64, 64) second layer
             transposed and its (64,) bias, (64,) third layer.
         out: (n,) float32.

@@ -34,7 +34,8 @@ def greedy(
     covered = np.zeros(prepared.kernel.shape[1])
     inputs = prepared.static.copy()
     for step in range(k):
-        inputs[:, DYNAMIC] = standardise(raw, free)
+        inputs[:, DYNAMIC[:4]] = standardise(raw[:, :4], free)
+        inputs[:, DYNAMIC[4]] = raw[:, 4]
         value = np.where(free, scorer.scores(inputs), -np.inf)
         best = value.max()
         rows[step] = np.argmax(value >= best - TIE * abs(best))

@@ -53,21 +53,29 @@ def linear_weights(coefficients: np.ndarray) -> dict[str, np.ndarray]:
 class RefineSettings:
     """CMA-ES: generations, policies a generation, first step size, problems a generation."""
 
-    generations: int = 40
-    population: int = 12
-    step: float = 0.3
-    batch: int = 6
+    generations: int = 24
+    population: int = 10
+    step: float = 0.1
+    batch: int = 8
 
 
 def refine(
-    objective: Objective, start: np.ndarray, settings: RefineSettings, seed: int
+    objective: Objective,
+    start: np.ndarray,
+    free: np.ndarray,
+    settings: RefineSettings,
+    seed: int,
 ) -> tuple[np.ndarray, pd.DataFrame]:
     """Maximise an objective over linear score coefficients.
+
+    Picks do not change when all coefficients are scaled together, so that one which is surely
+    not zero had better be held.
 
     Args:
         objective: (list of (19,) coefficient vectors, generation) -> (policies,) values to raise;
             all policies of a generation must be measured on the same problems.
-        start: (19,) coefficients to begin with; an input whose start is NaN stays at zero.
+        start: (19,) coefficients to begin with.
+        free: (19,) bool, False for coefficients that stay as they are.
         settings: see `RefineSettings`.
         seed: of the strategy's sampling.
 
@@ -75,7 +83,6 @@ def refine(
         The final distribution mean (19,), which averages the noise of single generations out,
         and a log: generation, best, mean, step.
     """
-    free = ~np.isnan(start)
     strategy = cma.CMAEvolutionStrategy(
         start[free],
         settings.step,
@@ -84,7 +91,7 @@ def refine(
     log = []
     for generation in range(settings.generations):
         asked = strategy.ask()
-        values = objective([_spread(x, free) for x in asked], generation)
+        values = objective([_spread(x, start, free) for x in asked], generation)
         strategy.tell(asked, (-values).tolist())
         log.append(
             {
@@ -94,10 +101,10 @@ def refine(
                 "step": strategy.sigma,
             }
         )
-    return _spread(strategy.mean, free), pd.DataFrame(log)
+    return _spread(strategy.mean, start, free), pd.DataFrame(log)
 
 
-def _spread(values: np.ndarray, free: np.ndarray) -> np.ndarray:
-    full = np.zeros(len(free))
+def _spread(values: np.ndarray, start: np.ndarray, free: np.ndarray) -> np.ndarray:
+    full = start.copy()
     full[free] = values
     return full

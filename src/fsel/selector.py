@@ -13,8 +13,9 @@ from types import ModuleType
 import numpy as np
 
 from fsel.capture import Views
+from fsel.closeness import closeness
 from fsel.features import FLAT, proxy_points, static_features
-from fsel.geometry import directions, pose_distance
+from fsel.geometry import directions
 from fsel.problem import Method, Problem
 from fsel.scorer import INPUTS, SHAPES, Scorer
 
@@ -23,7 +24,6 @@ CONDITIONED_INPUTS = np.arange(13, 17)
 SHARPNESS_INPUT = 17
 COVERAGE_INPUT = 18
 DYNAMIC = np.append(CONDITIONED_INPUTS, COVERAGE_INPUT)
-REACH_RANK = 4  # the coverage kernel of a view falls to 1/e at its fourth nearest frame
 
 
 def compiled() -> ModuleType:
@@ -89,7 +89,7 @@ def prepare(
         axes=np.ascontiguousarray(axes),
         bearings=directions(centers, common_reference(problem, references)),
         descriptors=problem.descriptors[frames][:, : None if appearance else 0],
-        kernel=coverage_kernel(centers, axes, references)[:, : None if coverage else 0],
+        kernel=closeness(centers, axes, references)[:, : None if coverage else 0],
     )
 
 
@@ -103,18 +103,6 @@ def reference_views(problem: Problem, reference: str) -> Views:
 def common_reference(problem: Problem, references: Views) -> np.ndarray:
     """(3,) mean of the views' reference points, from which angular novelty is measured."""
     return proxy_points(problem, references).mean(axis=0)
-
-
-def coverage_kernel(centers: np.ndarray, axes: np.ndarray, references: Views) -> np.ndarray:
-    """(n, O) closeness exp(-d / h) of frames and views, d being the split's distance.
-
-    h, one a view, is the distance of its fourth nearest frame: the kernel follows the density of
-    the capture around each view.
-    """
-    distance = pose_distance(centers, axes, references.centers, references.axes)
-    rank = min(REACH_RANK, len(centers)) - 1
-    reach = np.partition(distance, rank, axis=0)[rank]
-    return np.exp(-distance / np.where(reach > 0, reach, 1.0))
 
 
 def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
@@ -154,10 +142,11 @@ class State:
         compiled().fold(row, first, *relations, self._squares, self._covered, self.raw)
 
     def inputs(self) -> np.ndarray:
-        """(n, 5) standardised d_min_s, gamma_min_s, rho_max_s, phi_nov and coverage gain.
+        """(n, 5) d_min_s, gamma_min_s, rho_max_s, phi_nov, standardised, and the coverage gain.
 
         The first four are zero before the first pick (paper, section 3.2); so is every row
-        already picked.
+        already picked. The gain keeps its unit, the closest frame of one view: as the views get
+        covered it fades beside the others, and the policy turns from coverage to diversity.
         """
         values = np.empty((len(self.selectable), len(DYNAMIC)))
         compiled().standardise_rows(self.raw, self.selectable, values)
