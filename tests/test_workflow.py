@@ -164,7 +164,9 @@ def test_the_config_takes_every_layout_and_what_its_reader_takes():
     options = {key for layout in LAYOUTS.values() for key in layout.options}
     assert set(dataset["reading"]["properties"]) == options
     common = (ROOT / "workflow" / "rules" / "common.smk").read_text()
+    documented = (ROOT / "docs" / "datasets.md").read_text()
     for layout in LAYOUTS.values():
+        assert f"| `{layout.name}` |" in documented
         for key in layout.options:
             assert f'"{key}": "{layout.name}"' in common
 

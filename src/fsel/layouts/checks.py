@@ -117,8 +117,10 @@ def _matches(raw: RawCapture) -> Iterator[tuple]:
         lens = prepared(Lens, raw.cameras[i], image, MATCHING_LONG_SIDE, raw.images[i])
         return lens.straighten(image), lens
 
-    for i, j in choose_pairs(raw.world_to_camera, PAIRS):
-        (first, a), (second, b) = show(i), show(j)
+    pairs = choose_pairs(raw.world_to_camera, PAIRS)
+    shown = {i: show(i) for i in sorted({i for pair in pairs for i in pair})}  # a video runs once
+    for i, j in pairs:
+        (first, a), (second, b) = shown[i], shown[j]
         xa, xb = match(first, second)
         if len(xa):
             yield i, j, xa, xb, a.intrinsics, b.intrinsics, a.size
