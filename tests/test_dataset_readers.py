@@ -35,6 +35,13 @@ def test_dl3dv_reads_either_distribution_but_mixes_none(tmp_path):
     np.testing.assert_allclose(alone.world_to_camera, straight.world_to_camera, atol=1e-9)
 
 
+def test_dl3dv_takes_the_small_copies_where_all_ship(tmp_path):
+    made = recording("dl3dv")
+    LAYOUTS["dl3dv"].write(made, tmp_path)
+    shutil.copytree(tmp_path / "nerfstudio" / "images_4", tmp_path / "nerfstudio" / "images")
+    assert {file.parent.name for file in read_raw(tmp_path)[1].images} == {"images_4"}
+
+
 @pytest.mark.parametrize("inner", ["", "colmap"])
 def test_dl3dv_of_the_ten_thousand(tmp_path, inner):
     made = recording("dl3dv")

@@ -17,6 +17,7 @@ from fsel.layouts.base import OLD_APPLIED_TRANSFORM, Layout, RawCapture
 from fsel.recording import Recording
 
 FACTOR = 4
+COPIES = ("images_4", "images_8")  # of images in 4K, which take half a second each to open
 SPLATS = "gaussian_splat"
 
 
@@ -45,7 +46,9 @@ def read(folder: Path) -> RawCapture:
             f"{folder}: no transforms.json with images_4 or images_8, and no {SPLATS}; some scenes "
             "of the release have none: leave this one out"
         )
-    raw = nerfstudio.from_json(root / "transforms.json", root, undo=OLD_APPLIED_TRANSFORM)
+    raw = nerfstudio.from_json(
+        root / "transforms.json", root, undo=OLD_APPLIED_TRANSFORM, copies=COPIES
+    )
     model = root / "colmap" / "sparse" / "0"
     return colmap.with_points(raw, model) if model.is_dir() else raw
 

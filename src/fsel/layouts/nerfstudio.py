@@ -49,6 +49,7 @@ def from_json(
     images: str = "",
     masks: str = "",
     undo: np.ndarray | None = None,
+    copies: tuple[str, ...] = (),
 ) -> RawCapture:
     """Frames of a transforms.json.
 
@@ -58,6 +59,7 @@ def from_json(
         images: folder, relative to the capture, that image names are relative to.
         masks: folder, relative to the capture, that mask names are relative to.
         undo: (3, 4) world transform that the poses carry though the file does not say so.
+        copies: folders beside the images' own whose smaller copies are taken instead of them.
 
     Returns:
         Poses in the world before `applied_transform`, which is that of a COLMAP model beside it.
@@ -74,7 +76,9 @@ def from_json(
         raise ValueError(f"{path}: {len(masked)} of {len(frames)} frames have a mask_path, not all")
     return RawCapture(
         names=names,
-        images=[_existing(inside(folder, Path(images, f["file_path"]), path)) for f in frames],
+        images=[
+            _existing(inside(folder, Path(images, f["file_path"]), path), copies) for f in frames
+        ],
         world_to_camera=np.array([_pose(frame, applied, scale, path) for frame in frames]),
         cameras=[camera_of(content, frame, path) for frame in frames],
         sequences=[str(Path(name).parent) for name in names],
@@ -107,11 +111,13 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
     return kept, dropped
 
 
-def _existing(file: Path) -> Path:
-    """The image, or its downscaled copy where only that was distributed."""
+def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:
+    """The image, or its downscaled copy where that is wanted or only that was distributed."""
     file = file if file.suffix else file.with_suffix(".png")  # as Blender's exporters name them
-    copies = [file.parent.parent / folder / file.name for folder in FOLDERS]
-    return next((found for found in (file, *copies) if found.is_file()), file)
+    home = file.parent.parent
+    smaller = [home / folder / file.name for folder in copies]
+    others = [home / folder / file.name for folder in FOLDERS]
+    return next((found for found in (*smaller, file, *others) if found.is_file()), file)
 
 
 def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> np.ndarray:
