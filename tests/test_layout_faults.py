@@ -59,6 +59,10 @@ def edit(path, change):
         (lambda c: c.update(k4=0.1), "k4 is 0.1"),
         (lambda c: c.update(applied_transform=[[1, 2]]), "applied_transform must be 3x4"),
         (lambda c: c.update(applied_scale=float("inf")), "applied_scale must be finite"),
+        (lambda c: c.update(applied_transform=[[0.0] * 4] * 3), "applied_transform cannot be und"),
+        (lambda c: c.update(w=-64), "positive size and focal length"),
+        (lambda c: c.update(h=10**400), "h of .* must be one number"),
+        (lambda c: [f.update(mask_path=7) for f in c["frames"]], "'mask_path' must be a string"),
         (lambda c: c.update(train_filenames=["images/gone.png"]), "'images/gone.png' is in a"),
         (lambda c: c["frames"][0].update(mask_path="m.png"), "1 of 22 frames have a mask_path"),
     ],
@@ -221,6 +225,12 @@ def test_a_damaged_text_file_is_named(tmp_path, layout, file, text, message):
         (lambda f: f[0]["viewpoint"].update(R=[[1]]), r"viewpoint\.R must be 3x3"),
         (lambda f: f[0]["viewpoint"].pop("focal_length"), r"viewpoint\.focal_length must be 2"),
         (lambda f: f.append(7), "list of objects"),
+        (lambda f: f.clear(), "0 sequences"),
+        (lambda f: f[0]["image"].update(path=7), "image: field 'path' must be a string"),
+        (lambda f: f[0]["image"].update(size=[float("inf"), 2]), "image.size must be finite"),
+        (lambda f: f[0].update(viewpoint="x"), "field 'R' is missing"),
+        (lambda f: f[0].update(frame_number=None), "frame_number must be finite"),
+        (lambda f: f[0].update(mask=7), "mask: field 'path' is missing"),
     ],
 )
 def test_damaged_annotations_are_named(tmp_path, change, message):

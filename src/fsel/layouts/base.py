@@ -121,11 +121,19 @@ def field(entry: object, key: str, path: Path, where: str = "") -> object:
     return entry[key]
 
 
+def text(entry: object, key: str, path: Path, where: str = "") -> str:
+    """The same for a value that must be a string."""
+    value = field(entry, key, path, where)
+    if not isinstance(value, str):
+        raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} must be a string")
+    return value
+
+
 def numbers(value: object, shape: tuple[int, ...], path: Path, what: str) -> np.ndarray:
     """A JSON value as a float64 array of a given shape, naming file and field otherwise."""
     try:
         found = np.array(value, np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         found = np.empty(0)
     if found.shape != shape:
         wanted = "x".join(map(str, shape)) or "one number"

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, field, inside, number, numbers
+from fsel.layouts.base import Layout, RawCapture, field, inside, number, numbers, text
 from fsel.recording import Camera, Recording
 
 FRAMES = "frame_annotations.jgz"
@@ -46,7 +46,7 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
     root = path.parent.parent
     frames = _read_list(path)
     names = {str(field(frame, "sequence_name", path)) for frame in frames}
-    name = folder.name if path.parent == folder.parent else next(iter(names))
+    name = folder.name if path.parent == folder.parent else next(iter(names), "")
     if name not in names or (path.parent != folder.parent and len(names) > 1):
         raise ValueError(
             f"{path}: {len(names)} sequences, and {name!r} is not the only or wanted one"
@@ -56,7 +56,7 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
         (frame for frame in frames if frame["sequence_name"] == name),
         key=lambda frame: number(frame.get("frame_number"), path, "frame_number"),
     )
-    files = [str(field(field(frame, "image", path), "path", path, "image")) for frame in own]
+    files = [text(field(frame, "image", path), "path", path, "image") for frame in own]
     dropped = {file: _missing(frame, root, path) for frame, file in zip(own, files, strict=True)}
     kept = [frame for frame, file in zip(own, files, strict=True) if not dropped[file]]
     if not kept:
@@ -67,12 +67,12 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
 def _capture(frames: list[dict], root: Path, path: Path, dropped: dict[str, str]) -> RawCapture:
     masked = [frame for frame in frames if frame.get("mask")]
     return RawCapture(
-        names=[f"{frame['frame_number']:06d}" for frame in frames],
+        names=[f"{int(frame['frame_number']):06d}" for frame in frames],
         images=[inside(root, frame["image"]["path"], path) for frame in frames],
-        world_to_camera=np.array([_pose(frame["viewpoint"], path) for frame in frames]),
+        world_to_camera=np.array([_pose(frame, path) for frame in frames]),
         cameras=[_camera(frame, path) for frame in frames],
         sequences=[frames[0]["sequence_name"]] * len(frames),
-        masks=[inside(root, frame["mask"]["path"], path) for frame in frames]
+        masks=[inside(root, text(frame["mask"], "path", path, "mask"), path) for frame in frames]
         if len(masked) == len(frames)
         else None,
         mask_values=(FOREGROUND, 255),
@@ -96,7 +96,7 @@ def _check_quality(path: Path, name: str, least: float) -> None:
         raise FileNotFoundError(f"{path}: missing; it says how good the poses are")
     found = next((s for s in _read_list(path) if s.get("sequence_name") == name), {})
     quality = found.get("viewpoint_quality_score")
-    if quality is None or quality < least:
+    if quality is None or number(quality, path, "viewpoint_quality_score") < least:
         raise ValueError(
             f"{path}: viewpoint_quality_score of {name} is {quality}, at least {least:g} is asked "
             "for. Hint: choose another sequence, or lower `reading.min_quality`"
@@ -111,17 +111,18 @@ def _missing(frame: dict, root: Path, path: Path) -> str:
     return "" if file.is_file() else "image hidden or not downloaded"
 
 
-def _pose(viewpoint: dict, path: Path) -> np.ndarray:
+def _pose(frame: dict, path: Path) -> np.ndarray:
     """World-to-camera with OpenCV axes of Xc = Xw R + T with x to the left and y up."""
-    rotation = (numbers(viewpoint.get("R"), (3, 3), path, "viewpoint.R") * AXES).T
-    translation = numbers(viewpoint.get("T"), (3,), path, "viewpoint.T") * AXES
+    viewpoint = frame["viewpoint"]
+    rotation = (numbers(field(viewpoint, "R", path), (3, 3), path, "viewpoint.R") * AXES).T
+    translation = numbers(field(viewpoint, "T", path), (3,), path, "viewpoint.T") * AXES
     return np.column_stack([rotation, translation])
 
 
 def _camera(frame: dict, path: Path) -> Camera:
     """Pixels from NDC; the annotation's size is (height, width)."""
     size = numbers(frame["image"].get("size"), (2,), path, "image.size")
-    height, width = (int(length) for length in size)
+    height, width = (int(number(length, path, "image.size")) for length in size)
     viewpoint = frame["viewpoint"]
     kind = viewpoint.get("intrinsics_format", PER_AXIS)
     if kind not in (ISOTROPIC, PER_AXIS):

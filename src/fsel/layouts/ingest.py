@@ -20,6 +20,7 @@ from fsel.recording import Camera
 
 ROUNDING = 1e-3
 PROGRESS = 500  # frames between two lines in the log
+LARGEST = 1 << 20  # pixels of an image's side
 LENSES = 4  # kept at once: cameras of a capture may be as many as its frames
 log = logging.getLogger(__name__)
 
@@ -93,14 +94,20 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
     raw = replace(raw, world_to_camera=_rigid(raw.world_to_camera))
     check_poses(raw.names, raw.world_to_camera, source)
     for camera, name in dict(zip(raw.cameras, raw.names, strict=True)).items():
-        model = camera.colmap
-        lengths = (camera.width, camera.height, model.focal_length_x, model.focal_length_y)
-        if not np.isfinite(camera.params).all() or min(lengths) <= 0:
+        if not _possible(camera):
             raise ValueError(
                 f"{source}: frame {name!r}: camera must have a positive size and focal length and "
                 f"finite parameters, got {camera}"
             )
     return raw
+
+
+def _possible(camera: Camera) -> bool:
+    if not (0 < camera.width < LARGEST and 0 < camera.height < LARGEST):
+        return False
+    model = camera.colmap
+    focal = min(model.focal_length_x, model.focal_length_y)
+    return bool(np.isfinite(camera.params).all()) and focal > 0
 
 
 def _rigid(poses: np.ndarray) -> np.ndarray:

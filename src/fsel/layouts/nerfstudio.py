@@ -18,6 +18,7 @@ from fsel.layouts.base import (
     number,
     numbers,
     read_json,
+    text,
 )
 from fsel.recording import Camera
 
@@ -27,6 +28,7 @@ LISTED = ("k1", "k2", "k3", "k4", "p1", "p2")  # order of distortion_params
 PERSPECTIVE = ("SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV")
 FOLDERS = ("images_2", "images_4", "images_8")
 LENGTHS = ("w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x")
+SINGULAR = 1e-9
 SPLITS = ("train_filenames", "val_filenames", "test_filenames")
 
 
@@ -67,8 +69,8 @@ def from_json(
     """
     content = read_json(path)
     frames, dropped = _frames(content, path)
-    applied = content.get("applied_transform")
-    applied = undo if applied is None else numbers(applied, (3, 4), path, "applied_transform")
+    applied = _applied(content, path)
+    applied = undo if applied is None else applied
     scale = number(content.get("applied_scale", 1.0), path, "applied_scale")
     names = [frame["file_path"].removeprefix("./").removeprefix("images/") for frame in frames]
     masked = [f for f in frames if f.get("mask_path")] if content.get("has_mask", True) else []
@@ -82,10 +84,22 @@ def from_json(
         world_to_camera=np.array([_pose(frame, applied, scale, path) for frame in frames]),
         cameras=[camera_of(content, frame, path) for frame in frames],
         sequences=[str(Path(name).parent) for name in names],
-        masks=[_existing(inside(folder, Path(masks, f["mask_path"]), path)) for f in masked]
+        masks=[
+            _existing(inside(folder, Path(masks, text(f, "mask_path", path)), path)) for f in masked
+        ]
         or None,
         dropped=dropped,
     )
+
+
+def _applied(content: dict, path: Path) -> np.ndarray | None:
+    stored = content.get("applied_transform")
+    if stored is None:
+        return None
+    matrix = numbers(stored, (3, 4), path, "applied_transform")
+    if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:, :3])) < SINGULAR:
+        raise ValueError(f"{path}: applied_transform cannot be undone: {stored}")
+    return matrix
 
 
 def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
@@ -138,11 +152,11 @@ def camera_of(content: dict, frame: dict, path: Path) -> Camera:
     Raises:
         ValueError: for missing intrinsics, or a model that is no perspective camera.
     """
-    merged = {**frame, **content}
+    merged = {key: value for key, value in {**frame, **content}.items() if value is not None}
     merged |= {
         key: number(merged[key], path, f"{key} of {frame['file_path']}")
         for key in (*LENGTHS, *LISTED)
-        if merged.get(key) is not None
+        if key in merged
     }
     width, height = merged.get("w"), merged.get("h")
     focal = merged.get("fl_x")

@@ -17,6 +17,7 @@ from fsel.layouts.base import (
     invert_pose,
     numbers,
     read_json,
+    text,
 )
 from fsel.recording import Recording
 
@@ -38,7 +39,10 @@ def read_dslr(folder: Path) -> RawCapture:
     path = root / "nerfstudio" / f"transforms{kind}.json"
     masks = f"resized{kind}_masks" if kind else "resized_anon_masks"
     raw = nerfstudio.from_json(path, root, images=images_folder, masks=masks, undo=ROTATION)
-    tests = [frame["file_path"] for frame in read_json(path).get("test_frames", [])]
+    listed = read_json(path).get("test_frames", [])
+    if not isinstance(listed, list):
+        raise ValueError(f"{path}: 'test_frames' must be a list of frames")
+    tests = [text(frame, "file_path", path, "test_frames") for frame in listed]
     dropped = raw.dropped | dict.fromkeys(tests, "a test frame, never a candidate")
     raw = replace(raw, dropped=dropped, mask_values=(255, 255))
     if kind or not (root / "colmap" / "points3D.txt").is_file():
