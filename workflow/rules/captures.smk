@@ -53,7 +53,7 @@ rule ingest:
     threads: 1
     resources:
         mem_mb=2000,
-        runtime=30,
+        runtime=240,
     params:
         reading=lambda wildcards: reading(wildcards.dataset),
         long_side=config["long_side"],

@@ -129,7 +129,7 @@ def read_folder(
         layout = bare.LAYOUT.name
     known, raw = read_raw(folder, layout, reading)
     source = f"{known.name} at {folder}"
-    raw = in_order(_thinned(_placed(raw, folder, poses, model), every), source)
+    raw = in_order(_placed(_thinned(raw, every), folder, poses, model), source)
     for reason, count in sorted(Counter(raw.dropped.values()).items()):
         log.info("%s: left out %d frames: %s", source, count, reason)
     agreement = _verified(raw, source, max_error)
