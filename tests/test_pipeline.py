@@ -8,7 +8,8 @@ import pytest
 
 from fsel.baselines import METHODS
 from fsel.capture import Capture
-from fsel.pipeline.captures import describe, ingest
+from fsel.pipeline.captures import ingest
+from fsel.pipeline.descriptions import describe
 from fsel.pipeline.files import atomic, digest, fingerprint, table_metadata, write_table
 from fsel.pipeline.journal import Journal
 from fsel.pipeline.labels import label, trajectories

@@ -10,8 +10,8 @@ from fsel.baselines.fisher_rf import SWEEP
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.metrics import METRICS
-from fsel.pipeline.captures import describe
 from fsel.pipeline.damping import damping_sweep
+from fsel.pipeline.descriptions import describe
 from fsel.pipeline.labels import reconstructor_of
 from fsel.pipeline.problems import load_problem, split, split_from
 from fsel.pipeline.timing import problem_of_size, refilmed, selection_time, speed_figure, timed

@@ -8,7 +8,7 @@ Outputs: <results>/{dataset}/{scene}/{frames,points,descriptors}.parquet and ima
 
 rule generate:
     input:
-        lib=library("recording", "layouts", "synthesis", "pipeline/captures"),
+        lib=library("recording", "layouts", "synthesis", "pipeline/embedded"),
     output:
         directory("<results>/data/{dataset}/{scene}"),
     log:
@@ -70,7 +70,7 @@ rule describe:
     input:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library("appearance", "capture", "sharpness", "pipeline/captures"),
+        lib=library("appearance", "capture", "sharpness", "pipeline/descriptions"),
     output:
         "<results>/{dataset}/{scene}/descriptors.parquet",
     log:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.captures import describe
+from fsel.pipeline.descriptions import describe
 from fsel.pipeline.workflow import job
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.captures import generate
+from fsel.pipeline.embedded import generate
 from fsel.pipeline.workflow import job
 
 if TYPE_CHECKING:

@@ -1,45 +1,13 @@
-"""Embedded captures onto disk, any layout into a canonical capture, descriptors of its frames."""
+"""Any layout into a canonical capture."""
 
 from __future__ import annotations
 
 import logging
-import shutil
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
-
-from fsel.appearance import descriptors
-from fsel.capture import Capture
-from fsel.layouts import LAYOUTS, read_folder
-from fsel.pipeline.files import write_table
-from fsel.sharpness import sharpness
-from fsel.synthesis import record
+from fsel.layouts import read_folder
 
 logger = logging.getLogger(__name__)
-
-
-def generate(
-    folder: str | Path, *, layout: str, family: str, seed: int, frames: int, width: int, height: int
-) -> None:
-    """Ray-cast an embedded capture and write it as its dataset's owners would.
-
-    Args:
-        folder: where to; what is there is replaced.
-        layout: key of `fsel.layouts.LAYOUTS`.
-        family: one of `fsel.synthesis.FAMILIES`.
-        seed: of the scene.
-        frames: how many.
-        width: pixels.
-        height: pixels.
-    """
-    folder = Path(folder)
-    if folder.exists():
-        shutil.rmtree(folder)
-    recording = record(family, seed, frames=frames, width=width, height=height)
-    folder.mkdir(parents=True)
-    LAYOUTS[layout].write(recording, folder)
-    logger.info("%s: %d frames of family %s as %s", folder, frames, family, layout)
 
 
 def ingest(source: str | Path, folder: str | Path, *, at_least: int, **reading) -> None:
@@ -65,15 +33,3 @@ def ingest(source: str | Path, folder: str | Path, *, at_least: int, **reading) 
         )
     capture.save(folder, agreement=vars(found.agreement), dropped=found.dropped)
     logger.info("%s: %d frames at %s pixels", source, len(capture), capture.size)
-
-
-def describe(
-    folder: str | Path, output: str | Path, *, kind: str, weights: str | None, config: str
-) -> None:
-    """Appearance descriptor and sharpness of every frame of a capture, one row a frame."""
-    capture = Capture.load(folder)
-    table = pd.DataFrame({"frame": np.arange(len(capture)), "name": capture.names})
-    table["sharpness"] = sharpness(capture.images)
-    table["descriptor"] = list(descriptors(capture.images, kind, weights))
-    units = {"sharpness": "squared grey levels", "descriptor": f"{kind}, unit vector"}
-    write_table(table, output, units=units, config=config)

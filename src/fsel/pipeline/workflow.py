@@ -14,7 +14,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
-import numba
 
 from fsel.pipeline.files import digest
 
@@ -42,7 +41,6 @@ def job(snakemake) -> Iterator[str]:
     root.addHandler(handler)
     root.setLevel(logging.INFO)
     logging.captureWarnings(True)
-    numba.set_num_threads(snakemake.threads)
     cv2.setNumThreads(snakemake.threads)
     started = time.perf_counter()
     try:

@@ -1,0 +1,35 @@
+"""Embedded captures onto disk, as their datasets are distributed."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+from pathlib import Path
+
+from fsel.layouts import LAYOUTS
+from fsel.synthesis import record
+
+logger = logging.getLogger(__name__)
+
+
+def generate(
+    folder: str | Path, *, layout: str, family: str, seed: int, frames: int, width: int, height: int
+) -> None:
+    """Ray-cast an embedded capture and write it as its dataset's owners would.
+
+    Args:
+        folder: where to; what is there is replaced.
+        layout: key of `fsel.layouts.LAYOUTS`.
+        family: one of `fsel.synthesis.FAMILIES`.
+        seed: of the scene.
+        frames: how many.
+        width: pixels.
+        height: pixels.
+    """
+    folder = Path(folder)
+    if folder.exists():
+        shutil.rmtree(folder)
+    recording = record(family, seed, frames=frames, width=width, height=height)
+    folder.mkdir(parents=True)
+    LAYOUTS[layout].write(recording, folder)
+    logger.info("%s: %d frames of family %s as %s", folder, frames, family, layout)
