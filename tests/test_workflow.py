@@ -75,6 +75,34 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
     assert not {"selection_time", "speed", "fisher_damping"} & set(usual)
 
 
+PAPER = {"handsign", "seedvar", "ga_vs_learned"}
+
+
+def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
+    asked = planned(dry_run(tmp_path, changed(tmp_path), "paper"))
+    assert set(asked) >= PAPER
+    assert asked["measure_searched"] == 1  # of the held-out training dataset alone
+    assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"search": {"k": 7}}, ["search.k is 7", "budgets [5, 10]"]),
+        ({"oracle": {"draws": 0}}, ["oracle.draws is 0", "evaluation scenes of training.dataset"]),
+    ],
+)
+def test_a_comparison_with_a_search_that_is_not_run_is_refused(tmp_path, changes, parts):
+    search = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())["search"]
+    merged = {k: search | v if k == "search" else v for k, v in changes.items()}
+    config = changed(tmp_path, **merged)
+    result = dry_run(tmp_path, config, "results/smoke/tables/ga_vs_learned.tex")
+    assert result.returncode != 0
+    for part in [*parts, "Hint: "]:
+        assert part in result.stdout + result.stderr
+    planned(dry_run(tmp_path, config))
+
+
 def test_a_dataset_on_disk_is_one_entry(tmp_path):
     (tmp_path / "raw" / "garden").mkdir(parents=True)
     smoke = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())

@@ -214,6 +214,49 @@ def labels():
     }
 
 
+def facts(names=None):
+    """What a caption tells of the captures (of some datasets; of all without) and the settings."""
+    names = labels() if names is None else names
+    kinds = {d: "embedded" in config["datasets"][d] for d in names}
+    return {
+        "embedded": [labels()[d] for d in names if kinds[d]],
+        "real": [labels()[d] for d in names if not kinds[d]],
+        "reconstructor": config["reconstruction"]["name"],
+        "long_side": config["reconstruction"]["long_side"],
+        "descriptor": config["appearance"]["kind"],
+        "search_k": config["search"]["k"],
+        "draws": config["draws"],
+        "oracle_draws": config["oracle"]["draws"],
+    }
+
+
+def held_out_problems():
+    """Problems of the training dataset's evaluation scenes that the search is run on."""
+    found = [
+        f"{TRAINED}/{s}/draw{n}"
+        for s in scenes(TRAINED, "evaluation")
+        for n in range(config["oracle"]["draws"])
+    ]
+    if not found:
+        refuse(
+            f"{TRAINED} has no evaluation scenes, or oracle.draws is 0",
+            "the comparison with the search is made on evaluation scenes of training.dataset",
+        )
+    if config["search"]["k"] not in config["budgets"]:
+        refuse(
+            f"search.k is {config['search']['k']}, which is not among budgets {config['budgets']}",
+            "selections are compared with the search at its own budget",
+        )
+    return found
+
+
+def of_held_out(name):
+    """Input function: a file of every problem in `held_out_problems`."""
+    return lambda wildcards: collect(
+        "<results>/{problem}/{name}", problem=held_out_problems(), name=name
+    )
+
+
 def library(*parts):
     """Sources under src/fsel as inputs, so that an edit reruns what it may change."""
     found = []

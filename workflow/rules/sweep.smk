@@ -174,18 +174,7 @@ rule ksweep:
         datasets=labels(),
         budgets=config["budgets"],
         bootstrap=config["bootstrap"] | {"seed": config["seed"]},
-        facts={
-            "embedded": [
-                labels()[d] for d in labels() if "embedded" in config["datasets"][d]
-            ],
-            "real": [labels()[d] for d in labels() if "root" in config["datasets"][d]],
-            "reconstructor": config["reconstruction"]["name"],
-            "long_side": config["reconstruction"]["long_side"],
-            "descriptor": config["appearance"]["kind"],
-            "search_k": config["search"]["k"],
-            "draws": config["draws"],
-            "oracle_draws": config["oracle"]["draws"],
-        },
+        facts=facts(),
     message:
         "Writing the budget sweep"
     script:

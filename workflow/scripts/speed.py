@@ -3,19 +3,14 @@
 from typing import TYPE_CHECKING
 
 from fsel.pipeline.timing import speed_figure
-from fsel.pipeline.workflow import job
+from fsel.pipeline.workflow import job, named
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 with job(snakemake):
-    named = zip(
+    evaluations = named(
         [*snakemake.params.problems, *snakemake.params.problems],
         [*snakemake.input.evaluations, *snakemake.input.oracles],
-        strict=True,
     )
-    evaluations = []
-    for problem, path in named:
-        dataset, scene, draw = problem.split("/")
-        evaluations.append({"dataset": dataset, "scene": scene, "draw": draw, "path": path})
     speed_figure(snakemake.input.times, evaluations, snakemake.output, k=snakemake.params.k)

@@ -12,6 +12,7 @@ from fsel.metrics import HIGHER_IS_BETTER, METRICS
 from fsel.pipeline.files import atomic, write_text
 from fsel.pipeline.policies import POLICIES
 from fsel.report import heatmap as heatmaps
+from fsel.report.captions import made_by
 from fsel.report.latex import sweep_table, tex
 from fsel.report.summary import ALL_FRAMES, differences, draw_means, summarise
 
@@ -51,8 +52,8 @@ def ksweep(
     cells = sweep_cells(evaluations)
     means = summarise(cells, METRICS, **bootstrap)
     gaps = differences(cells, list(LEARNED), METRICS, **bootstrap)
-    _write_csv(means, summary)
-    _write_csv(gaps, paired)
+    write_csv(means, summary)
+    write_csv(gaps, paired)
     groups = row_groups(cells, budgets)
     searched = any("search" in group for group in groups)
     text = sweep_table(
@@ -100,15 +101,6 @@ def caption(facts: Mapping) -> str:
             from disk), reconstructor, long_side, descriptor, search_k, draws, oracle_draws,
             searched (whether the searches have rows).
     """
-    captures = []
-    if facts["embedded"]:
-        names = tex(", ".join(facts["embedded"]))
-        captures.append(
-            f"generated stand-ins that imitate how each corpus is filmed ({names}), "
-            "not the corpora themselves"
-        )
-    if facts["real"]:
-        captures.append(f"read from disk ({tex(', '.join(facts['real']))})")
     references = "all frames without selection."
     if facts["searched"]:
         references = (
@@ -116,27 +108,25 @@ def caption(facts: Mapping) -> str:
             rf"($K{{=}}{facts['search_k']}$, {facts['oracle_draws']} of {facts['draws']} target "
             f"draws), and {references}"
         )
-    names = {key: tex(facts[key]) for key in ("reconstructor", "descriptor")}
     return (
         r"\textbf{Input budget sweep across datasets}. Each cell reports "
         rf"PSNR$\uparrow$~/~SSIM$\uparrow$~/~{METRICS[-1].upper()}$\downarrow$, averaged over "
         "targets, target draws and seeds within a scene, then over scenes; the best selection of "
-        rf"each column is in bold. Captures: {'; '.join(captures)}. Reconstructor: "
-        rf"\texttt{{{names['reconstructor']}}} at {facts['long_side']} pixels; appearance "
-        rf"descriptor: \texttt{{{names['descriptor']}}}. Between rules: the paper's "
+        f"each column is in bold. {made_by(facts)} Between rules: the paper's "
         f"baselines, further ones, the learned selectors, and for reference {references}"
     )
 
 
-def _write_csv(table: pd.DataFrame, path: str | Path) -> None:
+def write_csv(table: pd.DataFrame, path: str | Path) -> None:
     """Six decimals; the budget of a method that takes every frame is written `all`."""
-    budgets = table["k"].astype(object).where(table["k"] != ALL_FRAMES, "all")
+    if "k" in table:
+        table = table.assign(k=table["k"].astype(object).where(table["k"] != ALL_FRAMES, "all"))
     with atomic(path) as temporary:
-        table.assign(k=budgets).to_csv(temporary, index=False, float_format=f"%.{DECIMALS}f")
+        table.to_csv(temporary, index=False, float_format=f"%.{DECIMALS}f")
 
 
 def read_csv(path: str | Path) -> pd.DataFrame:
-    """What `_write_csv` wrote, budgets as numbers again."""
+    """What `write_csv` wrote, budgets as numbers again."""
     table = pd.read_csv(path, dtype={"k": str})
     return table.assign(k=table["k"].replace("all", str(ALL_FRAMES)).astype(int))
 

@@ -9,7 +9,7 @@ import logging
 import os
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -52,6 +52,20 @@ def job(snakemake) -> Iterator[str]:
     finally:
         root.removeHandler(handler)
         handler.close()
+
+
+def named(problems: Iterable[str], paths: Iterable[str]) -> list[dict[str, str]]:
+    """One mapping a file of a problem: dataset, scene, draw, path.
+
+    Args:
+        problems: `dataset/scene/draw0` of each file.
+        paths: of the files.
+    """
+    keys = ("dataset", "scene", "draw")
+    return [
+        dict(zip(keys, problem.split("/"), strict=True), path=path)
+        for problem, path in zip(problems, paths, strict=True)
+    ]
 
 
 def _end_with_parent() -> None:

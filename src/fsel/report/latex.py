@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 import pandas as pd
 
 from fsel.report.summary import ALL_FRAMES
@@ -25,6 +26,18 @@ def number(value: float, metric: str) -> str:
     """PSNR with two decimals; the others with three and, as in the paper, no leading zero."""
     text = f"{value:.{DIGITS.get(metric, 3)}f}"
     return text if metric == "psnr" else text.replace("0.", ".", 1)
+
+
+def difference(value: float, low: float, high: float) -> str:
+    """A signed difference in dB with its 95% interval; bold where the interval excludes zero.
+
+    One draw of one scene has no interval: NaN bounds are not printed, and nothing is bold.
+    """
+    sure = low > 0 or high < 0
+    text = rf"$\mathbf{{{value:+.2f}}}$" if sure else f"${value:+.2f}$"
+    if np.isnan(low):
+        return text
+    return rf"{text} {{\tiny$[{low:+.2f},{high:+.2f}]$}}"
 
 
 def sweep_table(

@@ -127,6 +127,24 @@ def differences(
     return _sorted(table, cells, ["dataset", "method", "reference"])
 
 
+def seed_spread(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
+    """How far a dataset's mean moves with the training seed.
+
+    Args:
+        runs: dataset, scene, draw, seed, k and the metric, means over targets.
+        metric: column to average within a seed over draws, then scenes.
+
+    Returns:
+        dataset, k, std (of a sample; NaN for one seed), seeds, n (scenes). Datasets keep their
+        order.
+    """
+    keys = ["dataset", "k", "seed"]
+    scenes = runs.groupby([*keys, "scene"], sort=False)[metric].mean()
+    means = scenes.groupby(keys, sort=False).agg(["mean", "size"]).reset_index()
+    cells = means.groupby(["dataset", "k"], sort=False)
+    return cells.agg(std=("mean", "std"), seeds=("seed", "size"), n=("size", "first")).reset_index()
+
+
 def _wide(part: pd.DataFrame, metrics: Sequence[str]) -> pd.DataFrame:
     """Rows: scene and draw. Columns: metric, method, k."""
     return part.pivot(index=["scene", "draw"], columns=["method", "k"], values=list(metrics))

@@ -1,0 +1,40 @@
+"""What made a table or figure, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from fsel.report.latex import tex
+
+
+def captures_of(facts: Mapping) -> str:
+    """Where the captures come from, in LaTeX.
+
+    Args:
+        facts: embedded (labels of datasets of generated captures), real (labels of datasets read
+            from disk).
+    """
+    captures = []
+    if facts["embedded"]:
+        names = tex(", ".join(facts["embedded"]))
+        captures.append(
+            f"generated stand-ins that imitate how each corpus is filmed ({names}), "
+            "not the corpora themselves"
+        )
+    if facts["real"]:
+        captures.append(f"read from disk ({tex(', '.join(facts['real']))})")
+    return "; ".join(captures)
+
+
+def made_by(facts: Mapping) -> str:
+    """Which captures, reconstructor and appearance descriptor made the numbers, in LaTeX.
+
+    Args:
+        facts: as in `captures_of`, and reconstructor, long_side, descriptor.
+    """
+    names = {key: tex(facts[key]) for key in ("reconstructor", "descriptor")}
+    return (
+        f"Captures: {captures_of(facts)}. Reconstructor: "
+        rf"\texttt{{{names['reconstructor']}}} at {facts['long_side']} pixels; appearance "
+        rf"descriptor: \texttt{{{names['descriptor']}}}."
+    )
