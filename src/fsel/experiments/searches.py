@@ -89,12 +89,12 @@ def ga_vs_learned(
     tried = pd.concat([pd.read_parquet(item["path"]) for item in searched])
     tried = len(tried[tried["method"] == SEARCH]) / len(searched)
     text = (
-        rf"\textbf{{Comparison with the genetic search}}, $K{{=}}{k}$, "
-        f"held-out scenes: ${result['n'].iloc[0]}$. The searches each reconstruct {tried:.0f} "
-        "subsets a scene and keep the fittest on the proxies; the selectors reconstruct none. All "
-        "PSNRs are on the held-out targets. In brackets: paired 95\\% intervals over scenes and draws; "
-        "bold where they exclude zero. Ahead: scenes in which a row's PSNR exceeds the genetic "
-        f"search's. {made_by(facts)}"
+        rf"\textbf{{Comparison with the genetic search}}, $K{{=}}{k}$, held-out scenes: "
+        f"${result['n'].iloc[0]}$. The searches each reconstruct {tried:.0f} subsets a scene and "
+        "keep the fittest on the proxies; the selectors reconstruct none. All PSNRs are on the "
+        "held-out targets. In brackets: paired 95\\% intervals over scenes and draws; bold where "
+        "they exclude zero. Ahead: scenes in which a row's PSNR exceeds the genetic search's. "
+        f"{made_by(facts)}"
     )
     head = ["Selection", r"PSNR$\uparrow$ (dB)", "minus search (dB)", "ahead"]
     write_text(plain_table(head, _rows(result), caption=text, label="tab:ga_vs_learned"), table)
