@@ -93,19 +93,22 @@ def slow_relations(problem, frames, views, left, picked):
 
 
 def slow_coverage(problem, frames, views, left, picked):
-    """What each row would add to sum over views of log(1 + summed closeness), to first order."""
+    """What each row would add to the mean over views of log(1 + summed closeness), to first order,
+    less its remoteness."""
     centers, axes = problem.capture.centers[frames], problem.capture.axes[frames]
     depth = 1.8 * np.sqrt(np.mean(np.linalg.norm(centers - centers.mean(axis=0), axis=1) ** 2))
-    closeness = np.zeros((len(frames), len(views)))
+    closeness, far = np.zeros((2, len(frames), len(views)))
     for t, (c, a) in enumerate(zip(views.centers, views.axes, strict=True)):
         shift = np.linalg.norm(centers - c, axis=1)
         ahead = np.linalg.norm(centers + depth * axes - c - depth * a, axis=1)
         distance = shift + 2 * ahead
+        far[:, t] = distance
         for i in range(len(frames)):
             rank = np.sum(distance < distance[i])
             closeness[i, t] = 0.7**rank if rank < 64 else 0
     covered = closeness[list(picked)].sum(axis=0)
-    return np.array([(closeness[i] / (1 + covered)).sum() for i in left])
+    remote = [min(far[i]) / depth / 75 for i in left]
+    return np.array([(closeness[i] / (1 + covered)).mean() for i in left]) - remote
 
 
 def slow_greedy(problem, weights, k, policy):
@@ -263,7 +266,7 @@ def test_the_generic_loop_agrees():
 
     def score(inputs):
         full = prepared.static.copy()
-        full[:, DYNAMIC] = inputs
+        full[:, DYNAMIC] += inputs
         return Scorer(weights, {}).scores(full)
 
     rows, scores = run_greedy(prepared, score, 12)

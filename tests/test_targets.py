@@ -257,7 +257,7 @@ def test_coverage_by_hand():
     centers = np.zeros((4, 3))
     centers[:, 0] = [0, 1, 2, 10]
     line = capture_of(centers, np.tile(np.eye(3), (4, 1, 1)))
-    close = np.exp(-np.array([0, 1, 2, 10]) / 10)  # the fourth nearest is at 10
+    close = np.array([1, 0.7, 0.49, 0.343])  # by rank
     whole = close @ [1, 1 / 2, 1 / 4, 1 / 8]
     result = coverage_of(line, line.view(np.array([0])), np.arange(4), np.array([2, 0]))
     expected = np.array([close[2], close[0] + close[2] / 2]) / whole

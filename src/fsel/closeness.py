@@ -11,6 +11,7 @@ REACH = 1.8  # of the cameras' spread: how far ahead of a camera lies what it lo
 TURN = 2.0  # what a shift of the point looked at weighs beside a shift of the camera
 FADE = 0.7  # closeness of a view's next frame, of the one before
 LAST = 64  # ranks; closeness beyond is below 1e-9 and counts as nothing
+FAR = 75.0  # scene depths from every view cost as much as the first frame of all views brings
 
 
 def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.ndarray:
@@ -35,20 +36,27 @@ def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.nda
     return (shift + TURN * ahead) / depth
 
 
-def closeness(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.ndarray:
-    """0.7 to the power of a frame's rank among the frames by `look_distance` to a view.
+def closeness(distance: np.ndarray) -> np.ndarray:
+    """0.7 to the power of a frame's rank by its distance to a view.
 
     Ranks follow the density of the capture around each view, and have no unit. Equally distant
     frames share the lower rank.
 
     Args:
-        centers, axes, views: as in `look_distance`.
+        distance: (n, T), see `look_distance`.
 
     Returns:
         (n, T) float64 in 0..1; each view's closest frame has 1.
     """
-    distance = look_distance(centers, axes, views)
-    ordered = np.sort(distance, axis=0)
-    columns = zip(ordered.T, distance.T, strict=True)
+    columns = zip(np.sort(distance, axis=0).T, distance.T, strict=True)
     rank = np.stack([np.searchsorted(few, all_) for few, all_ in columns], axis=1)
     return np.where(rank < LAST, FADE ** np.minimum(rank, LAST), 0.0)
+
+
+def remoteness(distance: np.ndarray) -> np.ndarray:
+    """(n,) distance of each frame's closest view, in what coverage is worth.
+
+    It counts where the views see a part of the capture only: there, frames far from all of them
+    are novel, and of no use.
+    """
+    return distance.min(axis=1) / FAR

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.closeness import closeness
+from fsel.closeness import closeness, look_distance
 from fsel.geometry import pose_distance
 
 BLURRED = 0.5  # of its neighbours' median sharpness
@@ -47,7 +47,7 @@ def coverage_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndar
         pool: (n,) frames that could be picked, ascending.
         picks: (k,) of them, in pick order.
     """
-    close = closeness(capture.centers[pool], capture.axes[pool], views)
+    close = closeness(look_distance(capture.centers[pool], capture.axes[pool], views))
     rows = np.searchsorted(pool, picks)
     whole = SHARES @ _closest(np.concatenate([np.zeros((RANKS, len(views))), close]))
     best = np.zeros((RANKS, len(views)))

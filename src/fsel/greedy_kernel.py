@@ -107,13 +107,13 @@ def _likest(descriptors, row, first, out):
 
 @_fast
 def coverage_gain(kernel, covered, out):
-    """Each row's summed closeness to the views, each view discounted by what covers it."""
+    """Each row's mean closeness to the views, each view discounted by what covers it."""
     discount = 1 / (1 + covered)
     for i in range(len(kernel)):
         gain = 0.0
         for o in range(len(discount)):
             gain += kernel[i, o] * discount[o]
-        out[i] = gain
+        out[i] = gain / max(len(discount), 1)
 
 
 @_jit
@@ -210,7 +210,7 @@ def exact_score(static, inputs, columns, layers):
     first, first_bias, second, second_bias, third, third_bias = layers
     x = static.copy()
     for c in range(COLUMNS):
-        x[columns[c]] = inputs[c]
+        x[columns[c]] += inputs[c]
     hidden = np.empty(WIDTH)
     for j in range(WIDTH):
         z = first_bias[j]
@@ -257,7 +257,7 @@ def run(k, columns, static, base, relations, narrow, wide, picks, scores):
     Args:
         k: how many picks.
         columns: (5,) the inputs that follow the selection.
-        static: (n, 19) float64 standardised inputs, zero in those columns.
+        static: (n, 19) float64 inputs, without what those columns get from the selection.
         base: (n, 64) float32, see `screen`.
         relations: centers, axes, bearings, descriptors, kernel, see `fold`.
         narrow: float32 layers, see `screen`.

@@ -30,12 +30,13 @@ def greedy(
     rows, scores = np.empty(k, np.int64), np.empty(k)
     free = np.ones(n, bool)
     raw = np.zeros((n, len(DYNAMIC)))
-    raw[:, 4] = prepared.kernel.sum(axis=1)
+    views = max(prepared.kernel.shape[1], 1)
+    raw[:, 4] = prepared.kernel.sum(axis=1) / views
     covered = np.zeros(prepared.kernel.shape[1])
     inputs = prepared.static.copy()
     for step in range(k):
         inputs[:, DYNAMIC[:4]] = standardise(raw[:, :4], free)
-        inputs[:, DYNAMIC[4]] = raw[:, 4]
+        inputs[:, DYNAMIC[4]] = prepared.static[:, DYNAMIC[4]] + raw[:, 4]
         value = np.where(free, scorer.scores(inputs), -np.inf)
         best = value.max()
         rows[step] = np.argmax(value >= best - TIE * abs(best))
@@ -58,4 +59,4 @@ def _fold(prepared: Prepared, row: int, first: bool, covered: np.ndarray, raw: n
     for column, value in nearest.items():
         raw[:, column] = value if first else np.minimum(raw[:, column], value)
     raw[:, 2] = likeness if first else np.maximum(raw[:, 2], likeness)
-    raw[:, 4] = prepared.kernel @ (1 / (1 + covered))
+    raw[:, 4] = prepared.kernel @ (1 / (1 + covered)) / max(len(covered), 1)

@@ -13,7 +13,7 @@ from types import ModuleType
 import numpy as np
 
 from fsel.capture import Views
-from fsel.closeness import closeness
+from fsel.closeness import closeness, look_distance, remoteness
 from fsel.features import FLAT, proxy_points, static_features
 from fsel.geometry import directions
 from fsel.problem import Method, Problem
@@ -40,7 +40,8 @@ class Prepared:
 
     Attributes:
         pool: (n,) int64 frames, ascending; the rows of everything below.
-        static: (n, 19) float64 standardised inputs, zero in the columns that follow the selection.
+        static: (n, 19) float64 inputs less what follows the selection: standardised, but for the
+            last, minus the remoteness.
         centers: (n, 3) camera centres, relative to their mean.
         axes: (n, 3) unit optical axes.
         bearings: (n, 3) unit directions from the common reference point.
@@ -82,6 +83,10 @@ def prepare(
     static[:, SHARPNESS_INPUT] = standardise(raw[:, 13:])[:, 0]
     capture = problem.capture
     centers, axes = capture.centers[frames], capture.axes[frames]
+    kernel = np.zeros((len(frames), 0))
+    if coverage:
+        distance = look_distance(centers, axes, references)
+        kernel, static[:, COVERAGE_INPUT] = closeness(distance), -remoteness(distance)
     return Prepared(
         pool=frames,
         static=static,
@@ -89,7 +94,7 @@ def prepare(
         axes=np.ascontiguousarray(axes),
         bearings=directions(centers, common_reference(problem, references)),
         descriptors=problem.descriptors[frames][:, : None if appearance else 0],
-        kernel=closeness(centers, axes, references)[:, : None if coverage else 0],
+        kernel=kernel,
     )
 
 
@@ -145,7 +150,7 @@ class State:
         """(n, 5) d_min_s, gamma_min_s, rho_max_s, phi_nov, standardised, and the coverage gain.
 
         The first four are zero before the first pick (paper, section 3.2); so is every row
-        already picked. The gain keeps its unit, the closest frame of one view: as the views get
+        already picked. The gain keeps its unit, the closest frame of all views: as they get
         covered it fades beside the others, and the policy turns from coverage to diversity.
         """
         values = np.empty((len(self.selectable), len(DYNAMIC)))
@@ -226,7 +231,7 @@ def trajectory_inputs(prepared: Prepared, rows: np.ndarray) -> tuple[np.ndarray,
     selectable = np.empty((len(rows), len(prepared.pool)), dtype=bool)
     state = State(prepared)
     for step, row in enumerate(rows):
-        features[step][:, DYNAMIC] = state.inputs()
+        features[step][:, DYNAMIC] += state.inputs()
         selectable[step] = state.selectable
         state.add(int(row))
     return features, selectable

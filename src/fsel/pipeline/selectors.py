@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 
 STRATEGY = ("generations", "population", "step", "batch")
 START = {"d_min_s": 0.6, "gamma_min_s": 0.3, "phi_nov": 0.5}
-COVERAGE = 10.0
+COVERAGE = 150.0
 
 
 def clone(
