@@ -238,8 +238,9 @@ def test_refinement_continues_after_a_kill(scene, tmp_path, monkeypatch):
     settings = {
         "generations": 2,
         "population": 3,
-        "step": 0.3,
+        "step": 30.0,
         "batch": 1,
+        "draws": 2,
         "targets": 4,
         "budgets": [3, 5],
         "seed": 0,

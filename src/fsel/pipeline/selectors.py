@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from fsel.pipeline.policies import POLICIES, Policy
 from fsel.pipeline.problems import problem_of, split_from
 from fsel.refine import Objective, RefineSettings, linear_weights, refine
 from fsel.scorer import Scorer
+from fsel.search import Evaluate
 from fsel.selector import COVERAGE_INPUT, Prepared, greedy, trajectory_inputs
 from fsel.split import evaluation_split
 from fsel.training import Trajectory, train
@@ -86,16 +87,10 @@ def training_data(
 
 
 class _Practice:
-    """One training scene to practise on: a prepared problem and its reconstructions' PSNR."""
+    """One draw of a training scene to practise on: a problem and its reconstructions' PSNR."""
 
-    def __init__(self, scene, folder, policy: Policy, settings, reconstruction, journal) -> None:
-        capture = Capture.load(folder)
-        split = evaluation_split(capture, 0, settings["seed"], settings["targets"])
-        described = pd.read_parquet(Path(folder) / "descriptors.parquet")
-        self.prepared: Prepared = policy.prepare(problem_of(capture, split, described))
-        evaluator = Evaluator.on_frames(reconstructor_of(capture, reconstruction), split.targets)
-        self.evaluate = journal.remember(scene, evaluator)
-        self.budgets = settings["budgets"]
+    def __init__(self, prepared: Prepared, evaluate: Evaluate, budgets: Sequence[int]) -> None:
+        self.prepared, self.evaluate, self.budgets = prepared, evaluate, budgets
 
     def value(self, coefficients: np.ndarray) -> float:
         """Mean PSNR in dB of a linear policy over the budgets."""
@@ -130,21 +125,39 @@ def refined(
     policy = POLICIES["fsel"]
     with Journal(weights, fingerprint(inputs, {"config": config})) as journal:
         practices = [
-            _Practice(scene, folder, policy, settings, reconstruction, journal)
+            practice
             for scene, folder in sorted(scenes.items())
+            for practice in _practices(scene, folder, policy, settings, reconstruction, journal)
         ]
         objective = _objective(practices, settings, seed)
         strategy = RefineSettings(**{key: settings[key] for key in STRATEGY})
         start, free = start_of(policy)
         found, record = refine(objective, start, free, strategy, seed)
         coefficients = _better(practices, start, found)
-        made = f"CMA-ES against reconstructions of {len(practices)} scenes"
+        items = len(practices) * len(settings["budgets"])
+        made = f"CMA-ES against reconstructions of {len(scenes)} scenes, {items} items"
         _save(linear_weights(coefficients), policy.name, made, seed, config, weights)
         write_table(record, log, units={"best": "dB", "mean": "dB"}, config=config)
 
 
+def _practices(
+    scene: str, folder, policy: Policy, settings: Mapping, reconstruction: Mapping, journal: Journal
+) -> Iterator[_Practice]:
+    """Every draw of a scene; all share its reconstructor."""
+    capture = Capture.load(folder)
+    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    reconstructor = reconstructor_of(capture, reconstruction)
+    for draw in range(settings["draws"]):
+        split = evaluation_split(capture, draw, settings["seed"], settings["targets"])
+        evaluator = Evaluator.on_frames(reconstructor, split.targets)
+        prepared = policy.prepare(problem_of(capture, split, described))
+        yield _Practice(
+            prepared, journal.remember(f"{scene}/{draw}", evaluator), settings["budgets"]
+        )
+
+
 def _objective(practices: Sequence[_Practice], settings: Mapping, seed: int) -> Objective:
-    """Mean value of policies over a batch of scenes; each generation meets another batch."""
+    """Mean value of policies over a batch of draws; each generation meets another batch."""
     rng = np.random.default_rng([settings["seed"], seed])
     size = min(settings["batch"], len(practices))
     batches = [
@@ -161,9 +174,9 @@ def _objective(practices: Sequence[_Practice], settings: Mapping, seed: int) -> 
 
 
 def _better(practices: Sequence[_Practice], start: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """Whichever is better over all scenes: a strategy that saw batches may have strayed."""
+    """Whichever is better over all draws: a strategy that saw batches may have strayed."""
     before, after = (np.mean([p.value(x) for p in practices]) for x in (start, found))
-    logger.info("all %d scenes: start %.3f dB, found %.3f dB", len(practices), before, after)
+    logger.info("all %d draws: start %.3f dB, found %.3f dB", len(practices), before, after)
     return found if after > before else start
 
 
