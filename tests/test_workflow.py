@@ -75,13 +75,14 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
     assert not {"selection_time", "speed", "fisher_damping"} & set(usual)
 
 
-PAPER = {"handsign", "seedvar", "ga_vs_learned"}
+PAPER = {"handsign", "seedvar", "ga_vs_learned", "training_figure", "pipeline_figure", "teaser"}
 
 
 def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     asked = planned(dry_run(tmp_path, changed(tmp_path), "paper"))
     assert set(asked) >= PAPER
     assert asked["measure_searched"] == 1  # of the held-out training dataset alone
+    assert asked["qualitative"] == 2
     assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
 
 

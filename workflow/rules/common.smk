@@ -257,6 +257,18 @@ def of_held_out(name):
     )
 
 
+def budget_near(k):
+    """The largest budget up to a number of frames, or the smallest."""
+    return max([b for b in config["budgets"] if b <= k] or [min(config["budgets"])])
+
+
+def first_scene(name):
+    """Input function: a file of the first evaluation scene of the wildcard `dataset`."""
+    return lambda wildcards: (
+        f"<results>/{wildcards.dataset}/{scenes(wildcards.dataset, 'evaluation')[0]}/{name}"
+    )
+
+
 def library(*parts):
     """Sources under src/fsel as inputs, so that an edit reruns what it may change."""
     found = []

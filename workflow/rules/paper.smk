@@ -2,6 +2,7 @@
 
 Inputs: evaluations, searches, labels, trained selectors and canonical captures.
 Outputs: <tables>/{handsign,seedvar,ga_vs_learned}.{tex,csv},
+<figures>/{training,pipeline,teaser,qualitative_{dataset}}.{pdf,png,csv},
 <results>/{dataset}/{scene}/draw{draw}/searched.parquet.
 """
 
@@ -11,6 +12,8 @@ WHOLE = {
     "bootstrap": config["bootstrap"] | {"seed": config["seed"]},
     "facts": facts(),
 }
+DRAWN = scenes(TRAINED, "train")[0]
+QUALITATIVE = ("uniform", "fvs", "kmedoids", "cover", "nearest", "ours", "fsel")
 
 
 rule handsign:
@@ -157,9 +160,173 @@ rule ga_vs_learned:
         "../scripts/ga_vs_learned.py"
 
 
+rule training_figure:
+    input:
+        logs=collect("<results>/selector/seed{seed}.parquet", seed=SEEDS),
+        lib=library("report", "experiments/process", "pipeline/tables"),
+    output:
+        figures=report(
+            multiext("<figures>/training", ".pdf", ".png"),
+            caption="../report/training.rst",
+            category="Paper",
+            labels={"figure": "Training"},
+        ),
+        numbers="<figures>/training.csv",
+    log:
+        "<results>/logs/training_figure.log",
+    benchmark:
+        "<results>/benchmarks/training_figure.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        facts=facts([TRAINED]),
+    message:
+        "Drawing the training"
+    script:
+        "../scripts/training_figure.py"
+
+
+rule pipeline_figure:
+    input:
+        frames=f"<results>/{TRAINED}/{DRAWN}/frames.parquet",
+        images=f"<results>/{TRAINED}/{DRAWN}/images.npy",
+        splits=f"<results>/labels/{DRAWN}/splits.parquet",
+        labels=collect(
+            f"<results>/labels/{DRAWN}/p{{coverage}}.parquet",
+            coverage=config["coverages"],
+        ),
+        trajectories="<results>/trajectories.parquet",
+        lib=library(
+            "capture",
+            "paths",
+            "report",
+            *FILES,
+            "experiments/process",
+            "pipeline/tables",
+        ),
+    output:
+        figures=report(
+            multiext("<figures>/pipeline", ".pdf", ".png"),
+            caption="../report/pipeline.rst",
+            category="Paper",
+            labels={"figure": "Search and labels"},
+        ),
+        numbers="<figures>/pipeline.csv",
+    log:
+        "<results>/logs/pipeline_figure.log",
+    benchmark:
+        "<results>/benchmarks/pipeline_figure.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        coverages=config["coverages"],
+        scene=DRAWN,
+        facts=facts([TRAINED]),
+    message:
+        "Drawing the search and the labels of {DRAWN}"
+    script:
+        "../scripts/pipeline_figure.py"
+
+
+rule qualitative:
+    input:
+        frames=first_scene("frames.parquet"),
+        points=first_scene("points.parquet"),
+        images=first_scene("images.npy"),
+        split=first_scene("draw0/split.parquet"),
+        selections=first_scene("draw0/selections.parquet"),
+        lib=library(
+            *RECONSTRUCTION,
+            "paths",
+            "report",
+            *FILES,
+            "experiments/showcase",
+            "pipeline/labels",
+            "pipeline/tables",
+        ),
+    output:
+        figures=report(
+            multiext("<figures>/qualitative_{dataset}", ".pdf", ".png"),
+            caption="../report/showcase.rst",
+            category="Paper",
+            labels={"figure": "Views on {dataset}"},
+        ),
+        numbers="<figures>/qualitative_{dataset}.csv",
+    log:
+        "<results>/logs/qualitative/{dataset}.log",
+    benchmark:
+        "<results>/benchmarks/qualitative/{dataset}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=20,
+    params:
+        methods=QUALITATIVE,
+        views=3,
+        k=budget_near(40),
+        reconstruction=config["reconstruction"],
+        facts=lambda wildcards: facts([wildcards.dataset]),
+    message:
+        "Drawing views of {wildcards.dataset}"
+    script:
+        "../scripts/showcase.py"
+
+
+use rule qualitative as teaser with:
+    input:
+        frames=f"<results>/{TIMED}/frames.parquet",
+        points=f"<results>/{TIMED}/points.parquet",
+        images=f"<results>/{TIMED}/images.npy",
+        split=f"<results>/{TIMED}/draw0/split.parquet",
+        selections=f"<results>/{TIMED}/draw0/selections.parquet",
+        lib=library(
+            *RECONSTRUCTION,
+            "paths",
+            "report",
+            *FILES,
+            "experiments/showcase",
+            "pipeline/labels",
+            "pipeline/tables",
+        ),
+    output:
+        figures=report(
+            multiext("<figures>/teaser", ".pdf", ".png"),
+            caption="../report/showcase.rst",
+            category="Paper",
+            labels={"figure": "Full sequence, Uniform, ours"},
+        ),
+        numbers="<figures>/teaser.csv",
+    log:
+        "<results>/logs/teaser.log",
+    benchmark:
+        "<results>/benchmarks/teaser.jsonl"
+    params:
+        methods=("all", "uniform", "ours"),
+        views=1,
+        k=budget_near(30),
+        reconstruction=config["reconstruction"],
+        facts=facts([TIMED.split("/")[0]]),
+    message:
+        "Drawing the full sequence, Uniform and ours"
+
+
 rule paper:
     input:
         "<tables>/handsign.tex",
         "<tables>/seedvar.tex",
         "<tables>/ga_vs_learned.tex",
+        "<figures>/training.pdf",
+        "<figures>/pipeline.pdf",
+        "<figures>/teaser.pdf",
+        collect("<figures>/qualitative_{dataset}.pdf", dataset=labels()),
     localrule: True

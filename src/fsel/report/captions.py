@@ -38,3 +38,16 @@ def made_by(facts: Mapping) -> str:
         rf"\texttt{{{names['reconstructor']}}} at {facts['long_side']} pixels; appearance "
         rf"descriptor: \texttt{{{names['descriptor']}}}."
     )
+
+
+def note(facts: Mapping) -> str:
+    """One plain line under a figure: which captures and reconstructor made it.
+
+    Args:
+        facts: as in `made_by`.
+    """
+    embedded, real = (", ".join(facts[key]) for key in ("embedded", "real"))
+    captures = [f"generated stand-ins for {embedded}"] if embedded else []
+    captures += [f"{real}, read from disk"] if real else []
+    where = f"{facts['reconstructor']} at {facts['long_side']} pixels"
+    return f"captures: {'; '.join(captures)}. Reconstructor: {where}"

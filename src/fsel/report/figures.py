@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
+
+LETTERS = 21  # of the footnote's size, an inch
+
+
+def footnote(figure: Figure, text: str) -> None:
+    """A small line under a figure, broken to its width: what made the numbers."""
+    width = int(LETTERS * figure.get_figwidth())
+    figure.supxlabel("\n".join(textwrap.wrap(text, width)), fontsize=6)
 
 
 def save(figure: Figure, outputs: Sequence[str | Path]) -> None:

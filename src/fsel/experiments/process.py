@@ -1,0 +1,96 @@
+"""Figures of how the selector is made: search, labels, training."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.capture import Capture
+from fsel.pipeline.problems import split_from
+from fsel.pipeline.tables import write_csv
+from fsel.report import curves
+from fsel.report.captions import note
+from fsel.report.plan import plan_positions
+
+
+def training(
+    logs: Sequence[str | Path],
+    figures: Sequence[str | Path],
+    numbers: str | Path,
+    *,
+    facts: Mapping,
+) -> None:
+    """Loss and agreement with the labels over epochs.
+
+    Args:
+        logs: what `selectors.clone` logged, one a seed in order.
+        figures: paths; their endings choose the format.
+        numbers: receives seed, epoch, split, loss, agreement.
+        facts: see `captions.note`.
+    """
+    tables = [pd.read_parquet(path).assign(seed=seed) for seed, path in enumerate(logs)]
+    log = pd.concat(tables)[["seed", "epoch", "split", "loss", "agreement"]]
+    write_csv(log, numbers)
+    curves.training(log, figures, f"{len(tables)} seeds; {note(facts)}")
+
+
+def pipeline(
+    folder: str | Path,
+    splits: str | Path,
+    labels: Mapping[int, str | Path],
+    trajectories: str | Path,
+    figures: Sequence[str | Path],
+    numbers: str | Path,
+    *,
+    scene: str,
+    facts: Mapping,
+) -> None:
+    """The search's population over generations, and the fittest labels on the plan.
+
+    Drawn are the labels of the narrowest, the middle and the widest coverage level.
+
+    Args:
+        folder: canonical capture of a labelled scene.
+        splits: its splits at all coverage levels.
+        labels: coverage -> its searched subsets; the population of the widest is drawn.
+        trajectories: of all scenes.
+        figures: paths; their endings choose the format.
+        numbers: receives panel, coverage and, of `population`, generation, psnr, fitness, best; of
+            `plan`, order, frame, x, y in world units.
+        scene: its name among the trajectories.
+        facts: see `captions.note`.
+    """
+    levels = sorted(labels)
+    widest, shown = levels[-1], {levels[0], levels[len(levels) // 2], levels[-1]}
+    population = met_until(pd.read_parquet(labels[widest]))
+    parts = [population.assign(panel="population", coverage=widest)]
+    ordered = pd.read_parquet(trajectories).query("scene == @scene and rank == 0")
+    ordered = ordered[ordered["coverage"].isin(shown)]
+    capture, table = Capture.load(folder), pd.read_parquet(splits)
+    places, plans = plan_positions(capture), {}
+    for coverage, picks in zip(ordered["coverage"], ordered["picks"], strict=True):
+        split = split_from(table[table["coverage"] == coverage])
+        picks = np.array(picks)
+        title = f"coverage {coverage} %"
+        plans[title] = {"places": places, "targets": split.targets, "picks": picks}
+        plan = pd.DataFrame({"order": range(len(picks)), "frame": picks})
+        plan[["x", "y"]] = places[picks]
+        parts.append(plan.assign(panel="plan", coverage=coverage))
+    columns = ["panel", "coverage", "generation", "psnr", "fitness", "best"]
+    write_csv(pd.concat(parts)[[*columns, "order", "frame", "x", "y"]], numbers)
+    text = f"{scene}, population of {widest} %; open diamonds: targets; {note(facts)}"
+    curves.search_and_labels(population, plans, figures, text)
+
+
+def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
+    """generation, psnr, fitness of each subset, and the PSNR of the fittest met until then."""
+    table = subsets[["generation", "psnr", "fitness"]].reset_index(drop=True)
+    fittest, best = -np.inf, []
+    for psnr, fitness in table[["psnr", "fitness"]].to_numpy():
+        if fitness > fittest:
+            fittest, leading = fitness, psnr
+        best.append(leading)
+    return table.assign(best=best)

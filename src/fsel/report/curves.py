@@ -1,0 +1,89 @@
+"""Curves: over epochs, over generations, over the number of frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from fsel.report.figures import footnote, save
+from fsel.report.plan import draw_cameras
+
+SPLITS = {"train": "tab:blue", "validation": "tab:orange"}
+PANELS = {"loss": "loss (nats)", "agreement": "steps that agree with the label"}
+
+
+def training(log: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None:
+    """Loss and agreement over epochs: a thin line a seed, a thick one their mean.
+
+    Args:
+        log: seed, epoch, split, loss, agreement.
+        outputs: paths; their endings choose the format.
+        note: what made the numbers.
+    """
+    figure = Figure(figsize=(6.8, 2.8), layout="constrained")
+    for axis, (column, label) in zip(figure.subplots(1, 2), PANELS.items(), strict=True):
+        for split, part in log.groupby("split"):
+            wide = part.pivot(index="epoch", columns="seed", values=column)
+            axis.plot(wide.index, wide, color=SPLITS[split], linewidth=0.5, alpha=0.5)
+            axis.plot(wide.index, wide.mean(axis=1), color=SPLITS[split], label=split)
+        axis.set_xlabel("epoch", fontsize=8)
+        axis.set_ylabel(label, fontsize=8)
+        axis.set_ylim(bottom=0)
+        axis.tick_params(labelsize=7)
+    axis.legend(fontsize=7)
+    footnote(figure, note)
+    save(figure, outputs)
+
+
+def search_and_labels(
+    population: pd.DataFrame,
+    plans: Mapping[str, Mapping],
+    outputs: Sequence[str | Path],
+    note: str,
+) -> None:
+    """The search's population over generations, and trajectories of labels from above.
+
+    Args:
+        population: generation, psnr, one row a distinct subset, and best: the PSNR of the fittest
+            subset met until then.
+        plans: title -> places (N, 2), targets (H,), picks (K,) frames in the order of the label.
+        outputs: paths; their endings choose the format.
+        note: what made the numbers.
+    """
+    figure = Figure(figsize=(3.0 + 2.2 * len(plans), 2.8), layout="constrained")
+    axes = figure.subplots(1, 1 + len(plans), width_ratios=[1.3, *[1.0] * len(plans)])
+    _population(axes[0], population)
+    for axis, (title, plan) in zip(axes[1:], plans.items(), strict=True):
+        shown = _trajectory(axis, title, plan)
+    bar = figure.colorbar(shown, ax=list(axes[1:]), shrink=0.8, ticks=MaxNLocator(integer=True))
+    bar.set_label("step of the label", fontsize=7)
+    bar.ax.tick_params(labelsize=6)
+    footnote(figure, note)
+    save(figure, outputs)
+
+
+def _population(axis: Axes, population: pd.DataFrame) -> None:
+    axis.plot(population["generation"], population["psnr"], ".", color="0.6", markersize=3)
+    best = population.groupby("generation")["best"].last()
+    axis.step(best.index, best, where="post", color="tab:red", label="fittest so far")
+    axis.set_xlabel("generation that first met the subset", fontsize=8)
+    axis.set_ylabel("PSNR on the proxies (dB)", fontsize=8)
+    axis.tick_params(labelsize=7)
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axis.legend(fontsize=7)
+
+
+def _trajectory(axis: Axes, title: str, plan: Mapping):
+    places, picks = plan["places"], plan["picks"]
+    draw_cameras(axis, places, plan["targets"])
+    axis.plot(*places[picks].T, "-", color="0.5", linewidth=0.4, zorder=2)
+    steps = np.arange(1, len(picks) + 1)
+    shown = axis.scatter(*places[picks].T, c=steps, cmap="viridis", s=18, zorder=4)
+    axis.set_title(title, fontsize=8)
+    return shown

@@ -1,0 +1,22 @@
+"""Draw a search's population, and labels from above."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fsel.experiments.process import pipeline
+from fsel.pipeline.workflow import job
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with job(snakemake):
+    pipeline(
+        Path(snakemake.input.frames).parent,
+        snakemake.input.splits,
+        dict(zip(snakemake.params.coverages, snakemake.input.labels, strict=True)),
+        snakemake.input.trajectories,
+        snakemake.output.figures,
+        snakemake.output.numbers,
+        scene=snakemake.params.scene,
+        facts=snakemake.params.facts,
+    )

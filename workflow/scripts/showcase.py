@@ -1,0 +1,24 @@
+"""Draw what several selections reconstruct."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fsel.experiments.showcase import showcase
+from fsel.pipeline.workflow import job
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with job(snakemake):
+    showcase(
+        Path(snakemake.input.frames).parent,
+        snakemake.input.split,
+        snakemake.input.selections,
+        snakemake.output.figures,
+        snakemake.output.numbers,
+        methods=snakemake.params.methods,
+        views=snakemake.params.views,
+        k=snakemake.params.k,
+        reconstruction=snakemake.params.reconstruction,
+        facts=snakemake.params.facts,
+    )

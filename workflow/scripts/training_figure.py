@@ -1,0 +1,17 @@
+"""Draw loss and agreement over epochs."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.process import training
+from fsel.pipeline.workflow import job
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with job(snakemake):
+    training(
+        snakemake.input.logs,
+        snakemake.output.figures,
+        snakemake.output.numbers,
+        facts=snakemake.params.facts,
+    )
