@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.capture import Capture, SparsePoints, Views
+from fsel.capture import Capture, SparsePoints
 from fsel.problem import Problem
-from fsel.scorer import SHAPES
 from fsel.split import evaluation_split
 
 
@@ -54,27 +53,6 @@ def random_problem(n=40, seed=0, targets=4):
     return problem_on(random_capture(n, seed), targets, seed)
 
 
-def moved(problem, rotation, shift, scale):
-    """The same problem after a rigid motion and a uniform scaling of the world."""
-
-    def pose(world_to_camera):
-        turned = world_to_camera[:, :, :3] @ rotation.T
-        offset = scale * world_to_camera[:, :, 3] - turned @ shift
-        return np.concatenate([turned, offset[..., None]], axis=2)
-
-    points = problem.capture.points
-    if points is not None:
-        points = replace(points, xyz=scale * points.xyz @ rotation.T + shift)
-    capture = replace(
-        problem.capture,
-        world_to_camera=pose(problem.capture.world_to_camera),
-        points=points,
-    )
-    targets = problem.targets
-    views = Views(pose(targets.world_to_camera), targets.intrinsics, targets.size)
-    return replace(problem, capture=capture, targets=views)
-
-
 def with_points(problem, count=60, seed=0):
     """The same problem with sparse points among the cameras, each seen by some of the frames."""
     rng = np.random.default_rng([9, seed])
@@ -112,12 +90,3 @@ def permuted(problem, order):
         descriptors=problem.descriptors[order],
         sharpness=problem.sharpness[order],
     )
-
-
-def random_weights(seed, gain=1.0):
-    """Scorer weights in the range of a fresh network, times `gain`."""
-    rng = np.random.default_rng([8, seed])
-    return {
-        name: (rng.uniform(-gain, gain, shape) / np.sqrt(shape[-1])).astype(np.float32)
-        for name, shape in SHAPES.items()
-    }

@@ -6,14 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import (
-    capture_of,
-    moved,
-    permuted,
-    random_problem,
-    random_weights,
-    with_points,
-)
+from selection_problems import capture_of, permuted, random_problem, with_points
 from test_selector import POLICIES, slow_inputs
 
 from fsel.baselines import METHODS
@@ -22,6 +15,7 @@ from fsel.geometry import pose_distance
 from fsel.problem import checked_select
 from fsel.scorer import Scorer
 from fsel.selector import learned_method
+from fsel.stability.worlds import moved, random_weights
 
 EVERY = METHODS | {
     name: learned_method(name, name, Scorer(random_weights(1), {}), **policy)

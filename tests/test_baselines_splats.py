@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import moved, permuted, problem_on, random_problem
+from selection_problems import permuted, problem_on, random_problem
 
 from fsel.baselines import METHODS
 from fsel.baselines.cover import BINS, fibonacci_sphere
@@ -15,6 +15,7 @@ from fsel.baselines.fisher_rf import fisher_rf
 from fsel.baselines.splat_views import START, Blends, blend, greedy_on_splats
 from fsel.capture import Capture, SparsePoints
 from fsel.problem import checked_select
+from fsel.stability.worlds import moved
 from fsel.synthesis import record
 
 K = np.array([[4.0, 4, 4, 3]], np.float32)  # principal point in the middle of 8x6 pixels

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, moved, random_problem
+from selection_problems import capture_of, random_problem
 
 from fsel.features import CONDITIONED, FEATURES, SIGNS, STATIC, mvsnet_score, static_features
 from fsel.problem import Problem
+from fsel.stability.worlds import moved
 
 
 def proxies_of(problem):

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 from safetensors.numpy import save_file
-from selection_problems import random_weights
 
 from fsel.scorer import INPUTS, PARAMETERS, SHAPES, WIDTH, Scorer
+from fsel.stability.worlds import random_weights
 
 
 def test_it_has_the_papers_number_of_parameters():

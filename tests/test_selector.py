@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, moved, random_problem, random_weights
+from selection_problems import capture_of, random_problem
 
 from fsel import greedy_plain
 from fsel.features import FEATURES, STATIC, static_features
@@ -21,6 +21,7 @@ from fsel.selector import (
     standardise,
     trajectory_inputs,
 )
+from fsel.stability.worlds import moved, random_weights
 
 POLICIES = {
     "ours": {

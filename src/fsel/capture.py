@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from fsel.geometry import merged
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -36,7 +38,7 @@ class Views:
     def centers(self) -> np.ndarray:
         """(T, 3) camera centres, world units."""
         rotation = self.world_to_camera[:, :, :3]
-        return -np.einsum("nij,ni->nj", rotation, self.world_to_camera[:, :, 3])
+        return merged(-np.einsum("nij,ni->nj", rotation, self.world_to_camera[:, :, 3]))
 
     @property
     def axes(self) -> np.ndarray:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.capture import Views
-from fsel.geometry import pairwise_distances
+from fsel.geometry import centered, pairwise_distances
 
 REACH = 1.8  # of the cameras' spread: how far ahead of a camera lies what it looks at
 TURN = 2.0  # what a shift of the point looked at weighs beside a shift of the camera
 FADE = 0.7  # closeness of a view's next frame, of the one before
+EQUAL = 1e-9  # of a scene's depth: distances closer than this are one
 LAST = 64  # ranks; closeness beyond is below 1e-9 and counts as nothing
 FAR = 75.0  # scene depths from every view cost as much as the first frame of all views brings
 
@@ -29,7 +30,7 @@ def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.nda
     Returns:
         (n, T) float64 without unit.
     """
-    spread = np.sqrt(np.mean(np.sum((centers - centers.mean(axis=0)) ** 2, axis=1)))
+    spread = np.sqrt(np.mean(np.sum(centered(centers) ** 2, axis=1)))
     depth = REACH * spread if spread > 0 else 1.0
     shift = pairwise_distances(centers, views.centers)
     ahead = pairwise_distances(centers + depth * axes, views.centers + depth * views.axes)
@@ -40,7 +41,7 @@ def closeness(distance: np.ndarray) -> np.ndarray:
     """0.7 to the power of a frame's rank by its distance to a view.
 
     Ranks follow the density of the capture around each view, and have no unit. Equally distant
-    frames share the lower rank.
+    frames share the lower rank, also where rounding parts them.
 
     Args:
         distance: (n, T), see `look_distance`.
@@ -49,7 +50,7 @@ def closeness(distance: np.ndarray) -> np.ndarray:
         (n, T) float64 in 0..1; each view's closest frame has 1.
     """
     columns = zip(np.sort(distance, axis=0).T, distance.T, strict=True)
-    rank = np.stack([np.searchsorted(few, all_) for few, all_ in columns], axis=1)
+    rank = np.stack([np.searchsorted(few, all_ - EQUAL) for few, all_ in columns], axis=1)
     return np.where(rank < LAST, FADE ** np.minimum(rank, LAST), 0.0)
 
 

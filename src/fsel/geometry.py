@@ -4,6 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 
+ROUNDING = 2.0**-46  # of the largest coordinate: what turning and shifting poses may leave behind
+SAME_AXIS = 4 * ROUNDING  # unit vectors closer than this are one
+
+
+def merged(points: np.ndarray) -> np.ndarray:
+    """(n, 3) the same points, coordinates that only rounding tells apart made equal.
+
+    Cameras in one place then are in one place: a column of their distances would else be noise,
+    and standardising it would make the noise decide.
+    """
+    out = points.copy()
+    limit = ROUNDING * np.abs(points).max(initial=0.0)
+    for column in out.T:
+        order = np.argsort(column, kind="stable")
+        ordered = column[order]
+        first = np.diff(ordered, prepend=-np.inf) > limit
+        column[order] = ordered[first][np.cumsum(first) - 1]
+    return out
+
+
+def centered(points: np.ndarray) -> np.ndarray:
+    """(n, d) points less their mean: exactly zero where all are equal, as (x + ... + x) / n is not
+    always x."""
+    offset = points - points[0]
+    return offset - offset.mean(axis=0)
+
 
 def lengths(vectors: np.ndarray) -> np.ndarray:
     """(...) Euclidean norms of (..., 3) vectors; three times as fast as `np.linalg.norm`."""
@@ -18,9 +44,11 @@ def viewing_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         b: (..., 3) unit vectors, broadcast against `a`.
 
     Returns:
-        (...) radians in [0, pi]: 2 atan2(|a - b|, |a + b|) (Kahan).
+        (...) radians in [0, pi]: 2 atan2(|a - b|, |a + b|) (Kahan); 0 for vectors that only
+        rounding tells apart.
     """
-    return 2 * np.arctan2(lengths(a - b), lengths(a + b))
+    chord = lengths(a - b)
+    return 2 * np.arctan2(np.where(chord > SAME_AXIS, chord, 0.0), lengths(a + b))
 
 
 def pairwise_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -56,10 +84,11 @@ def pose_distance(
 
 
 def directions(points: np.ndarray, origins: np.ndarray) -> np.ndarray:
-    """Unit vectors from origins to points, broadcast; zero where they coincide."""
+    """Unit vectors from origins to points, broadcast; zero where they coincide to rounding."""
     offset = points - origins
     length = lengths(offset)[..., None]
-    return np.divide(offset, length, out=np.zeros_like(offset), where=length > 0)
+    least = ROUNDING * max(np.abs(points).max(initial=0.0), np.abs(origins).max(initial=0.0))
+    return np.divide(offset, length, out=np.zeros_like(offset), where=length > least)
 
 
 def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray) -> np.ndarray:
@@ -73,4 +102,5 @@ def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray
         (O, 3) (paper, Appendix A.1).
     """
     along = np.einsum("oi,oi->o", centroid - centers, axes)
-    return centers + np.maximum(along, 0)[:, None] * axes
+    least = ROUNDING * np.abs(centers).max(initial=0.0)
+    return centers + np.where(along > least, along, 0.0)[:, None] * axes

@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from fsel.features import FLAT
+from fsel.geometry import SAME_AXIS
 
 COLUMNS = 5  # d_min_s, gamma_min_s, rho_max_s, phi_nov, coverage gain
 WIDTH = 64
@@ -92,7 +93,8 @@ def _smallest_angle(vectors, row, squares, out):
         if chord < squares[i]:
             squares[i] = chord
             total = (a + x) ** 2 + (b + y) ** 2 + (c + z) ** 2
-            out[i] = 2 * math.atan2(math.sqrt(chord), math.sqrt(total))
+            chord = math.sqrt(chord) if chord > SAME_AXIS**2 else 0.0
+            out[i] = 2 * math.atan2(chord, math.sqrt(total))
 
 
 @_fast

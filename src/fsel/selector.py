@@ -15,7 +15,7 @@ import numpy as np
 from fsel.capture import Views
 from fsel.closeness import closeness, look_distance, remoteness
 from fsel.features import FLAT, proxy_points, static_features
-from fsel.geometry import directions
+from fsel.geometry import centered, directions
 from fsel.problem import Method, Problem
 from fsel.scorer import INPUTS, SHAPES, Scorer
 
@@ -90,7 +90,7 @@ def prepare(
     return Prepared(
         pool=frames,
         static=static,
-        centers=centers - centers.mean(axis=0),
+        centers=centered(centers),
         axes=np.ascontiguousarray(axes),
         bearings=directions(centers, common_reference(problem, references)),
         descriptors=problem.descriptors[frames][:, : None if appearance else 0],

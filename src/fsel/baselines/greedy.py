@@ -7,6 +7,8 @@ from collections.abc import Callable
 import numba
 import numpy as np
 
+from fsel.geometry import centered
+
 TIE = 1e-5  # gains closer than this share are equal: sums of float32 values are no surer
 BLOCK = 256  # rows whose values are held at a time
 
@@ -89,4 +91,4 @@ def _gained(values, served):
 
 def most_central(points: np.ndarray) -> int:
     """Row of the (n, d) point nearest to the mean of all: a start that no order of rows decides."""
-    return int(np.argmin(np.linalg.norm(points - points.mean(axis=0), axis=1)))
+    return int(np.argmin(np.linalg.norm(centered(points), axis=1)))

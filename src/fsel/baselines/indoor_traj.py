@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.baselines.greedy import most_central
+from fsel.geometry import centered
 from fsel.problem import Method, Problem
 
 POSITION, ROTATION = 0.7, 0.2  # shares of the similarity; appearance has the rest
@@ -21,7 +22,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     centers = problem.capture.centers[pool]
     turns = problem.capture.world_to_camera[pool, :, :3].reshape(len(pool), 9)
     described = problem.descriptors[pool].astype(np.float64)
-    variance = np.square(centers - centers.mean(axis=0)).sum(axis=1).mean()
+    variance = np.square(centered(centers)).sum(axis=1).mean()
     scale = 2 * SPREAD**2 * (variance if variance > 0 else 1.0)
     nearest = np.full(len(pool), -np.inf)
     picks = np.empty(k, dtype=np.int64)

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from fsel.baselines.greedy import most_central
+from fsel.geometry import centered
 from fsel.problem import Method, Problem
 from fsel.search import farthest_views
 
@@ -21,7 +22,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]
-    offset = centers - centers.mean(axis=0)
+    offset = centered(centers)
     radius = np.linalg.norm(offset, axis=1).max()
     points = np.hstack([offset / (radius if radius > 0 else 1.0), problem.capture.axes[pool]])
     start = farthest_views(np.arange(len(pool)), points, k, most_central(points))
@@ -53,7 +54,7 @@ def snapped(points: np.ndarray, means: np.ndarray) -> np.ndarray:
     Both members of a pair are equally near to their mean: the more central one is taken, so that
     rounding does not choose.
     """
-    remote = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    remote = np.linalg.norm(centered(points), axis=1)
     free = np.ones(len(points), dtype=bool)
     rows = np.empty(len(means), dtype=np.int64)
     for m, mean in enumerate(means):

@@ -6,6 +6,7 @@ import numpy as np
 
 from fsel.baselines.covisibility import most_shared, shared_points, tracks
 from fsel.baselines.greedy import most_central
+from fsel.geometry import centered
 from fsel.problem import Method, Problem
 
 
@@ -18,7 +19,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]
-    radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+    radius = np.linalg.norm(centered(centers), axis=1).max()
     arrays = tracks(problem, pool).arrays
     most = max(most_shared(arrays), 1)
     gap, counts = np.full(len(pool), np.inf), np.empty(len(pool), np.int64)

@@ -15,6 +15,7 @@ import numpy as np
 from fsel.baselines.covisibility import grouped
 from fsel.baselines.greedy import most_central
 from fsel.capture import Capture
+from fsel.geometry import centered
 from fsel.problem import Problem
 from fsel.reconstruct.splats import Splats
 from fsel.search import farthest_views
@@ -113,7 +114,7 @@ def _canonical(capture: Capture, pool: np.ndarray, origin: int) -> Capture:
     The world's own frame and unit then have no say, not even by rounding to float32.
     """
     centers, base = capture.centers[pool], capture.world_to_camera[origin]
-    radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+    radius = np.linalg.norm(centered(centers), axis=1).max()
     unit = radius if radius > 0 else 1.0
     turned = capture.world_to_camera[:, :, :3] @ base[:, :3].T
     shift = (capture.world_to_camera[:, :, 3] - turned @ base[:, 3]) / unit

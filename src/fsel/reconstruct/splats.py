@@ -8,12 +8,13 @@ and depth maps are cached, since a search meets the same pairs of frames again a
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from fsel.capture import Capture, Views
+from fsel.geometry import centered
 from fsel.reconstruct import agreement, ply, render, stereo, sweep
 
 MAX_PARTNERS = 4
@@ -57,6 +58,41 @@ class SplatSettings:
             raise ValueError(f"planes must be (least, most) with 2 <= least, got {self.planes}")
 
 
+@dataclass(frozen=True)
+class Frame:
+    """Origin and unit of a reconstruction's coordinates: float32 holds neither 10^7 metres with
+    millimetres between the cameras, nor squares of 10^-30.
+
+    Attributes:
+        origin: (3,) float64, the middle of the cameras.
+        unit: their largest distance from it, world units; 1 where all are in one place.
+    """
+
+    origin: np.ndarray
+    unit: float
+
+    @classmethod
+    def of(cls, capture: Capture) -> Frame:
+        """The frame of a capture's cameras."""
+        offset = centered(capture.centers)
+        radius = float(np.linalg.norm(offset, axis=1).max())
+        return cls(capture.centers[0] - offset[0], radius if radius > 0 else 1.0)
+
+    def local_poses(self, world_to_camera: np.ndarray) -> np.ndarray:
+        """(N, 3, 4) poses in this frame."""
+        rotation = world_to_camera[:, :, :3]
+        shift = (rotation @ self.origin + world_to_camera[:, :, 3]) / self.unit
+        return np.concatenate([rotation, shift[..., None]], axis=2)
+
+    def localised(self, capture: Capture) -> Capture:
+        """The same capture in this frame."""
+        points = capture.points
+        if points is not None:
+            points = replace(points, xyz=(points.xyz - self.origin) / self.unit)
+        poses = self.local_poses(capture.world_to_camera)
+        return replace(capture, world_to_camera=poses, points=points)
+
+
 class Splats:
     """The reconstructor bound to one capture; see `SplatSettings`.
 
@@ -74,9 +110,12 @@ class Splats:
         self.grey = self.images.mean(axis=-1)
         self.enlarged = np.stack([cv2.resize(im, None, fx=2, fy=2) for im in self.images])
         self.rays = _rays(capture)
-        self.range = sweep.depth_range(capture)
-        self.affinity = sweep.affinity(capture, self.range)
-        self.inverse = sweep.planes(capture, self.range, self.settings.planes)
+        self.frame = Frame.of(capture)
+        local = self.frame.localised(capture)
+        self.poses = local.world_to_camera
+        self.range = sweep.depth_range(local)
+        self.affinity = sweep.affinity(local, self.range)
+        self.inverse = sweep.planes(local, self.range, self.settings.planes)
         self.ks = capture.intrinsics.astype(np.float32)
         self._pairs: dict[tuple[int, int], np.ndarray] = {}
         self._maps: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}
@@ -99,7 +138,7 @@ class Splats:
         inverse = np.stack([m[0] for m in maps])
         opacity = np.stack([m[1] for m in maps])
         asked = np.ascontiguousarray(order[:, : self.settings.neighbours])
-        rotation, translation = _relative(self.capture.world_to_camera[frames], asked)
+        rotation, translation = _relative(self.poses[frames], asked)
         rays = self.rays[frames]
         tolerance = self.settings.tolerance * (self.inverse[frames, 1] - self.inverse[frames, 0])
         verdict, carried = agreement.compare(
@@ -109,9 +148,10 @@ class Splats:
             opacity = agreement.vote(opacity, asked, verdict, np.float32(self.settings.against))
         fused = agreement.fuse(inverse, opacity, asked, verdict, carried)
         least = np.float32(self.settings.opacity)
-        poses = _inverted(self.capture.world_to_camera[frames])
+        poses = _inverted(self.poses[frames])
         splats, kept = agreement.place(fused, opacity, rays, poses, least)
         return SplatModel(
+            frame=self.frame,
             splats=splats,
             colors=self.images[frames].reshape(-1, 3).take(kept, axis=0),
             near=float(self.range[:, 0].min() / 2),
@@ -144,7 +184,7 @@ class Splats:
 
     def _pair(self, frame: int, source: int) -> np.ndarray:
         if (frame, source) not in self._pairs:
-            pose, other = self.capture.world_to_camera[[frame, source]]
+            pose, other = self.poses[[frame, source]]
             rotation = other[:, :3] @ pose[:, :3].T
             translation = other[:, 3] - rotation @ pose[:, 3]
             cost = stereo.pair_cost(
@@ -168,14 +208,16 @@ class SplatModel:
     """A reconstruction.
 
     Attributes:
-        splats: (5, n) float32: rows of world x, y, z, opacity, depth in the source camera.
+        frame: where the splats' origin and unit are in the world.
+        splats: (5, n) float32: rows of x, y, z, opacity, depth in the source camera, in that frame.
         colors: (n, 3) float32, 0..255.
-        near, far: depths between which the depth pass resolves surfaces, world units.
+        near, far: depths between which the depth pass resolves surfaces, in that frame.
         surface: see `SplatSettings`.
         pixel: size of a source pixel at unit depth.
         seconds: spent fitting.
     """
 
+    frame: Frame
     splats: np.ndarray
     colors: np.ndarray
     near: float
@@ -194,11 +236,16 @@ class SplatModel:
         """Memory of the splats."""
         return self.splats.nbytes + self.colors.nbytes
 
+    @property
+    def positions(self) -> np.ndarray:
+        """(n, 3) float64 centres of the splats, world units."""
+        return self.splats[:3].T * self.frame.unit + self.frame.origin
+
     def render(self, views: Views) -> np.ndarray:
         """(T, h, w, 3) float32 images in [0, 1] at the given poses."""
         width, height = views.size
         out = np.empty((len(views), height, width, 3), np.float32)
-        poses = views.world_to_camera.astype(np.float32)
+        poses = self.frame.local_poses(views.world_to_camera).astype(np.float32)
         ks = views.intrinsics.astype(np.float32)
         for t in range(len(views)):
             total = render.render_view(
@@ -219,9 +266,9 @@ class SplatModel:
 
     def export_ply(self, path) -> None:
         """Write the splats as a standard 3D Gaussian splatting `.ply`."""
-        x, y, z, opacity, depth = self.splats
-        scale = depth * self.pixel / 2
-        ply.write(path, np.stack([x, y, z], axis=1), self.colors / 255, opacity, scale)
+        opacity, depth = self.splats[3:]
+        scale = depth * (self.frame.unit * self.pixel / 2)
+        ply.write(path, self.positions, self.colors / 255, opacity, scale)
 
 
 def _rays(capture: Capture) -> np.ndarray:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.capture import Capture
+from fsel.geometry import centered
 
 LOOK_ANGLE = 8.0  # degrees of parallax that stereo likes best
 LOOK_SPREAD = (4.0, 12.0)  # and how fast the liking falls below and above it
 AXIS_SPREAD = 30.0  # degrees between optical axes
+NEAREST = 16.0  # times nearer than its median point a frame is not searched: planes are few
 
 
 def depth_range(capture: Capture) -> np.ndarray:
@@ -20,7 +22,7 @@ def depth_range(capture: Capture) -> np.ndarray:
     n = len(capture)
     if capture.points is None or len(capture.points.track_point) == 0:
         centers = capture.centers
-        extent = 2 * np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+        extent = 2 * np.linalg.norm(centered(centers), axis=1).max()
         extent = extent if extent > 0 else 1.0
         return np.tile([0.15 * extent, 4 * extent], (n, 1))
     track = capture.points
@@ -28,10 +30,12 @@ def depth_range(capture: Capture) -> np.ndarray:
     z = np.einsum("li,li->l", rows[:, :3], track.xyz[track.track_point]) + rows[:, 3]
     seen, z = track.track_frame[z > 0], z[z > 0]
     limits = np.tile(np.percentile(z, [0.5, 99.5]), (n, 1))
+    middle = np.full(n, np.median(z))
     for i in range(n):
         own = z[seen == i]
         if len(own) >= 10:
-            limits[i] = np.percentile(own, [1, 99])
+            limits[i], middle[i] = np.percentile(own, [1, 99]), np.median(own)
+    limits[:, 0] = np.maximum(limits[:, 0], middle / NEAREST)
     limits[:, 1] = 2.5 * np.maximum(limits[:, 1], np.median(limits[:, 1]))
     return limits
 
