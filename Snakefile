@@ -26,6 +26,7 @@ include: "workflow/rules/labels.smk"
 include: "workflow/rules/selectors.smk"
 include: "workflow/rules/sweep.smk"
 include: "workflow/rules/speed.smk"
+include: "workflow/rules/numerics.smk"
 include: "workflow/rules/paper.smk"
 
 

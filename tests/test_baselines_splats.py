@@ -313,3 +313,21 @@ def test_fits_are_made_anew_whenever_the_picks_have_doubled():
     assert told == [rows[:8], rows[:16], rows[:20]]
     free = [row for row in range(len(problem.observed)) if row not in rows[:START]]
     assert rows[START:] == free[: 20 - START]
+
+
+def test_splats_lie_where_the_views_look(filmed):
+    """Fitted splats and the views that they are blended into share one frame."""
+    shares = []
+
+    class Watching:
+        def __init__(self, blends):
+            self.blends = blends
+
+        def scores(self):
+            return -np.arange(float(len(self.blends.covered)))
+
+        def add(self, row):
+            shares.append(self.blends.covered[row] / np.prod(self.blends.size))
+
+    greedy_on_splats(filmed, START + 1, Watching)
+    assert min(shares[:START]) > 0.6

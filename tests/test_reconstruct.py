@@ -273,7 +273,7 @@ def test_depth_of_a_wall_is_found():
     capture = textured_wall()
     bound = Splats(capture)
     model = bound.fit(np.arange(8))
-    depth = model.splats[2]
+    depth = model.positions[:, 2]
     assert abs(np.median(depth) / 4 - 1) < 0.03
 
 
@@ -341,7 +341,7 @@ def test_exported_ply_reads_back(tmp_path):
     model = Splats(textured_wall()).fit(np.arange(4))
     model.export_ply(tmp_path / "wall.ply")
     cloud = trimesh.load(tmp_path / "wall.ply")
-    np.testing.assert_allclose(cloud.vertices, model.splats[:3].T, rtol=1e-6)
+    np.testing.assert_allclose(cloud.vertices, model.positions, rtol=1e-6)
     header = (tmp_path / "wall.ply").read_bytes().split(b"end_header")[0].decode()
     for field in ("f_dc_0", "opacity", "scale_2", "rot_3"):
         assert f"property float {field}" in header

@@ -13,7 +13,7 @@ from fsel.scorer import Scorer
 from fsel.selector import DYNAMIC, Prepared, standardise
 
 LARGEST_POOL = 1000  # rows; beyond, the compiled loop is faster even with its import
-TIE = 1e-13  # of a score's size: a matrix product may part equal rows in their last bits
+TIE = 450  # roundings of a score: a matrix product may part equal rows in their last bits
 
 
 def greedy(
@@ -21,7 +21,8 @@ def greedy(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pick k rows, the best-scored remaining one at each step (paper, Eq. 1 and 2).
 
-    Arguments, returned arrays, ties and errors are those of `fsel.selector.greedy`.
+    Arguments, returned arrays, ties and errors are those of `fsel.selector.greedy`. The arithmetic
+    is that of `prepared.static`: float64, or float32 to see what that would cost.
     """
     scorer = Scorer(weights, {})
     n = len(prepared.pool)
@@ -29,17 +30,19 @@ def greedy(
         raise ValueError(f"k must be between 1 and the pool's {n} rows, got {k}")
     rows, scores = np.empty(k, np.int64), np.empty(k)
     free = np.ones(n, bool)
-    raw = np.zeros((n, len(DYNAMIC)))
+    precision = prepared.static.dtype
+    tie = TIE * np.finfo(precision).eps
+    raw = np.zeros((n, len(DYNAMIC)), precision)
     views = max(prepared.kernel.shape[1], 1)
     raw[:, 4] = prepared.kernel.sum(axis=1) / views
-    covered = np.zeros(prepared.kernel.shape[1])
+    covered = np.zeros(prepared.kernel.shape[1], precision)
     inputs = prepared.static.copy()
     for step in range(k):
         inputs[:, DYNAMIC[:4]] = standardise(raw[:, :4], free)
         inputs[:, DYNAMIC[4]] = prepared.static[:, DYNAMIC[4]] + raw[:, 4]
         value = np.where(free, scorer.scores(inputs), -np.inf)
         best = value.max()
-        rows[step] = np.argmax(value >= best - TIE * abs(best))
+        rows[step] = np.argmax(value >= best - tie * abs(best))
         scores[step] = value[rows[step]]
         free[rows[step]] = False
         covered += prepared.kernel[rows[step]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,10 +49,10 @@ class Scorer:
                 raise ValueError(f"scorer weights {name} are not finite")
 
     def scores(self, inputs: np.ndarray) -> np.ndarray:
-        """(n,) float64 scores of (n, 19) standardised inputs: the plain form of the network."""
-        hidden = np.asarray(inputs, np.float64)
+        """(n,) scores of (n, 19) standardised inputs, in their precision: the plain form."""
+        hidden = inputs
         for layer in ("layer1", "layer2"):
-            weight = self.weights[f"{layer}.weight"].astype(np.float64)
+            weight = self.weights[f"{layer}.weight"].astype(inputs.dtype)
             hidden = _gelu(hidden @ weight.T + self.weights[f"{layer}.bias"])
         return hidden @ self.weights["layer3.weight"][0] + self.weights["layer3.bias"][0]
 
@@ -74,7 +75,7 @@ class Scorer:
 
 
 def _gelu(z: np.ndarray) -> np.ndarray:
-    share = erf(z * np.sqrt(0.5))
+    share = erf(z * math.sqrt(0.5))
     share += 1
     share *= z
     share *= 0.5

@@ -100,7 +100,8 @@ def greedy_on_splats(
 def _blends(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
     """Fit the picked rows of the pool, and blend the splats into every view of the pool."""
     picked = _part(capture, pool[rows]).resized(FIT_SIDE)
-    splats = np.ascontiguousarray(Splats(picked).fit(np.arange(len(rows))).splats[:4])
+    model = Splats(picked).fit(np.arange(len(rows)))
+    splats = np.vstack([model.positions.T, model.splats[3]]).astype(np.float32)
     poses = capture.world_to_camera[pool].astype(np.float32)
     factors = np.tile(np.divide(picked.size, capture.size), 2)
     intrinsics = (capture.intrinsics[pool] * factors).astype(np.float32)

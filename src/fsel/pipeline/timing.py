@@ -118,10 +118,10 @@ def problem_of_size(
     )
 
 
-def timed(run: Callable[[], object]) -> float:
-    """Median seconds of up to five runs; of one alone where it takes a second."""
+def timed(run: Callable[[], object], repeats: int = REPEATS) -> float:
+    """Median seconds of some runs at most; of one alone where it takes a second."""
     taken: list[float] = []
-    while len(taken) < REPEATS and sum(taken) < ENOUGH:
+    while len(taken) < repeats and sum(taken) < ENOUGH:
         started = time.perf_counter()
         run()
         taken.append(time.perf_counter() - started)

@@ -82,16 +82,24 @@ def sweep_table(
 
 
 def plain_table(
-    header: Sequence[str], rows: Sequence[Sequence[str]], *, caption: str, label: str
+    header: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    *,
+    caption: str,
+    label: str,
+    columns: str | None = None,
 ) -> str:
-    """A table of ready cells, in LaTeX: the first column to the left, the others to the right."""
+    """A table of ready cells, in LaTeX.
+
+    Columns are LaTeX's own; without, the first goes to the left, the others to the right.
+    """
     lines = [
         r"\begin{table}[t]",
         r"\centering",
         rf"\caption{{{caption}}}",
         rf"\label{{{label}}}",
         r"\scriptsize",
-        rf"\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}",
+        rf"\begin{{tabular}}{{{columns or 'l' + 'r' * (len(header) - 1)}}}",
         r"\toprule",
         " & ".join(header) + r" \\",
         r"\midrule",

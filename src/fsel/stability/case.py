@@ -6,8 +6,12 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from fsel.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -38,11 +42,13 @@ class Case:
         name: as the table prints it.
         asked: what must hold, in words, beside finite numbers and no warning.
         run: makes the input, asks the library, and compares.
+        make: its selection problem, where it has one.
     """
 
     name: str
     asked: str
     run: Callable[[], Finding]
+    make: Callable[[], Problem] | None = None
 
 
 @contextmanager

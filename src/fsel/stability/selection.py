@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from statistics import fmean
 
 import numpy as np
 
 from fsel import greedy_plain, shipped
 from fsel.evaluation import Evaluator
-from fsel.features import STATIC, static_features
+from fsel.features import STATIC, proxy_points, static_features
+from fsel.geometry import lengths
 from fsel.methods import METHODS
 from fsel.pipeline.policies import POLICIES
 from fsel.problem import Problem, checked_select
 from fsel.reconstruct.splats import Splats
 from fsel.selector import greedy, standardise
-from fsel.stability import worlds
+from fsel.stability import problems, worlds
 from fsel.stability.case import Case, Finding, finite
 
 K = 8
 LENGTHS = [STATIC.index(name) for name in ("d_min_o", "d_mean_o", "d_p25_o", "b_perp", "b_par")]
-UTM = np.array([5e5, 1e7, 120.0])  # easting, northing, height in metres
 Exact = Callable[[Problem], float]
 
 
@@ -59,13 +58,15 @@ def run(
     problem: Problem, reference: Problem | None, k: int, exact: Exact | None, allowed: float
 ) -> Finding:
     """Every method, the learned ones against the reference, and a reconstruction."""
-    reference = reference or problem
     for method in METHODS.values():
         for budget in (k, len(problem.pool(method.pool))):
             checked_select(method, problem, budget, np.random.default_rng(0))
-    same, total, error = compared(problem, reference, k)
-    change = rendered(problem) - rendered(reference)
-    told = f"{same} of {total} picks; {len(METHODS)} methods return; render {change:+.3f} dB"
+    same, total, error = compared(problem, reference or problem, k)
+    told = f"{same} of {total} picks; {len(METHODS)} methods return; PSNR {rendered(problem):.2f}"
+    change = 0.0
+    if reference is not None:
+        change = rendered(problem) - rendered(reference)
+        told += f", {change:+.3f} dB from the reference"
     if same < total or abs(change) > 0.02:
         error = np.inf
     return Finding(told, max(error, exact(problem) if exact else 0.0), allowed)
@@ -86,83 +87,7 @@ def case(
     def observe() -> Finding:
         return run(make(), reference() if reference else None, k, exact, allowed)
 
-    return Case(name, asked, observe)
-
-
-def at(centers: np.ndarray, ahead: np.ndarray | None = None) -> Problem:
-    """The problem of given centres, axes at random unless given."""
-    axes = worlds.cloud(len(centers))[1] if ahead is None else ahead
-    return worlds.problem_on(worlds.filmed(centers, axes))
-
-
-def one_point() -> Problem:
-    return at(np.tile([0.3, 1.7, -2.1], (worlds.FRAMES, 1)))
-
-
-def line() -> Problem:
-    return at(np.linspace(0, 1, worlds.FRAMES)[:, None] * [1.0, 2.0, -0.5])
-
-
-def clusters() -> Problem:
-    centers, ahead = worlds.cloud()
-    centers[::2] += [1e6, 0, 0]
-    return at(centers, ahead)
-
-
-def displaced(shift: np.ndarray, scale: float) -> Problem:
-    return worlds.moved(worlds.world(), np.eye(3), shift, scale)
-
-
-def parallel(sign: float) -> Problem:
-    """Axes along one line to the last bit, in alternating sense for a sign of -1."""
-    centers, noise = worlds.cloud()
-    axis = np.array([0.48, 0.6, 0.64])
-    return at(
-        centers, axis * np.where(np.arange(len(centers)) % 2, sign, 1.0)[:, None] + 2e-16 * noise
-    )
-
-
-def proxy_on_candidate() -> Problem:
-    problem = worlds.world()
-    pose = problem.capture.world_to_camera.copy()
-    pose[problem.candidates[3]] = pose[problem.proxies[0]]
-    return replace(problem, capture=replace(problem.capture, world_to_camera=pose))
-
-
-def reference_on_camera() -> Problem:
-    """A candidate stands at the reference point of a proxy, to rounding."""
-    problem = worlds.world()
-    capture, chosen = problem.capture, problem.candidates[5]
-    views = capture.view(problem.proxies)
-    for _ in range(60):  # the reference points follow the candidates' centroid
-        centroid = capture.centers[problem.candidates].mean(axis=0)
-        along = (centroid - views.centers) @ views.axes.T
-        first = int(np.argmax(np.diag(along)))
-        centers = capture.centers.copy()
-        centers[chosen] = views.centers[first] + along[first, first] * views.axes[first]
-        capture = replace(capture, world_to_camera=worlds.poses(centers, capture.axes))
-    return replace(problem, capture=capture)
-
-
-def dozens() -> Problem:
-    """Every third frame of the world, twelve times."""
-    centers, ahead = worlds.cloud(5)
-    return at(*(np.repeat(part, 12, axis=0) for part in (centers, ahead)))
-
-
-def nothing_in_common() -> Problem:
-    """Cameras on a sphere that all look away from it and are far from each other."""
-    ahead = worlds.cloud()[1]
-    return at(1000 * ahead, ahead)
-
-
-def changed(**columns: Callable[[np.ndarray], np.ndarray]) -> Problem:
-    problem = worlds.world()
-    return replace(problem, **{name: of(getattr(problem, name)) for name, of in columns.items()})
-
-
-def outlier(values: np.ndarray) -> np.ndarray:
-    return np.where(np.arange(len(values)) == worlds.world().candidates[7], 1e12, values)
+    return Case(name, asked, observe, make)
 
 
 def raw(problem: Problem) -> np.ndarray:
@@ -214,6 +139,12 @@ def zero_distance(problem: Problem) -> float:
     return float(raw(problem)[3, STATIC.index("d_min_o")])
 
 
+def reference_gap(problem: Problem) -> float:
+    """Distance from the candidate to the reference point that it was put on, world units."""
+    points = proxy_points(problem, problem.capture.view(problem.proxies))
+    return float(lengths(points - problem.capture.centers[problem.candidates[5]]).min())
+
+
 def distinct_first(problem: Problem) -> float:
     """How many of the first five picks of DPP and k-medoids repeat an image."""
     repeats = 0
@@ -237,20 +168,30 @@ def loud() -> Finding:
 
 SAME = "the picks of the plain float64 loop"
 CASES = (
-    case("all cameras at one point", f"{SAME}; no column of lengths", one_point, exact=no_lengths),
-    case("all cameras on a line", SAME, line),
-    case("two clusters 1e6 apart", f"{SAME}; exact distances", clusters, exact=exact_distances),
+    case(
+        "all cameras at one point",
+        f"{SAME}; no column of lengths",
+        problems.one_point,
+        exact=no_lengths,
+    ),
+    case("all cameras on a line", SAME, problems.line),
+    case(
+        "two clusters 1e6 apart",
+        f"{SAME}; exact distances",
+        problems.clusters,
+        exact=exact_distances,
+    ),
     case(
         "UTM: coordinates of 1e7, baselines of millimetres",
         "the picks and views of the same cameras near the origin",
-        lambda: displaced(UTM, 1e-3),
+        lambda: problems.displaced(problems.UTM, 1e-3),
         reference=worlds.world,
         allowed=1e-4,
     ),
     case(
         "coordinates of 1e7, baselines of a unit",
         "the same; exact distances",
-        lambda: displaced(UTM, 1.0),
+        lambda: problems.displaced(problems.UTM, 1.0),
         reference=worlds.world,
         exact=exact_distances,
         allowed=1e-7,
@@ -259,42 +200,55 @@ CASES = (
         case(
             f"world scaled by 1e{power}",
             "the picks and views of the unscaled world",
-            lambda power=power: displaced(np.zeros(3), 10.0**power),
+            lambda power=power: problems.displaced(np.zeros(3), 10.0**power),
             reference=worlds.world,
         )
         for power in (-6, 6)
     ),
-    case("exactly parallel axes", f"{SAME}; angles 0", lambda: parallel(1), exact=exact_angles),
     case(
-        "exactly opposite axes", f"{SAME}; angles 0 or pi", lambda: parallel(-1), exact=exact_angles
+        "exactly parallel axes",
+        f"{SAME}; angles 0",
+        lambda: problems.parallel(1),
+        exact=exact_angles,
+    ),
+    case(
+        "exactly opposite axes",
+        f"{SAME}; angles 0 or pi",
+        lambda: problems.parallel(-1),
+        exact=exact_angles,
     ),
     case(
         "a proxy that coincides with a candidate",
         f"{SAME}; distance 0",
-        proxy_on_candidate,
+        problems.proxy_on_candidate,
         exact=zero_distance,
     ),
-    case("a reference point that coincides with a camera", SAME, reference_on_camera),
+    case(
+        "a reference point that coincides with a camera",
+        SAME,
+        problems.reference_on_camera,
+        exact=reference_gap,
+    ),
     case("one proxy", SAME, lambda: worlds.world(targets=1)),
     case("one candidate more than K", SAME, worlds.world, k=worlds.FRAMES - 2 * 5 - 1),
     case(
         "a constant feature column",
         f"{SAME}; z-scores 0",
-        lambda: changed(sharpness=lambda values: np.full_like(values, 0.1)),
+        lambda: problems.changed(sharpness=lambda values: np.full_like(values, 0.1)),
         exact=constant_is_zero,
     ),
     case(
         "a column with one outlier of 1e12",
         f"{SAME}; z-scores of exact sums",
-        lambda: changed(sharpness=outlier),
+        lambda: problems.changed(sharpness=problems.outlier),
         exact=exact_z_scores,
     ),
     case(
         "duplicate frames by the dozen",
         f"{SAME}; DPP and k-medoids repeat no image before they must",
-        dozens,
+        problems.dozens,
         exact=distinct_first,
     ),
-    case("frames that see nothing in common", SAME, nothing_in_common),
+    case("frames that see nothing in common", SAME, problems.nothing_in_common),
     Case("logits of 1e4, selection", SAME, loud),
 )

@@ -1,0 +1,127 @@
+"""Whether the arithmetic can be trusted. Neither table is part of `rule all`.
+
+Inputs: nothing (hard cases); or the first problem of every evaluation scene, trained scorers, and
+the labels that they were trained on.
+Outputs: <tables>/{stability,precision}.{tex,csv}.
+"""
+
+
+rule stability:
+    input:
+        lib=library(
+            *FEATURES,
+            *RECONSTRUCTION,
+            "appearance",
+            "baselines",
+            "closeness",
+            "experiments/stability",
+            "greedy_plain",
+            "methods",
+            "ordering",
+            "pipeline/policies",
+            "report",
+            "search",
+            "sharpness",
+            "shipped",
+            "stability",
+            "training",
+        ),
+    output:
+        table=report(
+            "<tables>/stability.tex",
+            caption="../report/stability.rst",
+            category="Numerics",
+            labels={"table": "Hard cases", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/stability.csv",
+            caption="../report/stability.rst",
+            category="Numerics",
+            labels={"table": "Hard cases", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/stability.log",
+    benchmark:
+        "<results>/benchmarks/stability.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    message:
+        "Running the hard cases"
+    script:
+        "../scripts/stability.py"
+
+
+rule precision:
+    input:
+        frames=[f"<results>/{d}/{s}/frames.parquet" for d, s in evaluation_scenes()],
+        points=[f"<results>/{d}/{s}/points.parquet" for d, s in evaluation_scenes()],
+        images=[f"<results>/{d}/{s}/images.npy" for d, s in evaluation_scenes()],
+        descriptors=[
+            f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
+        ],
+        splits=collect("<results>/{problem}/split.parquet", problem=problems(1)),
+        ours="<results>/selector/seed0.safetensors",
+        fsel="<results>/selector/fsel/seed0.safetensors",
+        trajectories="<results>/trajectories.parquet",
+        trained_frames=collect(
+            f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED
+        ),
+        trained_descriptors=collect(
+            f"<results>/{TRAINED}/{{scene}}/descriptors.parquet", scene=LABELLED
+        ),
+        trained_splits=collect(
+            "<results>/labels/{scene}/splits.parquet", scene=LABELLED
+        ),
+        lib=library(
+            *FEATURES,
+            *RECONSTRUCTION,
+            "closeness",
+            "experiments/precision",
+            "greedy_plain",
+            *FILES,
+            "pipeline/policies",
+            "pipeline/selectors",
+            "report",
+            "stability",
+            "training",
+        ),
+    output:
+        table=report(
+            "<tables>/precision.tex",
+            caption="../report/precision.rst",
+            category="Numerics",
+            labels={"table": "Arithmetic", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/precision.csv",
+            caption="../report/precision.rst",
+            category="Numerics",
+            labels={"table": "Arithmetic", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/precision.log",
+    benchmark:
+        "<results>/benchmarks/precision.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=30,
+    params:
+        labels=[labels()[d] for d, _ in evaluation_scenes()],
+        problems=problems(1),
+        scenes=list(LABELLED),
+        training={"seed": 0}
+        | {key: config["training"][key] for key in ("epochs", "learning_rate")},
+        k=config["search"]["k"],
+        reconstruction=config["reconstruction"],
+        facts=facts(),
+    message:
+        "Comparing precisions"
+    script:
+        "../scripts/precision.py"
