@@ -211,3 +211,12 @@ def test_only_one_module_knows_snakemake():
     sources = (ROOT / "src").rglob("*.py")
     knowing = {path.name for path in sources if "snakemake" in path.read_text().lower()}
     assert knowing <= {"workflow.py"}
+
+
+def test_the_tables_of_arithmetic_are_made_when_asked_for(tmp_path):
+    targets = [f"results/smoke/tables/{name}.tex" for name in ("stability", "precision")]
+    asked = planned(dry_run(tmp_path, changed(tmp_path), *targets))
+    assert asked["stability"] == asked["precision"] == asked["train"] == 1
+    assert not {"stability", "precision"} & set(planned(dry_run(tmp_path, changed(tmp_path))))
+    alone = planned(dry_run(tmp_path, changed(tmp_path), targets[0]))
+    assert set(alone) - {"total"} == {"stability"}
