@@ -286,7 +286,11 @@ TRAINED = config["training"]["dataset"]
 LABELLED = {s: r for r in ("train", "validation") for s in scenes(TRAINED, r)}
 SEEDS = range(config["training"]["seeds"])
 REFINED = range(config["refinement"]["seeds"])
-PRACTISED = [f"{d}/{s}" for d in config["datasets"] for s in scenes(d, "train")]
+PRACTISED = [
+    f"{d}/{s}"
+    for d in config["datasets"]
+    for s in scenes(d, "train")[: config["refinement"]["scenes"]]
+]
 RECONSTRUCTION = ("capture", "evaluation", "metrics", "reconstruct")
 FEATURES = (
     "capture",
