@@ -104,6 +104,17 @@ def test_a_comparison_with_a_search_that_is_not_run_is_refused(tmp_path, changes
     planned(dry_run(tmp_path, config))
 
 
+def test_real_captures_are_tried_with_the_default_selectors():
+    default, captures = (
+        yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text())
+        for name in ("config", "captures")
+    )
+    assert captures["training"] == default["training"]
+    for name, dataset in default["datasets"].items():
+        scenes = {role: n for role, n in dataset["scenes"].items() if role != "evaluation"}
+        assert captures["datasets"][name] == dataset | {"scenes": scenes}
+
+
 def test_a_dataset_on_disk_is_one_entry(tmp_path):
     (tmp_path / "raw" / "garden").mkdir(parents=True)
     smoke = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
