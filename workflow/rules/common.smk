@@ -217,10 +217,10 @@ def labels():
 def facts(names=None):
     """What a caption tells of the captures (of some datasets; of all without) and the settings."""
     names = labels() if names is None else names
-    kinds = {d: "embedded" in config["datasets"][d] for d in names}
+    datasets = {name: config["datasets"][name] for name in names}
     return {
-        "embedded": [labels()[d] for d in names if kinds[d]],
-        "real": [labels()[d] for d in names if not kinds[d]],
+        "embedded": [d["label"] for d in datasets.values() if "embedded" in d],
+        "real": [d["label"] for d in datasets.values() if "embedded" not in d],
         "reconstructor": config["reconstruction"]["name"],
         "long_side": config["reconstruction"]["long_side"],
         "descriptor": config["appearance"]["kind"],
