@@ -1,24 +1,36 @@
-"""Time the greedy selector, features given: K = 30 from 130, 1,000 and 10,000 candidates.
+"""Time the greedy selector, features given: K = 30 from 130 to 100,000 candidates.
 
-Prints the median of several calls, its bound, the time of the plain float64 loop over the same
-inputs, and how many times faster the compiled one is. Run on a quiet machine:
+Beside it the plain float64 loop, which recomputes every input of every candidate from all picks at
+every step, and FVS, DPP and k-medoids on the same cameras and descriptors. Prints medians of the
+processor's time, which other work disturbs less than the clock's; the exponent of growth with the
+number of candidates from 1,000 on; and peak memory above what the inputs take. k-medoids stops at
+10,000: its matrix would take 40 GB at 100,000.
 
-    python benchmarks/selector.py
+    OMP_NUM_THREADS=1 python benchmarks/selector.py
 """
 
 from __future__ import annotations
 
-import resource
+import re
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
+from fsel import shipped
+from fsel.baselines.dpp import JITTER, greedy_map
+from fsel.baselines.kmedoids import distances, fasterpam
+from fsel.geometry import viewing_angles
 from fsel.scorer import SHAPES, Scorer
-from fsel.selector import DYNAMIC, Prepared, greedy, run_greedy
+from fsel.search import farthest_views
+from fsel.selector import DYNAMIC, Prepared, greedy, standardise
 
 BOUNDS = {130: 3.0, 1_000: 15.0, 10_000: 100.0}  # milliseconds
+POOLS = (*BOUNDS, 100_000)
+LARGEST = {"k-medoids": 10_000}
 K, VIEWS, DESCRIPTOR = 30, 15, 176
+ONCE = 2.0  # seconds from which on a call is not repeated
 
 
 def unit_rows(rng: np.random.Generator, n: int, width: int) -> np.ndarray:
@@ -42,49 +54,94 @@ def prepared_of(n: int, rng: np.random.Generator) -> Prepared:
     )
 
 
-def plain(prepared: Prepared, weights: dict[str, np.ndarray]) -> np.ndarray:
-    """The picks of the uncompiled network in float64, every candidate at every step."""
-    scorer = Scorer(weights, {})
-    inputs = prepared.static.copy()
+def recomputed(prepared: Prepared, weights: dict[str, np.ndarray], k: int) -> np.ndarray:
+    """The picks of a loop that keeps nothing from one step to the next."""
+    scorer, picks = Scorer(weights, {}), []
+    described = prepared.descriptors.astype(np.float64)
+    while len(picks) < k:
+        free = np.ones(len(prepared.pool), bool)
+        free[picks] = False
+        inputs = prepared.static.copy()
+        covered = prepared.kernel[picks].sum(axis=0)
+        inputs[:, DYNAMIC[4]] += (prepared.kernel / (1 + covered)).mean(axis=1)
+        if picks:
+            gap = [np.linalg.norm(prepared.centers - prepared.centers[i], axis=1) for i in picks]
+            turn = [viewing_angles(prepared.axes, prepared.axes[i]) for i in picks]
+            novel = [viewing_angles(prepared.bearings, prepared.bearings[i]) for i in picks]
+            alike = (described @ described[picks].T).max(axis=1)
+            columns = [np.min(gap, axis=0), np.min(turn, axis=0), alike, np.min(novel, axis=0)]
+            inputs[:, DYNAMIC[:4]] = standardise(np.stack(columns, axis=1), free)
+        picks.append(int(np.argmax(np.where(free, scorer.scores(inputs), -np.inf))))
+    return np.array(picks)
 
-    def score(dynamic: np.ndarray) -> np.ndarray:
-        inputs[:, DYNAMIC] = dynamic
-        return scorer.scores(inputs)
 
-    return run_greedy(prepared, score, K)[0]
-
-
-def median_milliseconds(call: Callable[[], object], repeats: int) -> float:
-    """Median wall time of a call, after one to warm up."""
-    call()
-    seconds = []
-    for _ in range(repeats):
-        start = time.perf_counter()
+def measured(call: Callable[[], object]) -> tuple[float, float]:
+    """Median milliseconds of five calls, fewer long ones, and peak MiB above the start."""
+    Path("/proc/self/clear_refs").write_text("5")  # forgets the peak so far
+    before, seconds = resident("VmRSS"), []
+    while len(seconds) < 5 and sum(seconds) < ONCE:
+        start = time.process_time()
         call()
-        seconds.append(time.perf_counter() - start)
-    return 1e3 * float(np.median(seconds))
+        seconds.append(time.process_time() - start)
+    return 1e3 * float(np.median(seconds)), resident("VmHWM") - before
+
+
+def resident(field: str) -> float:
+    """Memory of this process in MiB: now (VmRSS), or at its peak (VmHWM)."""
+    text = Path("/proc/self/status").read_text()
+    return int(re.search(rf"{field}:\s+(\d+)", text)[1]) / 1024
+
+
+def kmedoids(prepared: Prepared) -> np.ndarray:
+    """k-medoids from a farthest-view start."""
+    rows = np.arange(len(prepared.pool))
+    start = farthest_views(rows, prepared.centers, K, 0).astype(np.int64)
+    return fasterpam(distances(prepared.centers, prepared.axes, prepared.descriptors), start)
+
+
+def calls(prepared: Prepared, fresh: dict[str, np.ndarray]) -> dict[str, Callable[[], object]]:
+    """What is timed, by name."""
+    rows, own = np.arange(len(prepared.pool)), shipped.scorer().weights
+    return {
+        "fsel, fresh network": lambda: greedy(prepared, fresh, K),
+        "fsel, shipped scorer": lambda: greedy(prepared, own, K),
+        "plain, fresh network": lambda: recomputed(prepared, fresh, K),
+        "FVS": lambda: farthest_views(rows, prepared.centers, K, 0),
+        "DPP": lambda: greedy_map(prepared.descriptors.astype(np.float64), JITTER, K),
+        "k-medoids": lambda: kmedoids(prepared),
+    }
+
+
+def exponent(pools: list[int], milliseconds: list[float]) -> float:
+    """Slope of the logarithms from 1,000 candidates on."""
+    large = [i for i, pool in enumerate(pools) if pool >= 1_000]
+    logs = np.log([[pools[i], milliseconds[i]] for i in large])
+    return float(np.polyfit(*logs.T, 1)[0])
 
 
 def main() -> None:
-    """Print the table, and by how much 10,000 candidates raise the process's memory."""
+    """Print a row a method: milliseconds and MiB a pool, and the exponent."""
     rng = np.random.default_rng(0)
-    weights = {
+    fresh = {
         name: rng.uniform(-1, 1, shape).astype(np.float32) / np.float32(np.sqrt(shape[-1]))
         for name, shape in SHAPES.items()
     }
-    greedy(prepared_of(K, rng), weights, K)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    problems = {n: prepared_of(n, rng) for n in BOUNDS}
-    fast = {
-        n: median_milliseconds(lambda p=p: greedy(p, weights, K), 15) for n, p in problems.items()
-    }
-    after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    print("candidates  compiled ms  bound ms  plain ms  ratio  same picks")
-    for n, problem in problems.items():
-        slow = median_milliseconds(lambda p=problem: plain(p, weights), 3)
-        same = np.array_equal(plain(problem, weights), greedy(problem, weights, K)[0])
-        print(f"{n:10d} {fast[n]:12.2f} {BOUNDS[n]:9.0f} {slow:9.1f} {slow / fast[n]:6.1f}  {same}")
-    print(f"peak memory over the warm interpreter: {(after - before) / 1024:.0f} MiB")
+    for call in calls(prepared_of(K + 5, rng), fresh).values():
+        call()  # compiles
+    found: dict[str, dict[int, tuple[float, float]]] = {}
+    for pool in POOLS:
+        prepared = prepared_of(pool, rng)
+        for name, call in calls(prepared, fresh).items():
+            if pool <= LARGEST.get(name, pool):
+                found.setdefault(name, {})[pool] = measured(call)
+        same = np.array_equal(recomputed(prepared, fresh, 5), greedy(prepared, fresh, 5)[0])
+        print(f"{pool} candidates: bound {BOUNDS.get(pool, np.nan):.0f} ms; same picks: {same}")
+    print(f"{'ms (MiB)':22s}" + "".join(f"{pool:>18,d}" for pool in POOLS) + "  exponent")
+    for name, cells in found.items():
+        texts = [f"{ms:.1f} ({mib:.0f})" for ms, mib in cells.values()]
+        slope = exponent(list(cells), [ms for ms, _ in cells.values()])
+        texts += ["--"] * (len(POOLS) - len(texts))
+        print(f"{name:22s}" + "".join(f"{text:>18s}" for text in texts) + f"{slope:10.2f}")
 
 
 if __name__ == "__main__":

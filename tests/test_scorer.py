@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import save_file
 
-from fsel.scorer import INPUTS, PARAMETERS, SHAPES, WIDTH, Scorer
+from fsel.scorer import INPUTS, PARAMETERS, SHAPES, WIDTH, Scorer, change_bounds
 from fsel.stability.worlds import random_weights
 
 
@@ -76,3 +76,23 @@ def test_values_that_are_not_finite_are_refused():
     weights["layer1.bias"][0] = np.nan
     with pytest.raises(ValueError, match=r"layer1\.bias"):
         Scorer(weights, {})
+
+
+@pytest.mark.parametrize("gain", [0.3, 1.0, 5.0])
+def test_a_change_of_inputs_changes_a_score_by_no_more_than_its_bound(gain):
+    weights, rng = random_weights(6, gain), np.random.default_rng(0)
+    scorer, columns = Scorer(weights, {}), np.array([13, 14, 15, 16, 18])
+    first, second, third = (weights[f"layer{i}.weight"].astype(np.float64) for i in (1, 2, 3))
+    bounds = change_bounds(first[:, columns], second, third[0])
+    x = rng.normal(scale=2, size=(4000, 19))
+    d = rng.normal(size=(4000, 5)) * 10 ** rng.uniform(-3, 1, (4000, 1))
+    y = x.copy()
+    y[:, columns] += d
+    change = scorer.scores(y) - scorer.scores(x)
+    parts = [np.linalg.norm(d @ part.T, axis=1) for part in (bounds[1:6], bounds[6:])]
+    most = d @ bounds[0] + sum(parts)
+    assert (change <= most + 1e-12).all()
+    # far from vacuous: norms alone, GELU's slope being at most 1.129, bound it by more
+    whole = np.linalg.norm(third) * np.linalg.norm(second, 2)
+    whole = 1.129**2 * whole * np.linalg.norm(d @ first[:, columns].T, axis=1)
+    assert np.median(most / whole) < 0.8

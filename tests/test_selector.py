@@ -300,3 +300,14 @@ def test_a_learned_method_keeps_the_contract(policy):
     for k in (1, 10, len(problem.pool(policy["pool"]))):
         picks = checked_select(method, problem, k, rng)
         np.testing.assert_array_equal(picks, checked_select(method, problem, k, rng))
+
+
+@policies
+@pytest.mark.parametrize("gain", [0.3, 1.0, 4.0])
+def test_rows_that_are_not_looked_at_would_not_have_been_picked(policy, gain):
+    problem = random_problem(1200, 21, targets=9)
+    prepared, weights = prepare(problem, **policy), random_weights(7, gain)
+    rows, scores = greedy(prepared, weights, 60)
+    want_rows, want_scores = greedy_plain.greedy(prepared, weights, 60)
+    np.testing.assert_array_equal(rows, want_rows)
+    np.testing.assert_allclose(scores, want_scores, rtol=1e-9, atol=1e-9)

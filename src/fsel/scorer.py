@@ -23,6 +23,7 @@ SHAPES = {
     "layer3.bias": (1,),
 }
 PARAMETERS = sum(int(np.prod(shape)) for shape in SHAPES.values())
+TURN = 0.62891  # GELU's slope is within this of one half
 
 
 @dataclass(frozen=True)
@@ -80,3 +81,35 @@ def _gelu(z: np.ndarray) -> np.ndarray:
     share *= z
     share *= 0.5
     return share
+
+
+def change_bounds(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
+    """What a change d of the inputs that follow the selection can add to a score, at most.
+
+    With the slopes of both layers written as 1/2 + e, |e| <= 0.629, the score's gradient is
+    w3 (1/2 + e2) W2 (1/2 + e1) W1: an exact part and two kinds of remainder. A score grows by at
+    most a.d + |B d| + |C d|.
+
+    Args:
+        first: (64, 5) columns of W1; second: (64, 64) W2; third: (64,) w3, float64.
+
+    Returns:
+        (11, 5) float64: a, and upper triangular factors of B and C.
+    """
+    both = second @ first
+    size = np.linalg.norm(third)
+    loose = TURN / 2 * np.linalg.norm(third @ second) + TURN**2 * size * _stretch(second)
+    parts = (TURN / 2 * size * both, loose * first)
+    return np.vstack([third @ both / 4, *(np.linalg.qr(part, mode="r") for part in parts)])
+
+
+def _stretch(matrix: np.ndarray) -> float:
+    """No less than the largest singular value, and at most a seventh more; a decomposition would
+    take longer than a selection from a small pool."""
+    size = np.linalg.norm(matrix)
+    if size == 0:
+        return 0.0
+    gram = matrix.T @ matrix / size**2
+    for _ in range(3):
+        gram = gram @ gram
+    return size * np.linalg.norm(gram) ** (1 / 16)

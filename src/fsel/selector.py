@@ -17,7 +17,7 @@ from fsel.closeness import closeness, look_distance, remoteness
 from fsel.features import FLAT, proxy_points, static_features
 from fsel.geometry import centered, directions
 from fsel.problem import Method, Problem
-from fsel.scorer import INPUTS, SHAPES, Scorer
+from fsel.scorer import INPUTS, SHAPES, Scorer, change_bounds
 
 RELATIONAL_INPUTS = np.arange(13)
 CONDITIONED_INPUTS = np.arange(13, 17)
@@ -187,6 +187,7 @@ def greedy(
         weights["layer3.weight"][0].copy(),
     )
     wide = tuple(weights[name].astype(np.float64) for name in SHAPES)
+    bounds = change_bounds(wide[0][:, DYNAMIC], wide[2], wide[4][0])
     rows, scores = np.empty(k, np.int64), np.empty(k)
     compiled().run(
         k,
@@ -194,8 +195,7 @@ def greedy(
         prepared.static,
         base,
         prepared.relations,
-        narrow,
-        wide,
+        (narrow, wide, bounds),
         rows,
         scores,
     )

@@ -294,9 +294,11 @@ PRACTISED = [
 RECONSTRUCTION = ("capture", "evaluation", "metrics", "reconstruct")
 FEATURES = (
     "capture",
+    "closeness",
     "features",
     "geometry",
     "greedy_kernel",
+    "screening",
     "problem",
     "scorer",
     "selector",

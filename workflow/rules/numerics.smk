@@ -13,7 +13,6 @@ rule stability:
             *RECONSTRUCTION,
             "appearance",
             "baselines",
-            "closeness",
             "experiments/stability",
             "greedy_plain",
             "methods",
@@ -79,7 +78,6 @@ rule precision:
         lib=library(
             *FEATURES,
             *RECONSTRUCTION,
-            "closeness",
             "experiments/precision",
             "greedy_plain",
             *FILES,
