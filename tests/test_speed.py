@@ -1,4 +1,6 @@
-"""Selection times, the figure of speed against quality, and the sweep of FisherRF's lambda."""
+"""Selection times, speed against error, and the sweep of FisherRF's lambda."""
+
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -7,19 +9,24 @@ from selection_problems import random_capture, random_problem, with_points
 
 from fsel.baselines import METHODS
 from fsel.baselines.fisher_rf import SWEEP
-from fsel.capture import Capture
+from fsel.capture import Capture, Views
 from fsel.evaluation import Evaluator
 from fsel.metrics import METRICS
 from fsel.pipeline.damping import damping_sweep
 from fsel.pipeline.descriptions import describe
 from fsel.pipeline.labels import reconstructor_of
 from fsel.pipeline.problems import load_problem, split, split_from
-from fsel.pipeline.timing import problem_of_size, refilmed, selection_time, speed_figure, timed
+from fsel.pipeline.speed_error import progress, settings_sweep, speed_error
+from fsel.pipeline.timing import problem_of_size, refilmed, selection_time, timed
+from fsel.pipeline.truth import true_depth
+from fsel.pipeline.variants import Bench, depth_error, halved, rendered_inverse_depth
+from fsel.reconstruct.splats import SplatModel
 from fsel.report.latex import plain_table
-from fsel.report.speed import gaps
+from fsel.report.speed import gaps, incumbent
 from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
+GENERATED = {"family": "dl3dv", "seed": 3, "recorded": 40}
 APPEARANCE = {"kind": "lab_hog", "weights": None}
 
 
@@ -125,7 +132,108 @@ def test_the_gap_to_the_search_by_hand():
         gaps(cells[cells["method"] == "fvs"], reference="search", methods=["fvs"])
 
 
-def test_the_figure_of_equal_numbers_is_equal_bytes(tmp_path):
+def test_the_fittest_so_far_need_not_have_the_highest_psnr():
+    # the fittest so far: rows 0, 0, 2, 2, 4
+    found = incumbent(np.array([0.5, 0.4, 0.6, 0.6, 0.9]), np.array([20.0, 30, 24, 10, 23]))
+    assert found.tolist() == [20, 20, 24, 24, 23]
+
+
+def searched(psnr, method=None):
+    """A table of subsets whose fitness follows their PSNR."""
+    table = pd.DataFrame({"generation": 0, "psnr": psnr, "fitness": np.array(psnr) / 100})
+    return table if method is None else table.assign(method=method)
+
+
+def test_a_search_that_ended_early_lacks_nothing_afterwards(tmp_path):
+    both = [searched(np.arange(20.0, 50), "search"), searched([20.0] * 30, "random_search")]
+    pd.concat(both).to_parquet(tmp_path / "o.parquet")
+    for name, count in (("a", 30), ("b", 10)):
+        searched(np.arange(count, dtype=float)).to_parquet(tmp_path / f"{name}.parquet")
+    labels = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
+    found = progress({"oracles": [tmp_path / "o.parquet"], "labels": labels})
+    gap = found.set_index(["search", "evaluations"])["gap"]
+    assert gap["search"].to_dict() == {10: 20, 20: 10, 30: 0}
+    assert gap["random_search"].to_dict() == {10: 29, 20: 29, 30: 29}
+    assert gap["labels"].to_dict() == {10: 10, 20: 5, 30: 0}
+
+
+@pytest.fixture(scope="module")
+def swept(scene, tmp_path_factory):
+    """The settings of the scene's reconstruction, measured."""
+    path = tmp_path_factory.mktemp("swept") / "settings.csv"
+    problem = {"folder": scene, "split": scene / "split.parquet", "generated": GENERATED}
+    settings_sweep([problem], path, k=8, reconstruction=RECONSTRUCTION)
+    return path
+
+
+def test_every_setting_has_its_default_and_all_defaults_agree(swept):
+    table = pd.read_csv(swept, dtype={"value": str})
+    assert (table.groupby("setting")["default"].sum() == 1).all()
+    usual = table[table["default"]].drop(columns=["setting", "value"])
+    assert (usual == usual.iloc[0]).all(axis=None)
+    assert table[table["setting"] == "resolution"]["value"].tolist() == ["16", "24", "32"]
+    opacity = table[table["setting"] == "opacity"]
+    assert opacity["primitives"].is_monotonic_decreasing
+    assert opacity["primitives"].iloc[0] == 8 * 32 * 24
+
+
+def test_true_depth_is_where_the_recording_has_it(scene):
+    capture = Capture.load(scene)
+    made = record("dl3dv", 3, frames=40, width=32, height=24)
+    found = true_depth(capture, np.array([3, 30]), **GENERATED)
+    # the recording's lens bends rays by some pixels: equal but for edges and slopes
+    seen = (made.depth[[3, 30]] > 0) & (found > 0)
+    off = np.abs(found[seen] / made.depth[[3, 30]][seen] - 1)
+    assert np.median(off) < 0.03
+
+
+def test_a_capture_of_another_recording_is_refused(scene):
+    capture = Capture.load(scene)
+    with pytest.raises(ValueError, match=r"from where the recording has them. Hint: .* anew"):
+        true_depth(capture, np.array([0]), **{**GENERATED, "seed": 4})
+    renamed = replace(capture, names=tuple(f"x{i}" for i in range(len(capture))))
+    with pytest.raises(ValueError, match=r"frame 'x0' is none of the dl3dv recording's"):
+        true_depth(renamed, np.array([0]), **GENERATED)
+
+
+def wall(distance):
+    """A splat model of a wall straight ahead of two views, one a unit behind the other."""
+    pose = np.concatenate([np.eye(3), np.zeros((3, 1))], axis=1)
+    views = Views(np.stack([pose, pose]), np.tile([16.0, 16, 8, 6], (2, 1)), (16, 12))
+    views.world_to_camera[1, 2, 3] = 1.0
+    x, y = np.meshgrid(np.linspace(-4, 4, 120), np.linspace(-4, 4, 120))
+    rows = [x.ravel(), y.ravel(), *np.tile([[distance], [0.9], [distance]], x.size)]
+    model = SplatModel(
+        splats=np.array(rows, np.float32),
+        colors=np.zeros((x.size, 3), np.float32),
+        near=0.5,
+        far=50.0,
+        surface=0.1,
+        pixel=1 / 16,
+        seconds=0.0,
+    )
+    return model, views
+
+
+def test_a_wall_is_as_far_as_it_is_and_a_wrong_one_by_how_much():
+    model, views = wall(4.0)
+    inverse = rendered_inverse_depth(model, views)
+    np.testing.assert_allclose(inverse[0], 0.25, rtol=1e-4)
+    np.testing.assert_allclose(inverse[1], 0.2, rtol=1e-4)
+    depth = np.full((2, 12, 16), 5.0)
+    depth[:, :3] = 0  # sky
+    place = Bench(None, None, views, None, depth)
+    # 4 for 5 in one view and 5 for 5 in the other: errors of 20 % and 0, as many of each
+    assert depth_error(model, place) == pytest.approx(0.1, abs=1e-3)
+
+
+def test_rounded_splats_keep_three_digits():
+    model, _ = wall(4.1234567)
+    np.testing.assert_allclose(halved(model).splats, model.splats, rtol=1e-3)
+    assert halved(model).splats[2, 0] != model.splats[2, 0]
+
+
+def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
     times = pd.DataFrame({"method": ["fvs", "random", "fvs"], "k": 30, "pool": [130, 130, 1000]})
     times.assign(descriptors=0.1, selection=[0.2, 0.001, 9]).to_csv(tmp_path / "t.csv")
     tables = {"evaluation": {"fvs": [20, 21], "random": [18, 18]}, "oracle": {"search": [22, 23]}}
@@ -134,12 +242,21 @@ def test_the_figure_of_equal_numbers_is_equal_bytes(tmp_path):
         evaluation_of(values).to_parquet(tmp_path / f"{name}.parquet")
         path = tmp_path / f"{name}.parquet"
         items.append({"dataset": "d", "scene": "s", "draw": "draw0", "path": path})
+    both = [searched(np.arange(20.0, 50), name) for name in ("search", "random_search")]
+    pd.concat(both).to_parquet(tmp_path / "subsets.parquet")
+    searches = {key: [tmp_path / "subsets.parquet"] for key in ("oracles", "labels")}
+    made = {"table": "tex", "numbers": "csv", "pdf": "pdf", "png": "png"}
     for name in "ab":
-        outputs = [tmp_path / f"{name}.pdf", tmp_path / f"{name}.png"]
-        speed_figure(tmp_path / "t.csv", items, outputs, k=10)
-    for ending in ("pdf", "png"):
+        outputs = {key: tmp_path / f"{name}.{ending}" for key, ending in made.items()}
+        speed_error(tmp_path / "t.csv", swept, items, searches, outputs, k=10)
+    for ending in made.values():
         first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
         assert first == second
+    text = (tmp_path / "a.tex").read_text()
+    assert "FVS & 300 & 2.00" in text
+    assert r"\textbf{partners 4}" in text
+    panels = pd.read_csv(tmp_path / "a.csv").groupby("panel")
+    assert panels["gap"].count().to_dict() == {"methods": 2, "search": 12, "settings": 0}
 
 
 def test_the_default_lambda_of_the_sweep_is_the_comparisons_fisherrf(scene, tmp_path):

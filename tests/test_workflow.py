@@ -67,12 +67,13 @@ def test_default_config_plans_every_job(tmp_path):
 
 def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
     results = "results/smoke"
-    targets = [f"{results}/figures/speed.pdf", f"{results}/tables/fisher_damping.tex"]
+    targets = [f"{results}/figures/speed_error.pdf", f"{results}/tables/fisher_damping.tex"]
     asked = planned(dry_run(tmp_path, changed(tmp_path), *targets))
-    assert asked["selection_time"] == asked["speed"] == asked["fisher_damping"] == 1
+    assert asked["selection_time"] == asked["speed_error"] == asked["fisher_damping"] == 1
+    assert asked["speed_settings"] == 1
     usual = planned(dry_run(tmp_path, changed(tmp_path)))
     assert usual["ksweep"] == 1
-    assert not {"selection_time", "speed", "fisher_damping"} & set(usual)
+    assert not {"selection_time", "speed_settings", "speed_error", "fisher_damping"} & set(usual)
 
 
 PAPER = {"handsign", "seedvar", "ga_vs_learned", "training_figure", "pipeline_figure", "teaser"}

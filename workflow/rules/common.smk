@@ -4,6 +4,7 @@ import os
 import re
 import zlib
 from pathlib import Path
+from types import SimpleNamespace
 
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import validate
@@ -188,6 +189,18 @@ def scene_seed(wildcards, *parts):
     """A seed from names, so that adding a scene changes no other."""
     names = [config["seed"], wildcards.dataset, wildcards.scene, *parts]
     return zlib.crc32("/".join(map(str, names)).encode())
+
+
+def generated(dataset, scene):
+    """What made an embedded capture, from which its exact depth is cast; None for others."""
+    entry = config["datasets"][dataset]
+    if "embedded" not in entry:
+        return None
+    return {
+        "family": entry["embedded"]["family"],
+        "seed": scene_seed(SimpleNamespace(dataset=dataset, scene=scene)),
+        "recorded": config["embedded"]["frames"],
+    }
 
 
 def training_seed(wildcards):

@@ -1,12 +1,24 @@
 """What selection costs, beside what it is worth.
 
 Inputs: a canonical capture, problems, trained selectors and their evaluations.
-Outputs: <tables>/selection_time.{tex,csv}, <figures>/speed.{pdf,png}, <tables>/fisher_damping.{tex,csv}.
+Outputs: <tables>/{selection_time,speed_error,fisher_damping}.{tex,csv},
+<figures>/speed_error.{pdf,png}, <results>/speed_settings.csv.
 """
 
 TIMED = "/".join(evaluation_scenes()[0])
 MEASURED = problems(config["oracle"]["draws"])
 SWEPT = problems(1)
+JUDGED = (
+    *RECONSTRUCTION,
+    "baselines/nearest",
+    "geometry",
+    "problem",
+    "split",
+    "synthesis",
+    *FILES,
+    "pipeline/truth",
+    "pipeline/variants",
+)
 
 
 rule selection_time:
@@ -66,29 +78,86 @@ rule selection_time:
         "../scripts/selection_time.py"
 
 
-rule speed:
+rule speed_settings:
+    input:
+        splits=collect("<results>/{problem}/split.parquet", problem=SWEPT),
+        frames=[f"<results>/{d}/{s}/frames.parquet" for d, s in evaluation_scenes()],
+        points=[f"<results>/{d}/{s}/points.parquet" for d, s in evaluation_scenes()],
+        images=[f"<results>/{d}/{s}/images.npy" for d, s in evaluation_scenes()],
+        descriptors=[
+            f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
+        ],
+        lib=library(*JUDGED, "report", "pipeline/speed_error", "pipeline/tables"),
+    output:
+        "<results>/speed_settings.csv",
+    log:
+        "<results>/logs/speed_settings.log",
+    benchmark:
+        "<results>/benchmarks/speed_settings.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        generated=[generated(*scene) for scene in evaluation_scenes()],
+        k=config["search"]["k"],
+        reconstruction=config["reconstruction"],
+    message:
+        "Measuring the reconstructor's settings"
+    script:
+        "../scripts/speed_settings.py"
+
+
+rule speed_error:
     input:
         times="<tables>/selection_time.csv",
+        settings="<results>/speed_settings.csv",
         evaluations=collect("<results>/{problem}/evaluation.parquet", problem=MEASURED),
         oracles=collect("<results>/{problem}/oracle.parquet", problem=MEASURED),
+        subsets=collect("<results>/{problem}/subsets.parquet", problem=MEASURED),
+        labels=collect(
+            "<results>/labels/{scene}/p{coverage}.parquet",
+            scene=LABELLED,
+            coverage=config["coverages"],
+        ),
         lib=library(
             "baselines",
             "report",
             "pipeline/policies",
+            "pipeline/speed_error",
             "pipeline/tables",
-            "pipeline/timing",
         ),
     output:
-        report(
-            multiext("<figures>/speed", ".pdf", ".png"),
-            caption="../report/speed.rst",
+        table=report(
+            "<tables>/speed_error.tex",
+            caption="../report/speed_error.rst",
             category="Speed",
-            labels={"figure": "Selection time and PSNR behind the search"},
+            labels={"table": "Speed against error", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/speed_error.csv",
+            caption="../report/speed_error.rst",
+            category="Speed",
+            labels={"table": "Speed against error", "form": "numbers"},
+        ),
+        pdf=report(
+            "<figures>/speed_error.pdf",
+            caption="../report/speed_error.rst",
+            category="Speed",
+            labels={"figure": "Speed against error", "form": "PDF"},
+        ),
+        png=report(
+            "<figures>/speed_error.png",
+            caption="../report/speed_error.rst",
+            category="Speed",
+            labels={"figure": "Speed against error", "form": "PNG"},
         ),
     log:
-        "<results>/logs/speed.log",
+        "<results>/logs/speed_error.log",
     benchmark:
-        "<results>/benchmarks/speed.jsonl"
+        "<results>/benchmarks/speed_error.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -99,9 +168,9 @@ rule speed:
         problems=MEASURED,
         k=config["search"]["k"],
     message:
-        "Drawing selection time against quality"
+        "Drawing speed against error"
     script:
-        "../scripts/speed.py"
+        "../scripts/speed_error.py"
 
 
 rule fisher_damping:

@@ -1,4 +1,4 @@
-"""How long every method takes to select, and what its speed costs in quality."""
+"""How long every method takes to select."""
 
 from __future__ import annotations
 
@@ -18,9 +18,8 @@ from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.pipeline.files import atomic, write_text
 from fsel.pipeline.policies import POLICIES
-from fsel.pipeline.tables import BASELINES, LEARNED, sweep_cells
+from fsel.pipeline.tables import BASELINES, LEARNED
 from fsel.problem import Method, Problem, checked_select
-from fsel.report import speed
 from fsel.report.latex import plain_table, tex
 from fsel.scorer import Scorer
 from fsel.sharpness import sharpness
@@ -206,36 +205,3 @@ def _milliseconds(*seconds: float) -> str:
             digits = max(0, 1 - int(np.floor(np.log10(1e3 * value))))
             texts.append(f"{1e3 * value:,.{digits}f}")
     return " + ".join(texts)
-
-
-def speed_figure(
-    times: str | Path,
-    evaluations: Sequence[Mapping],
-    outputs: Sequence[str | Path],
-    *,
-    k: int,
-) -> None:
-    """Seconds of every method against what the search gains over it.
-
-    Args:
-        times: what `selection_time` wrote; its smallest pool is drawn.
-        evaluations: see `tables.sweep_cells`, those of the searches among them.
-        outputs: paths; their endings choose the format.
-        k: budget of the search.
-    """
-    table = pd.read_csv(times)
-    table = table[table["pool"] == table["pool"].min()].set_index("method")
-    cells = sweep_cells(evaluations)
-    points = speed.gaps(cells[cells["k"] == k], reference="search", methods=list(table.index))
-    points["seconds"] = points["method"].map(table["descriptors"] + table["selection"])
-    labels = {name: METHODS[name].label for name in BASELINES}
-    labels |= {name: policy.label for name, policy in POLICIES.items()}
-    timed_k, pool = table[["k", "pool"]].iloc[0]
-    speed.draw(
-        points,
-        labels,
-        list(LEARNED),
-        outputs,
-        xlabel=f"seconds to select {timed_k} of {pool} frames, descriptors included",
-        ylabel=f"PSNR behind the search (dB), K = {k}",
-    )

@@ -1,16 +1,23 @@
-"""Selection time against the PSNR that a search by reconstruction would still gain."""
+"""Speed against error: methods, settings of the reconstructor, evaluations of a search."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from fsel.report.figures import save
 
 METRIC = "psnr"
+SEARCHES = {
+    "search": ("genetic search, evaluation scenes", "tab:red"),
+    "random_search": ("random search, evaluation scenes", "tab:gray"),
+    "labels": ("genetic search, labels", "tab:orange"),
+}
 
 
 def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.DataFrame:
@@ -38,26 +45,100 @@ def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.D
     return mean.rename("gap").rename_axis("method").reset_index()
 
 
-def draw(
-    points: pd.DataFrame,
-    labels: Mapping[str, str],
-    ours: Sequence[str],
-    outputs: Sequence[str | Path],
-    *,
-    xlabel: str,
-    ylabel: str,
-) -> None:
-    """One labelled point a method; down and left is better.
+def incumbent(fitness: np.ndarray, psnr: np.ndarray) -> np.ndarray:
+    """(n,) PSNR of the fittest subset so far.
 
     Args:
-        points: method, seconds, gap.
-        labels: method -> printed name.
-        ours: methods set apart by colour.
-        outputs: paths; their endings choose the format.
-        xlabel, ylabel: of the axes.
+        fitness: (n,) of subsets in the order of evaluation.
+        psnr: (n,) of the same.
     """
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
-    axis = figure.subplots()
+    best = np.zeros(len(fitness), np.int64)
+    for i in range(1, len(fitness)):
+        best[i] = i if fitness[i] > fitness[best[i - 1]] else best[i - 1]
+    return psnr[best]
+
+
+def draw(
+    methods: pd.DataFrame,
+    settings: pd.DataFrame,
+    curves: pd.DataFrame,
+    outputs: Sequence[str | Path],
+    *,
+    labels: Mapping[str, str],
+    ours: Sequence[str],
+    selected: str,
+    k: int,
+) -> None:
+    """Three panels: methods, the reconstructor's settings (depth, PSNR), evaluations of a search.
+
+    Args:
+        methods: method, seconds, gap; labels: method -> printed name; ours: set apart by colour.
+        settings: setting, value, default, seconds, depth_error, psnr.
+        curves: search, evaluations, gap.
+        outputs: paths; their endings choose the format.
+        selected: what was timed, in words.
+        k: frames that the search picks.
+    """
+    figure = Figure(figsize=(11, 7.6), layout="constrained")
+    (first, third), (second, fourth) = figure.subplots(2, 2)
+    _draw_methods(first, methods, labels, ours)
+    first.set_title("a  methods", loc="left", fontsize=9, fontweight="bold")
+    first.set_xlabel(f"seconds to select {selected}, descriptors included", fontsize=8)
+    first.set_ylabel(f"PSNR behind the search (dB), K = {k}", fontsize=8)
+    _draw_curves(second, curves)
+    second.set_title("c  the search", loc="left", fontsize=9, fontweight="bold")
+    drawn = {third: ("depth_error", "depth error (%)", 100), fourth: ("psnr", "PSNR (dB)", 1)}
+    for axis, (column, label, unit) in drawn.items():
+        _draw_settings(axis, settings.assign(value_of=unit * settings[column]))
+        axis.set_title(f"b  the reconstructor: {label}", loc="left", fontsize=9, fontweight="bold")
+        axis.set_ylabel(label, fontsize=8)
+    third.legend(fontsize=7, frameon=False)
+    for axis in figure.axes:
+        axis.tick_params(labelsize=7)
+        if axis.get_xscale() == "log":
+            axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axis.xaxis.set_minor_formatter(NullFormatter())
+    save(figure, outputs)
+
+
+def _draw_curves(axis, curves: pd.DataFrame) -> None:
+    for name, part in curves.groupby("search", sort=False):
+        label, color = SEARCHES[name]
+        axis.plot(part["evaluations"], part["gap"], color=color, linewidth=1.2, label=label)
+    axis.set_xlabel("subsets reconstructed", fontsize=8)
+    axis.set_ylabel("PSNR behind the genetic search's end (dB)", fontsize=8)
+    axis.set_ylim(bottom=0)
+    axis.legend(fontsize=7, frameon=False)
+
+
+def _draw_settings(axis, settings: pd.DataFrame) -> None:
+    """A colour a setting, its values tied to the default, which is a star."""
+    default = settings[settings["default"]].iloc[-1]
+    for i, (name, part) in enumerate(settings.groupby("setting", sort=False)):
+        changed = part[~part["default"]].sort_values("seconds")
+        color = f"C{i}"
+        axis.plot(changed["seconds"], changed["value_of"], "o", color=color, ms=4, label=name)
+        for row in changed.itertuples():
+            at = (row.seconds, row.value_of)
+            axis.plot(
+                *zip(at, (default["seconds"], default["value_of"]), strict=True),
+                "-",
+                color=color,
+                linewidth=0.6,
+                alpha=0.5,
+            )
+            axis.annotate(
+                row.value, at, xytext=(3, 3), textcoords="offset points", fontsize=6, color=color
+            )
+    axis.plot(default["seconds"], default["value_of"], "k*", markersize=11, label="default")
+    axis.set_xscale("log")
+    axis.margins(x=0.1)
+    axis.set_xlabel("seconds to reconstruct and render, nothing cached", fontsize=8)
+
+
+def _draw_methods(axis, points: pd.DataFrame, labels: Mapping[str, str], ours: Sequence[str]):
+    """One labelled point a method; down and left is better."""
     axis.axhline(0, color="0.6", linewidth=0.8)
     axis.set_xscale("log")
     points = points.sort_values("gap", kind="stable").reset_index(drop=True)
@@ -80,7 +161,3 @@ def draw(
                 "relpos": (0, 0.5),  # to the start of the name
             },
         )
-    axis.set_xlabel(xlabel)
-    axis.set_ylabel(ylabel)
-    axis.tick_params(labelsize=8)
-    save(figure, outputs)
