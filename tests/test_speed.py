@@ -20,7 +20,7 @@ from fsel.pipeline.speed_error import progress, settings_sweep, speed_error
 from fsel.pipeline.timing import problem_of_size, refilmed, selection_time, timed
 from fsel.pipeline.truth import true_depth
 from fsel.pipeline.variants import Bench, depth_error, halved, rendered_inverse_depth
-from fsel.reconstruct.splats import SplatModel
+from fsel.reconstruct.splats import Frame, SplatModel
 from fsel.report.latex import plain_table
 from fsel.report.speed import gaps, incumbent
 from fsel.synthesis import record
@@ -201,13 +201,17 @@ def wall(distance):
     pose = np.concatenate([np.eye(3), np.zeros((3, 1))], axis=1)
     views = Views(np.stack([pose, pose]), np.tile([16.0, 16, 8, 6], (2, 1)), (16, 12))
     views.world_to_camera[1, 2, 3] = 1.0
+    # in units of 2 around (0, 0, 1)
+    frame = Frame(np.array([0.0, 0, 1]), 2.0)
     x, y = np.meshgrid(np.linspace(-4, 4, 120), np.linspace(-4, 4, 120))
-    rows = [x.ravel(), y.ravel(), *np.tile([[distance], [0.9], [distance]], x.size)]
+    rest = [[(distance - 1) / 2], [0.9], [distance / 2]]
+    rows = [x.ravel(), y.ravel(), *np.tile(rest, x.size)]
     model = SplatModel(
+        frame=frame,
         splats=np.array(rows, np.float32),
         colors=np.zeros((x.size, 3), np.float32),
-        near=0.5,
-        far=50.0,
+        near=0.25,
+        far=25.0,
         surface=0.1,
         pixel=1 / 16,
         seconds=0.0,

@@ -112,12 +112,14 @@ def rendered_inverse_depth(model: SplatModel, views: Views) -> np.ndarray:
     """(T, h, w) inverse depth as a model shows it: every splat painted with its own."""
     width, height = views.size
     out = np.empty((len(views), height, width))
-    for t, pose in enumerate(views.world_to_camera):
+    for t, pose in enumerate(model.frame.local_poses(views.world_to_camera)):
         depth = pose[2, :3] @ model.splats[:3] + pose[2, 3]
         share = np.clip(model.near / np.maximum(depth, model.near), 0, 1)
         paint = np.repeat(255 * share[:, None].astype(np.float32), 3, axis=1)
-        alone = Views(pose[None], views.intrinsics[t : t + 1], views.size)
-        out[t] = replace(model, colors=paint).render(alone)[0, :, :, 0] / model.near
+        alone = Views(views.world_to_camera[t : t + 1], views.intrinsics[t : t + 1], views.size)
+        out[t] = replace(model, colors=paint).render(alone)[0, :, :, 0] / (
+            model.near * model.frame.unit
+        )
     return np.maximum(out, np.finfo(np.float32).tiny)
 
 
