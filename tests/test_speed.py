@@ -10,10 +10,12 @@ from selection_problems import random_capture, random_problem, with_points
 from fsel.baselines import METHODS
 from fsel.baselines.fisher_rf import SWEEP
 from fsel.capture import Capture, Views
+from fsel.culling import seen_by
 from fsel.evaluation import Evaluator
 from fsel.metrics import METRICS
 from fsel.pipeline.damping import damping_sweep
 from fsel.pipeline.descriptions import describe
+from fsel.pipeline.economy import SAVINGS, economy
 from fsel.pipeline.labels import reconstructor_of
 from fsel.pipeline.problems import load_problem, split, split_from
 from fsel.pipeline.speed_error import progress, settings_sweep, speed_error
@@ -229,6 +231,34 @@ def test_a_wall_is_as_far_as_it_is_and_a_wrong_one_by_how_much():
     place = Bench(None, None, views, None, depth)
     # 4 for 5 in one view and 5 for 5 in the other: errors of 20 % and 0, as many of each
     assert depth_error(model, place) == pytest.approx(0.1, abs=1e-3)
+
+
+def test_culling_keeps_what_views_see_and_changes_no_pixel():
+    model, views = wall(4.0)
+    rng = np.random.default_rng(0)
+    model = replace(model, colors=rng.uniform(0, 255, model.colors.shape).astype(np.float32))
+    culled = seen_by(model, views)
+    assert 0 < culled.primitives < model.primitives / 2
+    np.testing.assert_array_equal(culled.render(views), model.render(views))
+    behind = replace(views, world_to_camera=views.world_to_camera * [[1], [1], [-1]])
+    assert seen_by(model, behind).primitives == 0
+
+
+def test_each_saving_is_switched_off_in_turn(scene, tmp_path):
+    problem = {"folder": scene, "split": scene / "split.parquet", "generated": None}
+    paths = [tmp_path / "e.tex", tmp_path / "e.csv"]
+    settings = {"k": 8, "reconstruction": RECONSTRUCTION, "appearance": APPEARANCE}
+    economy([problem], *paths, **settings)
+    table = pd.read_csv(paths[1]).set_index("saving")
+    assert table.index.tolist() == list(SAVINGS)
+    assert table.loc["opacity", "without_primitives"] == 8 * 32 * 24
+    assert table.loc["opacity", "with_primitives"] < 8 * 32 * 24
+    for saving in ("views", "view"):
+        assert table.loc[saving, "with_psnr"] == table.loc[saving, "without_psnr"]
+    removed = table["without_primitives"] - table["with_primitives"]
+    assert removed["view"] > removed["views"] >= 0
+    assert table.loc["descriptors", "with_bytes"] == 8 * 40
+    assert "descriptors only for methods that read them & --" in paths[0].read_text()
 
 
 def test_rounded_splats_keep_three_digits():

@@ -67,13 +67,20 @@ def test_default_config_plans_every_job(tmp_path):
 
 def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
     results = "results/smoke"
-    targets = [f"{results}/figures/speed_error.pdf", f"{results}/tables/fisher_damping.tex"]
+    targets = [f"{results}/figures/speed_error.pdf"]
+    targets += [f"{results}/tables/{name}.tex" for name in ("fisher_damping", "economy")]
     asked = planned(dry_run(tmp_path, changed(tmp_path), *targets))
     assert asked["selection_time"] == asked["speed_error"] == asked["fisher_damping"] == 1
-    assert asked["speed_settings"] == 1
+    assert asked["speed_settings"] == asked["economy"] == 1
     usual = planned(dry_run(tmp_path, changed(tmp_path)))
     assert usual["ksweep"] == 1
-    assert not {"selection_time", "speed_settings", "speed_error", "fisher_damping"} & set(usual)
+    assert not {
+        "selection_time",
+        "speed_settings",
+        "speed_error",
+        "economy",
+        "fisher_damping",
+    } & set(usual)
 
 
 PAPER = {"handsign", "seedvar", "ga_vs_learned", "training_figure", "pipeline_figure", "teaser"}

@@ -1,7 +1,7 @@
 """What selection costs, beside what it is worth.
 
 Inputs: a canonical capture, problems, trained selectors and their evaluations.
-Outputs: <tables>/{selection_time,speed_error,fisher_damping}.{tex,csv},
+Outputs: <tables>/{selection_time,speed_error,economy,fisher_damping}.{tex,csv},
 <figures>/speed_error.{pdf,png}, <results>/speed_settings.csv.
 """
 
@@ -108,6 +108,58 @@ rule speed_settings:
         "Measuring the reconstructor's settings"
     script:
         "../scripts/speed_settings.py"
+
+
+rule economy:
+    input:
+        splits=collect("<results>/{problem}/split.parquet", problem=SWEPT),
+        frames=[f"<results>/{d}/{s}/frames.parquet" for d, s in evaluation_scenes()],
+        points=[f"<results>/{d}/{s}/points.parquet" for d, s in evaluation_scenes()],
+        images=[f"<results>/{d}/{s}/images.npy" for d, s in evaluation_scenes()],
+        descriptors=[
+            f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
+        ],
+        lib=library(
+            *JUDGED,
+            "appearance",
+            "culling",
+            "report",
+            "sharpness",
+            "pipeline/economy",
+            "pipeline/timing",
+        ),
+    output:
+        table=report(
+            "<tables>/economy.tex",
+            caption="../report/economy.rst",
+            category="Speed",
+            labels={"table": "Modelling only what a scene needs", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/economy.csv",
+            caption="../report/economy.rst",
+            category="Speed",
+            labels={"table": "Modelling only what a scene needs", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/economy.log",
+    benchmark:
+        "<results>/benchmarks/economy.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        generated=[generated(*scene) for scene in evaluation_scenes()],
+        k=config["search"]["k"],
+        reconstruction=config["reconstruction"],
+        appearance=config["appearance"],
+    message:
+        "Switching off each saving in turn"
+    script:
+        "../scripts/economy.py"
 
 
 rule speed_error:
