@@ -83,7 +83,16 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
     } & set(usual)
 
 
-PAPER = {"handsign", "seedvar", "ga_vs_learned", "training_figure", "pipeline_figure", "teaser"}
+PAPER = {
+    "handsign",
+    "seedvar",
+    "ga_vs_learned",
+    "training_figure",
+    "pipeline_figure",
+    "teaser",
+    "time_quality",
+    "saturation",
+}
 
 
 def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
@@ -91,6 +100,7 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert set(asked) >= PAPER
     assert asked["measure_searched"] == 1  # of the held-out training dataset alone
     assert asked["qualitative"] == 2
+    assert asked["costs"] == asked["evaluate_geometry"] == 1
     assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
 
 

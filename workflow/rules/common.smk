@@ -243,6 +243,27 @@ def facts(names=None):
     }
 
 
+def held_out_scenes():
+    """Evaluation scenes of the training dataset."""
+    found = scenes(TRAINED, "evaluation")
+    if not found:
+        refuse(
+            f"{TRAINED} has no evaluation scenes",
+            "this experiment is made on evaluation scenes of training.dataset",
+        )
+    return found
+
+
+def of_held_out_scenes(name, draws=()):
+    """Input function: a file of every held-out scene, or of each of its draws."""
+    middle = [f"draw{n}/" for n in draws] or [""]
+    return lambda wildcards: [
+        f"<results>/{TRAINED}/{scene}/{part}{name}"
+        for scene in held_out_scenes()
+        for part in middle
+    ]
+
+
 def held_out_problems():
     """Problems of the training dataset's evaluation scenes that the search is run on."""
     found = [

@@ -1,9 +1,10 @@
 """The paper's other tables and figures. None is part of `rule all`; `paper` makes them all.
 
 Inputs: evaluations, searches, labels, trained selectors and canonical captures.
-Outputs: <tables>/{handsign,seedvar,ga_vs_learned}.{tex,csv},
-<figures>/{training,pipeline,teaser,qualitative_{dataset}}.{pdf,png,csv},
-<results>/{dataset}/{scene}/draw{draw}/searched.parquet.
+Outputs: <tables>/{handsign,seedvar,ga_vs_learned,time_quality}.{tex,csv},
+<figures>/{saturation,training,pipeline,teaser,qualitative_{dataset}}.{pdf,png,csv},
+<results>/{dataset}/{scene}/draw{draw}/{searched,geometry}.parquet,
+<results>/{dataset}/{scene}/{costs,times}.parquet, <results>/selector/geometry/seed{seed}.safetensors.
 """
 
 WHOLE = {
@@ -183,7 +184,7 @@ rule training_figure:
         mem_mb=1000,
         runtime=10,
     params:
-        facts=facts([TRAINED]),
+        facts=lambda wildcards: facts([TRAINED]),
     message:
         "Drawing the training"
     script:
@@ -229,7 +230,7 @@ rule pipeline_figure:
     params:
         coverages=config["coverages"],
         scene=DRAWN,
-        facts=facts([TRAINED]),
+        facts=lambda wildcards: facts([TRAINED]),
     message:
         "Drawing the search and the labels of {DRAWN}"
     script:
@@ -320,11 +321,226 @@ use rule qualitative as teaser with:
         "Drawing the full sequence, Uniform and ours"
 
 
+rule train_geometry:
+    input:
+        trajectories="<results>/trajectories.parquet",
+        frames=collect(f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED),
+        descriptors=collect(
+            f"<results>/{TRAINED}/{{scene}}/descriptors.parquet", scene=LABELLED
+        ),
+        splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
+        lib=library(
+            *FEATURES,
+            "training",
+            *FILES,
+            "experiments/variants",
+            "pipeline/policies",
+            "pipeline/selectors",
+        ),
+    output:
+        "<results>/selector/geometry/seed{seed}.safetensors",
+    log:
+        "<results>/logs/train/ours_geometry/seed{seed}.log",
+    benchmark:
+        "<results>/benchmarks/train/ours_geometry/seed{seed}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        name="ours_geometry",
+        scenes=list(LABELLED),
+        epochs=config["training"]["epochs"],
+        learning_rate=config["training"]["learning_rate"],
+    message:
+        "Training without appearance and sharpness, seed {wildcards.seed}"
+    script:
+        "../scripts/train_variant.py"
+
+
+rule evaluate_geometry:
+    input:
+        splits=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
+            draw=range(config["draws"]),
+        ),
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
+        weights=collect(
+            "<results>/selector/geometry/seed{seed}.safetensors", seed=SEEDS
+        ),
+        lib=library(
+            *FEATURES,
+            *RECONSTRUCTION,
+            *FILES,
+            "experiments/variants",
+            "pipeline/labels",
+            "pipeline/policies",
+        ),
+    output:
+        expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/geometry.parquet",
+            draw=range(config["draws"]),
+        ),
+    log:
+        "<results>/logs/evaluate_geometry/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_geometry/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        name="ours_geometry",
+        budgets=config["budgets"],
+        reconstruction=config["reconstruction"],
+    message:
+        "Measuring {wildcards.dataset}/{wildcards.scene} without appearance and sharpness"
+    script:
+        "../scripts/evaluate_variant.py"
+
+
+rule costs:
+    input:
+        split="<results>/{dataset}/{scene}/draw0/split.parquet",
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
+        ours="<results>/selector/seed0.safetensors",
+        ours_no_appearance="<results>/selector/no_appearance/seed0.safetensors",
+        ours_geometry="<results>/selector/geometry/seed0.safetensors",
+        lib=library(
+            *FEATURES,
+            *RECONSTRUCTION,
+            *FILES,
+            "appearance",
+            "sharpness",
+            "baselines/uniform",
+            "experiments/costs",
+            "experiments/footprint",
+            "experiments/variants",
+            "pipeline/labels",
+            "pipeline/policies",
+            "pipeline/timing",
+        ),
+    output:
+        costs="<results>/{dataset}/{scene}/costs.parquet",
+        times="<results>/{dataset}/{scene}/times.parquet",
+    log:
+        "<results>/logs/costs/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/costs/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=30,
+    params:
+        budgets=config["budgets"],
+        appearance=config["appearance"],
+        reconstruction=config["reconstruction"],
+    message:
+        "Measuring time and memory on {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/costs.py"
+
+
+rule saturation:
+    input:
+        costs=of_held_out_scenes("costs.parquet"),
+        lib=library("report", "experiments/costs", "pipeline/tables"),
+    output:
+        figures=report(
+            multiext("<figures>/saturation", ".pdf", ".png"),
+            caption="../report/saturation.rst",
+            category="Paper",
+            labels={"figure": "Quality, time, memory against K"},
+        ),
+        numbers="<figures>/saturation.csv",
+    log:
+        "<results>/logs/saturation.log",
+    benchmark:
+        "<results>/benchmarks/saturation.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        facts=lambda wildcards: facts([TRAINED]),
+    message:
+        "Drawing quality, time and memory against the number of frames"
+    script:
+        "../scripts/saturation.py"
+
+
+rule time_quality:
+    input:
+        evaluations=of_held_out_scenes("evaluation.parquet", range(config["draws"])),
+        variant=of_held_out_scenes("geometry.parquet", range(config["draws"])),
+        costs=of_held_out_scenes("costs.parquet"),
+        times=of_held_out_scenes("times.parquet"),
+        lib=library(
+            "report",
+            "experiments/costs",
+            "experiments/time_quality",
+            "experiments/variants",
+            "pipeline/tables",
+        ),
+    output:
+        table=report(
+            "<tables>/time_quality.tex",
+            caption="../report/time_quality.rst",
+            category="Paper",
+            labels={"table": "Quality, runtime and memory", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/time_quality.csv",
+            caption="../report/time_quality.rst",
+            category="Paper",
+            labels={"table": "Quality, runtime and memory", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/time_quality.log",
+    benchmark:
+        "<results>/benchmarks/time_quality.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        problems=lambda wildcards: [
+            f"{TRAINED}/{scene}/draw{n}"
+            for scene in held_out_scenes()
+            for n in range(config["draws"])
+        ],
+        budgets=config["budgets"],
+        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
+        facts=lambda wildcards: facts([TRAINED]),
+    message:
+        "Writing quality, runtime and memory"
+    script:
+        "../scripts/time_quality.py"
+
+
 rule paper:
     input:
         "<tables>/handsign.tex",
         "<tables>/seedvar.tex",
         "<tables>/ga_vs_learned.tex",
+        "<tables>/time_quality.tex",
+        "<figures>/saturation.pdf",
         "<figures>/training.pdf",
         "<figures>/pipeline.pdf",
         "<figures>/teaser.pdf",

@@ -41,6 +41,36 @@ def training(log: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> Non
     save(figure, outputs)
 
 
+def saturation(
+    points: pd.DataFrame, labels: Mapping[str, str], outputs: Sequence[str | Path], note: str
+) -> None:
+    """PSNR, seconds and memory against K, the last point every frame.
+
+    Args:
+        points: method, k, psnr, seconds, peak_mb: means over scenes.
+        labels: method -> printed name.
+        outputs: paths; their endings choose the format.
+        note: what made the numbers.
+    """
+    panels = {
+        "psnr": "PSNR (dB)",
+        "seconds": "reconstruction, rendering (processor s)",
+        "peak_mb": "peak memory of it (MB)",
+    }
+    figure = Figure(figsize=(8.4, 2.8), layout="constrained")
+    for axis, (column, label) in zip(figure.subplots(1, 3), panels.items(), strict=True):
+        for method, part in points.groupby("method", sort=False):
+            axis.plot(part["k"], part[column], "o-", markersize=3, label=labels[method])
+        axis.set_xlabel("frames K", fontsize=8)
+        axis.set_ylabel(label, fontsize=8)
+        axis.tick_params(labelsize=7)
+        if column != "psnr":
+            axis.set_ylim(bottom=0)
+    axis.legend(fontsize=7)
+    footnote(figure, note)
+    save(figure, outputs)
+
+
 def search_and_labels(
     population: pd.DataFrame,
     plans: Mapping[str, Mapping],

@@ -15,6 +15,8 @@ from fsel.report.summary import ALL_FRAMES
 
 DIGITS = {"psnr": 2}
 MISSING = "--"
+# to the page where it is wider, never blown up
+SHRUNK = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%"
 
 
 def tex(text: str) -> str:
@@ -88,24 +90,33 @@ def plain_table(
     caption: str,
     label: str,
     columns: str | None = None,
+    groups: Sequence[tuple[str, int]] = (),
 ) -> str:
     """A table of ready cells, in LaTeX.
 
-    Columns are LaTeX's own; without, the first goes to the left, the others to the right.
+    Args:
+        header: of each column.
+        rows: cells.
+        caption, label: LaTeX.
+        columns: LaTeX's own; without, the first goes to the left, the others to the right.
+        groups: headings above the columns after the first, and how many columns each spans.
     """
+    over = "".join(rf" & \multicolumn{{{width}}}{{c}}{{{title}}}" for title, width in groups)
     lines = [
         r"\begin{table}[t]",
         r"\centering",
         rf"\caption{{{caption}}}",
         rf"\label{{{label}}}",
         r"\scriptsize",
+        SHRUNK,
         rf"\begin{{tabular}}{{{columns or 'l' + 'r' * (len(header) - 1)}}}",
         r"\toprule",
+        *([over + r" \\"] if groups else []),
         " & ".join(header) + r" \\",
         r"\midrule",
         *(" & ".join(row) + r" \\" for row in rows),
         r"\bottomrule",
-        r"\end{tabular}",
+        r"\end{tabular}}",
         r"\end{table}",
         "",
     ]
@@ -129,8 +140,7 @@ class _Sheet:
             rules.append(rf"\cmidrule(lr){{{2 + i * width}-{1 + (i + 1) * width}}}")
         budgets = " ".join(f"& $K{{=}}{k}$" for k in self.budgets)
         lines = [
-            # shrunk to the page where it is wider, never blown up
-            r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%",
+            SHRUNK,
             rf"\begin{{tabular}}{{l{'|'.join(['c' * width] * len(datasets))}}}",
             r"\toprule",
             " ".join(heads) + r" \\",

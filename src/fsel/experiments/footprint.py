@@ -1,0 +1,108 @@
+"""What one reconstruction costs, measured in a process of its own (Linux).
+
+`python -m fsel.experiments.footprint` reads a request as JSON from its input and prints the answer.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fsel.capture import Capture, Views
+from fsel.metrics import score_views
+from fsel.pipeline.labels import reconstructor_of
+from fsel.reconstruct import Reconstructor
+
+REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
+WARM = 4  # frames of a reconstruction that only compiles
+STATUS = Path("/proc/self/status")
+RESET = Path("/proc/self/clear_refs")
+RESET_PEAK = "5"  # proc(5): reset the peak resident set size
+
+
+def measured_alone(
+    folder: str | Path, frames: np.ndarray, targets: np.ndarray, reconstruction: Mapping
+) -> dict[str, float]:
+    """One reconstruction in a fresh process, so that no other's memory counts.
+
+    Args:
+        folder: a canonical capture.
+        frames: (K,) to reconstruct from; targets: (T,) to render.
+        reconstruction: the config's section.
+
+    Returns:
+        fit_seconds and render_seconds, of the processor with nothing cached, psnr in dB, and
+        peak_bytes: of the resident set, above what the process held with everything compiled and
+        the reconstructor bound to the capture.
+
+    Raises:
+        RuntimeError: when the process fails; its last words are in the message.
+    """
+    request = {
+        "folder": str(folder),
+        "frames": np.sort(frames).tolist(),
+        "targets": np.asarray(targets).tolist(),
+        "reconstruction": dict(reconstruction),
+    }
+    command = [sys.executable, "-m", __spec__.name]
+    done = subprocess.run(command, input=json.dumps(request), capture_output=True, text=True)
+    if done.returncode:
+        words = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
+        raise RuntimeError(f"{folder}: {len(frames)} frames: {words}")
+    return json.loads(done.stdout)
+
+
+def footprint(
+    folder: str, frames: list[int], targets: list[int], reconstruction: Mapping
+) -> dict[str, float]:
+    """What `measured_alone` returns, of this process."""
+    capture = Capture.load(folder)
+    views = capture.resized(reconstruction["long_side"]).view(np.array(targets))
+    reconstructor_of(capture, reconstruction).fit(np.array(targets[:WARM])).render(views)
+    reconstructor = reconstructor_of(capture, reconstruction)
+    truth = np.asarray(reconstructor.capture.images[np.array(targets)])
+    ctypes.CDLL(None).malloc_trim(0)  # or the freed memory of compiling would serve the fit
+    RESET.write_text(RESET_PEAK)
+    before = _kilobytes("VmRSS")
+    rendered, *first = _run(reconstructor, frames, views)
+    peak = _kilobytes("VmHWM")
+    runs = [first]
+    for _ in range(REPEATS - 1):
+        runs.append(_run(reconstructor_of(capture, reconstruction), frames, views)[1:])
+    fitting, rendering = np.median(runs, axis=0)
+    return {
+        "fit_seconds": fitting,
+        "render_seconds": rendering,
+        "peak_bytes": 1024 * (peak - before),
+        "psnr": float(score_views(rendered, truth)[:, 0].mean()),
+    }
+
+
+def _run(
+    reconstructor: Reconstructor, frames: list[int], views: Views
+) -> tuple[np.ndarray, float, float]:
+    """The rendered views, and the seconds of fitting and of rendering.
+
+    Processor time: another process on the same cores lengthens it less than the clock's.
+    """
+    started = time.process_time()
+    model = reconstructor.fit(np.array(frames))
+    fitted = time.process_time()
+    rendered = model.render(views)
+    return rendered, fitted - started, time.process_time() - fitted
+
+
+def _kilobytes(field: str) -> int:
+    line = next(line for line in STATUS.read_text().splitlines() if line.startswith(field + ":"))
+    return int(line.split()[1])
+
+
+if __name__ == "__main__":
+    print(json.dumps(footprint(**json.load(sys.stdin))))
