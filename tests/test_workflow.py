@@ -84,6 +84,7 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
 
 
 PAPER = {
+    "crosscapture",
     "handsign",
     "seedvar",
     "ga_vs_learned",
@@ -100,6 +101,7 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert set(asked) >= PAPER
     assert asked["measure_searched"] == 1  # of the held-out training dataset alone
     assert asked["qualitative"] == 2
+    assert asked["measure_crosscapture"] == 1  # of the rooms filmed in several passes
     assert asked["costs"] == asked["evaluate_geometry"] == 1
     assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
 

@@ -243,6 +243,26 @@ def facts(names=None):
     }
 
 
+def rooms():
+    """(dataset, scene) of the evaluation scenes filmed in several passes."""
+    found = [
+        (d, s)
+        for d, s in evaluation_scenes()
+        if config["datasets"][d]["layout"] == "seven_scenes"
+    ]
+    if not found:
+        refuse(
+            "no dataset of layout seven_scenes has evaluation scenes",
+            "the cross-capture experiment needs rooms filmed in several passes",
+        )
+    return found
+
+
+def of_rooms(name):
+    """Input function: a file of every room."""
+    return lambda wildcards: [f"<results>/{d}/{s}/{name}" for d, s in rooms()]
+
+
 def held_out_scenes():
     """Evaluation scenes of the training dataset."""
     found = scenes(TRAINED, "evaluation")

@@ -1,10 +1,11 @@
 """The paper's other tables and figures. None is part of `rule all`; `paper` makes them all.
 
 Inputs: evaluations, searches, labels, trained selectors and canonical captures.
-Outputs: <tables>/{handsign,seedvar,ga_vs_learned,time_quality}.{tex,csv},
+Outputs: <tables>/{handsign,seedvar,ga_vs_learned,time_quality,crosscapture}.{tex,csv},
 <figures>/{saturation,training,pipeline,teaser,qualitative_{dataset}}.{pdf,png,csv},
 <results>/{dataset}/{scene}/draw{draw}/{searched,geometry}.parquet,
-<results>/{dataset}/{scene}/{costs,times}.parquet, <results>/selector/geometry/seed{seed}.safetensors.
+<results>/{dataset}/{scene}/{costs,times,crosscapture}.parquet,
+<results>/selector/geometry/seed{seed}.safetensors.
 """
 
 WHOLE = {
@@ -14,6 +15,7 @@ WHOLE = {
     "facts": facts(),
 }
 DRAWN = scenes(TRAINED, "train")[0]
+CROSSED = sorted({budget_near(30), budget_near(40)})
 QUALITATIVE = ("uniform", "fvs", "kmedoids", "cover", "nearest", "ours", "fsel")
 
 
@@ -534,12 +536,93 @@ rule time_quality:
         "../scripts/time_quality.py"
 
 
+rule measure_crosscapture:
+    input:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
+        ours=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
+        ours_no_appearance=collect(
+            "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
+        ),
+        fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+        lib=library(
+            *FEATURES,
+            *RECONSTRUCTION,
+            *FILES,
+            "baselines",
+            "experiments/crosscapture",
+            "pipeline/labels",
+            "pipeline/policies",
+        ),
+    output:
+        "<results>/{dataset}/{scene}/crosscapture.parquet",
+    log:
+        "<results>/logs/measure_crosscapture/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/measure_crosscapture/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        budgets=CROSSED,
+        seed=lambda wildcards: scene_seed(wildcards, "crosscapture"),
+        reconstruction=config["reconstruction"],
+    message:
+        "Holding out the passes of {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/measure_crosscapture.py"
+
+
+rule crosscapture:
+    input:
+        measured=of_rooms("crosscapture.parquet"),
+        lib=library("report", "experiments/crosscapture", "pipeline/tables"),
+    output:
+        table=report(
+            "<tables>/crosscapture.tex",
+            caption="../report/crosscapture.rst",
+            category="Paper",
+            labels={"table": "Cross-capture", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/crosscapture.csv",
+            caption="../report/crosscapture.rst",
+            category="Paper",
+            labels={"table": "Cross-capture", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/crosscapture.log",
+    benchmark:
+        "<results>/benchmarks/crosscapture.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        rooms=lambda wildcards: rooms(),
+        budgets=CROSSED,
+        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
+        facts=lambda wildcards: facts(list(dict(rooms()))),
+    message:
+        "Writing the cross-capture table"
+    script:
+        "../scripts/crosscapture.py"
+
+
 rule paper:
     input:
         "<tables>/handsign.tex",
         "<tables>/seedvar.tex",
         "<tables>/ga_vs_learned.tex",
         "<tables>/time_quality.tex",
+        "<tables>/crosscapture.tex",
         "<figures>/saturation.pdf",
         "<figures>/training.pdf",
         "<figures>/pipeline.pdf",
