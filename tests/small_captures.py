@@ -1,10 +1,13 @@
-"""Small COLMAP captures on disk, written by pycolmap and OpenCV alone."""
+"""Small COLMAP captures on disk, written by pycolmap and OpenCV alone, and the command on them."""
 
+import json
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pycolmap
+
+from fsel.cli import main
 
 SIZE = (64, 48)
 PARAMS = {"PINHOLE": [60, 61, 32, 24], "OPENCV": [60, 61, 32, 24, -0.05, 0.01, 1e-3, -1e-3]}
@@ -70,3 +73,21 @@ def write_ring(folder, frames=24, model="PINHOLE", shrink=1, seed=0, cloud=80):
     (folder / "sparse" / "0").mkdir(parents=True)
     built.write_binary(str(folder / "sparse" / "0"))
     return poses, seen
+
+
+def select(*arguments):
+    return main(["select", *map(str, arguments)])
+
+
+def record_of(out):
+    return json.loads((out / "selection.json").read_text())
+
+
+def camera_path(folder, poses):
+    """nerfstudio's camera path through world-to-camera poses."""
+    views = []
+    for pose in poses:
+        matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
+        views.append({"camera_to_world": matrix.ravel().tolist()})
+    (folder / "path.json").write_text(json.dumps({"camera_path": views}))
+    return folder / "path.json"

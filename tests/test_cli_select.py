@@ -3,10 +3,6 @@
 import errno
 import json
 import os
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,10 +10,9 @@ import cv2
 import numpy as np
 import pycolmap
 import pytest
-from small_captures import ring, write_ring
+from small_captures import camera_path, record_of, ring, select, write_ring
 
 import fsel
-from fsel.cli import main
 from fsel.export import subset
 from fsel.glance import sharpness_of_files
 from fsel.layouts import images, read_capture
@@ -29,14 +24,6 @@ def capture(tmp_path):
     folder = tmp_path / "capture"
     write_ring(folder)
     return folder
-
-
-def select(*arguments):
-    return main(["select", *map(str, arguments)])
-
-
-def record_of(out):
-    return json.loads((out / "selection.json").read_text())
 
 
 def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
@@ -204,16 +191,6 @@ def test_geometry_only_opens_one_image_of_a_camera(model, tmp_path, monkeypatch)
     assert record_of(tmp_path / "out")["frames"][0]["sharpness_rank"] is None
 
 
-def camera_path(folder, poses):
-    """nerfstudio's camera path through world-to-camera poses."""
-    views = []
-    for pose in poses:
-        matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
-        views.append({"camera_to_world": matrix.ravel().tolist()})
-    (folder / "path.json").write_text(json.dumps({"camera_path": views}))
-    return folder / "path.json"
-
-
 def test_every_form_of_targets(capture, tmp_path):
     names = tmp_path / "names.txt"
     names.write_text("frame_003.jpg\n\nframe_011.jpg\n")
@@ -269,190 +246,6 @@ def test_quiet_prints_nothing(capture, tmp_path, capsys):
     assert select(capture, "-k", 4, "--quiet", "-o", tmp_path / "out") == 0
     printed = capsys.readouterr()
     assert printed.out == printed.err == ""
-
-
-def no_poses(folder, tmp_path):
-    for file in (folder / "sparse" / "0").iterdir():
-        file.unlink()
-    return []
-
-
-def two_frames(folder, tmp_path):
-    for path in (folder / "sparse" / "0", folder / "images"):
-        for file in path.iterdir():
-            file.unlink()
-        path.rmdir()
-    (folder / "sparse").rmdir()
-    write_ring(folder, frames=2)
-    return []
-
-
-def elsewhere(folder, tmp_path):
-    poses = ring(5)
-    poses[:, :, 3] += [0, 0, 1000]
-    return ["--targets", camera_path(tmp_path, poses)]
-
-
-def unreadable(folder, tmp_path):
-    (folder / "images" / "frame_007.jpg").write_bytes(b"no image")
-    return []
-
-
-def leads_outside(folder, tmp_path):
-    for file in (folder / "sparse" / "0").iterdir():
-        file.unlink()
-    frames = [
-        {"file_path": "../../secret.jpg", "transform_matrix": np.eye(4).tolist()} for _ in "abc"
-    ]
-    intrinsics = {"w": 64, "h": 48, "fl_x": 60}
-    (folder / "transforms.json").write_text(json.dumps(intrinsics | {"frames": frames}))
-    return []
-
-
-def odd_camera(folder, tmp_path):
-    model = pycolmap.Reconstruction(str(folder / "sparse" / "0"))
-    model.cameras[1].model = pycolmap.CameraModelId.FULL_OPENCV
-    model.cameras[1].params = [60, 61, 32, 24, *[0.01] * 8]
-    model.write_binary(str(folder / "sparse" / "0"))
-    return []
-
-
-def unknown_name(folder, tmp_path):
-    (tmp_path / "names.txt").write_text("frame_3.jpg\n")
-    return ["--targets", tmp_path / "names.txt"]
-
-
-@pytest.mark.parametrize(
-    ("damage", "said"),
-    [
-        (no_poses, ["capture", "no known layout"]),
-        (two_frames, ["2 frames leave nothing to select", "at least 3"]),
-        (elsewhere, ["far from every camera", "another world frame"]),
-        (unreadable, ["frame_007.jpg", "not a readable image"]),
-        (leads_outside, ["../../secret.jpg", "leads outside"]),
-        (odd_camera, ["FULL_OPENCV", "image_undistorter"]),
-        (unknown_name, ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),
-        (lambda *_: ["-k", 25], ["k is 25", "1 to 24"]),
-        (lambda *_: ["-k", 22, "--targets", "every:8"], ["1 to 21", "3 being held out"]),
-        (lambda *_: ["--targets", "every:1"], ["'every:1'", "every:N"]),
-        (lambda *_: ["--targets", "nowhere.json"], ["nowhere.json", "no such file"]),
-        (lambda *_: ["--method", "best"], ["'best'", "allowed: fsel"]),
-        (lambda *_: ["--layout", "kitti"], ["'kitti'", "allowed: auto"]),
-    ],
-)
-def test_bad_input_is_refused_in_one_line(damage, said, capture, tmp_path, capsys):
-    more = damage(capture, tmp_path)
-    out = tmp_path / "out"
-    assert select(capture, "-k", 2, "-o", out, *more) == 1
-    printed = capsys.readouterr().err
-    assert len(printed.strip().splitlines()) == 1
-    for part in said:
-        assert part in printed
-    assert {path.name for path in tmp_path.iterdir()} <= {"capture", "names.txt", "path.json"}
-
-
-def test_a_name_that_leads_out_of_the_subset_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"'\.\./x\.jpg': its name leads out"):
-        subset._inside(tmp_path / "images", "../x.jpg")
-
-
-def test_a_command_line_that_is_not_understood_exits_with_2(capture):
-    with pytest.raises(SystemExit) as stop:
-        select(capture, "-k", "many", "-o", "out")
-    assert stop.value.code == 2
-
-
-def test_an_existing_folder_is_replaced_only_when_forced(capture, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert select(capture, "-k", 4, "-o", out) == 0
-    before = (out / "selection.json").read_text()
-    assert select(capture, "-k", 5, "-o", out) == 1
-    assert "--force" in capsys.readouterr().err
-    assert (out / "selection.json").read_text() == before
-    assert select(capture, "-k", 5, "-o", out, "--force") == 0
-    assert len(record_of(out)["frames"]) == 5
-    assert len(list((out / "images").iterdir())) == 5
-
-
-def test_force_deletes_nothing_that_a_person_made(capture, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert select(capture, "-k", 4, "-o", out) == 0
-    (out / "trained.ply").write_text("hours of work")
-    assert select(capture, "-k", 4, "-o", out, "--force") == 1
-    assert "'trained.ply'" in capsys.readouterr().err
-    assert (out / "trained.ply").read_text() == "hours of work"
-    mine = tmp_path / "mine"
-    mine.mkdir()
-    (mine / "images").mkdir()
-    assert select(capture, "-k", 4, "-o", mine, "--force") == 1
-    assert "no selection.json" in capsys.readouterr().err
-
-
-def test_a_read_only_disk_is_refused_before_work(capture, tmp_path, monkeypatch, capsys):
-    real = Path.mkdir
-
-    def refuse(self, *arguments, **options):
-        if self.name.startswith(".out"):
-            raise OSError(errno.EROFS, "Read-only file system", str(self))
-        return real(self, *arguments, **options)
-
-    monkeypatch.setattr(Path, "mkdir", refuse)
-    monkeypatch.setattr(cv2, "imdecode", lambda *_: pytest.fail("an image was opened"))
-    assert select(capture, "-k", 4, "-o", tmp_path / "out") == 1
-    assert "Read-only file system" in capsys.readouterr().err
-
-
-def test_a_full_disk_leaves_nothing(capture, tmp_path, monkeypatch, capsys):
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(subset.shutil, "copy2", full)
-    assert select(capture, "-k", 4, "--copy", "-o", tmp_path / "out") == 1
-    assert capsys.readouterr().err == "fsel: No space left on device\n"
-    assert {path.name for path in tmp_path.iterdir()} == {"capture"}
-
-
-@pytest.mark.parametrize("force", [False, True])
-def test_an_interruption_leaves_what_was_there(force, capture, tmp_path, monkeypatch):
-    out = tmp_path / "out"
-    if force:
-        assert select(capture, "-k", 4, "-o", out) == 0
-        before = (out / "selection.json").read_bytes()
-
-    def interrupt(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(subset, "_transforms", interrupt)
-    assert select(capture, "-k", 5, "-o", out, *["--force"] * force) == 130
-    assert {path.name for path in tmp_path.iterdir()} == {"capture", *["out"] * force}
-    if force:
-        assert (out / "selection.json").read_bytes() == before
-
-
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_leaves_nothing_half_written(number, code, tmp_path):
-    write_ring(tmp_path / "capture", frames=12)
-    script = (
-        "import sys, fsel.layouts.images as i, time; "
-        "i.load = lambda *a: (print('reading', flush=True), time.sleep(60)); "
-        "from fsel.cli import main; sys.exit(main(sys.argv[1:]))"
-    )
-    command = [sys.executable, "-c", script, "select", str(tmp_path / "capture"), "-k", "4"]
-    with subprocess.Popen(
-        [*command, "--geometry-only", "--quiet", "-o", str(tmp_path / "out")],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        # what runs in the background of a script is born deaf to Ctrl-C
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    ) as process:
-        assert process.stdout.readline() == "reading\n"
-        time.sleep(0.1)
-        process.send_signal(number)
-        _, error = process.communicate(timeout=30)
-    assert process.returncode == code
-    assert error == "fsel: interrupted, nothing was written\n"
-    assert {path.name for path in tmp_path.iterdir()} == {"capture"}
 
 
 def object_masks(folder, point):
