@@ -22,8 +22,11 @@ WRITERS = {
     "seven_scenes": SEVEN,
     "scannet": PINHOLE,
     "co3d": PINHOLE,
+    "colmap": OPENCV,
+    "nerfstudio": FISHEYE,
 }
 DROPPED = {
+    "colmap": [4],
     "tanks_and_temples": [4],
     "scannetpp_iphone": [4],
     "scannetpp_dslr": [7, 19],

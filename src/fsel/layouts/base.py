@@ -18,6 +18,8 @@ from fsel.recording import Camera, Recording
 OPENGL_TO_OPENCV = np.diag([1.0, -1.0, -1.0])
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
 """World rotation of nerfstudio's COLMAP import before January 2024."""
+NEW_APPLIED_TRANSFORM = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]])
+"""And since."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ class Layout:
         name: key in the registry and in the config.
         recognises: (folder) -> whether it looks like this layout.
         read: (folder, **options) -> raw capture.
-        write: (recording, folder) -> None, for the layouts that embedded captures use.
+        write: (recording, folder) -> None; none for images alone.
         options: keywords that `read` takes.
     """
 

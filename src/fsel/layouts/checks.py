@@ -8,12 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fsel.layouts import images
-from fsel.layouts.base import OLD_APPLIED_TRANSFORM, OPENGL_TO_OPENCV, RawCapture, invert_pose
+from fsel.layouts.base import (
+    NEW_APPLIED_TRANSFORM,
+    OLD_APPLIED_TRANSFORM,
+    OPENGL_TO_OPENCV,
+    RawCapture,
+    invert_pose,
+)
 from fsel.layouts.lens import Lens, prepared
 from fsel.layouts.matching import choose_pairs, epipolar_distances, match
 
-NEW_APPLIED_TRANSFORM = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]])
-"""World rotation of nerfstudio's COLMAP import since January 2024."""
 PAIRS = 8
 MATCHING_LONG_SIDE = 640
 MIN_MATCHES = 60  # over all pairs, below which nothing is concluded

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pycolmap
 
+from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, RawPoints, inside, matched, read_text
 from fsel.layouts.binary import check_whole
 from fsel.recording import Camera, Recording
@@ -226,4 +227,12 @@ def write_binary(model: pycolmap.Reconstruction, folder: Path) -> None:
     model.write_binary(str(folder))
 
 
-LAYOUT = Layout("colmap", lambda folder: find_model(folder) is not None, read)
+def write(recording: Recording, folder: Path) -> None:
+    """images/ and the text model sparse/0; frames whose pose was lost are absent from it."""
+    names = [f"{name}.png" for name in recording.names]
+    images.write(recording.images, folder / "images", names)
+    model = build_model(recording, recording.camera, names, ~recording.lost)
+    write_text(model, folder / "sparse" / "0")
+
+
+LAYOUT = Layout("colmap", lambda folder: find_model(folder) is not None, read, write)

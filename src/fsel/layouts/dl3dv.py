@@ -59,16 +59,7 @@ def write(recording: Recording, folder: Path) -> None:
     names = [f"{name}.png" for name in recording.names]
     images.write(recording.images, root / "images_4", names)
     camera = colmap.scaled(recording.camera, FACTOR)
-    frames = [
-        {
-            "file_path": f"images/{name}",
-            "transform_matrix": nerfstudio.matrix_of(pose, OLD_APPLIED_TRANSFORM),
-        }
-        for name, pose in zip(names, recording.world_to_camera, strict=True)
-    ]
-    content = nerfstudio.to_json(camera, "OPENCV")
-    content["applied_transform"] = OLD_APPLIED_TRANSFORM.tolist()
-    content["frames"] = frames[::2] + frames[1::2]
+    content = nerfstudio.scene_of(recording, camera, names, OLD_APPLIED_TRANSFORM)
     (root / "transforms.json").write_text(json.dumps(content))
     model = colmap.build_model(recording, camera, names, np.ones(len(names), bool))
     colmap.write_binary(model, root / "colmap" / "sparse" / "0")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 
-from fsel.layouts import colmap
+from fsel.layouts import colmap, images
 from fsel.layouts.base import (
+    NEW_APPLIED_TRANSFORM,
     OLD_APPLIED_TRANSFORM,
     OPENGL_TO_OPENCV,
     Layout,
@@ -20,7 +22,7 @@ from fsel.layouts.base import (
     read_json,
     text,
 )
-from fsel.recording import Camera
+from fsel.recording import Camera, Recording
 
 DISTORTION = ("k1", "k2", "p1", "p2")
 FISHEYE = ("k1", "k2", "k3", "k4")
@@ -210,4 +212,32 @@ def matrix_of(world_to_camera: np.ndarray, applied: np.ndarray) -> list:
     return (np.vstack([applied, [0, 0, 0, 1]]) @ matrix).tolist()
 
 
-LAYOUT = Layout("nerfstudio", lambda folder: (folder / "transforms.json").is_file(), read)
+def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np.ndarray) -> dict:
+    """What transforms.json says of a recording; frames in arbitrary order, as COLMAP leaves them.
+
+    Args:
+        recording: whose poses are written.
+        camera: of the images that `names` stand for.
+        names: N files under images/.
+        applied: (3, 4) world transform that the poses carry.
+    """
+    frames = [
+        {"file_path": f"images/{name}", "transform_matrix": matrix_of(pose, applied)}
+        for name, pose in zip(names, recording.world_to_camera, strict=True)
+    ]
+    content = to_json(camera, camera.model if camera.model == "OPENCV_FISHEYE" else "OPENCV")
+    return content | {
+        "applied_transform": applied.tolist(),
+        "frames": frames[::2] + frames[1::2],
+    }
+
+
+def write(recording: Recording, folder: Path) -> None:
+    """images/ and transforms.json."""
+    names = [f"{name}.png" for name in recording.names]
+    images.write(recording.images, folder / "images", names)
+    content = scene_of(recording, recording.camera, names, NEW_APPLIED_TRANSFORM)
+    (folder / "transforms.json").write_text(json.dumps(content))
+
+
+LAYOUT = Layout("nerfstudio", lambda folder: (folder / "transforms.json").is_file(), read, write)
