@@ -13,11 +13,11 @@ import pandas as pd
 from fsel.evaluation import Evaluator
 from fsel.features import FEATURES
 from fsel.metrics import METRICS
-from fsel.pipeline.files import atomic, write_table
+from fsel.pipeline.files import write_table
 from fsel.pipeline.labels import METRIC_UNITS, reconstructor_of
 from fsel.pipeline.policies import POLICIES
 from fsel.pipeline.problems import load_problem, split_from
-from fsel.pipeline.selectors import training_data
+from fsel.pipeline.selectors import save_scorer, training_data
 from fsel.problem import Method, checked_select
 from fsel.scorer import Scorer
 from fsel.training import Trajectory, train
@@ -101,9 +101,7 @@ def train_variant(
     data = hide(training_data(table, scenes, POLICIES[variant.policy]), variant.hidden)
     arrays, log = train(data, [], seed=seed, epochs=epochs, learning_rate=learning_rate)
     made = f"behaviour cloning of {len(data)} searched subsets, {epochs} epochs"
-    provenance = {"policy": name, "made by": made, "seed": str(seed), "config": config}
-    with atomic(weights) as temporary:
-        Scorer(blinded(arrays, variant.hidden), provenance).save(temporary)
+    save_scorer(blinded(arrays, variant.hidden), name, made, seed, config, weights)
     logger.info("%s: %s\n%s", name, made, log.tail(1).to_string())
 
 

@@ -63,7 +63,7 @@ def clone(
     arrays, record = train(*sets, seed=seed, epochs=epochs, learning_rate=learning_rate)
     count = len(data["train"])
     made = f"behaviour cloning of {count} searched subsets, {epochs} epochs"
-    _save(arrays, policy, made, seed, config, weights)
+    save_scorer(arrays, policy, made, seed, config, weights)
     write_table(record, log, units={"loss": "nats"}, config=config)
     logger.info("%s: %s\n%s", policy, made, record.tail(2).to_string())
 
@@ -136,7 +136,7 @@ def refined(
         coefficients = _better(practices, start, found)
         items = len(practices) * len(settings["budgets"])
         made = f"CMA-ES against reconstructions of {len(scenes)} scenes, {items} items"
-        _save(linear_weights(coefficients), policy.name, made, seed, config, weights)
+        save_scorer(linear_weights(coefficients), policy.name, made, seed, config, weights)
         write_table(record, log, units={"best": "dB", "mean": "dB"}, config=config)
 
 
@@ -194,7 +194,15 @@ def start_of(policy: Policy) -> tuple[np.ndarray, np.ndarray]:
     return start, ~np.array([*hidden, True])
 
 
-def _save(arrays, policy: str, made_by: str, seed: int, config: str, path: str | Path) -> None:
+def save_scorer(
+    arrays: Mapping[str, np.ndarray],
+    policy: str,
+    made_by: str,
+    seed: int,
+    config: str,
+    path: str | Path,
+) -> None:
+    """Write a scorer with its provenance, whole or not at all."""
     provenance = {"policy": policy, "made by": made_by, "seed": str(seed), "config": config}
     with atomic(path) as temporary:
         Scorer(arrays, provenance).save(temporary)
