@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,9 @@ import pandas as pd
 import torch
 
 from fsel.scorer import INPUTS, WIDTH
+
+Cost = Callable[..., tuple[torch.Tensor, torch.Tensor]]
+"""(network, what a trajectory holds) -> loss to minimise, and agreement with the label."""
 
 
 @dataclass(frozen=True)
@@ -53,30 +56,83 @@ def train(
         and set (epoch 0: before the first update): epoch, split, loss, agreement.
     """
     torch.manual_seed(seed)
-    network = _network().to(dtype)
-    optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate)
+    network = perceptron(WIDTH).to(dtype)
     data, held_out = _tensors(trajectories, dtype), _tensors(validation, dtype)
-    rng = np.random.default_rng(seed)
-    log = _measure(network, 0, data, held_out)
-    for epoch in range(1, epochs + 1):
-        for index in rng.permutation(len(data)):
-            features, selectable, picks, weight = data[index]
-            optimizer.zero_grad(set_to_none=True)
-            loss = weight * _loss(network, features, selectable, picks)[0]
-            loss.backward()
-            optimizer.step()
-        log += _measure(network, epoch, data, held_out)
+    log = []
+    steps = passes(network, data, _cost, seed=seed, epochs=epochs, learning_rate=learning_rate)
+    for epoch in steps:
+        for split, part in (("train", data), ("validation", held_out)):
+            if part:
+                loss, agreement = measured(network, part, _cost)
+                log.append({"epoch": epoch, "split": split, "loss": loss, "agreement": agreement})
     return _weights(network), pd.DataFrame(log)
 
 
-def _network() -> torch.nn.Sequential:
+def passes(
+    network: torch.nn.Module,
+    data: Sequence[tuple],
+    cost: Cost,
+    *,
+    seed: int,
+    epochs: int,
+    learning_rate: float,
+) -> Iterator[int]:
+    """Fit a network in place, whatever its kind: Adam, one update a trajectory.
+
+    Args:
+        network: to fit.
+        data: trajectories; the last entry of each is its weight w_m, the others are for `cost`.
+        cost: see `Cost`.
+        seed: of the order of presentation.
+        epochs, learning_rate: as in `train`.
+
+    Yields:
+        The number of passes made: 0 before the first update, then one number a pass.
+    """
+    optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate)
+    rng = np.random.default_rng(seed)
+    yield 0
+    for epoch in range(1, epochs + 1):
+        for index in rng.permutation(len(data)):
+            *item, weight = data[index]
+            optimizer.zero_grad(set_to_none=True)
+            (weight * cost(network, *item)[0]).backward()
+            optimizer.step()
+        yield epoch
+
+
+def measured(network: torch.nn.Module, data: Sequence[tuple], cost: Cost) -> tuple[float, float]:
+    """Mean loss in nats and mean agreement over trajectories, unweighted."""
+    with torch.no_grad():
+        values = [torch.stack(cost(network, *item[:-1])) for item in data]
+    loss, agreement = torch.stack(values).mean(dim=0).tolist()
+    return loss, agreement
+
+
+def perceptron(width: int, inputs: int = INPUTS) -> torch.nn.Sequential:
+    """Three layers with exact GELU; with width 64 the paper's scorer (Appendix A.3)."""
     return torch.nn.Sequential(
-        torch.nn.Linear(INPUTS, WIDTH),
+        torch.nn.Linear(inputs, width),
         torch.nn.GELU(),
-        torch.nn.Linear(WIDTH, WIDTH),
+        torch.nn.Linear(width, width),
         torch.nn.GELU(),
-        torch.nn.Linear(WIDTH, 1),
+        torch.nn.Linear(width, 1),
     )
+
+
+def imitation(
+    scores: torch.Tensor, selectable: torch.Tensor, picks: torch.Tensor
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Mean cross-entropy over the steps, and the share of steps whose argmax is the label.
+
+    Args:
+        scores: (K, n) of every row at every step.
+        selectable: (K, n) bool; the others are out of the softmax.
+        picks: (K,) int64 labels.
+    """
+    logits = scores.masked_fill(~selectable, -torch.inf)
+    agreement = (logits.argmax(dim=1) == picks).to(logits.dtype).mean()
+    return torch.nn.functional.cross_entropy(logits, picks), agreement
 
 
 def _tensors(trajectories: Sequence[Trajectory], dtype: torch.dtype) -> list[tuple]:
@@ -91,22 +147,8 @@ def _tensors(trajectories: Sequence[Trajectory], dtype: torch.dtype) -> list[tup
     ]
 
 
-def _loss(network, features, selectable, picks) -> tuple[torch.Tensor, torch.Tensor]:
-    """Mean cross-entropy over the steps, and the share of steps whose argmax is the label."""
-    logits = network(features).squeeze(-1).masked_fill(~selectable, -torch.inf)
-    agreement = (logits.argmax(dim=1) == picks).to(logits.dtype).mean()
-    return torch.nn.functional.cross_entropy(logits, picks), agreement
-
-
-def _measure(network, epoch: int, data: list, held_out: list) -> list[dict]:
-    rows = []
-    with torch.no_grad():
-        for split, part in (("train", data), ("validation", held_out)):
-            if part:
-                values = [torch.stack(_loss(network, *item[:3])) for item in part]
-                loss, agreement = torch.stack(values).mean(dim=0).tolist()
-                rows.append({"epoch": epoch, "split": split, "loss": loss, "agreement": agreement})
-    return rows
+def _cost(network, features, selectable, picks) -> tuple[torch.Tensor, torch.Tensor]:
+    return imitation(network(features).squeeze(-1), selectable, picks)
 
 
 def _weights(network: torch.nn.Sequential) -> dict[str, np.ndarray]:

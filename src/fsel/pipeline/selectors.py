@@ -17,6 +17,7 @@ from fsel.pipeline.journal import Journal
 from fsel.pipeline.labels import reconstructor_of
 from fsel.pipeline.policies import POLICIES, Policy
 from fsel.pipeline.problems import problem_of, split_from
+from fsel.problem import Problem
 from fsel.refine import Objective, RefineSettings, linear_weights, refine
 from fsel.scorer import Scorer
 from fsel.search import Evaluate
@@ -73,17 +74,30 @@ def training_data(
 ) -> list[Trajectory]:
     """The trajectories' inputs as the policy will see them."""
     data = []
+    for problem, part in labelled_problems(table, scenes):
+        prepared = policy.prepare(problem)
+        for row in part.itertuples():
+            picks = np.searchsorted(prepared.pool, np.array(row.picks))
+            features, selectable = trajectory_inputs(prepared, picks)
+            data.append(Trajectory(features, selectable, picks, row.weight))
+    return data
+
+
+def labelled_problems(
+    table: pd.DataFrame, scenes: Mapping[str, Mapping]
+) -> Iterator[tuple[Problem, pd.DataFrame]]:
+    """The problem of every scene and coverage level, and its rows of the table, best first.
+
+    Args:
+        table: of what `fsel.pipeline.labels.trajectories` wrote.
+        scenes: scene -> mapping with its `folder` and `splits`.
+    """
     for (scene, coverage), part in table.groupby(["scene", "coverage"], sort=True):
         folder = Path(scenes[scene]["folder"])
         splits = pd.read_parquet(scenes[scene]["splits"])
         split = split_from(splits[splits["coverage"] == coverage])
         described = pd.read_parquet(folder / "descriptors.parquet")
-        prepared = policy.prepare(problem_of(Capture.load(folder), split, described))
-        for row in part.sort_values("rank").itertuples():
-            picks = np.searchsorted(prepared.pool, np.array(row.picks))
-            features, selectable = trajectory_inputs(prepared, picks)
-            data.append(Trajectory(features, selectable, picks, row.weight))
-    return data
+        yield problem_of(Capture.load(folder), split, described), part.sort_values("rank")
 
 
 class _Practice:
