@@ -20,6 +20,7 @@ report: "workflow/report/workflow.rst"
 
 include: "workflow/rules/sources.smk"
 include: "workflow/rules/common.smk"
+include: "workflow/rules/cases.smk"
 include: "workflow/rules/downloads.smk"
 include: "workflow/rules/captures.smk"
 include: "workflow/rules/labels.smk"
@@ -27,6 +28,7 @@ include: "workflow/rules/selectors.smk"
 include: "workflow/rules/sweep.smk"
 include: "workflow/rules/speed.smk"
 include: "workflow/rules/numerics.smk"
+include: "workflow/rules/trials.smk"
 include: "workflow/rules/paper.smk"
 
 

@@ -56,7 +56,8 @@ def test_default_config_plans_every_job(tmp_path):
     evaluation = sum(entry["evaluation"] for entry in scenes)
     labelled = config["datasets"]["dl3dv"]["scenes"]
     jobs = planned(dry_run(tmp_path, ROOT / "config" / "config.yaml"))
-    total = sum(sum(entry.values()) for entry in scenes)
+    # validation scenes of the other datasets are for the tables of features and scorers alone
+    total = sum(entry["train"] + entry["evaluation"] for entry in scenes) + labelled["validation"]
     assert jobs["generate"] == jobs["ingest"] == jobs["describe"] == total
     assert jobs["label"] == labelled["train"] + labelled["validation"]
     assert jobs["select"] == jobs["evaluate"] == evaluation
@@ -93,6 +94,8 @@ PAPER = {
     "teaser",
     "time_quality",
     "saturation",
+    "feature_sweep",
+    "scorer_arch",
 }
 
 
@@ -103,6 +106,8 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert asked["qualitative"] == 2
     assert asked["measure_crosscapture"] == 1  # of the rooms filmed in several passes
     assert asked["costs"] == asked["evaluate_geometry"] == 1
+    assert asked["trial"] == 43 + 17
+    assert asked["measure_trials"] == 2  # of one validation scene, for two tables
     assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
 
 
@@ -121,6 +126,16 @@ def test_a_comparison_with_a_search_that_is_not_run_is_refused(tmp_path, changes
     assert result.returncode != 0
     for part in [*parts, "Hint: "]:
         assert part in result.stdout + result.stderr
+    planned(dry_run(tmp_path, config))
+
+
+def test_without_validation_scenes_features_and_scorers_are_not_compared(tmp_path):
+    datasets = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())["datasets"]
+    datasets["dl3dv"]["scenes"] = {"train": 1, "evaluation": 1}
+    config = changed(tmp_path, datasets=datasets)
+    result = dry_run(tmp_path, config, "results/smoke/tables/scorer_arch.tex")
+    assert result.returncode != 0
+    assert "no dataset has validation scenes" in result.stdout + result.stderr
     planned(dry_run(tmp_path, config))
 
 

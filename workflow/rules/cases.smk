@@ -1,0 +1,84 @@
+"""What the tables of features and scorers compare; functions only."""
+
+import csv
+from functools import cache
+from pathlib import Path
+
+import yaml
+
+
+@cache
+def scorers():
+    """Name -> label, module and settings of every scorer, in the table's order."""
+    return yaml.safe_load(
+        Path(workflow.basedir, "config", "scorers.yaml").read_text(encoding="utf-8")
+    )
+
+
+@cache
+def feature_cases():
+    """Number -> the paper's scorer with other features, in the table's order."""
+    path = Path(workflow.basedir, "config", "feature_sweep.csv")
+    ours = {key: scorers()["ours"][key] for key in ("module", "settings")}
+    with path.open(encoding="utf-8", newline="") as file:
+        return {
+            row.pop("number"): {
+                "added": row.pop("added") or None,
+                "shown": [name for name, mark in row.items() if mark],
+                **ours,
+            }
+            for row in csv.DictReader(file)
+        }
+
+
+@cache
+def scorer_cases():
+    """Name -> a scorer with all features, in the table's order."""
+    every = next(iter(feature_cases().values()))
+    return {
+        name: every | {key: scorer[key] for key in ("module", "settings")}
+        for name, scorer in scorers().items()
+    }
+
+
+def cases(table):
+    return {"feature_sweep": feature_cases, "scorer_arch": scorer_cases}[table]()
+
+
+def trial_budget(table):
+    """The paper's budget for a table, or the nearest below."""
+    return budget_near({"feature_sweep": 30, "scorer_arch": 20}[table])
+
+
+def validation_scenes():
+    """(dataset, scene) of every validation scene."""
+    found = [(d, s) for d in config["datasets"] for s in scenes(d, "validation")]
+    if not found:
+        refuse(
+            "no dataset has validation scenes",
+            "features and scorers are compared on them, never on evaluation scenes",
+        )
+    return found
+
+
+def of_validation_scenes(name, draws=()):
+    """Input function: a file of every validation scene, or of each of its draws."""
+    middle = [f"draw{n}/" for n in draws] or [""]
+    return lambda wildcards: [
+        f"<results>/{d}/{s}/{part}{name}"
+        for d, s in validation_scenes()
+        for part in middle
+    ]
+
+
+def of_trials(table):
+    """Input function: the picks of every case of a table."""
+    return lambda wildcards: [
+        f"<results>/trials/{table}/{name}.parquet" for name in cases(table)
+    ]
+
+
+def trial_facts():
+    """What the captions of both tables tell."""
+    names = list(dict.fromkeys(d for d, _ in validation_scenes()))
+    return facts(names) | {"epochs": config["trials"]["epochs"]}

@@ -1,0 +1,22 @@
+"""Write the table of scorers."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.trial_tables import scorer_arch
+from fsel.pipeline.workflow import job
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with job(snakemake):
+    labels, scenes = snakemake.params.labels, snakemake.params.scenes
+    scorer_arch(
+        [(*scene, path) for scene, path in zip(scenes, snakemake.input.measured, strict=True)],
+        dict(zip(labels, snakemake.input.trials, strict=True)),
+        snakemake.output.table,
+        snakemake.output.numbers,
+        reference="ours",
+        labels=labels,
+        bootstrap=snakemake.params.bootstrap,
+        facts=snakemake.params.facts,
+    )
