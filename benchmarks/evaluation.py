@@ -70,7 +70,7 @@ def kernels(bound: Splats) -> dict[str, float]:
     started = time.perf_counter()
     for _ in range(20):
         cost = stereo.merge_costs(*costs, 4)
-        total = stereo.aggregate(cost, bound.grey[0], np.float32(16), np.float32(120))
+        total = stereo.aggregate(cost, bound.grey[0], np.int16(48), np.float32(510))
         stereo.winner(total, cost, bound.inverse[0])
     return {"pair": 50 * pair, "depth map": 50 * (time.perf_counter() - started)}
 

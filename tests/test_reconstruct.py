@@ -14,7 +14,7 @@ from fsel.reconstruct import splats as splats_module
 from fsel.reconstruct.splats import Splats
 from fsel.reconstruct.sweep import depth_range
 
-F = np.float32
+F, S = np.float32, np.int16
 
 
 def textured_wall(frames=8, size=(48, 36), depth=4.0, step=0.25, seed=0):
@@ -120,30 +120,46 @@ def plain_path(costs, small, large):
 
 
 def test_aggregation_equals_the_recurrence():
-    cost = np.random.default_rng(0).random((4, 6, 5)) * 50
-    expected = np.zeros_like(cost)
+    cost = np.random.default_rng(0).integers(0, 50, (4, 6, 5)).astype(float)
+    expected = np.zeros((4, 6, 5))
     for line in range(4):
         expected[line] += plain_path(cost[line], 7, 20)
         expected[line] += plain_path(cost[line][::-1], 7, 20)[::-1]
     for line in range(6):
         expected[:, line] += plain_path(cost[:, line], 7, 20)
         expected[:, line] += plain_path(cost[::-1, line], 7, 20)[::-1]
-    total = stereo.aggregate(cost.astype(F), np.zeros((4, 6), F), F(7), F(20))
-    np.testing.assert_allclose(total, expected, rtol=1e-5)
+    total = stereo.aggregate(cost.astype(S), np.zeros((4, 6), F), S(7), F(20))
+    np.testing.assert_array_equal(total, expected)
+
+
+def test_aggregation_of_the_largest_costs_stays_within_its_integers():
+    cost = np.random.default_rng(0).choice([0, 510], (5, 6, 32)).astype(S)
+    largest = stereo.LARGEST_PENALTY
+    total = stereo.aggregate(cost, np.zeros((5, 6), F), S(largest - 1), F(largest))
+    bound = 4 * (510 + largest)
+    assert bound <= np.iinfo(S).max
+    assert total.min() >= 0
+    assert total.max() <= bound
+
+
+@pytest.mark.parametrize("penalties", [(48, 8000.0), (510, 510.0), (-1, 510.0)])
+def test_penalties_that_could_overflow_or_contradict_are_refused(penalties):
+    with pytest.raises(ValueError, match="penalties must be"):
+        Splats(textured_wall(), small_penalty=penalties[0], large_penalty=penalties[1])
 
 
 def test_textureless_pixels_take_their_neighbours_plane():
-    cost = np.full((1, 9, 5), 100, F)
+    cost = np.full((1, 9, 5), 100, S)
     cost[0, [0, 8], 3] = 0
-    total = stereo.aggregate(cost, np.zeros((1, 9), F), F(10), F(80))
+    total = stereo.aggregate(cost, np.zeros((1, 9), F), S(10), F(80))
     assert (total[0].argmin(axis=1) == 3).all()
 
 
 def test_winner_finds_the_parabola_and_knows_a_flat_pixel():
-    cost = np.array([[[9, 4, 1, 0.5, 3], [7, 7, 7, 7, 7]]], F)
+    cost = np.array([[[18, 8, 2, 1, 6], [14, 14, 14, 14, 14]]], S)
     inverse = np.linspace(0.1, 0.5, 5).astype(F)
     depth, sure = stereo.winner(cost, cost, inverse)
-    # minimum at plane 3, neighbours 1 and 3: offset 0.5 * (1 - 3) / (1 + 3 - 1)
+    # minimum 1 at plane 3, neighbours 2 and 6: offset 0.5 * (2 - 6) / (2 + 6 - 2)
     assert depth[0, 0] == pytest.approx(0.4 - 0.1 / 3, rel=1e-5)
     assert sure[0, 0] > 0.2
     assert sure[0, 1] == 0

@@ -16,6 +16,10 @@ READING = {
     "min_quality": "co3d",
     "pose_source": "seven_scenes",
 }
+# every evaluation makes and drops arrays of megabytes: glibc would hand their pages back to the
+# kernel each time and ask for them anew, 8 % of a search; bytes, inherited by every job
+for threshold in ("MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"):
+    os.environ.setdefault(threshold, str(32 << 20))
 LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
 
 

@@ -30,8 +30,8 @@ class SplatSettings:
         neighbours: depth maps that each pixel is checked against.
         rounds: of voting; later rounds weigh a neighbour by the opacity it earned.
         truncation: grey levels at which the matching cost saturates.
-        small_penalty: semi-global penalty of one plane, of 510.
-        large_penalty: semi-global penalty of a jump, of 510.
+        small_penalty: semi-global penalty of one plane, beside costs of 0 to 510.
+        large_penalty: semi-global penalty of a jump, likewise.
         tolerance: planes within which two depths agree.
         against: weight of a free-space violation beside an agreement.
         opacity: least opacity of a splat that is kept.
@@ -43,7 +43,7 @@ class SplatSettings:
     neighbours: int = 8
     rounds: int = 2
     truncation: float = 35.0
-    small_penalty: float = 48.0
+    small_penalty: int = 48
     large_penalty: float = 510.0
     tolerance: float = 1.0
     against: float = 1.0
@@ -54,6 +54,11 @@ class SplatSettings:
     def __post_init__(self) -> None:
         if not 1 <= self.partners <= MAX_PARTNERS:
             raise ValueError(f"partners must be 1 to {MAX_PARTNERS}, got {self.partners}")
+        if not 0 <= self.small_penalty < self.large_penalty <= stereo.LARGEST_PENALTY:
+            raise ValueError(
+                f"penalties must be 0 <= small < large <= {stereo.LARGEST_PENALTY}, "
+                f"got {self.small_penalty} and {self.large_penalty}"
+            )
         if not 2 <= self.planes[0] <= self.planes[1]:
             raise ValueError(f"planes must be (least, most) with 2 <= least, got {self.planes}")
 
@@ -176,7 +181,7 @@ class Splats:
             total = stereo.aggregate(
                 cost,
                 self.grey[frame],
-                np.float32(self.settings.small_penalty),
+                np.int16(self.settings.small_penalty),
                 np.float32(self.settings.large_penalty),
             )
             self._maps[key] = stereo.winner(total, cost, self.inverse[frame])
