@@ -93,6 +93,16 @@ def test_the_scorers_are_the_papers_17():
     ]
 
 
+def test_what_the_lists_may_hold_is_what_the_library_has():
+    schema = yaml.safe_load((ROOT / "workflow" / "schemas" / "cases.schema.yaml").read_text())
+    lists = schema["properties"]
+    scorer, row = (lists[name] for name in ("scorers", "configurations"))
+    modules = scorer["additionalProperties"]["properties"]["module"]["enum"]
+    assert sorted(modules) == sorted(MODULES)
+    assert row["items"]["required"] == ["number", *FEATURES, "added"]
+    assert row["items"]["properties"]["added"]["enum"] == ["", *EXTRAS]
+
+
 def test_every_feature_has_a_symbol():
     assert list(SYMBOLS) == list(FEATURES)
     assert len(set(SYMBOLS.values())) == 18

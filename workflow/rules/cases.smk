@@ -5,30 +5,50 @@ from functools import cache
 from pathlib import Path
 
 import yaml
+from snakemake.exceptions import WorkflowError
+from snakemake.utils import validate
 
 
 @cache
+def case_tables():
+    """The scorers and the feature configurations that `config` lists, checked."""
+    folder = Path(workflow.basedir, "config")
+    with (folder / "feature_sweep.csv").open(encoding="utf-8", newline="") as file:
+        configurations = list(csv.DictReader(file))
+    scorers = yaml.safe_load((folder / "scorers.yaml").read_text(encoding="utf-8"))
+    found = {"scorers": scorers, "configurations": configurations}
+    try:
+        validate(found, "../schemas/cases.schema.yaml")
+    except WorkflowError as error:
+        fault = error.__context__
+        refuse(
+            f"{fault.json_path.removeprefix('$.')}: {fault.message}",
+            "scorers are in config/scorers.yaml, configurations in config/feature_sweep.csv",
+        )
+    return found
+
+
 def scorers():
     """Name -> label, module and settings of every scorer, in the table's order."""
-    return yaml.safe_load(
-        Path(workflow.basedir, "config", "scorers.yaml").read_text(encoding="utf-8")
-    )
+    return case_tables()["scorers"]
 
 
 @cache
 def feature_cases():
     """Number -> the paper's scorer with other features, in the table's order."""
-    path = Path(workflow.basedir, "config", "feature_sweep.csv")
     ours = {key: scorers()["ours"][key] for key in ("module", "settings")}
-    with path.open(encoding="utf-8", newline="") as file:
-        return {
-            row.pop("number"): {
-                "added": row.pop("added") or None,
-                "shown": [name for name, mark in row.items() if mark],
-                **ours,
-            }
-            for row in csv.DictReader(file)
+    return {
+        row["number"]: {
+            "added": row["added"] or None,
+            "shown": [
+                name
+                for name, mark in row.items()
+                if mark and name not in ("number", "added")
+            ],
+            **ours,
         }
+        for row in case_tables()["configurations"]
+    }
 
 
 @cache
