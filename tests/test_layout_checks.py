@@ -11,7 +11,7 @@ from fsel.layouts import LAYOUTS, read_folder, read_raw
 from fsel.layouts.base import OLD_APPLIED_TRANSFORM, OPENGL_TO_OPENCV, invert_pose
 from fsel.layouts.checks import measure, reprojection_errors
 from fsel.layouts.ingest import in_order
-from fsel.layouts.matching import choose_pairs, epipolar_distances, focal_from_poses
+from fsel.layouts.matching import agreeing, choose_pairs, epipolar_distances, focal_from_poses
 
 CAPTURES = Path(__file__).parents[2] / "shared" / "captures"
 REAL = pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")
@@ -35,6 +35,24 @@ MISTAKES = {
     "camera-to-world poses taken": inverted,
     "before January 2024, kept or undone wrongly": turned,
 }
+
+
+# matches of two views of a room, some of them twice, for which OpenCV finds no matrix and throws
+FIRST = (
+    "41 7 43 5 55 6 57 51 59 8 59 8 62 19 62 25 65 16 65 16 72 10 72 10 75 19 78 23 79 17 79 17 "
+    "79 10 79 10 112 13 125 37 "
+)
+SECOND = (
+    "8 14 11 12 25 12 62 51 29 14 29 14 33 26 35 32 37 24 37 24 44 17 44 17 48 25 51 28 51 23 "
+    "51 23 51 16 51 16 81 18 125 38 "
+)
+
+
+def test_matches_without_any_model_tell_nothing():
+    first, second = (np.array(t.split(), float).reshape(-1, 2) for t in (FIRST, SECOND))
+    assert not agreeing(first, second).any()
+    shifted = first + [4.0, 1.0]
+    assert agreeing(first, shifted).all()
 
 
 @pytest.fixture

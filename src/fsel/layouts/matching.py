@@ -64,11 +64,17 @@ def match(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray
         return nothing, nothing
     xa = np.array([a[i].pt for i, _ in mutual]) + 0.5
     xb = np.array([b[j].pt for _, j in mutual]) + 0.5
-    _, kept = cv2.findFundamentalMat(xa, xb, cv2.USAC_ACCURATE, RANSAC_PIXELS, 0.999, 2000)
-    if kept is None or kept.sum() < MIN_INLIERS:
-        return nothing, nothing
-    inlier = kept.ravel().astype(bool)
-    return xa[inlier], xb[inlier]
+    inlier = agreeing(xa, xb)
+    return (xa[inlier], xb[inlier]) if inlier.sum() >= MIN_INLIERS else (nothing, nothing)
+
+
+def agreeing(xa: np.ndarray, xb: np.ndarray) -> np.ndarray:
+    """(n,) bool, which of (n, 2) matching pixels agree with one fundamental matrix, if there is."""
+    try:
+        _, kept = cv2.findFundamentalMat(xa, xb, cv2.USAC_ACCURATE, RANSAC_PIXELS, 0.999, 2000)
+    except cv2.error:  # what OpenCV does where no sample of the matches gives a matrix
+        kept = None
+    return np.zeros(len(xa), bool) if kept is None else kept.ravel().astype(bool)
 
 
 def _nearest(queries: np.ndarray, others: np.ndarray) -> dict[int, int]:
