@@ -3,10 +3,9 @@
 import json
 import shutil
 
-import cv2
 import numpy as np
 import pytest
-from layout_recordings import full, recording, write_colmap
+from layout_recordings import full, recording, write_colmap, write_film
 from scipy.spatial.transform import Rotation
 
 from fsel.layouts import LAYOUTS, images, read_capture, read_raw, recognise
@@ -138,26 +137,7 @@ def test_undistorted_dslr_images_use_their_own_file(tmp_path):
 
 def test_iphone_frames_come_from_the_video_when_none_were_extracted(tmp_path):
     made = recording("scannetpp_iphone")
-    LAYOUTS["scannetpp_iphone"].write(made, tmp_path)
-    root = tmp_path / "iphone"
-    rename = {name: f"frame_{i:06d}" for i, name in enumerate(made.names)}
-    metric = json.loads((root / "pose_intrinsic_imu.json").read_text())
-    renamed = {rename[name]: entry for name, entry in metric.items()}
-    (root / "pose_intrinsic_imu.json").write_text(json.dumps(renamed))
-    path = root / "nerfstudio" / "transforms.json"
-    content = json.loads(path.read_text())
-    for frame in content["frames"]:
-        stem = frame["file_path"].removesuffix(".jpg")
-        frame["file_path"] = f"video/{rename[stem]}.jpg"
-    path.write_text(json.dumps(content))
-    shutil.rmtree(root / "rgb")
-    shutil.rmtree(root / "colmap")
-    writer = cv2.VideoWriter(
-        str(root / "rgb.mkv"), cv2.VideoWriter.fourcc(*"FFV1"), 60, (64, 48), True
-    )
-    for image in made.images:
-        writer.write(np.ascontiguousarray(image[..., ::-1]))
-    writer.release()
+    write_film(made, tmp_path)
     raw = read_raw(tmp_path)[1]
     assert raw.names[0] == "frame_000000.jpg"
     for i in (0, 5, 2):

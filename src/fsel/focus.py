@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -13,6 +14,7 @@ from fsel.capture import Capture
 from fsel.geometry import directions
 from fsel.layouts import images
 
+WHITE = 128  # least value of a mask's pixels that count
 ROUNDS = 20  # of reweighting; an L1 fit, so that a mask gone wrong does not move the object
 
 
@@ -46,14 +48,11 @@ def from_box(values: np.ndarray) -> Focus:
 
 
 def from_masks(capture: Capture, folder: str | Path) -> Focus:
-    """An object from masks, white on black, named like the frames.
-
-    Its centre is the point closest to the rays through the masks' centroids, in the sense of least
-    summed distance (iteratively reweighted least squares), which needs no sparse points.
+    """An object from masks, white on black, named like the frames; frames may lack one.
 
     Args:
         capture: the capture.
-        folder: `name.png`, or `name.jpg.png` as COLMAP has it; frames may lack a mask.
+        folder: `name.png`, or `name.jpg.png` as COLMAP has it.
 
     Raises:
         ValueError: when fewer than two masks show the object, or a file cannot be read.
@@ -62,35 +61,67 @@ def from_masks(capture: Capture, folder: str | Path) -> Focus:
     folder = Path(folder)
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: no such folder of masks")
+    hint = f"they are named like the frames, for instance {Path(capture.names[0]).stem}.png"
+    return _seen_in(capture, _opened(folder, capture.names), str(folder), hint)
+
+
+def _opened(folder: Path, names: Sequence[str]) -> Iterator[tuple[int, np.ndarray]]:
+    """Number and (h, w) mask of every frame that has one."""
+    for row, name in enumerate(names):
+        if file := mask_file(folder, name):
+            yield row, load_white(file)
+
+
+def from_capture(capture: Capture, frames: np.ndarray) -> Focus:
+    """The object that a capture's own masks show.
+
+    Args:
+        capture: with masks.
+        frames: (n,) the frames whose masks may be used.
+
+    Raises:
+        ValueError: when fewer than two of them show the object.
+    """
+    masks = ((int(row), np.asarray(capture.masks[row])) for row in frames)
+    hint = f"{len(frames)} frames were looked at"
+    return _seen_in(capture, masks, capture.source, hint)
+
+
+def mask_file(folder: Path, name: str) -> Path | None:
+    """A frame's mask in a folder of them, if it is there."""
+    files = [folder / f"{name}.png", folder / Path(name).with_suffix(".png"), folder / name]
+    return next((file for file in files if file.is_file()), None)
+
+
+def load_white(file: Path) -> np.ndarray:
+    """(h, w) bool, the white pixels of a mask."""
+    return images.load(file, cv2.IMREAD_GRAYSCALE) >= WHITE
+
+
+def _seen_in(
+    capture: Capture, masks: Iterable[tuple[int, np.ndarray]], where: str, hint: str
+) -> Focus:
+    """An object from (h, w) masks of frames, each with its frame's number.
+
+    Its centre is the point closest to the rays through the masks' centroids, in the sense of least
+    summed distance (iteratively reweighted least squares), which needs no sparse points.
+    """
     origins, rays = [], []
-    for row, name in enumerate(capture.names):
-        middle = _centroid(folder, name)
-        if middle is None:
+    for row, mask in masks:
+        if not mask.any():
             continue
-        x, y = (middle * capture.size - capture.intrinsics[row, 2:]) / capture.intrinsics[row, :2]
+        rows, columns = np.nonzero(mask)
+        middle = np.array([columns.mean(), rows.mean()]) + 0.5
+        pixel = middle / mask.shape[::-1] * capture.size
+        x, y = (pixel - capture.intrinsics[row, 2:]) / capture.intrinsics[row, :2]
         rays.append(capture.world_to_camera[row, :, :3].T @ np.array([x, y, 1.0]))
         origins.append(capture.centers[row])
     if len(rays) < 2:
         raise ValueError(
-            f"{folder}: {len(rays)} masks show the object, at least two are needed; they are named "
-            f"like the frames, for instance {Path(capture.names[0]).stem}.png"
+            f"{where}: {len(rays)} masks show the object, at least two are needed; {hint}"
         )
-    bearings = directions(np.array(rays), np.zeros(3))
-    center = _closest_point(np.array(origins), bearings)
-    return Focus(center, center[None], f"{len(rays)} masks in {folder.name}")
-
-
-def _centroid(folder: Path, name: str) -> np.ndarray | None:
-    """(2,) middle of a frame's mask as shares of width and height, or None where it is empty."""
-    files = [folder / f"{name}.png", folder / Path(name).with_suffix(".png"), folder / name]
-    file = next((file for file in files if file.is_file()), None)
-    if file is None:
-        return None
-    mask = images.load(file, cv2.IMREAD_GRAYSCALE) > 127
-    if not mask.any():
-        return None
-    rows, columns = np.nonzero(mask)
-    return (np.array([columns.mean(), rows.mean()]) + 0.5) / mask.shape[::-1]
+    center = _closest_point(np.array(origins), directions(np.array(rays), np.zeros(3)))
+    return Focus(center, center[None], f"{len(rays)} masks in {Path(where).name}")
 
 
 def _closest_point(origins: np.ndarray, bearings: np.ndarray) -> np.ndarray:

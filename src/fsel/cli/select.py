@@ -38,7 +38,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         report = page(outcome, entries, left, pictures)
         (stage / "report.html").write_text(report, encoding="utf-8")
         with console.clock("writing"):
-            subset.write(stage, opened, picks, outcome.targets.frames, asked.copy)
+            held = outcome.targets.frames
+            subset.write(stage, opened, picks, held, asked.copy, asked.masks)
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written

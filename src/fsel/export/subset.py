@@ -8,16 +8,18 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pycolmap
 
+from fsel.focus import load_white, mask_file
 from fsel.layouts import images
 from fsel.layouts.base import RawCapture, RawPoints
 from fsel.layouts.nerfstudio import matrix_of
 from fsel.opening import Opened
 from fsel.recording import Camera
 
-WRITTEN = ("transforms.json", "sparse_pc.ply", "images", "sparse")
+WRITTEN = ("transforms.json", "sparse_pc.ply", "images", "masks", "sparse")
 LEAST_TRACK = 2  # selected frames that see a point: fewer could not have triangulated it
 FILM = ".jpg"  # ending of images that are frames of a video
 SIMPLE = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE")
@@ -46,11 +48,19 @@ def check_cameras(raw: RawCapture) -> None:
             )
 
 
-def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, copy: bool) -> None:
+def write(
+    stage: Path,
+    opened: Opened,
+    picks: np.ndarray,
+    held: np.ndarray,
+    copy: bool,
+    shapes: Path | None = None,
+) -> None:
     """Write the subset.
 
     The COLMAP model and the points know the picked frames alone. Held-out frames come with their
-    images and poses, for evaluation; no other frame leaves a trace.
+    images and poses, for evaluation; no other frame leaves a trace. Where there are masks, of the
+    object or else the capture's own, each image gets one of its size, white where pixels count.
 
     Args:
         stage: folder to fill.
@@ -59,6 +69,7 @@ def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, copy
         held: (F,) frames to evaluate on; where there are none, the picked ones stand in, since
             nerfstudio refuses empty lists.
         copy: copy the images; else hard links, where the file system has them.
+        shapes: folder of an object's masks; a frame without one shows nothing of it.
 
     Raises:
         ValueError: for a frame whose name leads out of the folder, or an unreadable image.
@@ -73,6 +84,11 @@ def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, copy
     (stage / "sparse" / "0").mkdir(parents=True)
     model.write_binary(str(stage / "sparse" / "0"))
     content = _transforms(opened, train, held, names, cameras)
+    if shapes is not None or opened.raw.masks is not None:
+        for frame, (i, name) in zip(content["frames"], sorted(names.items()), strict=True):
+            mask = _mask(opened.raw, i, shapes, (cameras[i].width, cameras[i].height))
+            images.write(mask[None], stage / "masks", [f"{name}.png"])
+            frame["mask_path"] = f"masks/{name}.png"
     if model.points3D:
         model.export_PLY(str(stage / "sparse_pc.ply"))
         content["ply_file_path"] = "sparse_pc.ply"
@@ -105,6 +121,16 @@ def _place(file: images.Image, path: Path, copy: bool) -> None:
             copy = True  # another file system, or one without hard links
     if copy:
         shutil.copy2(file, path)
+
+
+def _mask(raw: RawCapture, frame: int, shapes: Path | None, size: tuple[int, int]) -> np.ndarray:
+    """(h, w) uint8 0 or 255 at (width, height) `size`."""
+    if shapes is None:
+        mask = images.load_mask(raw.masks[frame], raw.mask_values)
+    else:
+        file = mask_file(shapes, raw.names[frame])
+        mask = load_white(file) if file else np.zeros(size[::-1], bool)
+    return cv2.resize(mask.astype(np.uint8) * 255, size, interpolation=cv2.INTER_NEAREST_EXACT)
 
 
 def _true_cameras(raw: RawCapture, frames: Sequence[int]) -> list[Camera]:
