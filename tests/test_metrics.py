@@ -17,7 +17,7 @@ def pair(seed, h=48, w=64, noise=0.1):
     return rendered.astype(np.float32), truth
 
 
-def plain_gmsd(rendered, truth):
+def plain_gmsd(rendered, truth, counted=...):
     luma = [im @ [0.299, 0.587, 0.114] for im in (rendered.astype(float), truth / 255)]
     h, w = luma[0].shape[0] // 2, luma[0].shape[1] // 2
     maps = []
@@ -27,7 +27,7 @@ def plain_gmsd(rendered, truth):
         across, down = convolve(im, kernel), convolve(im, kernel.T)
         maps.append(np.hypot(across, down)[1:-1, 1:-1])
     c = 170 / 255**2
-    return ((2 * maps[0] * maps[1] + c) / (maps[0] ** 2 + maps[1] ** 2 + c)).std()
+    return ((2 * maps[0] * maps[1] + c) / (maps[0] ** 2 + maps[1] ** 2 + c))[counted].std()
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.1, 0.5])
@@ -66,6 +66,74 @@ def test_views_are_independent():
     a, b = pair(1), pair(2)
     both = score_views(np.stack([a[0], b[0]]), np.stack([a[1], b[1]]))
     np.testing.assert_array_equal(both[1], score_views(b[0][None], b[1][None])[0])
+
+
+def oblong(top, bottom, left, right, h=48, w=64):
+    mask = np.zeros((1, h, w), bool)
+    mask[0, top:bottom, left:right] = True
+    return mask
+
+
+@pytest.mark.parametrize(
+    "mask", [oblong(10, 30, 20, 50), oblong(0, 48, 0, 9), oblong(9, 10, 9, 10)]
+)
+def test_inside_a_mask_equal_to_the_oracles(mask):
+    rendered, truth = pair(3)
+    got = score_views(rendered[None], truth[None], mask)[0]
+    reference = truth / 255
+    shown = np.where(mask[0, ..., None], rendered.astype(float), reference)
+    error = ((shown - reference)[mask[0]] ** 2).mean()
+    _, windows = structural_similarity(
+        reference, shown, data_range=1, channel_axis=-1, full=True, win_size=7
+    )
+    middles = np.zeros_like(mask[0])
+    middles[3:-3, 3:-3] = mask[0, 3:-3, 3:-3]
+    np.testing.assert_allclose(got[0], -10 * np.log10(error), rtol=1e-9)
+    np.testing.assert_allclose(got[1], windows[middles].mean(), rtol=1e-7)
+    touched = mask[0].reshape(24, 2, 32, 2).any(axis=(1, 3))[1:-1, 1:-1]
+    np.testing.assert_allclose(got[2], plain_gmsd(shown, truth, touched), rtol=1e-6, atol=1e-9)
+
+
+def test_psnr_inside_a_mask_by_hand():
+    """Off by 0.1 on the object, by 0.5 beside it: 20 dB, whatever lies beside it."""
+    truth = np.zeros((1, 16, 16, 3), np.uint8)
+    mask = oblong(4, 9, 5, 11, 16, 16)
+    rendered = np.where(mask[..., None], np.float32(0.1), np.float32(0.5))
+    rendered = np.broadcast_to(rendered, truth.shape)
+    assert score_views(rendered, truth, mask)[0, 0] == pytest.approx(20, abs=1e-5)
+    assert score_views(rendered, truth)[0, 0] < 7
+
+
+def test_nothing_outside_a_mask_counts():
+    rendered, truth = pair(4)
+    mask = oblong(12, 31, 20, 41)
+    other = np.where(mask[0, ..., None], rendered, 1 - rendered)
+    np.testing.assert_array_equal(
+        score_views(other[None], truth[None], mask), score_views(rendered[None], truth[None], mask)
+    )
+    inside = np.where(mask[0, ..., None], 1 - rendered, rendered)
+    assert score_views(inside[None], truth[None], mask)[0, 0] < 15
+
+
+def test_a_whole_mask_is_no_mask():
+    rendered, truth = pair(5)
+    whole = score_views(rendered[None], truth[None], np.ones((1, 48, 64), bool))
+    np.testing.assert_array_equal(whole, score_views(rendered[None], truth[None]))
+
+
+@pytest.mark.parametrize("mask", [oblong(0, 0, 0, 0), oblong(0, 3, 0, 64), oblong(0, 48, 61, 64)])
+def test_a_mask_without_a_whole_window_is_refused(mask):
+    rendered, truth = pair(6)
+    good = oblong(10, 20, 10, 20)
+    masks, twice = np.concatenate([good, mask]), (2, 1, 1, 1)
+    with pytest.raises(ValueError, match="mask of view 1 has no pixel 3 or more"):
+        score_views(np.tile(rendered, twice), np.tile(truth, twice), masks)
+
+
+def test_masks_of_another_size_are_refused():
+    rendered, truth = pair(6)
+    with pytest.raises(ValueError, match=r"masks must be \(1, 48, 64\), got \(1, 24, 32\)"):
+        score_views(rendered[None], truth[None], np.ones((1, 24, 32), bool))
 
 
 def test_wrong_sizes_are_refused():

@@ -30,21 +30,25 @@ class Split:
     region: np.ndarray
 
 
-def evaluation_split(capture: Capture, draw: int, seed: int, targets: int = 15) -> Split:
-    """Targets drawn anywhere in the capture.
+def evaluation_split(
+    capture: Capture, draw: int, seed: int, targets: int = 15, among: np.ndarray | None = None
+) -> Split:
+    """Targets drawn anywhere in the capture, or among some of its frames.
 
     Args:
         capture: the capture.
         draw: number of the draw; draws differ.
         seed: of the experiment.
         targets: how many.
+        among: (n,) int64 frames that may be targets; None for all.
 
     Raises:
-        ValueError: when fewer than 3 frames a target are there.
+        ValueError: when fewer than 3 frames a target are there, or too few in `among`.
     """
     rng = np.random.default_rng([seed, 1, draw])
-    chosen = _drawn(np.arange(len(capture)), targets, rng, capture)
-    return _partition(capture, chosen, np.arange(len(capture)))
+    every = np.arange(len(capture))
+    chosen = _drawn(every if among is None else among, targets, rng, capture)
+    return _partition(capture, chosen, every)
 
 
 def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
@@ -77,9 +81,9 @@ def targets_at(coverage: int) -> int:
 def _drawn(region: np.ndarray, count: int, rng: np.random.Generator, capture: Capture):
     if len(region) < count or len(capture) < 3 * count:
         raise ValueError(
-            f"{capture.source}: {len(capture)} frames ({len(region)} in the target region) are too "
+            f"{capture.source}: {len(capture)} frames ({len(region)} that may be targets) are too "
             f"few for {count} targets, as many proxies and a pool; at least {3 * count} frames "
-            f"({count} in the region) are needed: lower the number of targets"
+            f"({count} that may be targets) are needed: lower the number of targets"
         )
     return np.sort(rng.choice(region, size=count, replace=False))
 
