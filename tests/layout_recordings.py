@@ -1,10 +1,13 @@
 """A small recording made by hand, as each layout's writer takes it."""
 
+import json
+import shutil
+
 import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.layouts import colmap, images
+from fsel.layouts import LAYOUTS, colmap, images
 from fsel.layouts.base import invert_pose, natural
 from fsel.recording import Camera, Recording
 from fsel.synthesis.lens import project
@@ -74,15 +77,44 @@ def recording(layout, frames=22, seed=0):
         sequences=tuple(names[i].split("/")[0] if several else "a" for i in order),
         bad=flags[0],
         lost=flags[1],
-        masks=discs(frames) if layout in MASKED else None,
+        objects=discs(frames) if layout in MASKED else None,
     )
 
 
+def write_film(made, folder):
+    """An iPhone capture of ScanNet++ whose frames were not extracted from their video."""
+    LAYOUTS["scannetpp_iphone"].write(made, folder)
+    root = folder / "iphone"
+    rename = {name: f"frame_{i:06d}" for i, name in enumerate(made.names)}
+    metric = json.loads((root / "pose_intrinsic_imu.json").read_text())
+    renamed = {rename[name]: entry for name, entry in metric.items()}
+    (root / "pose_intrinsic_imu.json").write_text(json.dumps(renamed))
+    path = root / "nerfstudio" / "transforms.json"
+    content = json.loads(path.read_text())
+    for frame in content["frames"]:
+        stem = frame["file_path"].removesuffix(".jpg")
+        frame["file_path"] = f"video/{rename[stem]}.jpg"
+    path.write_text(json.dumps(content))
+    shutil.rmtree(root / "rgb")
+    shutil.rmtree(root / "colmap")
+    write_video(made.images, root / "rgb.mkv")
+
+
+def write_video(frames, path):
+    """A lossless video of (N, h, w, 3) RGB frames."""
+    size = frames.shape[2], frames.shape[1]
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 60, size, True)
+    for image in frames:
+        writer.write(np.ascontiguousarray(image[..., ::-1]))
+    writer.release()
+
+
 def discs(frames):
-    """A disc that wanders over the frames."""
+    """A disc that wanders over the frames, before another object above it."""
     rows, columns = np.mgrid[:48, :64]
     x = np.linspace(16, 48, frames)[:, None, None]
-    return (columns - x) ** 2 + (rows - 24) ** 2 < 100
+    disc = (columns - x) ** 2 + (rows - 24) ** 2 < 100
+    return np.where(disc, 1, np.where(rows < 20, 2, 0)).astype(np.uint8)
 
 
 def full(pose):

@@ -2,19 +2,22 @@
 
 import importlib
 from dataclasses import replace
+from itertools import product
 from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
-from fsel.recording import Camera
+from fsel.recording import SUBJECT, Camera
 from fsel.synthesis import FAMILIES, record, trajectories
 from fsel.synthesis.families import FAMILY
 from fsel.synthesis.lens import project, unproject
 from fsel.synthesis.record import clear_shot
 from fsel.synthesis.sensor import film, motion
 from fsel.synthesis.shot import Habits, Shot
+
+SUBJECTS = ("scannet", "co3d")
 
 
 @pytest.fixture(scope="module", params=FAMILIES)
@@ -78,7 +81,7 @@ def test_a_path_against_or_inside_an_object_is_refused(monkeypatch, side):
         clear_shot("scannet_iphone", 0, 60)
 
 
-@pytest.mark.parametrize("family", ["tanks_and_temples", "mipnerf360", "scannet_iphone"])
+@pytest.mark.parametrize("family", ["tanks_and_temples", "mipnerf360", "scannet_iphone", *SUBJECTS])
 def test_solids_face_outwards(family):
     """What the test of being inside relies on: a camera put into any solid sees back faces."""
     _, caster, _ = clear_shot(family, 0, 12)
@@ -92,6 +95,56 @@ def test_every_frame_sees_texture(recording):
     assert (made.depth > 0).mean() > 0.4
     spread = made.images.reshape(len(made.images), -1).std(axis=1)
     assert spread.min() > 12, family
+
+
+@pytest.mark.parametrize("family", SUBJECTS)
+@pytest.mark.parametrize("seed", range(3))
+def test_the_cameras_see_the_object(family, seed):
+    """Enough frames show it for fifteen targets and their like, and it never fills the image."""
+    made = record(family, seed, frames=60, width=64, height=48)
+    share = made.masks[:, 3:-3, 3:-3].mean(axis=(1, 2))
+    assert (share >= 0.02).sum() >= 15
+    assert np.median(share[share >= 0.02]) > 0.03
+    assert share.max() < 0.9
+
+
+def first_met(triangles, origin, ray):
+    """Number of the triangle that a ray meets first (Moeller and Trumbore 1997), over them all."""
+    a, b, c = triangles
+    across = np.cross(ray, c - a)
+    volume = np.einsum("ni,ni->n", b - a, across)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = np.einsum("ni,ni->n", origin - a, across) / volume
+        side = np.cross(origin - a, b - a)
+        v, distance = side @ ray / volume, np.einsum("ni,ni->n", c - a, side) / volume
+        met = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
+    return np.where(met, distance, np.inf).argmin() if met.any() else None
+
+
+@pytest.mark.parametrize("family", SUBJECTS)
+def test_a_pixel_has_the_number_of_the_object_that_its_ray_meets(family):
+    shot, caster, _ = clear_shot(family, 1, 24)
+    made = record(family, 1, frames=24, width=64, height=48)
+    meshes = caster.scene.meshes
+    owner = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
+    corners = np.concatenate([mesh.triangles for mesh in meshes]).transpose(1, 0, 2)
+    frame = int(made.masks.sum(axis=(1, 2)).argmax())
+    pose = shot.poses(np.zeros(24))[frame]
+    rays = unproject(made.camera).reshape(48, 64, 3) @ pose[:, :3]
+    number_of = {mesh: n for n, group in caster.scene.objects.items() for mesh in group}
+    found = []
+    for row, column in product(range(1, 48, 6), range(1, 64, 6)):
+        met = first_met(corners, -pose[:, :3].T @ pose[:, 3], rays[row, column])
+        number = 0 if met is None else number_of.get(owner[met], 0)
+        assert made.objects[frame, row, column] == number
+        found.append(number)
+    assert found.count(SUBJECT) > 3
+    assert len(set(found)) > (2 if family == "scannet" else 1)
+
+
+def test_captures_about_no_object_have_no_masks(recording):
+    family, made = recording
+    assert (made.masks is None) == (family not in SUBJECTS)
 
 
 def test_tracks_agree_with_poses_lens_and_depth(recording):

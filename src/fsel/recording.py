@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pycolmap
 
+SUBJECT = 1  # number of the object that a capture is about
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -54,7 +56,7 @@ class Recording:
         sequences: N labels of the pass each frame belongs to.
         bad: (N,) bool, frames that the owner marks as unusable.
         lost: (N,) bool, frames whose pose the owner's tracker lost.
-        masks: (N, h, w) bool object mask, or None.
+        objects: (N, h, w) uint8 number of the object that a pixel shows, 0 for none; or None.
     """
 
     names: tuple[str, ...]
@@ -70,4 +72,9 @@ class Recording:
     sequences: tuple[str, ...]
     bad: np.ndarray
     lost: np.ndarray
-    masks: np.ndarray | None = None
+    objects: np.ndarray | None = None
+
+    @property
+    def masks(self) -> np.ndarray | None:
+        """(N, h, w) bool, where the object is that the capture is about; None without objects."""
+        return None if self.objects is None else self.objects == SUBJECT

@@ -87,14 +87,14 @@ def _masks(folder: Path, stems: list[str]) -> list[Path]:
 
 
 def write(recording: Recording, folder: Path) -> None:
-    """Write a recording as an export, poses of lost frames -inf; the object is instance 1."""
+    """Write a recording as an export, poses of lost frames -inf; objects keep their numbers."""
     stems = [str(i) for i in range(len(recording.names))]
     images.write(recording.images, folder / "color", [f"{stem}.jpg" for stem in stems])
     depth = np.rint(np.maximum(recording.depth, 0) * 1000).clip(0, 65535).astype(np.uint16)
     images.write(depth, folder / "depth", [f"{stem}.png" for stem in stems])
-    if recording.masks is not None:
-        masks = recording.masks.astype(np.uint8)
-        images.write(masks, folder / "instance-filt", [f"{stem}.png" for stem in stems])
+    if recording.objects is not None:
+        names = [f"{stem}.png" for stem in stems]
+        images.write(recording.objects, folder / "instance-filt", names)
     for name in ("pose", "intrinsic"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     for stem, pose, lost in zip(stems, recording.world_to_camera, recording.lost, strict=True):

@@ -1,4 +1,4 @@
-"""Embedded captures: generated places, filmed in the manner of six datasets."""
+"""Embedded captures: generated places, filmed in the manner of eight datasets."""
 
 from fsel.synthesis.families import FAMILY
 from fsel.synthesis.record import record

@@ -39,6 +39,7 @@ class Caster:
     def __init__(self, scene: Scene) -> None:
         triangles, self.kinds, self.table = scene.finish()
         self.scene = scene
+        self._objects = scene.of_objects()
         self.light = scene.light.astype(np.float32)
         self._embree = rtcore_scene.EmbreeScene()
         TriangleMesh(self._embree, triangles)
@@ -50,6 +51,11 @@ class Caster:
         """(n,) triangle numbers, -1 for none, and (n,) distances along unit rays, metres."""
         found = self._embree.run(origins, rays, output=1)
         return found["primID"], found["tfar"]
+
+    def objects(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """(n,) uint8 numbers of the objects that rays first meet, 0 for none."""
+        which, _ = self.hit(origins, rays)
+        return np.where(which >= 0, self._objects[which], np.uint8(0))
 
     def colors(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
         """(n, 3) float32 linear colours in 0..1 seen along (n, 3) unit rays."""

@@ -1,4 +1,4 @@
-"""The six families: where each dataset films, how it moves, and what its sensor does."""
+"""The families: where each dataset films, how it moves, and what its sensor does."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.recording import Camera
-from fsel.synthesis import outdoors, trajectories
-from fsel.synthesis.rooms import room
+from fsel.recording import SUBJECT, Camera
+from fsel.synthesis import outdoors, things, trajectories
+from fsel.synthesis.rooms import living_room, pedestal, room, shell
 from fsel.synthesis.shot import Habits, Shot, plan
 from fsel.synthesis.solids import Scene
+
+TABLE = 0.72  # metres from the ground to where a single object stands
 
 
 @dataclass(frozen=True)
@@ -23,12 +25,14 @@ class Setting:
         shot: plans a filming of so many frames.
         clearance: least distance from a camera to any surface, metres.
         view: least distance straight ahead, metres.
+        seeing: least share of the frames that must see the scene's subject, if it has one.
     """
 
     scene: Callable[[np.random.Generator], Scene]
     shot: Callable[[np.random.Generator, int], Shot]
     clearance: float
     view: float
+    seeing: float = 0.0
 
 
 def _pinhole(focal: float) -> Callable[[int, int], Camera]:
@@ -147,6 +151,44 @@ def _seven(rng, frames: int) -> Shot:
     return plan(rng, paths, frames, _pinhole(585 / 640), habits)
 
 
+def _scannet(rng, frames: int) -> Shot:
+    """A person who scans a room with a tablet, one lap and more around its middle."""
+    path = trajectories.ring_walk(rng, 1.75, 1.5, 1.45, rng.uniform(1.2, 1.7), gaze=(0.1, 1.0))
+    habits = Habits(
+        lingers=3,
+        blurs=5,
+        strength=0.05,
+        drift=0.15,
+        noise=0.015,
+        shutter=0.08,
+        metric=True,
+        name="{}",
+        lost=3,
+    )
+    return plan(rng, [path], frames, _pinhole(rng.uniform(0.85, 0.92)), habits)
+
+
+def _co3d_scene(rng) -> Scene:
+    if rng.random() < 0.6:
+        scene = shell(rng, 5.5, 5.0)
+        pedestal(scene, TABLE)
+    else:
+        scene = outdoors.outdoor(rng, 8.0, 5, 12)
+        outdoors.block(scene, TABLE)
+    with scene.as_object(SUBJECT):
+        scene.pick(things.SMALL)(scene, (0, 0, TABLE), rng.uniform(0, 2 * np.pi))
+    return scene
+
+
+def _co3d(rng, frames: int) -> Shot:
+    """Once around a thing on a table, at arm's length and a little more."""
+    heights = rng.uniform(1.15, 1.55, 3)
+    look = (0, 0, TABLE + 0.22)
+    path = trajectories.orbit(rng, rng.uniform(0.9, 1.1), 1.15, heights, look, jitter=0.012)
+    habits = Habits(lingers=3, blurs=4, strength=0.05, drift=0.15, noise=0.008, lost=1)
+    return plan(rng, [path], frames, _pinhole(rng.uniform(0.85, 1.0)), habits)
+
+
 FAMILY: dict[str, Setting] = {
     "dl3dv": Setting(_dl3dv_scene, _dl3dv, 0.35, 0.7),
     "tanks_and_temples": Setting(_tanks_scene, _tanks, 0.5, 1.0),
@@ -154,5 +196,7 @@ FAMILY: dict[str, Setting] = {
     "scannet_iphone": Setting(lambda rng: room(rng, 6.5, 5.6, 3), _iphone, 0.3, 0.6),
     "scannetpp": Setting(lambda rng: room(rng, 7.0, 6.0, 4), _scannetpp, 0.3, 0.6),
     "seven_scenes": Setting(lambda rng: room(rng, 5.0, 4.4, 1), _seven, 0.22, 0.5),
+    "scannet": Setting(lambda rng: living_room(rng, 6.4, 6.2), _scannet, 0.3, 0.6, 0.25),
+    "co3d": Setting(_co3d_scene, _co3d, 0.25, 0.4, 0.95),
 }
 """Rooms are filmed from within the ring between table and walls, outdoor scenes from a walk."""

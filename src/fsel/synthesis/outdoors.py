@@ -123,6 +123,15 @@ def _urn(scene: Scene, at: np.ndarray, size: float) -> None:
     scene.blob((s, s, s), at + [0, 0, height + 1.9 * s], leaves)
 
 
+def block(scene: Scene, height: float) -> None:
+    """A stone block at the origin to put a thing on."""
+    stone = scene.material(tx.COBBLE, 0.16, scene.pick((solids.STONE, solids.BRICKWORK)))
+    turn = scene.rng.uniform(0, np.pi)
+    scene.box((0.85, 0.85, height - 0.06), (0, 0, 0), stone, turn)
+    slab = scene.material(tx.TILE, 0.24, scene.pick((solids.STONE, solids.TERRACOTTA)))
+    scene.box((0.98, 0.98, 0.06), (0, 0, height - 0.06), slab, turn)
+
+
 def still_life(scene: Scene) -> None:
     """A garden table with things on it, at the origin, and low walls and pots around."""
     rng = scene.rng

@@ -8,16 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.recording import Recording
+from fsel.recording import SUBJECT, Recording
 from fsel.synthesis.caster import Caster
 from fsel.synthesis.families import FAMILY
 from fsel.synthesis.lens import unproject
-from fsel.synthesis.sensor import exact_depth, film
+from fsel.synthesis.sensor import exact_depth, exact_objects, film
 from fsel.synthesis.shot import Shot
 from fsel.synthesis.tracks import sparse_points
 
 ATTEMPTS = 40
 PATHS = 3  # tried in each scene
+COARSE = (32, 24)  # pixels of the images in which the subject is looked for
+FILLED = 0.04  # of them, in a frame that sees the subject
 SPHERE = 400  # directions in which a camera's clearance is measured, 10 degrees apart
 
 
@@ -51,6 +53,9 @@ def record(
     rays = unproject(camera)
     poses = shot.poses(np.zeros(frames))
     depth = exact_depth(caster, poses, rays).reshape(frames, height, width)
+    objects = None
+    if caster.scene.objects:
+        objects = exact_objects(caster, poses, rays).reshape(depth.shape)
     images = film(caster, shot, rays, depth, camera, rng)
     xyz, rgb, tracks = sparse_points(poses, depth, images, camera, rays, rng)
     world = _world(shot, rng)
@@ -68,6 +73,7 @@ def record(
         sequences=shot.sequences,
         bad=shot.bad,
         lost=shot.lost,
+        objects=objects,
     )
 
 
@@ -91,7 +97,9 @@ def clear_shot(family: str, seed: int, frames: int) -> tuple[Shot, Caster, np.ra
             centers = -np.einsum("nij,ni->nj", poses[:, :, :3], poses[:, :, 3])
             if caster.clearance(centers, directions).min() < setting.clearance:
                 continue
-            if _ahead(caster, centers, poses[:, 2, :3]) >= setting.view:
+            if _ahead(caster, centers, poses[:, 2, :3]) < setting.view:
+                continue
+            if _seeing(caster, shot, poses) >= setting.seeing:
                 return shot, caster, rng
     raise RuntimeError(f"no clear camera path found for a {family} scene in {ATTEMPTS} attempts")
 
@@ -100,6 +108,14 @@ def _ahead(caster: Caster, centers: np.ndarray, axes: np.ndarray) -> float:
     """Least distance straight ahead over all frames."""
     which, distance = caster.hit(centers.astype(np.float32), axes.astype(np.float32))
     return float(np.where(which < 0, np.inf, distance).min())
+
+
+def _seeing(caster: Caster, shot: Shot, poses: np.ndarray) -> float:
+    """Share of the frames in which the scene's subject fills `FILLED` of the image."""
+    if SUBJECT not in caster.scene.objects:
+        return 1.0
+    shown = exact_objects(caster, poses, unproject(shot.camera(*COARSE))) == SUBJECT
+    return float((shown.mean(axis=1) >= FILLED).mean())
 
 
 def _world(shot: Shot, rng: np.random.Generator) -> _World:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.synthesis import solids
+from fsel.recording import SUBJECT
+from fsel.synthesis import solids, things
 from fsel.synthesis import textures as tx
 from fsel.synthesis.solids import Scene
 
@@ -14,6 +15,16 @@ LAMP = 2.5  # metres above the floor
 
 def room(rng: np.random.Generator, width: float, depth: float, seats: int) -> Scene:
     """A furnished room, `width` x `depth` x 2.8 m, its middle at the origin, its ring walkable."""
+    scene = shell(rng, width, depth)
+    _table(scene, (rng.normal(0, 0.15), rng.normal(0, 0.15)))
+    for _ in range(seats):
+        angle, radius = rng.uniform(0, 2 * np.pi), rng.uniform(0.6, 1.1)
+        _seat(scene, (radius * np.cos(angle), radius * np.sin(angle)), angle)
+    return scene
+
+
+def shell(rng: np.random.Generator, width: float, depth: float) -> Scene:
+    """Floor, ceiling, a rug, and walls with what stands against them; its middle is free."""
     lamp = np.array([rng.uniform(-0.8, 0.8), rng.uniform(-0.8, 0.8), LAMP])
     scene = Scene(rng, lamp, 0.62, outdoor=False)
     floor = scene.material(tx.PLANK, 0.16, scene.pick((solids.WOOD, solids.OAK)), gloss=0.15)
@@ -24,11 +35,34 @@ def room(rng: np.random.Generator, width: float, depth: float, seats: int) -> Sc
         _wall(scene, side, width, depth)
     rug = scene.material(tx.RUG, 0.3, scene.pick(solids.CLOTHS), accent=0.08)
     scene.box((width * 0.45, depth * 0.45, 0.02), (0, 0, 0), rug)
-    _table(scene, (rng.normal(0, 0.15), rng.normal(0, 0.15)))
-    for _ in range(seats):
-        angle, radius = rng.uniform(0, 2 * np.pi), rng.uniform(0.6, 1.1)
-        _seat(scene, (radius * np.cos(angle), radius * np.sin(angle)), angle)
     return scene
+
+
+def living_room(rng: np.random.Generator, width: float, depth: float) -> Scene:
+    """A cluttered room; its subject is one large thing near a wall, which faces the middle."""
+    scene = shell(rng, width, depth)
+    with scene.as_object(SUBJECT + 1):
+        _table(scene, (rng.normal(0, 0.15), rng.normal(0, 0.1)))
+    for seat in range(2):
+        angle = rng.uniform(0, 2 * np.pi)
+        with scene.as_object(SUBJECT + 2 + seat):
+            _seat(scene, (0.95 * np.cos(angle), 0.8 * np.sin(angle)), angle)
+    side = scene.pick((-1, 1))
+    at = (rng.uniform(-0.25, 0.25) * width, side * (depth / 2 - 0.95), 0)
+    turn = (0.0 if side > 0 else np.pi) + rng.normal(0, 0.25)
+    with scene.as_object(SUBJECT):
+        scene.pick(things.LARGE)(scene, at, turn)
+    return scene
+
+
+def pedestal(scene: Scene, height: float) -> None:
+    """A round table at the origin, its top at a height, a cloth on it."""
+    wood = scene.material(tx.PLANK, 0.12, scene.pick((solids.WOOD, solids.OAK)), gloss=0.2)
+    scene.cylinder(0.3, 0.03, (0, 0, 0.02), wood)
+    scene.cylinder(0.07, height - 0.05, (0, 0, 0.02), wood)
+    scene.cylinder(0.6, 0.04, (0, 0, height - 0.04), wood)
+    cloth = scene.material(tx.RUG, 0.12, scene.pick(solids.CLOTHS), accent=0.1)
+    scene.box((0.62, 0.62, 0.006), (0, 0, height), cloth, scene.rng.uniform(0, 1.5))
 
 
 def _wall(scene: Scene, side: int, width: float, depth: float) -> None:

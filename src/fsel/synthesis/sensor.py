@@ -89,6 +89,11 @@ def exact_depth(caster: Caster, poses: np.ndarray, rays: np.ndarray) -> np.ndarr
     return out
 
 
+def exact_objects(caster: Caster, poses: np.ndarray, rays: np.ndarray) -> np.ndarray:
+    """(N, h * w) uint8 numbers of the objects at pixel centres, mid-exposure; 0 for none."""
+    return np.array([caster.objects(*to_world(pose, rays)) for pose in poses])
+
+
 def to_world(pose: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Origins and unit directions in the world of (n, 3) camera rays, float32."""
     directions = (rays @ pose[:, :3]).astype(np.float32)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -37,6 +39,7 @@ class Scene:
         light: (3,) unit direction towards the sun outdoors; the lamp's place in a room, metres.
         ambient: light that reaches every surface.
         outdoor: whether rays that hit nothing see a sky.
+        objects: number of an object -> its meshes; 1 is what a capture is about, if anything.
     """
 
     rng: np.random.Generator
@@ -46,6 +49,14 @@ class Scene:
     meshes: list[trimesh.Trimesh] = field(default_factory=list)
     materials: list[np.ndarray] = field(default_factory=list)
     owner: list[int] = field(default_factory=list)
+    objects: dict[int, range] = field(default_factory=dict)
+
+    @contextmanager
+    def as_object(self, number: int) -> Iterator[None]:
+        """What is added within the block is an object of its own."""
+        start = len(self.meshes)
+        yield
+        self.objects[number] = range(start, len(self.meshes))
 
     def add(self, mesh: trimesh.Trimesh, material: np.ndarray, at=(0, 0, 0), turn: float = 0.0):
         """Add a solid, turned about its own vertical axis and then moved."""
@@ -101,6 +112,13 @@ class Scene:
     def pick(self, choices):
         """One of the choices."""
         return choices[int(self.rng.integers(len(choices)))]
+
+    def of_objects(self) -> np.ndarray:
+        """(n,) uint8 number of the object that each triangle belongs to, 0 for none."""
+        numbers = np.zeros(len(self.meshes), np.uint8)
+        for number, meshes in self.objects.items():
+            numbers[meshes] = number
+        return np.repeat(numbers, [len(m.faces) for m in self.meshes])
 
     def finish(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Triangles (n, 3, 3) float32, their material (n,) int32, the material table."""

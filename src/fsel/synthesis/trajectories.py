@@ -71,8 +71,13 @@ def orbit(rng, loops: float, radius: float, heights, look, jitter: float = 0.01)
     return spline_path(rng, positions, looks, jitter)
 
 
-def ring_walk(rng, half_width: float, half_depth: float, height: float, loops: float) -> Path:
-    """A walk around a room's middle, looking across it, now at walls, now at the table."""
+def ring_walk(
+    rng, half_width: float, half_depth: float, height: float, loops: float, gaze=(0.6, 1.3)
+) -> Path:
+    """A walk around a room's middle, looking across it, now at walls, now at the table.
+
+    The heights that are looked at lie within `gaze`, metres.
+    """
     turns = int(9 * loops) + 3
     angle = rng.uniform(0, 2 * np.pi) + rng.choice([-1, 1]) * np.linspace(
         0, 2 * np.pi * loops, turns
@@ -92,7 +97,7 @@ def ring_walk(rng, half_width: float, half_depth: float, height: float, loops: f
         [
             half_width * reach * np.cos(side),
             half_depth * reach * np.sin(side),
-            rng.uniform(0.6, 1.3, turns),
+            rng.uniform(*gaze, turns),
         ],
         axis=1,
     )
