@@ -52,7 +52,9 @@ def refusal(folder: Path, config: Path) -> str:
 
 def test_default_config_plans_every_job(tmp_path):
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    scenes = [entry["scenes"] for entry in config["datasets"].values()]
+    scenes = [
+        entry["scenes"] for entry in config["datasets"].values() if "object" not in entry["scenes"]
+    ]
     evaluation = sum(entry["evaluation"] for entry in scenes)
     labelled = config["datasets"]["dl3dv"]["scenes"]
     jobs = planned(dry_run(tmp_path, ROOT / "config" / "config.yaml"))
@@ -86,6 +88,9 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
 
 PAPER = {
     "crosscapture",
+    "objectcentric",
+    "measure_objects",
+    "ingest_masked",
     "handsign",
     "seedvar",
     "ga_vs_learned",
@@ -105,6 +110,7 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert asked["measure_searched"] == 1  # of the held-out training dataset alone
     assert asked["qualitative"] == 2
     assert asked["measure_crosscapture"] == 1  # of the rooms filmed in several passes
+    assert asked["measure_objects"] == asked["ingest_masked"] == 2
     assert asked["costs"] == asked["evaluate_geometry"] == 1
     assert asked["trial"] == 43 + 17
     assert asked["measure_trials"] == 2  # of one validation scene, for two tables
@@ -146,6 +152,8 @@ def test_real_captures_are_tried_with_the_default_selectors():
     )
     assert captures["training"] == default["training"]
     for name, dataset in default["datasets"].items():
+        if "object" in dataset["scenes"]:
+            continue
         scenes = {role: n for role, n in dataset["scenes"].items() if role != "evaluation"}
         assert captures["datasets"][name] == dataset | {"scenes": scenes}
 
@@ -210,6 +218,23 @@ def test_a_wrong_dataset_is_refused_before_any_job(tmp_path, entry, parts):
     text = refusal(tmp_path, config)
     for part in [*parts, "Hint: "]:
         assert part in text
+
+
+def test_every_scene_may_have_an_object_of_its_own(tmp_path):
+    for scene in ("kitchen", "office"):
+        (tmp_path / "raw" / scene).mkdir(parents=True)
+    smoke = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
+    entry = {"label": "Mine", "layout": "scannet", "root": "raw"}
+    entry |= {"scenes": {"object": ["kitchen", "office"]}}
+    masks = "results/smoke/mine/office/masks.npy"
+    named = entry | {"reading": {"instance": {"kitchen": 4, "office": 7}}}
+    config = changed(tmp_path, datasets=smoke["datasets"] | {"mine": named})
+    assert planned(dry_run(tmp_path, config, masks))["ingest_masked"] == 1
+    for instance in ({}, {"instance": {"kitchen": 4}}):
+        named = entry | {"reading": instance}
+        text = refusal(tmp_path, changed(tmp_path, datasets=smoke["datasets"] | {"mine": named}))
+        assert "datasets.mine.reading.instance: no object of" in text
+        assert "'office'" in text
 
 
 def test_every_key_of_the_schema_is_described_and_documented():

@@ -55,7 +55,7 @@ rule ingest:
         mem_mb=2000,
         runtime=240,
     params:
-        reading=lambda wildcards: reading(wildcards.dataset),
+        reading=lambda wildcards: reading(wildcards.dataset, wildcards.scene),
         long_side=config["long_side"],
         at_least=lambda wildcards: frames_needed(
             role_of(wildcards.dataset, wildcards.scene)

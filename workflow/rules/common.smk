@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import validate
 
-ROLES = ("train", "validation", "evaluation")
+ROLES = ("train", "validation", "evaluation", "object")
 READING = {
     "focal": "tanks_and_temples",
     "instance": "scannet",
@@ -81,6 +81,7 @@ def check_dataset(name, dataset):
             "name the layout that embedded captures are written in",
         )
     check_reading(where, dataset)
+    check_objects(where, name, dataset)
     if "root" in dataset:
         check_folders(where, Path(dataset["root"]), named)
     if "fetch" in dataset:
@@ -102,8 +103,8 @@ def check_reading(where, dataset):
             )
 
 
-def reading(name):
-    """How a dataset's captures are read."""
+def reading(name, scene):
+    """How a scene is read; where every scene has an object of its own, which one."""
     keys = (
         "layout",
         "poses",
@@ -114,7 +115,25 @@ def reading(name):
         "reading",
     )
     dataset = config["datasets"][name]
-    return {key: dataset[key] for key in keys if key in dataset}
+    found = {key: dataset[key] for key in keys if key in dataset}
+    instance = dataset["reading"].get("instance")
+    if isinstance(instance, dict):
+        others = {k: v for k, v in dataset["reading"].items() if k != "instance"}
+        own = {"instance": instance[scene]} if scene in instance else {}
+        found["reading"] = others | own
+    return found
+
+
+def check_objects(where, name, dataset):
+    """Refuse ScanNet scenes of which nobody says what the object is."""
+    instance = dataset["reading"].get("instance", {})
+    if dataset["layout"] == "scannet" and isinstance(instance, dict):
+        missing = [s for s in scenes(name, "object") if s not in instance]
+        if missing:
+            refuse(
+                f"{where}.reading.instance: no object of {missing}",
+                "give the value in instance-filt of the object, one for all or one a scene",
+            )
 
 
 def check_folders(where, root, named):
@@ -170,6 +189,8 @@ def frames_needed(role):
         return 2 * config["targets"] + max(
             max(config["budgets"]), config["search"]["k"]
         )
+    if role == "object":
+        return 2 * config["targets"] + budget_near(30)
     labels = (
         2 * max(4, int(0.15 * max(config["coverages"]) + 0.5)) + config["search"]["k"]
     )
@@ -260,6 +281,28 @@ def rooms():
             "the cross-capture experiment needs rooms filmed in several passes",
         )
     return found
+
+
+def object_scenes():
+    """(dataset, scene) of every capture that is about an object."""
+    found = [(d, s) for d in config["datasets"] for s in scenes(d, "object")]
+    if not found:
+        refuse(
+            "no dataset has `object` scenes",
+            "the object-centric experiment needs captures with masks of an object",
+        )
+    return found
+
+
+def of_objects(name):
+    """Input function: a file of every capture that is about an object."""
+    return lambda wildcards: [f"<results>/{d}/{s}/{name}" for d, s in object_scenes()]
+
+
+def datasets_with_objects():
+    """Pattern of the names of datasets with masks of objects; it matches nothing without any."""
+    names = [re.escape(name) for name in config["datasets"] if scenes(name, "object")]
+    return "|".join(names) or "(?!)"
 
 
 def of_rooms(name):

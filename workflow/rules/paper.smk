@@ -623,6 +623,7 @@ rule paper:
         "<tables>/ga_vs_learned.tex",
         "<tables>/time_quality.tex",
         "<tables>/crosscapture.tex",
+        "<tables>/objectcentric.tex",
         "<tables>/feature_sweep.tex",
         "<tables>/scorer_arch.tex",
         "<figures>/saturation.pdf",

@@ -86,10 +86,10 @@ def found_on_disk(dataset):
 
 
 def counted(name, role):
-    """Scenes of a dataset that gives numbers: evaluation first, then validation, then train."""
+    """Scenes of a dataset that gives numbers: evaluation, validation, train, object."""
     dataset = config["datasets"][name]
     numbers, start = dataset["scenes"], 0
-    for earlier in ("evaluation", "validation", "train"):
+    for earlier in ("evaluation", "validation", "train", "object"):
         stop = start + numbers.get(earlier, 0)
         if earlier == role:
             break

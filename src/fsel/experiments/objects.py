@@ -1,0 +1,190 @@
+"""Views of one object in a capture, scored inside its masks (paper, section 4.2)."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.baselines import METHODS
+from fsel.capture import Capture
+from fsel.evaluation import Evaluator
+from fsel.experiments.crosscapture import BASELINES, leaders
+from fsel.focus import from_capture
+from fsel.metrics import HIGHER_IS_BETTER, METRICS, inside
+from fsel.pipeline.files import write_table, write_text
+from fsel.pipeline.labels import METRIC_UNITS, reconstructor_of
+from fsel.pipeline.policies import POLICIES
+from fsel.pipeline.problems import problem_of
+from fsel.pipeline.tables import LEARNED, write_csv
+from fsel.problem import Problem, checked_select
+from fsel.report.captions import made_by
+from fsel.report.latex import number, plain_table, tex
+from fsel.report.summary import differences, draw_means, summarise
+from fsel.scorer import Scorer
+from fsel.split import Split, evaluation_split
+
+logger = logging.getLogger(__name__)
+
+UNTRAINED = (*BASELINES, "nearest")
+TRAINED = ("ours", "fsel")
+SHOWN = {
+    **{name: METHODS[name].label for name in UNTRAINED},
+    **{name: LEARNED[name] for name in TRAINED},
+}
+LEAST = 0.02  # share of the image that the object fills in a view that is asked for
+
+
+def object_split(capture: Capture, draw: int, seed: int, targets: int) -> Split:
+    """Targets drawn among the frames that show the object; the rest as in `evaluation_split`.
+
+    Args:
+        capture: at the size that is scored, with masks.
+        draw: number of the draw.
+        seed: of the scene.
+        targets: how many.
+
+    Raises:
+        ValueError: for a capture without masks, or when too few frames show the object.
+    """
+    if capture.masks is None:
+        raise ValueError(
+            f"{capture.source}: no masks, which say where the object is. Hint: of ScanNet, "
+            "`reading.instance` chooses the object that they show"
+        )
+    showing = np.flatnonzero(inside(np.asarray(capture.masks)) >= LEAST)
+    if len(showing) < targets:
+        raise ValueError(
+            f"{capture.source}: {len(showing)} frames show the object on {LEAST:.0%} of the image "
+            f"or more, {targets} are needed as targets. Hint: choose a larger object, or lower "
+            "`targets`"
+        )
+    return evaluation_split(capture, draw, seed, targets, showing)
+
+
+def object_problem(capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
+    """The selection problem of a split, the object's centre being every view's reference point.
+
+    The centre is found from the masks of frames that may be used, never from the targets'.
+    """
+    problem = problem_of(capture, split, described)
+    return replace(problem, focus=from_capture(capture, problem.observed).center)
+
+
+def measure_objects(
+    folder: str | Path,
+    weights: Mapping[str, Sequence[str | Path]],
+    output: str | Path,
+    *,
+    k: int,
+    draws: int,
+    targets: int,
+    seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """Every method on the object of one capture.
+
+    Args:
+        folder: a canonical capture with masks and descriptors.
+        weights: learned method -> its scorers, one a training seed.
+        output: receives draw, method, seed, k, target, metrics inside the masks.
+        k: frames to pick.
+        draws: of targets.
+        targets: of a draw.
+        seed: of the scene.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    capture = Capture.load(folder)
+    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    reconstructor = reconstructor_of(capture, reconstruction)
+    runs = [(METHODS[name], s) for name in UNTRAINED for s in range(METHODS[name].seeds)]
+    for name, paths in weights.items():
+        runs += [(POLICIES[name].method(Scorer.load(path)), s) for s, path in enumerate(paths)]
+    tables = []
+    for draw in range(draws):
+        split = object_split(reconstructor.capture, draw, seed, targets)
+        problem = object_problem(capture, split, described)
+        evaluate = Evaluator.on_frames(reconstructor, split.targets, masked=True)
+        for method, s in runs:
+            picks = checked_select(method, problem, k, np.random.default_rng([seed, draw, s, k]))
+            head = {"draw": draw, "method": method.name, "seed": s, "k": k}
+            table = pd.DataFrame({**head, "target": split.targets})
+            table[list(METRICS)] = evaluate.per_view(picks)
+            tables.append(table)
+        logger.info("draw %d: the object's centre is %s", draw, problem.focus.round(3))
+    write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)
+
+
+def objectcentric(
+    measured: Sequence[Mapping],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    datasets: Mapping[str, str],
+    bootstrap: Mapping[str, int],
+    facts: Mapping,
+) -> None:
+    """The table "Object-centric novel view synthesis".
+
+    Args:
+        measured: dataset, scene, path of what `measure_objects` wrote.
+        table, numbers: receive LaTeX, and dataset, method, k, metric, mean, ci_low, ci_high, n,
+            leads.
+        datasets: name -> printed label, in order.
+        bootstrap: its `resamples` and `seed`.
+        facts: see `captions.made_by`.
+    """
+    cells = pd.concat([_measurements(item) for item in measured])
+    means = summarise(cells, METRICS, **bootstrap)
+    gaps = differences(cells, list(SHOWN), METRICS, **bootstrap)
+    ahead = {(name, *key) for name, part in gaps.groupby("dataset") for key in leaders(part)}
+    keys = zip(*(means[key] for key in ("dataset", "method", "k", "metric")), strict=True)
+    means["leads"] = [key in ahead for key in keys]
+    write_csv(means, numbers)
+    values = means.set_index(["dataset", "method", "metric"])
+    rows = [
+        [label, *(_cell(values.loc[dataset, name, m], m) for dataset in datasets for m in METRICS)]
+        for name, label in SHOWN.items()
+    ]
+    arrows = {True: r"$\uparrow$", False: r"$\downarrow$"}
+    head = [f"{name.upper()}{arrows[HIGHER_IS_BETTER[name]]}" for name in METRICS]
+    scenes = means.groupby("dataset")["n"].first()
+    titles = [rf"\textbf{{{tex(label)}}} ($n{{=}}{scenes[d]}$)" for d, label in datasets.items()]
+    made = plain_table(
+        ["Selection", *head * len(datasets)],
+        rows,
+        caption=_caption(int(means["k"].iloc[0]), facts),
+        label="tab:objectcentric",
+        groups=[(title, len(METRICS)) for title in titles],
+    )
+    write_text(made, table)
+
+
+def _caption(k: int, facts: Mapping) -> str:
+    return (
+        rf"\textbf{{Object-centric novel view synthesis}}, $K{{=}}{k}$. Targets are views that "
+        "show one object, and all metrics are taken inside its mask alone; the object's centre is "
+        "the reference point of every view. Means over targets, target draws and seeds "
+        r"within a scene, then over scenes. Bold: ahead of every other row, each paired 95\% "
+        f"interval over them excluding zero. {made_by(facts)}"
+    )
+
+
+def _measurements(item: Mapping) -> pd.DataFrame:
+    """dataset, scene, draw, method, k, metrics of every draw of a scene."""
+    parts = [
+        draw_means(part, METRICS).assign(draw=draw)
+        for draw, part in pd.read_parquet(item["path"]).groupby("draw")
+    ]
+    return pd.concat(parts).assign(dataset=item["dataset"], scene=item["scene"])
+
+
+def _cell(row: pd.Series, metric: str) -> str:
+    text = number(row["mean"], metric)
+    return rf"\textbf{{{text}}}" if row["leads"] else text

@@ -1,0 +1,110 @@
+"""One object of a capture: masks beside the images, and the object-centric table.
+
+Inputs: captures with masks, trained selectors.
+Outputs: <results>/{dataset}/{scene}/masks.npy, <results>/{dataset}/{scene}/objects.parquet,
+<tables>/objectcentric.{tex,csv}.
+"""
+
+
+ruleorder: ingest_masked > ingest
+
+
+use rule ingest as ingest_masked with:
+    output:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        masks="<results>/{dataset}/{scene}/masks.npy",
+    wildcard_constraints:
+        dataset=datasets_with_objects(),
+
+
+rule measure_objects:
+    input:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        masks="<results>/{dataset}/{scene}/masks.npy",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
+        ours=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
+        fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+        lib=library(
+            *FEATURES,
+            *RECONSTRUCTION,
+            *FILES,
+            "baselines",
+            "focus",
+            "experiments/crosscapture",
+            "experiments/objects",
+            "pipeline/labels",
+            "pipeline/policies",
+        ),
+    output:
+        "<results>/{dataset}/{scene}/objects.parquet",
+    log:
+        "<results>/logs/measure_objects/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/measure_objects/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        problem={
+            "k": budget_near(30),
+            "draws": config["draws"],
+            "targets": config["targets"],
+        },
+        seed=lambda wildcards: scene_seed(wildcards, "objects"),
+        reconstruction=config["reconstruction"],
+    message:
+        "Measuring the object of {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/measure_objects.py"
+
+
+rule objectcentric:
+    input:
+        measured=of_objects("objects.parquet"),
+        lib=library(
+            "report",
+            "experiments/crosscapture",
+            "experiments/objects",
+            "pipeline/tables",
+        ),
+    output:
+        table=report(
+            "<tables>/objectcentric.tex",
+            caption="../report/objectcentric.rst",
+            category="Paper",
+            labels={"table": "Object-centric", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/objectcentric.csv",
+            caption="../report/objectcentric.rst",
+            category="Paper",
+            labels={"table": "Object-centric", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/objectcentric.log",
+    benchmark:
+        "<results>/benchmarks/objectcentric.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        scenes=lambda wildcards: object_scenes(),
+        datasets=lambda wildcards: {
+            name: config["datasets"][name]["label"] for name in dict(object_scenes())
+        },
+        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
+        facts=lambda wildcards: facts(list(dict(object_scenes()))),
+    message:
+        "Writing the object-centric table"
+    script:
+        "../scripts/objectcentric.py"
