@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from fsel.features import FEATURES
+from fsel.pipeline.selectors import _better, start_of
 from fsel.refine import RefineSettings, linear_weights, refine
 from fsel.scorer import INPUTS, Scorer
 
@@ -46,3 +48,32 @@ def test_same_seed_same_answer():
     first = refine(objective, start, free, settings, seed=4)[0]
     again = refine(objective, start, free, settings, seed=4)[0]
     np.testing.assert_array_equal(first, again)
+
+
+class Valley:
+    """A draw whose PSNR falls with the distance from its best coefficients."""
+
+    def __init__(self, best):
+        self.best = best
+
+    def value(self, coefficients):
+        return 20 - np.abs(coefficients - self.best).sum()
+
+
+@pytest.mark.parametrize(("best", "kept"), [(0.1, "start"), (0.9, "found")])
+def test_what_was_found_must_hold_on_draws_kept_apart(best, kept):
+    vectors = {"start": np.zeros(19), "found": np.ones(19)}
+    chosen = _better([Valley(best), Valley(best)], vectors["start"], vectors["found"])
+    np.testing.assert_array_equal(chosen, vectors[kept])
+
+
+def test_only_what_the_line_search_found_useful_is_free():
+    start, free = start_of()
+    names = [*FEATURES, "coverage"]
+    assert {names[i] for i in np.flatnonzero(free)} == {"d_min_s", "gamma_min_s", "phi_nov"}
+    assert {names[i] for i in np.flatnonzero(start)} == {
+        "d_min_s",
+        "gamma_min_s",
+        "phi_nov",
+        "coverage",
+    }

@@ -53,8 +53,8 @@ def linear_weights(coefficients: np.ndarray) -> dict[str, np.ndarray]:
 class RefineSettings:
     """CMA-ES: generations, policies a generation, first step size, problems a generation."""
 
-    generations: int = 16
-    population: int = 10
+    generations: int = 12
+    population: int = 8
     step: float = 0.1
     batch: int = 8
 

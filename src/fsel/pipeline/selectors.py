@@ -11,7 +11,7 @@ import pandas as pd
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.features import APPEARANCE, FEATURES
+from fsel.features import FEATURES
 from fsel.pipeline.files import atomic, fingerprint, write_table
 from fsel.pipeline.journal import Journal
 from fsel.pipeline.labels import reconstructor_of
@@ -126,6 +126,8 @@ def refined(
 ) -> None:
     """Fit `fsel` to the quality of real reconstructions of training scenes at all budgets.
 
+    The last draw of every scene is kept apart, to judge what was found.
+
     Args:
         scenes: scene -> folder of its canonical capture.
         weights: receives the scorer.
@@ -138,17 +140,17 @@ def refined(
     """
     policy = POLICIES["fsel"]
     with Journal(weights, fingerprint(inputs, {"config": config})) as journal:
-        practices = [
-            practice
+        draws = [
+            list(_practices(scene, folder, policy, settings, reconstruction, journal))
             for scene, folder in sorted(scenes.items())
-            for practice in _practices(scene, folder, policy, settings, reconstruction, journal)
         ]
-        objective = _objective(practices, settings, seed)
+        practised = [practice for scene in draws for practice in scene[:-1]]
+        objective = _objective(practised, settings, seed)
         strategy = RefineSettings(**{key: settings[key] for key in STRATEGY})
-        start, free = start_of(policy)
+        start, free = start_of()
         found, record = refine(objective, start, free, strategy, seed)
-        coefficients = _better(practices, start, found)
-        items = len(practices) * len(settings["budgets"])
+        coefficients = _better([scene[-1] for scene in draws], start, found)
+        items = sum(map(len, draws)) * len(settings["budgets"])
         made = f"CMA-ES against reconstructions of {len(scenes)} scenes, {items} items"
         save_scorer(linear_weights(coefficients), policy.name, made, seed, config, weights)
         write_table(record, log, units={"best": "dB", "mean": "dB"}, config=config)
@@ -187,25 +189,27 @@ def _objective(practices: Sequence[_Practice], settings: Mapping, seed: int) -> 
     return objective
 
 
-def _better(practices: Sequence[_Practice], start: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """Whichever is better over all draws: a strategy that saw batches may have strayed."""
-    before, after = (np.mean([p.value(x) for p in practices]) for x in (start, found))
-    logger.info("all %d draws: start %.3f dB, found %.3f dB", len(practices), before, after)
+def _better(unseen: Sequence[_Practice], start: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Whichever is better over draws that the strategy has not seen."""
+    before, after = (np.mean([p.value(x) for p in unseen]) for x in (start, found))
+    logger.info("%d draws kept apart: start %.3f dB, found %.3f dB", len(unseen), before, after)
     return found if after > before else start
 
 
-def start_of(policy: Policy) -> tuple[np.ndarray, np.ndarray]:
+def start_of() -> tuple[np.ndarray, np.ndarray]:
     """(19,) coefficients that a line search on training scenes led to, and (19,) which are free.
 
     Coverage leads while views are bare of frames, diversity when they are not. Coverage is held,
-    since only ratios matter; so is what the policy does not see.
+    since only ratios matter; so is what starts at zero: with all fourteen visible inputs free, the
+    strategy gained 0.05 dB on the draws it practised on and lost 0.03 dB on unseen scenes, and
+    0.13 dB on real captures.
     """
     start = np.zeros(len(FEATURES) + 1)
     for name, coefficient in START.items():
         start[FEATURES.index(name)] = coefficient
+    free = start != 0
     start[COVERAGE_INPUT] = COVERAGE
-    hidden = [name in APPEARANCE and not policy.appearance for name in FEATURES]
-    return start, ~np.array([*hidden, True])
+    return start, free
 
 
 def save_scorer(
