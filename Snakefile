@@ -30,6 +30,7 @@ include: "workflow/rules/speed.smk"
 include: "workflow/rules/numerics.smk"
 include: "workflow/rules/trials.smk"
 include: "workflow/rules/objects.smk"
+include: "workflow/rules/poses.smk"
 include: "workflow/rules/paper.smk"
 
 

@@ -10,9 +10,10 @@ import pytest
 from layout_recordings import full
 from scipy.spatial.transform import Rotation
 
+from fsel.capture import Capture
 from fsel.layouts import colmap, images, read_capture, read_folder
 from fsel.layouts.base import OPENGL_TO_OPENCV
-from fsel.layouts.sfm import neighbours
+from fsel.layouts.sfm import estimate, neighbours
 
 SIZE = (320, 240)
 K = np.array([[300.0, 0, 160], [0, 300.0, 120], [0, 0, 1]])
@@ -106,6 +107,24 @@ def test_poses_are_found_from_images_alone(tmp_path):
     assert found.agreement.kind == "reprojection"
     assert found.agreement.median < 1
     assert len(found.capture.points.xyz) > 100
+
+
+def test_estimated_poses_serve_the_images_as_they_are():
+    truth = np.concatenate([poses(), poses()[:1]])
+    frames = render(truth)
+    frames[4] = 99  # shows nothing
+    given = np.tile([300.0, 300, 160.5, 120.5], (11, 1))
+    wrong = np.tile(np.eye(3, 4), (11, 1, 1))  # is not looked at
+    capture = Capture(tuple("abcdefghijk"), wrong, given, frames, ("s",) * 11)
+    kept, found, points = estimate(capture)
+    assert kept.tolist() == [0, 1, 2, 3, 5, 6, 7, 8, 9, 10]
+    assert aligned_error(found, truth[kept]) < 0.01
+    # points lie inside the images of the frames that see them, by the capture's own pinhole
+    seen, point = points.track_frame, points.xyz[points.track_point]
+    local = np.einsum("nij,nj->ni", found[seen][:, :, :3], point) + found[seen][:, :, 3]
+    pixels = 300 * local[:, :2] / local[:, 2:] + [160.5, 120.5]
+    assert ((pixels > 0) & (pixels < SIZE)).all()
+    assert len(points.xyz) > 100
 
 
 def test_images_without_poses_say_what_to_do(tmp_path):

@@ -96,6 +96,8 @@ PAPER = {
     "ga_vs_learned",
     "training_figure",
     "pipeline_figure",
+    "poses",
+    "pose_noise",
     "teaser",
     "time_quality",
     "saturation",
@@ -114,6 +116,8 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert asked["costs"] == asked["evaluate_geometry"] == 1
     assert asked["trial"] == 43 + 17
     assert asked["measure_trials"] == 2  # of one validation scene, for two tables
+    # of each dataset's first evaluation scene, filmed anew with larger images
+    assert asked["generate_large"] == asked["measure_estimated"] == asked["measure_noise"] == 2
     assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
 
 
@@ -142,6 +146,15 @@ def test_without_validation_scenes_features_and_scorers_are_not_compared(tmp_pat
     result = dry_run(tmp_path, config, "results/smoke/tables/scorer_arch.tex")
     assert result.returncode != 0
     assert "no dataset has validation scenes" in result.stdout + result.stderr
+    planned(dry_run(tmp_path, config))
+
+
+def test_too_few_frames_to_estimate_are_refused_when_asked_for(tmp_path):
+    config = changed(tmp_path, poses={"frames": 20})
+    result = dry_run(tmp_path, config, "results/smoke/tables/poses.tex")
+    assert result.returncode != 0
+    for part in ["poses.frames is 20", "needs 22", "Hint: "]:
+        assert part in result.stdout + result.stderr
     planned(dry_run(tmp_path, config))
 
 

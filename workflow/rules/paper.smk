@@ -626,6 +626,8 @@ rule paper:
         "<tables>/objectcentric.tex",
         "<tables>/feature_sweep.tex",
         "<tables>/scorer_arch.tex",
+        "<tables>/poses.tex",
+        "<figures>/pose_noise.pdf",
         "<figures>/saturation.pdf",
         "<figures>/training.pdf",
         "<figures>/pipeline.pdf",

@@ -99,7 +99,7 @@ def greedy_on_splats(
 
 def _blends(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
     """Fit the picked rows of the pool, and blend the splats into every view of the pool."""
-    picked = _part(capture, pool[rows]).resized(FIT_SIDE)
+    picked = part(capture, pool[rows]).resized(FIT_SIDE)
     model = Splats(picked).fit(np.arange(len(rows)))
     splats = np.vstack([model.positions.T, model.splats[3]]).astype(np.float32)
     poses = capture.world_to_camera[pool].astype(np.float32)
@@ -126,7 +126,7 @@ def _canonical(capture: Capture, pool: np.ndarray, origin: int) -> Capture:
     return replace(capture, world_to_camera=poses, points=points)
 
 
-def _part(capture: Capture, frames: np.ndarray) -> Capture:
+def part(capture: Capture, frames: np.ndarray) -> Capture:
     """A capture of some of the frames, in the given order, and of what they observe."""
     points = capture.points
     if points is not None:

@@ -95,7 +95,7 @@ def measure_crosscapture(
         evaluate = Evaluator.on_frames(reconstructor, split.targets)
         problem = problem_of(capture, split, described)
         for method, s in runs:
-            for k, picks in _picks(problem, method, budgets, [seed, s, name_seed(held_out)]):
+            for k, picks in budget_picks(problem, method, budgets, [seed, s, name_seed(held_out)]):
                 head = {"held_out": held_out, "method": method.name, "seed": s, "k": k}
                 table = pd.DataFrame({**head, "target": split.targets})
                 table[list(METRICS)] = evaluate.per_view(picks)
@@ -104,7 +104,7 @@ def measure_crosscapture(
     write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)
 
 
-def _picks(
+def budget_picks(
     problem: Problem, method: Method, budgets: Sequence[int], seed: Sequence[int]
 ) -> Iterator[tuple[int, np.ndarray]]:
     """Budget and picks; a nested method runs once, at the largest."""

@@ -13,7 +13,7 @@ import pycolmap
 from fsel.capture import Capture, SparsePoints
 from fsel.geometry import viewing_angles
 from fsel.layouts import colmap, images
-from fsel.layouts.base import RawCapture, matched
+from fsel.layouts.base import RawCapture, RawPoints, matched
 from fsel.recording import Camera
 
 NEAREST = 48
@@ -59,8 +59,10 @@ def triangulate(capture: Capture) -> SparsePoints | None:
         rows = {name: i for i, name in enumerate(names)}
         points = colmap.points_of(found, {k: rows[v.name] for k, v in found.images.items()})
     log.info("%s: triangulated %d points", capture.source, len(points.xyz) if points else 0)
-    if points is None:
-        return None
+    return points and _sparse(points)
+
+
+def _sparse(points: RawPoints) -> SparsePoints:
     return SparsePoints(points.xyz, points.rgb, points.track_point, points.track_frame)
 
 
@@ -122,13 +124,37 @@ def _extract(database: Path, folder: Path, names: list[str], mode: pycolmap.Came
     )
 
 
-def reconstruct(raw: RawCapture) -> RawCapture:
+def estimate(capture: Capture) -> tuple[np.ndarray, np.ndarray, SparsePoints]:
+    """Poses and points from a capture's images and intrinsics; see `reconstruct`.
+
+    Args:
+        capture: undistorted; matching wants some 500 to 1000 pixels.
+
+    Returns:
+        (n,) frames that were placed, ascending; their (n, 3, 4) world-to-camera; and points whose
+        tracks number those n frames.
+    """
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        files = [folder / file for file in _export(capture.images, folder)]
+        cameras = [Camera("PINHOLE", *capture.size, tuple(k)) for k in capture.intrinsics]
+        raw = RawCapture(
+            list(capture.names), files, capture.world_to_camera, cameras, list(capture.sequences)
+        )
+        found = reconstruct(raw, known_cameras=True)
+    rows = {name: i for i, name in enumerate(capture.names)}
+    kept = np.array([rows[name] for name in found.names])
+    return kept, found.world_to_camera, _sparse(found.sparse())
+
+
+def reconstruct(raw: RawCapture, *, known_cameras: bool = False) -> RawCapture:
     """Poses, cameras and points from the images alone: the largest model that COLMAP builds.
 
     The world is COLMAP's own; nothing is aligned to poses that the capture came with.
 
     Args:
         raw: of which names, images and masks are used.
+        known_cameras: whether its cameras are too, and held; without, one is found for all frames.
 
     Returns:
         The frames that were placed; the others are dropped.
@@ -140,15 +166,13 @@ def reconstruct(raw: RawCapture) -> RawCapture:
         folder = Path(name)
         names = _linked(raw.images, folder / "images")
         database = folder / "database.db"
-        _extract(database, folder / "images", names, pycolmap.CameraMode.SINGLE)
+        mode = pycolmap.CameraMode.PER_IMAGE if known_cameras else pycolmap.CameraMode.SINGLE
+        _extract(database, folder / "images", names, mode)
+        if known_cameras:
+            _state(dict(zip(names, raw.cameras, strict=True)), database)
         _match_unposed(database, len(names))
         models = pycolmap.incremental_mapping(
-            database,
-            folder / "images",
-            folder,
-            pycolmap.IncrementalPipelineOptions(
-                num_threads=THREADS, random_seed=SEED, min_model_size=MIN_PLACED
-            ),
+            database, folder / "images", folder, _mapping(refine=not known_cameras)
         )
         placed = max((m.num_reg_images() for m in models.values()), default=0)
         log.info("COLMAP placed %d of %d frames", placed, len(names))
@@ -173,6 +197,29 @@ def _linked(files: list[images.Image], folder: Path) -> list[str]:
             names.append(f"{i:06d}{file.suffix}")
             (folder / names[-1]).symlink_to(file.resolve())
     return names
+
+
+def _state(cameras: dict[str, Camera], database: Path) -> None:
+    """Replace the database's cameras, guessed from the images, by the known ones."""
+    with pycolmap.Database.open(str(database)) as stored:
+        for image in stored.read_all_images():
+            lens = cameras[image.name].colmap
+            lens.camera_id = image.camera_id
+            lens.has_prior_focal_length = True
+            stored.update_camera(lens)
+
+
+def _mapping(refine: bool) -> pycolmap.IncrementalPipelineOptions:
+    options = pycolmap.IncrementalPipelineOptions(
+        num_threads=THREADS,
+        random_seed=SEED,
+        min_model_size=MIN_PLACED,
+        ba_refine_focal_length=refine,
+        ba_refine_extra_params=refine,
+    )
+    options.mapper.abs_pose_refine_focal_length = refine
+    options.mapper.abs_pose_refine_extra_params = refine
+    return options
 
 
 def _match_unposed(database: Path, count: int) -> None:

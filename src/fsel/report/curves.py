@@ -71,6 +71,48 @@ def saturation(
     save(figure, outputs)
 
 
+def pose_noise(
+    points: pd.DataFrame, labels: Mapping[str, str], outputs: Sequence[str | Path], note: str
+) -> None:
+    """PSNR against noise in rotations and centres, seen by the selector alone and by both.
+
+    Args:
+        points: change (`none`, `degrees`, `percent`), level, scope (`selector`, `both`), method,
+            mean; levels are drawn evenly spaced, the exact poses first.
+        labels: method -> printed name, of those in colour; the others are grey.
+        outputs: paths; their endings choose the format.
+        note: what made the numbers.
+    """
+    changes = {"degrees": "noise in rotations (degrees)", "percent": "in centres (% of the scene)"}
+    scopes = {"selector": "selector alone", "both": "selector and reconstruction"}
+    figure = Figure(figsize=(7.2, 5.4), layout="constrained")
+    axes = figure.subplots(2, 2, sharey="row", sharex="col")
+    exact = points[points["change"] == "none"]
+    for row, (scope, who) in zip(axes, scopes.items(), strict=True):
+        row[0].set_ylabel(f"PSNR (dB): {who}", fontsize=8)
+        for axis, change in zip(row, changes, strict=True):
+            chosen = (points["change"] == change) & (points["scope"] == scope)
+            part = pd.concat([exact, points[chosen]])
+            _against_noise(axis, part.sort_values("level"), labels)
+    for axis, label in zip(axes[-1], changes.values(), strict=True):
+        axis.set_xlabel(label, fontsize=8)
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, fontsize=7, loc="outside right center", frameon=False)
+    footnote(figure, note)
+    save(figure, outputs)
+
+
+def _against_noise(axis: Axes, part: pd.DataFrame, labels: Mapping[str, str]) -> None:
+    levels = part["level"].unique()
+    wide = part.pivot(index="level", columns="method", values="mean")
+    rest = [name for name in wide if name not in labels]
+    axis.plot(range(len(levels)), wide[rest], "-", color="0.8", linewidth=0.8)
+    for name, label in labels.items():
+        axis.plot(range(len(levels)), wide[name], "o-", markersize=3, linewidth=1.2, label=label)
+    axis.set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
+    axis.tick_params(labelsize=7)
+
+
 def search_and_labels(
     population: pd.DataFrame,
     plans: Mapping[str, Mapping],

@@ -30,14 +30,15 @@ def number(value: float, metric: str) -> str:
     return text if metric == "psnr" else text.replace("0.", ".", 1)
 
 
-def difference(value: float, low: float, high: float) -> str:
+def difference(value: float, low: float, high: float, interval: bool = True) -> str:
     """A signed difference in dB with its 95% interval; bold where the interval excludes zero.
 
-    One draw of one scene has no interval: NaN bounds are not printed, and nothing is bold.
+    One draw of one scene has no interval: NaN bounds are not printed, and nothing is bold. Where
+    there is no room for the `interval`, bold alone tells.
     """
     sure = low > 0 or high < 0
     text = rf"$\mathbf{{{value:+.2f}}}$" if sure else f"${value:+.2f}$"
-    if np.isnan(low):
+    if np.isnan(low) or not interval:
         return text
     return rf"{text} {{\tiny$[{low:+.2f},{high:+.2f}]$}}"
 

@@ -1,0 +1,271 @@
+"""Selectors on poses estimated from the images, and on poses with noise.
+
+Inputs: raw and canonical captures of every dataset's first evaluation scene, trained selectors.
+Outputs: <results>/{dataset}/{scene}/poses/{given,estimated}/ (canonical captures),
+<results>/{dataset}/{scene}/poses/{errors,estimated,noise}.parquet, <tables>/poses.{tex,csv},
+<figures>/pose_noise.{pdf,png,csv}.
+"""
+
+POSED = {d: scenes(d, "evaluation")[0] for d in labels()}
+# of a capture of few frames, larger budgets would take nearly all
+TRIED = [k for k in config["budgets"] if k <= budget_near(30)]
+REGISTERED = 2 * config["targets"] + max(TRIED)
+NOISY = {key: config["poses"][key] for key in ("degrees", "percent")}
+SCORERS = {
+    "ours": collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
+    "ours_no_appearance": collect(
+        "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
+    ),
+    "fsel": collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+}
+
+
+def of_posed(name):
+    """A file of every scene of the experiment."""
+    return [f"<results>/{d}/{s}/poses/{name}" for d, s in POSED.items()]
+
+
+def large_capture(wildcards):
+    """The scene with images large enough to be matched: embedded ones are filmed anew."""
+    frames = config["poses"]["frames"]
+    if frames < REGISTERED:
+        refuse(
+            f"poses.frames is {frames}, the experiment needs {REGISTERED}: targets, as many "
+            f"proxies, and a budget of {max(TRIED)}",
+            "raise poses.frames, or lower targets or budgets",
+        )
+    if "embedded" in config["datasets"][wildcards.dataset]:
+        return f"<results>/{wildcards.dataset}/{wildcards.scene}/poses/data"
+    return raw_capture(wildcards)
+
+
+use rule generate as generate_large with:
+    output:
+        directory("<results>/{dataset}/{scene}/poses/data"),
+    log:
+        "<results>/logs/generate_large/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/generate_large/{dataset}/{scene}.jsonl"
+    params:
+        layout=lambda wildcards: config["datasets"][wildcards.dataset]["layout"],
+        family=lambda wildcards: config["datasets"][wildcards.dataset]["embedded"][
+            "family"
+        ],
+        seed=lambda wildcards: scene_seed(wildcards),
+        size={key: config["poses"][key] for key in ("frames", "width", "height")},
+    message:
+        "Generating {wildcards.dataset}/{wildcards.scene} with large images"
+
+
+rule estimate_poses:
+    input:
+        capture=large_capture,
+        lib=library("capture", "poses", "recording", "layouts", "experiments/poses"),
+    output:
+        given=multiext(
+            "<results>/{dataset}/{scene}/poses/given/",
+            "frames.parquet",
+            "points.parquet",
+            "images.npy",
+        ),
+        estimated=multiext(
+            "<results>/{dataset}/{scene}/poses/estimated/",
+            "frames.parquet",
+            "points.parquet",
+            "images.npy",
+        ),
+        errors="<results>/{dataset}/{scene}/poses/errors.parquet",
+    log:
+        "<results>/logs/estimate_poses/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/estimate_poses/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        frames=config["poses"]["frames"],
+        matching_side=max(config["poses"]["width"], config["poses"]["height"]),
+        long_side=config["long_side"],
+        at_least=REGISTERED,
+        reading=lambda wildcards: reading(wildcards.dataset, wildcards.scene),
+    message:
+        "Estimating the poses of {wildcards.dataset}/{wildcards.scene} from its images"
+    script:
+        "../scripts/estimate_poses.py"
+
+
+use rule describe as describe_posed with:
+    input:
+        frames="<results>/{dataset}/{scene}/poses/given/frames.parquet",
+        images="<results>/{dataset}/{scene}/poses/given/images.npy",
+        lib=library("appearance", "capture", "sharpness", "pipeline/descriptions"),
+    output:
+        "<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
+    log:
+        "<results>/logs/describe_posed/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/describe_posed/{dataset}/{scene}.jsonl"
+
+
+rule measure_estimated:
+    input:
+        **SCORERS,
+        given=rules.estimate_poses.output.given,
+        estimated=rules.estimate_poses.output.estimated,
+        descriptors="<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
+        lib=library(
+            *FEATURES,
+            *RECONSTRUCTION,
+            *FILES,
+            "baselines",
+            "experiments/crosscapture",
+            "experiments/poses",
+            "pipeline/labels",
+            "pipeline/policies",
+        ),
+    output:
+        "<results>/{dataset}/{scene}/poses/estimated.parquet",
+    log:
+        "<results>/logs/measure_estimated/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/measure_estimated/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        draws=config["draws"],
+        budgets=TRIED,
+        targets=config["targets"],
+        seed=lambda wildcards: scene_seed(wildcards, "poses"),
+        split_seed=lambda wildcards: scene_seed(wildcards, "split"),
+        reconstruction=config["reconstruction"],
+    message:
+        "Measuring {wildcards.dataset}/{wildcards.scene} on given and estimated poses"
+    script:
+        "../scripts/measure_estimated.py"
+
+
+rule measure_noise:
+    input:
+        **SCORERS,
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
+        lib=library(
+            *FEATURES,
+            *RECONSTRUCTION,
+            *FILES,
+            "baselines",
+            "experiments/crosscapture",
+            "experiments/poses",
+            "pipeline/labels",
+            "pipeline/policies",
+            "poses",
+        ),
+    output:
+        "<results>/{dataset}/{scene}/poses/noise.parquet",
+    log:
+        "<results>/logs/measure_noise/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/measure_noise/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        levels=NOISY,
+        noises=config["poses"]["noises"],
+        budgets=[budget_near(30)],
+        targets=config["targets"],
+        seed=lambda wildcards: scene_seed(wildcards, "poses"),
+        split_seed=lambda wildcards: scene_seed(wildcards, "split"),
+        reconstruction=config["reconstruction"],
+    message:
+        "Measuring {wildcards.dataset}/{wildcards.scene} on poses with noise"
+    script:
+        "../scripts/measure_noise.py"
+
+
+rule poses:
+    input:
+        estimated=of_posed("estimated.parquet"),
+        noise=of_posed("noise.parquet"),
+        errors=of_posed("errors.parquet"),
+        lib=library(
+            "report", "experiments/poses", "experiments/pose_tables", "pipeline/tables"
+        ),
+    output:
+        table=report(
+            "<tables>/poses.tex",
+            caption="../report/poses.rst",
+            category="Paper",
+            labels={"table": "Estimated and noisy poses", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/poses.csv",
+            caption="../report/poses.rst",
+            category="Paper",
+            labels={"table": "Estimated and noisy poses", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/poses.log",
+    benchmark:
+        "<results>/benchmarks/poses.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        scenes=list(POSED.items()),
+        budgets=TRIED,
+        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
+        facts=facts(),
+    message:
+        "Writing what inexact poses cost"
+    script:
+        "../scripts/poses.py"
+
+
+rule pose_noise:
+    input:
+        noise=of_posed("noise.parquet"),
+        lib=library(
+            "report", "experiments/poses", "experiments/pose_tables", "pipeline/tables"
+        ),
+    output:
+        figures=report(
+            multiext("<figures>/pose_noise", ".pdf", ".png"),
+            caption="../report/poses.rst",
+            category="Paper",
+            labels={"figure": "Noise in poses"},
+        ),
+        numbers="<figures>/pose_noise.csv",
+    log:
+        "<results>/logs/pose_noise.log",
+    benchmark:
+        "<results>/benchmarks/pose_noise.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        scenes=list(POSED.items()),
+        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
+        facts=facts(),
+    message:
+        "Drawing PSNR against noise in the poses"
+    script:
+        "../scripts/pose_noise.py"
