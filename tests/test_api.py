@@ -154,11 +154,13 @@ def test_an_opened_capture_loads_the_frames_asked_for(folder):
 def test_only_weights_of_the_right_policy_are_shipped(tmp_path):
     scorer = shipped.scorer()
     scorer.save(tmp_path / "new.safetensors")
-    ship(tmp_path / "new.safetensors", tmp_path)
+    (tmp_path / "made.json").write_text('{"worth": [1, 2, 3]}')
+    ship(tmp_path / "new.safetensors", tmp_path / "made.json", tmp_path)
+    assert json.loads((tmp_path / "budget.json").read_text()) == {"worth": [1, 2, 3]}
     assert (tmp_path / "fsel.safetensors").read_bytes() == (
         shipped.FOLDER / "fsel.safetensors"
     ).read_bytes()
     assert json.loads((tmp_path / "fsel.json").read_text())["sha256"] == shipped.digest()
     Scorer(scorer.weights, {"policy": "ours"}).save(tmp_path / "ours.safetensors")
     with pytest.raises(ValueError, match="policy 'ours', not 'fsel'"):
-        ship(tmp_path / "ours.safetensors", tmp_path)
+        ship(tmp_path / "ours.safetensors", tmp_path / "made.json", tmp_path)

@@ -71,10 +71,12 @@ def test_default_config_plans_every_job(tmp_path):
 def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
     results = "results/smoke"
     targets = [f"{results}/figures/speed_error.pdf"]
-    targets += [f"{results}/tables/{name}.tex" for name in ("fisher_damping", "economy")]
+    targets += [f"{results}/tables/{name}.tex" for name in ("fisher_damping", "economy", "budget")]
     asked = planned(dry_run(tmp_path, changed(tmp_path), *targets))
     assert asked["selection_time"] == asked["speed_error"] == asked["fisher_damping"] == 1
     assert asked["speed_settings"] == asked["economy"] == 1
+    assert asked["measure_curves"] == asked["fit_budget"] == asked["budget"] == 1
+    assert asked["measure_budgets"] == 2
     usual = planned(dry_run(tmp_path, changed(tmp_path)))
     assert usual["ksweep"] == 1
     assert not {
@@ -83,6 +85,8 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
         "speed_error",
         "economy",
         "fisher_damping",
+        "budget",
+        "fit_budget",
     } & set(usual)
 
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fsel import budget
+from fsel.budget import Auto, Budget
 from fsel.capture import Capture
 from fsel.focus import Focus
 from fsel.geometry import pose_distance
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 
 LEAST_FRAMES = 3
 SHIPPED = "fsel"  # the method whose weights come with the package
+AUTO = "auto"
+Ranked = Callable[[Problem, int], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -32,17 +36,19 @@ class Selection:
         indices: (k,) int64 their numbers in the capture.
         scores: (k,) float64 the scorer's value when each was picked; NaN for methods without one.
         seconds: spent selecting, features included, images excluded.
+        budget: how k was found, where it was to be found.
     """
 
     names: tuple[str, ...]
     indices: np.ndarray
     scores: np.ndarray
     seconds: float
+    budget: Budget | None = None
 
 
 def select(
     capture: Capture,
-    k: int,
+    k: int | str | Auto,
     targets: Request | Targets = None,
     method: str = "fsel",
     seed: int = 0,
@@ -54,7 +60,8 @@ def select(
 
     Args:
         capture: what `read_capture` returns.
-        k: how many frames.
+        k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: as
+            many as are worth their while, found among the first picks of a nested method.
         targets: what will be rendered. None: anything that the capture saw. `every:8`: the frames
             0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
             by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
@@ -66,7 +73,8 @@ def select(
 
     Raises:
         ValueError: for a capture of fewer than three frames, k beyond the frames that may be
-            selected, an unknown method, or targets that make no sense for this capture.
+            selected, an unknown method, one whose picks are not nested where k is to be found, a
+            memory that two frames do not fit, or targets that make no sense for this capture.
 
     Example:
         >>> capture = fsel.read_capture("captures/fox")
@@ -78,13 +86,42 @@ def select(
         sharpness = measure_sharpness(capture.images)
     seen = None if method == SHIPPED else _described(capture)
     ranked = _ranked_by(method, seed)
+    auto = auto_of(k)
     started = time.perf_counter()
-    frames, scores = ranked(_problem(capture, targets, sharpness, focus, seen), k)
+    problem = _problem(capture, targets, sharpness, focus, seen)
+    found = None
+    if auto is None:
+        frames, scores = ranked(problem, k)
+    else:
+        frames, scores, found = _enough(problem, ranked, auto)
     seconds = time.perf_counter() - started
-    return Selection(tuple(capture.names[i] for i in frames), frames, scores, seconds)
+    return Selection(tuple(capture.names[i] for i in frames), frames, scores, seconds, found)
 
 
-def _ranked_by(name: str, seed: int) -> Callable[[Problem, int], tuple[np.ndarray, np.ndarray]]:
+def auto_of(k: int | str | Auto) -> Auto | None:
+    """What k asks to be found; None where it is a number.
+
+    Raises:
+        ValueError: for another word than `auto`.
+    """
+    if isinstance(k, str):
+        if k != AUTO:
+            raise ValueError(f"k is {k!r}; allowed: a number of frames, or {AUTO!r}")
+        return Auto()
+    return k if isinstance(k, Auto) else None
+
+
+def _enough(problem: Problem, ranked: Ranked, auto: Auto) -> tuple[np.ndarray, np.ndarray, Budget]:
+    """Picks, their scores, and how their number was found."""
+    worth = budget.shipped_worth()
+    shift = budget.view_shift(problem.capture, problem.candidates, problem.targets)
+    frames, scores = ranked(problem, budget.most(shift, auto, worth))
+    in_order = shift[np.searchsorted(problem.candidates, frames)]
+    found = budget.find(in_order, auto, problem.capture.size, worth)
+    return frames[: found.frames], scores[: found.frames], found
+
+
+def _ranked_by(name: str, seed: int) -> Ranked:
     """(problem, k) -> picks and their scores, all that it needs being imported."""
     if name == SHIPPED:
         from fsel import shipped
@@ -101,12 +138,17 @@ def _ranked_by(name: str, seed: int) -> Callable[[Problem, int], tuple[np.ndarra
 
 
 def checked_request(
-    capture: Capture, k: int, request: Request, method: str = "fsel", focus: Focus | None = None
+    capture: Capture,
+    k: int | str | Auto,
+    request: Request,
+    method: str = "fsel",
+    focus: Focus | None = None,
 ) -> Targets:
     """What a request means; all that `select` may refuse is refused here, before images are read.
 
     Arguments and errors are those of `select`.
     """
+    auto = auto_of(k)
     if method != SHIPPED:
         _method(method)
     if len(capture) < LEAST_FRAMES:
@@ -117,6 +159,9 @@ def checked_request(
     targets = targets_of(capture, request)
     if focus is not None:
         targets = targets.seeing(focus.corners)
+    if auto is not None:
+        _check_auto(auto, method, capture)
+        return targets
     most = len(targets.pool(capture))
     if not 1 <= k <= most:
         held = f", {len(targets.frames)} being held out as targets" if len(targets.frames) else ""
@@ -125,6 +170,20 @@ def checked_request(
             f"{held}"
         )
     return targets
+
+
+def _check_auto(auto: Auto, method: str, capture: Capture) -> None:
+    """Refuse a memory that nothing fits, and methods whose picks are not nested."""
+    if auto.memory is not None:
+        budget.within(auto.memory, auto.size or capture.size)
+    if method != SHIPPED and not _method(method).nested:
+        from fsel.methods import METHODS
+
+        nested = ", ".join(name for name, found in METHODS.items() if found.nested)
+        raise ValueError(
+            f"method is {method!r}, whose selection of fewer frames is not the beginning of that "
+            f"of more, as finding k needs; allowed: {nested}. Hint: state k"
+        )
 
 
 def _method(name: str):

@@ -14,6 +14,7 @@ from fsel.layouts.base import RawCapture, RawPoints
 from fsel.layouts.ingest import in_order, ingest
 
 LONG_SIDE = 128  # pixels of the images that descriptors are made from
+SAMPLE = 300  # frames whose points are read: a long capture has millions
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,21 @@ class Opened:
             sequences=tuple(capture.sequences[i] for i in frames),
             points=None if points is None else seen(points),
         )
+
+    def sample(self) -> tuple[np.ndarray, RawCapture]:
+        """(m,) int64 frames, evenly drawn if many, and what the files say of them."""
+        count = len(self.capture)
+        drawn = np.linspace(0, count - 1, min(SAMPLE, count)).round().astype(np.int64)
+        return drawn, self.raw.subset(drawn.tolist())
+
+    def with_points(self) -> Capture:
+        """The capture, its images unopened, with the points that a sample of its frames see."""
+        drawn, raw = self.sample()
+        points = raw.sparse()
+        if points is None:
+            return self.capture
+        kept = seen(points)
+        return replace(self.capture, points=replace(kept, track_frame=drawn[kept.track_frame]))
 
 
 def seen(points: RawPoints) -> SparsePoints:

@@ -17,17 +17,13 @@ from fsel.layouts.checks import measure
 from fsel.opening import Opened, open_capture, seen
 from fsel.redundancy import viewing_distance, worth_keeping
 
-SAMPLE = 300  # frames whose points are read: a long capture has millions
-
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     opened = open_capture(asked.capture, asked.layout)
     sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
-    rows = np.linspace(0, len(opened.capture) - 1, min(SAMPLE, len(opened.capture))).round()
-    drawn = rows.astype(int)
     with console.clock("points"):
-        sample = opened.raw.subset(drawn.tolist())
+        drawn, sample = opened.sample()
         agreement = measure(sample, MAX_ERROR)
         points = sample.sparse()
     result = described(opened, sharpness, drawn, None if points is None else seen(points))

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
+UNITS = {"GB": 10**9, "MB": 10**6, "kB": 10**3}
+
 
 def parser() -> argparse.ArgumentParser:
     """All commands with their options."""
@@ -79,7 +81,25 @@ def _add_select(commands) -> None:
     command = _command(
         commands, "select", "Pick the frames that best serve the views to be rendered."
     )
-    command.add_argument("-k", type=int, required=True, help="how many frames")
+    command.add_argument(
+        "-k",
+        type=_number_or_auto,
+        required=True,
+        help="how many frames, or auto: as many as are worth their while",
+    )
+    command.add_argument(
+        "--threshold",
+        type=float,
+        metavar="DB",
+        help="of -k auto: no further frames are predicted to bring as much each, 0.02 by default",
+    )
+    command.add_argument(
+        "--memory",
+        type=_bytes,
+        metavar="SIZE",
+        help="of -k auto: bytes that the splats of a reconstruction may take, as 500MB or 2GB",
+    )
+    _add_size(command, "of --memory: ")
     _add_request(command)
     command.add_argument("--method", default="fsel", help="fsel, uniform, fvs, nearest, ...")
     command.add_argument(
@@ -124,17 +144,29 @@ def _add_reconstruct(commands) -> None:
     _add_output(command, "file to write")
 
 
-def _add_size(command: argparse.ArgumentParser) -> None:
+def _add_size(command: argparse.ArgumentParser, what: str = "") -> None:
     command.add_argument(
         "--long-side",
         type=int,
         default=96,
-        help="longer side in pixels of the images reconstructed from, 96 by default",
+        help=f"{what}longer side in pixels of the images reconstructed from, 96 by default",
     )
 
 
 def _words(text: str) -> list[str]:
     return list(dict.fromkeys(text.split(",")))
+
+
+def _number_or_auto(text: str) -> int | str:
+    return text if text == "auto" else int(text)
+
+
+def _bytes(text: str) -> int:
+    """2GB, 500MB, 100kB (powers of 1000) or plain bytes."""
+    for unit, size in UNITS.items():
+        if text.endswith(unit):
+            return int(float(text.removesuffix(unit)) * size)
+    return int(text)
 
 
 def _numbers(text: str) -> list[int]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
 from fsel import api, shipped
+from fsel.budget import THRESHOLD, Auto
 from fsel.cli.console import Console
 from fsel.cli.request import focus_of, reasons
 from fsel.export import record, subset
@@ -26,6 +28,10 @@ WRITTEN = ("selection.json", "frames.txt", "report.html", *subset.WRITTEN)
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     started = time.perf_counter()
+    if asked.k != api.AUTO and (asked.threshold is not None or asked.memory is not None):
+        raise ValueError(
+            f"--threshold and --memory go with -k auto alone, and k is {asked.k}. Hint: -k auto"
+        )
     with staged(asked.out, WRITTEN, asked.force) as stage:
         with console.clock("reading"):
             opened = open_capture(asked.capture, asked.layout)
@@ -48,7 +54,10 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         text = json.dumps(content, indent=1, ensure_ascii=False)
         (stage / "selection.json").write_text(text, encoding="utf-8")
     reached = outcome.coverage.curve[-1]
-    console.say("picked", f"{asked.k} frames by {asked.method}, coverage {reached:.1%}")
+    if outcome.selection.budget is not None:
+        console.say("k", record.reason(outcome.selection.budget))
+    picked = len(outcome.selection.names)
+    console.say("picked", f"{picked} frames by {asked.method}, coverage {reached:.1%}")
     console.say("written", f"{asked.out} after {seconds['total']:.2f} s")
     console.give(content)
 
@@ -65,7 +74,8 @@ def _select(
         console.warn(f"{len(dropped)} frames are left out: {reasons(dropped)}")
     subset.check_cameras(opened.raw)
     focus = focus_of(asked, capture)
-    targets = api.checked_request(capture, asked.k, asked.targets, asked.method, focus)
+    k = _budget(asked, opened)
+    targets = api.checked_request(capture, k, asked.targets, asked.method, focus)
     what = f"{targets.kind}, by {len(targets.views)} views"
     console.say("targets", f"{what} (--targets says otherwise)" if targets.kind == ALL else what)
     if targets.far.any():
@@ -79,9 +89,12 @@ def _select(
     seconds["sharpness"] = time.perf_counter() - started
     if asked.method != api.SHIPPED:  # others may read points and pixels
         capture = opened.loaded(np.arange(len(capture)), console.bar("images"))
+    elif isinstance(k, Auto):
+        with console.clock("points"):
+            capture = opened.with_points()
     selection = api.select(
         capture,
-        asked.k,
+        k,
         targets,
         asked.method,
         asked.seed,
@@ -90,6 +103,19 @@ def _select(
     )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness)
+
+
+def _budget(asked: argparse.Namespace, opened: Opened) -> int | Auto:
+    """The number of frames, or how it is to be found."""
+    if asked.k != api.AUTO:
+        return asked.k
+    camera = opened.raw.cameras[0]
+    scale = min(1.0, asked.long_side / opened.longest)
+    return Auto(
+        THRESHOLD if asked.threshold is None else asked.threshold,
+        asked.memory,
+        (max(1, round(camera.width * scale)), max(1, round(camera.height * scale))),
+    )
 
 
 def _pictures(opened: Opened, picks: np.ndarray) -> list[bytes]:
@@ -103,7 +129,7 @@ def _content(
     asked: argparse.Namespace, opened: Opened, outcome: record.Outcome, seconds: dict[str, float]
 ) -> dict:
     """selection.json but for the frames."""
-    targets = outcome.targets
+    targets, budget = outcome.targets, outcome.selection.budget
     weights = {"sha256": shipped.digest(), **shipped.scorer().provenance}
     return {
         "capture": {
@@ -127,6 +153,7 @@ def _content(
             "box": asked.box,
             "geometry_only": asked.geometry_only,
         },
+        "budget": None if budget is None else asdict(budget) | {"reason": record.reason(budget)},
         "weights": weights if asked.method == "fsel" else None,
         "versions": record.versions(),
         "seconds": {name: round(value, 4) for name, value in seconds.items()},

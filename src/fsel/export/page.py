@@ -8,7 +8,7 @@ from html import escape
 from importlib.resources import files
 
 from fsel.export.drawings import coverage_chart, top_view
-from fsel.export.record import Outcome
+from fsel.export.record import Outcome, reason
 
 STYLE = files("fsel.export") / "page.css"
 
@@ -25,6 +25,7 @@ def page(
         pictures: JPEG files of the picks, in pick order; none where no image was opened.
     """
     name, curve = escape(outcome.capture.source), outcome.coverage.curve
+    budget = outcome.selection.budget
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
@@ -33,6 +34,7 @@ def page(
         f"<h1>{len(picked)} of {len(outcome.capture)} frames</h1>",
         f"<p>{name}. To be rendered: {escape(outcome.targets.kind)}, "
         f"{len(outcome.targets.views)} views.</p>",
+        *([] if budget is None else [f"<p>{escape(reason(budget))}.</p>"]),
         '<div class="row">',
         f"<figure>{top_view(outcome)}<figcaption>{_legend(outcome)}</figcaption></figure>",
         f"<figure>{coverage_chart(curve)}"

@@ -11,6 +11,7 @@ from importlib.metadata import version
 import numpy as np
 
 from fsel.api import Selection
+from fsel.budget import Budget
 from fsel.capture import Capture
 from fsel.coverage import BLURRED, Coverage, closest_pick, coverage_of, relative_sharpness
 from fsel.targets import Targets
@@ -92,6 +93,19 @@ def _sharpness_ranks(sharpness: np.ndarray | None) -> np.ndarray | None:
     ranks = np.empty(len(sharpness), np.int64)
     ranks[np.argsort(-sharpness, kind="stable")] = np.arange(1, len(sharpness) + 1)
     return ranks
+
+
+def reason(budget: Budget) -> str:
+    """Why a number of frames was found, in words."""
+    if budget.within is not None and budget.within < budget.enough:
+        return (
+            f"{budget.frames} frames, whose splats fit {budget.rule.memory:,} bytes; "
+            f"{budget.enough} would bring {budget.missing:.3f} dB more each, by prediction"
+        )
+    return (
+        f"{budget.frames} frames: the last is predicted to bring {budget.gain:.3f} dB, and no more "
+        f"of them {budget.rule.threshold:g} dB each"
+    )
 
 
 def versions(packages: Sequence[str] = PACKAGES) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Put a trained scorer into the package: `python -m fsel.pipeline.ship WEIGHTS`."""
+"""Put what was trained into the package: `python -m fsel.pipeline.ship WEIGHTS BUDGET`."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import json
 import sys
 from pathlib import Path
 
-from fsel import shipped
+from fsel import budget, shipped
 from fsel.pipeline.files import write_text
 from fsel.scorer import Scorer
 
 
-def ship(weights: str | Path, folder: Path = shipped.FOLDER) -> None:
-    """Write fsel.safetensors, and fsel.json with its provenance and hash.
+def ship(weights: str | Path, record: str | Path, folder: Path = shipped.FOLDER) -> None:
+    """Write fsel.safetensors, fsel.json with its provenance and hash, and budget.json.
 
     Args:
         weights: a scorer of the policy `fsel`, as the workflow makes it.
+        record: what the adaptive budget predicts by, fitted to that scorer's picks.
         folder: of the package.
 
     Raises:
@@ -25,14 +26,16 @@ def ship(weights: str | Path, folder: Path = shipped.FOLDER) -> None:
     policy = scorer.provenance.get("policy")
     if policy != shipped.POLICY.name:
         raise ValueError(f"{weights}: made for the policy {policy!r}, not {shipped.POLICY.name!r}")
+    fitted = Path(record).read_text(encoding="utf-8")
     scorer.save(folder / shipped.WEIGHTS)
-    record = {
+    content = {
         "sha256": shipped.digest(folder),
         "provenance": scorer.provenance,
         "remade by": "make weights",
     }
-    write_text(json.dumps(record, indent=2) + "\n", folder / "fsel.json")
+    write_text(json.dumps(content, indent=2) + "\n", folder / "fsel.json")
+    write_text(fitted, folder / budget.RECORD)
 
 
 if __name__ == "__main__":
-    ship(sys.argv[1])
+    ship(*sys.argv[1:3])
