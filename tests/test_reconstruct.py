@@ -155,6 +155,14 @@ def test_textureless_pixels_take_their_neighbours_plane():
     assert (total[0].argmin(axis=1) == 3).all()
 
 
+def test_typical_weight_is_the_median_of_what_was_met():
+    total = np.random.default_rng(0).random((7, 9, 4)).astype(F)
+    total[total[..., 3] < 0.4, 3] = 0
+    weights = total[..., 3]
+    assert render.typical_weight(total) == np.median(weights[weights > 0])
+    assert render.typical_weight(np.zeros((7, 9, 4), F)) == 1
+
+
 def test_winner_finds_the_parabola_and_knows_a_flat_pixel():
     cost = np.array([[[18, 8, 2, 1, 6], [14, 14, 14, 14, 14]]], S)
     inverse = np.linspace(0.1, 0.5, 5).astype(F)

@@ -136,6 +136,22 @@ def _accumulate(where, weights, index, colors, reach):
     return total.reshape(height, width, 4)[1:-1, 1:-1]
 
 
+@_jit
+def typical_weight(total):
+    """Median weight of the pixels that any splat falls on; 1 where there are none.
+
+    Args:
+        total: (h, w, 4) float32 weighted colour sums and weights.
+    """
+    weights = total[:, :, 3].copy().reshape(-1)
+    count = 0
+    for weight in weights:
+        if weight > 0:
+            weights[count] = weight
+            count += 1
+    return F(np.median(weights[:count])) if count > 0 else F(1)
+
+
 def fill_holes(total, typical):
     """Colours from weighted sums, pixels of little weight leaning on coarser levels (pull-push).
 

@@ -264,9 +264,7 @@ class SplatModel:
                 np.float32(self.near),
                 np.float32(self.far),
             )
-            weights = total[..., 3]
-            typical = np.median(weights[weights > 0]) if weights.any() else 1.0
-            out[t] = render.fill_holes(total, np.float32(typical))
+            out[t] = render.fill_holes(total, render.typical_weight(total))
         return np.clip(out / np.float32(255), 0, 1)
 
     def export_ply(self, path) -> None:
