@@ -156,6 +156,8 @@ def test_the_table_has_a_group_of_columns_for_each_dataset(tmp_path):
     bootstrap = {"resamples": 200, "seed": 0}
     write_objectcentric(items, *outputs, datasets=named, bootstrap=bootstrap, facts=FACTS)
     numbers = pd.read_csv(outputs[1])
+    assert numbers["dataset"].unique().tolist() == list(named)
+    assert numbers["method"].unique().tolist() == list(SHOWN)
     leading = numbers[numbers["leads"]]
     assert set(zip(leading["dataset"], leading["method"], strict=True)) == {("co3d", "fsel")}
     mean = numbers.query("metric == 'psnr'").set_index(["dataset", "method"])["mean"]

@@ -141,6 +141,8 @@ def objectcentric(
         facts: see `captions.made_by`.
     """
     cells = pd.concat([_measurements(item) for item in measured])
+    place = {name: at for at, name in enumerate(SHOWN)}
+    cells = cells.sort_values("method", key=lambda names: names.map(place), kind="stable")
     means = summarise(cells, METRICS, **bootstrap)
     gaps = differences(cells, list(SHOWN), METRICS, **bootstrap)
     ahead = {(name, *key) for name, part in gaps.groupby("dataset") for key in leaders(part)}
