@@ -13,7 +13,7 @@ from selection_problems import random_problem
 from small_captures import write_ring
 
 import fsel
-from fsel import glance, shipped
+from fsel import glance, opening, shipped
 from fsel.opening import open_capture
 from fsel.pipeline.ship import ship
 from fsel.scorer import Scorer
@@ -148,6 +148,19 @@ def test_an_opened_capture_loads_the_frames_asked_for(folder):
     for row, frame in enumerate(frames):
         expected = whole.points.xyz[whole.points.track_point[whole.points.track_frame == frame]]
         found = part.points.xyz[part.points.track_point[part.points.track_frame == row]]
+        np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(expected, axis=0))
+
+
+def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch):
+    monkeypatch.setattr(opening, "SAMPLE", 4)
+    opened = open_capture(folder, long_side=64)
+    assert opened.capture.points is None
+    points, whole = opened.with_points().points, fsel.read_capture(folder, long_side=64).points
+    drawn = [0, 8, 15, 23]
+    assert sorted(set(points.track_frame)) == drawn
+    for frame in drawn:
+        expected = whole.xyz[whole.track_point[whole.track_frame == frame]]
+        found = points.xyz[points.track_point[points.track_frame == frame]]
         np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(expected, axis=0))
 
 

@@ -295,3 +295,4 @@ def test_from_a_capture_to_the_table(scene, tmp_path):
     kept = rows.loc[(25, "auto"), "k"].item()
     of_sizes = numbers[(numbers["requests"] == "sizes") & (numbers["rule"] == "auto")]
     assert of_sizes["k"].eq(kept).all()
+    assert list(of_sizes["request"]) == ["25%", MEAN]

@@ -155,7 +155,7 @@ def budget_tables(
     parts = {"draws": means(drawn, "scene")}
     text = [_table(parts["draws"], "Scene", _caption(parts["draws"], auto, facts), "tab:budget")]
     if len(sized):
-        parts["sizes"] = means(sized.assign(scene=sized["coverage"].map("{}\\%".format)), "scene")
+        parts["sizes"] = means(sized.assign(scene=sized["coverage"].map("{}%".format)), "scene")
         caption = _sized_caption(parts["sizes"])
         text.append(_table(parts["sizes"], "Targets from", caption, "tab:budget_requests"))
     write_csv(pd.concat(parts, names=["requests"]).reset_index(0), numbers)
@@ -173,7 +173,8 @@ def means(rows: pd.DataFrame, by: str) -> pd.DataFrame:
     keys = ["rule", "budget"]
     each = rows.groupby([by, *keys], sort=False)[VALUES].mean().reset_index()
     whole = each.groupby(keys, sort=False)[VALUES].mean().reset_index().assign(**{by: MEAN})
-    return pd.concat([each, whole], ignore_index=True).rename(columns={by: "request"})
+    found = pd.concat([each, whole], ignore_index=True).rename(columns={by: "request"})
+    return found.assign(k=found["k"].round(2))
 
 
 def at_same_number(rows: pd.DataFrame) -> tuple[float, float]:
@@ -200,7 +201,7 @@ def _table(rows: pd.DataFrame, first: str, caption: str, label: str) -> str:
         kept = [found.loc[(rule, 0)] for rule in RULES]
         cells.append(
             [
-                request if "\\" in request else tex(request),
+                tex(request),
                 *(text for row in kept for text in (f"{row['k']:.1f}", _cell(row))),
                 *(
                     rf"\textbf{{{_cell(r)}}}" if i == best else _cell(r)
