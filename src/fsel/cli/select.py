@@ -12,6 +12,7 @@ import numpy as np
 
 from fsel import api, shipped
 from fsel.budget import THRESHOLD, Auto
+from fsel.capture import Capture
 from fsel.cli.console import Console
 from fsel.cli.request import focus_of, reasons
 from fsel.export import record, subset
@@ -87,11 +88,7 @@ def _select(
     if not asked.geometry_only:
         sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = time.perf_counter() - started
-    if asked.method != api.SHIPPED:  # others may read points and pixels
-        capture = opened.loaded(np.arange(len(capture)), console.bar("images"))
-    elif isinstance(k, Auto):
-        with console.clock("points"):
-            capture = opened.with_points()
+    capture = _read(asked, console, opened)
     selection = api.select(
         capture,
         k,
@@ -103,6 +100,17 @@ def _select(
     )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness)
+
+
+def _read(asked: argparse.Namespace, console: Console, opened: Opened) -> Capture:
+    """The capture with what is read of it: by methods other than the shipped one pixels and points,
+    to find a number of frames points, for the depth that they tell."""
+    if asked.method != api.SHIPPED:
+        return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
+    if asked.k == api.AUTO:
+        with console.clock("points"):
+            return opened.with_points()
+    return opened.capture
 
 
 def _budget(asked: argparse.Namespace, opened: Opened) -> int | Auto:
