@@ -246,6 +246,8 @@ def test_means_are_over_draws_then_over_scenes():
     assert auto["k"].to_dict() == {"a": 5, "b": 9, MEAN: 7}
     assert auto.loc[MEAN, "psnr"] == 24
     assert at_same_number(found) == (7, 23)
+    frames, psnr = at_same_number(found.replace({"budget": 8}, 6))
+    assert (frames, np.isnan(psnr)) == (7, True)  # beyond 4 and 6
 
 
 @pytest.fixture(scope="module")

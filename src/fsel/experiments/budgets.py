@@ -178,7 +178,8 @@ def means(rows: pd.DataFrame, by: str) -> pd.DataFrame:
 
 
 def at_same_number(rows: pd.DataFrame) -> tuple[float, float]:
-    """Mean frames of `auto`, and PSNR where every request gets that number, interpolated.
+    """Mean frames of `auto`, and PSNR where every request gets that number, interpolated between the
+    fixed budgets; NaN where it is none between them.
 
     Args:
         rows: see `means`.
@@ -186,7 +187,8 @@ def at_same_number(rows: pd.DataFrame) -> tuple[float, float]:
     whole = rows[rows["request"] == MEAN].set_index("rule")
     fixed = whole.loc[["fixed"]].sort_values("budget")
     frames = float(whole.loc["auto", "k"])
-    return frames, float(np.interp(frames, fixed["budget"], fixed["psnr"]))
+    psnr = np.interp(frames, fixed["budget"], fixed["psnr"], left=np.nan, right=np.nan)
+    return frames, float(psnr)
 
 
 def _table(rows: pd.DataFrame, first: str, caption: str, label: str) -> str:
@@ -237,6 +239,8 @@ def _sized_caption(rows: pd.DataFrame) -> str:
 
 def _same(rows: pd.DataFrame) -> str:
     frames, psnr = at_same_number(rows)
+    if np.isnan(psnr):
+        return f"Mean number of frames of auto: {frames:.1f}, beyond the fixed ones."
     return (
         f"Every request served by the mean number of frames of auto, {frames:.1f}: {psnr:.2f} dB "
         "(between budgets, interpolated)."
