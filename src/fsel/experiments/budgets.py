@@ -178,8 +178,8 @@ def means(rows: pd.DataFrame, by: str) -> pd.DataFrame:
 
 
 def at_same_number(rows: pd.DataFrame) -> tuple[float, float]:
-    """Mean frames of `auto`, and PSNR where every request gets that number, interpolated between the
-    fixed budgets; NaN where it is none between them.
+    """Mean frames of `auto`, and PSNR where every request gets that number, interpolated between
+    the fixed budgets; NaN where it is none between them.
 
     Args:
         rows: see `means`.
