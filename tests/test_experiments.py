@@ -7,6 +7,7 @@ import pytest
 from fsel.experiments.comparisons import handsign, seedvar
 from fsel.experiments.searches import compared, ga_vs_learned
 from fsel.metrics import METRICS
+from fsel.pipeline.tables import Sweep
 from fsel.report.latex import difference
 from fsel.report.summary import seed_spread
 
@@ -63,7 +64,7 @@ def test_learned_minus_untrained(tmp_path):
     items = written(tmp_path, learned_and_not([-1.0, 0.0, 0.4]))
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
     settings = {"datasets": {"d": "A & B"}, "budgets": [10, 20], "bootstrap": BOOTSTRAP}
-    handsign(items, *paths, **settings, facts=FACTS)
+    handsign(Sweep(items, **settings, facts=FACTS), *paths)
     numbers = pd.read_csv(paths[1])
     np.testing.assert_allclose(numbers["mean"], [1.0, -0.2])
     assert numbers["reference"].unique().tolist() == ["untrained"]
@@ -92,7 +93,7 @@ def test_the_spread_is_read_against_the_distance_to_the_strongest_baseline(tmp_p
     items = written(tmp_path, {("s", "draw0"): runs | others})
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
     settings = {"datasets": {"d": "D"}, "budgets": [10, 20], "bootstrap": BOOTSTRAP}
-    seedvar(items, *paths, **settings, facts=FACTS)
+    seedvar(Sweep(items, **settings, facts=FACTS), *paths)
     numbers = pd.read_csv(paths[1])
     np.testing.assert_allclose(numbers["std"], [0.1, 2.0])
     np.testing.assert_allclose(numbers["margin"], [20.1 - 20.5, 22.0 - 20.5])
@@ -105,7 +106,7 @@ def test_the_spread_is_read_against_the_distance_to_the_strongest_baseline(tmp_p
 def test_one_seed_has_no_spread(tmp_path):
     items = written(tmp_path, {("s", "draw0"): {("ours", 0, 10): 20.0, ("fvs", 0, 10): 19.0}})
     settings = {"datasets": {"d": "D"}, "budgets": [10], "bootstrap": BOOTSTRAP}
-    seedvar(items, tmp_path / "t.tex", tmp_path / "t.csv", **settings, facts=FACTS)
+    seedvar(Sweep(items, **settings, facts=FACTS), tmp_path / "t.tex", tmp_path / "t.csv")
     assert r"D & 1 & -- \\" in (tmp_path / "t.tex").read_text()
 
 

@@ -16,7 +16,7 @@ from fsel.pipeline.labels import label, trajectories
 from fsel.pipeline.problems import load_problem, split, split_from, split_table
 from fsel.pipeline.selection import evaluate, search_oracle, select
 from fsel.pipeline.selectors import clone, refined
-from fsel.pipeline.tables import caption, ksweep, read_csv
+from fsel.pipeline.tables import Sweep, caption, ksweep, read_csv
 from fsel.pipeline.workflow import job
 from fsel.split import Split
 from fsel.synthesis import record
@@ -316,14 +316,8 @@ def test_the_sweep_table_prints_means_of_the_evaluations(swept, tmp_path):
         for draw in swept
     ]
     paths = [tmp_path / name for name in ("k.tex", "k.csv", "d.csv")]
-    ksweep(
-        items,
-        *paths,
-        datasets={"d": "D"},
-        budgets=[3, 5],
-        bootstrap={"resamples": 100, "seed": 0},
-        facts=FACTS,
-    )
+    sweep = Sweep(items, {"d": "D"}, [3, 5], {"resamples": 100, "seed": 0}, FACTS)
+    ksweep(sweep, *paths)
     tables = [pd.read_parquet(item["path"]) for item in items]
     expected = np.mean([t.query("method == 'fvs' and k == 5")["psnr"].mean() for t in tables])
     found = read_csv(paths[1]).query("method == 'fvs' and k == 5 and metric == 'psnr'")

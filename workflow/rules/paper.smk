@@ -54,7 +54,7 @@ rule handsign:
     message:
         "Writing what learning adds"
     script:
-        "../scripts/handsign.py"
+        "../scripts/comparison.py"
 
 
 rule seedvar:
@@ -92,7 +92,7 @@ rule seedvar:
     message:
         "Writing how far training seeds spread"
     script:
-        "../scripts/seedvar.py"
+        "../scripts/comparison.py"
 
 
 rule measure_searched:

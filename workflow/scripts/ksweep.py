@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.tables import ksweep
+from fsel.pipeline.tables import Sweep, ksweep
 from fsel.pipeline.workflow import job, named
 
 if TYPE_CHECKING:
@@ -10,15 +10,17 @@ if TYPE_CHECKING:
 
 with job(snakemake):
     ksweep(
-        named(
-            [*snakemake.params.problems, *snakemake.params.oracles],
-            [*snakemake.input.evaluations, *snakemake.input.oracles],
+        Sweep(
+            named(
+                [*snakemake.params.problems, *snakemake.params.oracles],
+                [*snakemake.input.evaluations, *snakemake.input.oracles],
+            ),
+            datasets=snakemake.params.datasets,
+            budgets=snakemake.params.budgets,
+            bootstrap=snakemake.params.bootstrap,
+            facts=snakemake.params.facts,
         ),
         snakemake.output.table,
         snakemake.output.summary,
         snakemake.output.differences,
-        datasets=snakemake.params.datasets,
-        budgets=snakemake.params.budgets,
-        bootstrap=snakemake.params.bootstrap,
-        facts=snakemake.params.facts,
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from fsel.pipeline.files import write_text
-from fsel.pipeline.tables import BASELINES, sweep_cells, write_csv
+from fsel.pipeline.tables import BASELINES, Sweep, sweep_cells, write_csv
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, difference, plain_table, tex
 from fsel.report.summary import ALL_FRAMES, differences, seed_spread, summarise
@@ -16,29 +16,16 @@ from fsel.report.summary import ALL_FRAMES, differences, seed_spread, summarise
 LEARNED, UNTRAINED = "ours", "untrained"
 
 
-def handsign(
-    evaluations: Sequence[Mapping],
-    table: str | Path,
-    numbers: str | Path,
-    *,
-    datasets: Mapping[str, str],
-    budgets: Sequence[int],
-    bootstrap: Mapping[str, int],
-    facts: Mapping,
-) -> None:
+def handsign(sweep: Sweep, table: str | Path, numbers: str | Path) -> None:
     """PSNR of the learned scorer minus that of the untrained sum (paper, Table 7).
 
     Args:
-        evaluations: see `tables.sweep_cells`.
+        sweep: see `tables.Sweep`.
         table, numbers: receive LaTeX, and dataset, k, mean, ci_low, ci_high, n (scenes).
-        datasets: name -> printed label, in order.
-        budgets: columns.
-        bootstrap: its `resamples` and `seed`.
-        facts: see `captions.made_by`.
     """
-    cells = sweep_cells(evaluations)
+    cells = sweep_cells(sweep.evaluations)
     cells = cells[cells["method"].isin([LEARNED, UNTRAINED])]
-    gaps = differences(cells, [LEARNED], ["psnr"], **bootstrap)
+    gaps = differences(cells, [LEARNED], ["psnr"], **sweep.bootstrap)
     write_csv(gaps, numbers)
     values = gaps.set_index(["dataset", "k"])[["mean", "ci_low", "ci_high"]]
     texts = {
@@ -52,31 +39,23 @@ def handsign(
         "standardised, in the same greedy loop with nothing fitted. Positive values favour the "
         f"learned scorer, which is ahead in ${ahead}$ of the ${count}$ cells; their mean is "
         f"${gaps['mean'].mean():+.2f}$\\,dB. In brackets: paired 95\\% intervals over "
-        f"scenes and draws; bold where they exclude zero. $n$: evaluation scenes. {made_by(facts)}"
+        "scenes and draws; bold where they exclude zero. $n$: evaluation scenes. "
+        f"{made_by(sweep.facts)}"
     )
     counts = gaps.groupby("dataset")["n"].first()
-    rows = _rows(texts, counts, datasets, budgets)
-    write_text(plain_table(_head(budgets), rows, caption=text, label="tab:handsign"), table)
+    rows = _rows(texts, counts, sweep)
+    write_text(plain_table(_head(sweep.budgets), rows, caption=text, label="tab:handsign"), table)
 
 
-def seedvar(
-    evaluations: Sequence[Mapping],
-    table: str | Path,
-    numbers: str | Path,
-    *,
-    datasets: Mapping[str, str],
-    budgets: Sequence[int],
-    bootstrap: Mapping[str, int],
-    facts: Mapping,
-) -> None:
+def seedvar(sweep: Sweep, table: str | Path, numbers: str | Path) -> None:
     """Spread of the dataset mean over training seeds (paper, Table 3); arguments as `handsign`.
 
     The numbers are dataset, k, std, seeds, n, and margin: how far the method's mean is from that
     of the strongest baseline, which the spread is to be read against.
     """
-    runs = [_by_seed(item) for item in evaluations]
+    runs = [_by_seed(item) for item in sweep.evaluations]
     spread = seed_spread(pd.concat(runs), "psnr")
-    means = summarise(sweep_cells(evaluations), ["psnr"], **bootstrap)
+    means = summarise(sweep_cells(sweep.evaluations), ["psnr"], **sweep.bootstrap)
     spread["margin"] = _margins(means, spread)
     write_csv(spread, numbers)
     texts = {
@@ -89,11 +68,11 @@ def seedvar(
         f"training seeds (${spread['seeds'].max()}$), which differ only in initialization and in "
         "the order training items are presented. It is smaller than the distance to the strongest "
         f"baseline, whichever is ahead, in ${inside}$ of ${len(spread)}$ cells. $n$: evaluation "
-        f"scenes. {made_by(facts)}"
+        f"scenes. {made_by(sweep.facts)}"
     )
     counts = spread.groupby("dataset")["n"].first()
-    rows = _rows(texts, counts, datasets, budgets)
-    write_text(plain_table(_head(budgets), rows, caption=text, label="tab:seedvar"), table)
+    rows = _rows(texts, counts, sweep)
+    write_text(plain_table(_head(sweep.budgets), rows, caption=text, label="tab:seedvar"), table)
 
 
 def _by_seed(item: Mapping) -> pd.DataFrame:
@@ -118,12 +97,12 @@ def _head(budgets: Sequence[int]) -> list[str]:
 
 
 def _rows(
-    texts: Mapping[tuple[str, int], str],
-    counts: Mapping[str, int],
-    datasets: Mapping[str, str],
-    budgets: Sequence[int],
+    texts: Mapping[tuple[str, int], str], counts: Mapping[str, int], sweep: Sweep
 ) -> list[list[str]]:
     return [
-        [tex(label), str(counts[name]), *(texts[name, k] for k in budgets)]
-        for name, label in datasets.items()
+        [tex(label), str(counts[name]), *(texts[name, k] for k in sweep.budgets)]
+        for name, label in sweep.datasets.items()
     ]
+
+
+TABLES = {"handsign": handsign, "seedvar": seedvar}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -27,43 +28,48 @@ PANELS = ("fsel", "ours")
 DECIMALS = 6
 
 
-def ksweep(
-    evaluations: Sequence[Mapping],
-    table: str | Path,
-    summary: str | Path,
-    paired: str | Path,
-    *,
-    datasets: Mapping[str, str],
-    budgets: Sequence[int],
-    bootstrap: Mapping[str, int],
-    facts: Mapping,
-) -> None:
-    """The table "Input budget sweep", its numbers with intervals, and paired differences.
+@dataclass(frozen=True)
+class Sweep:
+    """What tables of the budget sweep are made of.
 
-    Args:
+    Attributes:
         evaluations: one mapping a file: dataset, scene, draw, path.
-        table: receives the LaTeX table.
-        summary, paired: receive means, and the learned methods' differences to every other.
         datasets: name -> printed label, in order.
         budgets: columns.
         bootstrap: its `resamples` and `seed`.
         facts: what the caption tells, see `caption`.
     """
-    cells = sweep_cells(evaluations)
-    means = summarise(cells, METRICS, **bootstrap)
-    gaps = differences(cells, list(LEARNED), METRICS, **bootstrap)
+
+    evaluations: Sequence[Mapping]
+    datasets: Mapping[str, str]
+    budgets: Sequence[int]
+    bootstrap: Mapping[str, int]
+    facts: Mapping
+
+
+def ksweep(sweep: Sweep, table: str | Path, summary: str | Path, paired: str | Path) -> None:
+    """The table "Input budget sweep", its numbers with intervals, and paired differences.
+
+    Args:
+        sweep: see `Sweep`.
+        table: receives the LaTeX table.
+        summary, paired: receive means, and the learned methods' differences to every other.
+    """
+    cells = sweep_cells(sweep.evaluations)
+    means = summarise(cells, METRICS, **sweep.bootstrap)
+    gaps = differences(cells, list(LEARNED), METRICS, **sweep.bootstrap)
     write_csv(means, summary)
     write_csv(gaps, paired)
-    groups = row_groups(cells, budgets)
+    groups = row_groups(cells, sweep.budgets)
     searched = any("search" in group for group in groups)
     text = sweep_table(
         means,
-        datasets={name: tex(label) for name, label in datasets.items()},
+        datasets={name: tex(label) for name, label in sweep.datasets.items()},
         groups=groups,
         ranked=[*BASELINES, *LEARNED],
-        budgets=budgets,
+        budgets=sweep.budgets,
         higher_is_better=HIGHER_IS_BETTER,
-        caption=caption({**facts, "searched": searched}),
+        caption=caption({**sweep.facts, "searched": searched}),
         label="tab:ksweep_all",
     )
     write_text(text, table)
