@@ -185,13 +185,15 @@ def measurements(folder):
 
 def test_the_tables_say_what_poses_cost(tmp_path):
     estimated, noise = measurements(tmp_path)
-    errors = tmp_path / "errors.parquet"
+    errors = tmp_path / "e.parquet", tmp_path / "f.parquet"
     values = {"name": list("abc"), "placed": [True, True, False]}
     values |= {"degrees": [1.0, 2.0, np.nan], "percent": [0.5, 0.25, np.nan]}
-    pd.DataFrame(values).to_parquet(errors)
+    pd.DataFrame(values).to_parquet(errors[0])
+    values = {"name": ["d"], "placed": [True], "degrees": [0.5], "percent": [0.1]}
+    pd.DataFrame(values).to_parquet(errors[1])
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
     settings = {"budgets": [8], "bootstrap": BOOTSTRAP, "facts": FACTS}
-    poses(estimated, noise, [errors], *outputs, **settings)
+    poses(estimated, noise, errors, *outputs, **settings)
     text = outputs[0].read_text()
     cell = r"$\mathbf{-1.00}$ {\tiny$[-1.00,-1.00]$}"
     assert rf"FVS & 21.00 & {cell} & {cell} \\" in text
@@ -199,8 +201,8 @@ def test_the_tables_say_what_poses_cost(tmp_path):
     assert rf"FVS & 21.00 & {gained} & {gained} & {unsure} & {unsure} \\" in text
     assert r"Selection & exact & $3^\circ$ & $3\%$ & $3^\circ$ & $3\%$ \\" in text
     assert r"\multicolumn{2}{c}{selector alone}" in text
-    assert "placed 2 of 3 frames" in text
-    assert r"up to $1.50^\circ$ and 0.38\%" in text
+    assert "placed 3 of 4 frames" in text
+    assert r"$0.50^\circ$ to $1.50^\circ$ and 0.10\% to 0.38\% of the scene" in text
     numbers = pd.read_csv(outputs[1])
     assert numbers.groupby("captures")["method"].size().tolist() == [3 * 8, 5 * 8]
 

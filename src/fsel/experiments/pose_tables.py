@@ -109,13 +109,13 @@ def _estimated_table(
             row += [_gap(values.loc[(ESTIMATED, BOTH, name, k)])]
         rows.append([*row, _gap(values.loc[(ESTIMATED, SELECTOR, name, middle)])])
     text = (
-        r"\textbf{Robustness to estimated poses.} PSNR (dB) with given poses, and with poses "
-        "and points that COLMAP finds in the images, less that; intrinsics are given. Last column: "
-        f"only the selector has COLMAP's poses. {_registered(errors)} In brackets: paired 95\\% "
-        f"intervals over {found['n'].max()} scenes and their draws; bold where they exclude zero. "
-        f"{made_by(facts)}"
+        r"\textbf{Robustness to estimated poses.} PSNR (dB) with given poses, and how much it "
+        "changes with poses and points that COLMAP finds in the images, intrinsics being given; in "
+        f"the last column it is the selector alone that has them. {_registered(errors)} In "
+        "brackets: paired 95\\% intervals over scenes and draws; bold where they exclude zero. "
+        f"Scenes: {found['n'].max()}. {made_by(facts)}"
     )
-    head = ["Selection", *["given", "COLMAP"] * len(budgets), "selector's only"]
+    head = ["Selection", *["given", "COLMAP"] * len(budgets), "selector alone"]
     groups = [(f"$K{{=}}{k}$", 2) for k in budgets] + [(f"$K{{=}}{middle}$", 1)]
     return plain_table(head, rows, caption=text, label="tab:poses", groups=groups)
 
@@ -125,12 +125,13 @@ def _registered(errors: Sequence[str | Path]) -> str:
     tables = [pd.read_parquet(path) for path in errors]
     every = pd.concat(tables)
     medians = pd.concat([table[["degrees", "percent"]].median() for table in tables], axis=1)
-    worst = medians.max(axis=1)
+    least, most = medians.min(axis=1), medians.max(axis=1)
     return (
         f"It placed {every['placed'].sum()} of {len(every)} frames; the others are left out of "
-        "both. After the best similarity, scenes' median errors are up to "
-        rf"${worst['degrees']:.2f}^\circ$ and {worst['percent']:.2f}\% of the scene's size (the "
-        "largest distance of a camera from the cameras' mean)."
+        "both. After the best similarity, scenes' median errors are "
+        rf"${least['degrees']:.2f}^\circ$ to ${most['degrees']:.2f}^\circ$ and "
+        rf"{least['percent']:.2f}\% to {most['percent']:.2f}\% of the scene's size, the largest "
+        "distance of a camera from the cameras' mean."
     )
 
 
@@ -146,11 +147,11 @@ def _noise_table(found: pd.DataFrame, facts: Mapping) -> str:
         rows.append(row)
     k = found["k"].iloc[0]
     text = (
-        rf"\textbf{{Noise in poses}}, $K{{=}}{k}$: PSNR (dB) without, and what it loses when "
-        "the selector alone, or selector and reconstruction, are given rotations and camera "
-        "centres with Gaussian noise; its root mean square, in per cent of the scene's size for "
-        f"centres, heads the columns. {found['n'].max()} scenes, first draw. Bold: the paired "
-        f"95\\% interval excludes zero; the intervals are in the csv. {made_by(facts)}"
+        rf"\textbf{{Noise in poses}}, $K{{=}}{k}$: PSNR (dB) without, and how much it changes "
+        "when the selector alone, or selector and reconstruction, are given rotations or camera "
+        "centres with Gaussian noise, whose root mean square heads the columns (of centres in per "
+        "cent of the scene's size). Bold: the paired 95\\% interval, which the csv gives, excludes "
+        f"zero. Scenes: {found['n'].max()}, first draw. {made_by(facts)}"
     )
     levels = [f"${level:g}{SIGNS[change]}$" for change, level, _ in cases.to_numpy()]
     groups = [("", 1)]

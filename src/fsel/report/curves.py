@@ -15,6 +15,8 @@ from fsel.report.figures import footnote, save
 from fsel.report.plan import draw_cameras
 
 SPLITS = {"train": "tab:blue", "validation": "tab:orange"}
+COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:brown", "tab:purple", "tab:olive")
+COLORS += ("tab:pink", "tab:red")  # grey is for the rest
 PANELS = {"loss": "loss (nats)", "agreement": "steps that agree with the label"}
 
 
@@ -79,7 +81,7 @@ def pose_noise(
     Args:
         points: change (`none`, `degrees`, `percent`), level, scope (`selector`, `both`), method,
             mean; levels are drawn evenly spaced, the exact poses first.
-        labels: method -> printed name, of those in colour; the others are grey.
+        labels: method -> printed name, of up to eight in colour; the others are grey.
         outputs: paths; their endings choose the format.
         note: what made the numbers.
     """
@@ -107,6 +109,7 @@ def _against_noise(axis: Axes, part: pd.DataFrame, labels: Mapping[str, str]) ->
     wide = part.pivot(index="level", columns="method", values="mean")
     rest = [name for name in wide if name not in labels]
     axis.plot(range(len(levels)), wide[rest], "-", color="0.8", linewidth=0.8)
+    axis.set_prop_cycle(color=COLORS)
     for name, label in labels.items():
         axis.plot(range(len(levels)), wide[name], "o-", markersize=3, linewidth=1.2, label=label)
     axis.set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
