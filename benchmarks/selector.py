@@ -21,6 +21,7 @@ import numpy as np
 from fsel import shipped
 from fsel.baselines.dpp import JITTER, greedy_map
 from fsel.baselines.kmedoids import distances, fasterpam
+from fsel.closeness import NOVEL
 from fsel.geometry import viewing_angles
 from fsel.scorer import SHAPES, Scorer
 from fsel.search import farthest_views
@@ -51,6 +52,7 @@ def prepared_of(n: int, rng: np.random.Generator) -> Prepared:
         bearings=unit_rows(rng, n, 3),
         descriptors=unit_rows(rng, n, DESCRIPTOR).astype(np.float32),
         kernel=rng.random((n, VIEWS)),
+        looks=0.1 * rng.normal(size=(n, 6)),
     )
 
 
@@ -63,7 +65,10 @@ def recomputed(prepared: Prepared, weights: dict[str, np.ndarray], k: int) -> np
         free[picks] = False
         inputs = prepared.static.copy()
         covered = prepared.kernel[picks].sum(axis=0)
-        inputs[:, DYNAMIC[4]] += (prepared.kernel / (1 + covered)).mean(axis=1)
+        looks = prepared.looks.reshape(-1, 2, 3)
+        apart = [np.linalg.norm(looks - looks[i], axis=2).sum(axis=1) for i in picks]
+        novel = np.min([np.full(len(looks), NOVEL), *apart], axis=0) / NOVEL
+        inputs[:, DYNAMIC[4]] += (prepared.kernel / (1 + covered)).mean(axis=1) * novel
         if picks:
             gap = [np.linalg.norm(prepared.centers - prepared.centers[i], axis=1) for i in picks]
             turn = [viewing_angles(prepared.axes, prepared.axes[i]) for i in picks]

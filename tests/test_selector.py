@@ -95,7 +95,7 @@ def slow_relations(problem, frames, views, left, picked):
 
 def slow_coverage(problem, frames, views, left, picked):
     """What each row would add to the mean over views of log(1 + summed closeness), to first order,
-    less its remoteness."""
+    in proportion less within 0.2 of a pick's look; less its remoteness."""
     centers, axes = problem.capture.centers[frames], problem.capture.axes[frames]
     depth = 1.8 * np.sqrt(np.mean(np.linalg.norm(centers - centers.mean(axis=0), axis=1) ** 2))
     closeness, far = np.zeros((2, len(frames), len(views)))
@@ -109,7 +109,15 @@ def slow_coverage(problem, frames, views, left, picked):
             closeness[i, t] = 0.7**rank if rank < 64 else 0
     covered = closeness[list(picked)].sum(axis=0)
     remote = [min(far[i]) / depth / 75 for i in left]
-    return np.array([(closeness[i] / (1 + covered)).mean() for i in left]) - remote
+    looked = centers + depth * axes
+
+    def apart(i, j):
+        ahead = np.linalg.norm(looked[i] - looked[j])
+        return (np.linalg.norm(centers[i] - centers[j]) + 2 * ahead) / depth
+
+    novel = [min([1, *(apart(i, j) / 0.2 for j in picked)]) for i in left]
+    gain = [(closeness[i] / (1 + covered)).mean() for i in left]
+    return np.array(gain) * novel - remote
 
 
 def slow_greedy(problem, weights, k, policy):

@@ -12,6 +12,7 @@ TURN = 2.0  # what a shift of the point looked at weighs beside a shift of the c
 FADE = 0.7  # closeness of a view's next frame, of the one before
 EQUAL = 1e-9  # of a scene's depth: distances closer than this are one
 LAST = 64  # ranks; closeness beyond is below 1e-9 and counts as nothing
+NOVEL = 0.2  # look distance from every pick at which a frame adds all of its closeness
 FAR = 75.0  # scene depths from every view cost as much as the first frame of all views brings
 
 
@@ -30,11 +31,30 @@ def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.nda
     Returns:
         (n, T) float64 without unit.
     """
-    spread = np.sqrt(np.mean(np.sum(centered(centers) ** 2, axis=1)))
-    depth = REACH * spread if spread > 0 else 1.0
+    depth = _look_depth(centers)
     shift = pairwise_distances(centers, views.centers)
     ahead = pairwise_distances(centers + depth * axes, views.centers + depth * views.axes)
     return (shift + TURN * ahead) / depth
+
+
+def looks(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """(n, 6) where cameras are and, twice, what they look at, over the scene's depth.
+
+    The look distance of two of the frames is the distance of their first three numbers plus that
+    of their last three.
+
+    Args:
+        centers: (n, 3) camera centres.
+        axes: (n, 3) unit optical axes.
+    """
+    depth = _look_depth(centers)
+    here = centered(centers) / depth
+    return np.hstack([here, TURN * (here + axes)])
+
+
+def _look_depth(centers: np.ndarray) -> float:
+    spread = np.sqrt(np.mean(np.sum(centered(centers) ** 2, axis=1)))
+    return REACH * spread if spread > 0 else 1.0
 
 
 def closeness(distance: np.ndarray) -> np.ndarray:

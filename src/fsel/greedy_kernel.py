@@ -11,6 +11,7 @@ import math
 import numba
 import numpy as np
 
+from fsel.closeness import NOVEL
 from fsel.features import FLAT
 from fsel.geometry import SAME_AXIS
 from fsel.screening import COLUMNS, best_row, highest, screen
@@ -22,18 +23,20 @@ _fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
 @_jit
-def fold(row, first, centers, axes, bearings, descriptors, kernel, squares, covered, raw):
+def fold(row, first, relations, squares, covered, apart, raw):
     """Fold one pick into the running extrema.
 
     Args:
         row: the pick.
         first: whether it is the first pick.
-        centers, axes, bearings: (n, 3) float64.
-        descriptors: (n, D) float32; kernel: (n, O) float64; D or O may be 0.
+        relations: centers, axes, bearings, (n, 3) float64; descriptors, (n, D) float32; kernel,
+            (n, O), and looks, (n, 6), float64. D or O may be 0.
         squares: (3, n) squared distance and chords to the nearest pick; changed.
         covered: (O,) summed kernel of the picks; changed.
+        apart: (n,) look distance to the nearest pick, at most `NOVEL`; changed.
         raw: (5, n) raw columns; changed.
     """
+    centers, axes, bearings, descriptors, kernel, looks = relations
     _nearest(centers, row, squares[0], raw[0])
     _smallest_angle(axes, row, squares[1], raw[1])
     _smallest_angle(bearings, row, squares[2], raw[3])
@@ -42,7 +45,8 @@ def fold(row, first, centers, axes, bearings, descriptors, kernel, squares, cove
     if len(covered) > 0:
         for o in range(len(covered)):
             covered[o] += kernel[row, o]
-        coverage_gain(kernel, covered, raw[4])
+        _least_apart(looks, row, apart)
+        coverage_gain(kernel, covered, apart, raw[4])
 
 
 @_jit
@@ -79,15 +83,26 @@ def _likest(descriptors, row, first, out):
             out[i] = likeness
 
 
+@_jit
+def _least_apart(looks, row, out):
+    for i in range(len(looks)):
+        here, ahead = 0.0, 0.0
+        for c in range(3):
+            here += (looks[i, c] - looks[row, c]) ** 2
+            ahead += (looks[i, c + 3] - looks[row, c + 3]) ** 2
+        out[i] = min(out[i], math.sqrt(here) + math.sqrt(ahead))
+
+
 @_fast
-def coverage_gain(kernel, covered, out):
-    """Each row's mean closeness to the views, each view discounted by what covers it."""
+def coverage_gain(kernel, covered, apart, out):
+    """Each row's mean closeness to the views, each view discounted by what covers it; in
+    proportion less where the row looks much like one picked."""
     discount = 1 / (1 + covered)
     for i in range(len(kernel)):
         gain = 0.0
         for o in range(len(discount)):
             gain += kernel[i, o] * discount[o]
-        out[i] = gain / max(len(discount), 1)
+        out[i] = gain / max(len(discount), 1) * (apart[i] / NOVEL)
 
 
 @_jit
@@ -128,18 +143,18 @@ def run(k, columns, static, base, relations, layers, picks, scores):
         columns: (5,) the inputs that follow the selection.
         static: (n, 19) float64 inputs, without what those columns get from the selection.
         base: (n, 64) float32, see `screen`.
-        relations: centers, axes, bearings, descriptors, kernel, see `fold`.
+        relations: see `fold`.
         layers: float32 ones, see `screen`; float64 ones, see `exact_score`; bounds, see `highest`.
         picks: (k,) int64, written.
         scores: (k,) float64, written.
     """
-    centers, axes, bearings, descriptors, kernel = relations
+    kernel = relations[4]
     narrow, wide, bounds = layers
     n = len(static)
     raw = np.zeros((COLUMNS, n))
     squares = np.full((3, n), np.inf)
-    covered = np.zeros(kernel.shape[1])
-    coverage_gain(kernel, covered, raw[4])
+    covered, apart = np.zeros(kernel.shape[1]), np.full(n, NOVEL)
+    coverage_gain(kernel, covered, apart, raw[4])
     selectable = np.ones(n, np.bool_)
     inputs = np.empty((n, COLUMNS))
     seen, most = np.zeros((n, COLUMNS)), np.empty(n)
@@ -153,15 +168,4 @@ def run(k, columns, static, base, relations, layers, picks, scores):
         row, scores[step] = best_row(rows, approximate, static, inputs, columns, wide)
         picks[step] = row
         selectable[row] = False
-        fold(
-            row,
-            step == 0,
-            centers,
-            axes,
-            bearings,
-            descriptors,
-            kernel,
-            squares,
-            covered,
-            raw,
-        )
+        fold(row, step == 0, relations, squares, covered, apart, raw)

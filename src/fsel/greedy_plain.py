@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.closeness import NOVEL
 from fsel.geometry import viewing_angles
 from fsel.scorer import Scorer
 from fsel.selector import DYNAMIC, Prepared, standardise
@@ -36,6 +37,7 @@ def greedy(
     views = max(prepared.kernel.shape[1], 1)
     raw[:, 4] = prepared.kernel.sum(axis=1) / views
     covered = np.zeros(prepared.kernel.shape[1], precision)
+    apart = np.full(n, NOVEL, precision)
     inputs = prepared.static.copy()
     for step in range(k):
         inputs[:, DYNAMIC[:4]] = standardise(raw[:, :4], free)
@@ -46,11 +48,18 @@ def greedy(
         scores[step] = value[rows[step]]
         free[rows[step]] = False
         covered += prepared.kernel[rows[step]]
-        _fold(prepared, int(rows[step]), step == 0, covered, raw)
+        _fold(prepared, int(rows[step]), step == 0, covered, apart, raw)
     return rows, scores
 
 
-def _fold(prepared: Prepared, row: int, first: bool, covered: np.ndarray, raw: np.ndarray) -> None:
+def _fold(
+    prepared: Prepared,
+    row: int,
+    first: bool,
+    covered: np.ndarray,
+    apart: np.ndarray,
+    raw: np.ndarray,
+) -> None:
     """Update the columns d_min_s, gamma_min_s, rho_max_s, phi_nov and coverage gain."""
     described = prepared.descriptors
     nearest = {
@@ -62,4 +71,7 @@ def _fold(prepared: Prepared, row: int, first: bool, covered: np.ndarray, raw: n
     for column, value in nearest.items():
         raw[:, column] = value if first else np.minimum(raw[:, column], value)
     raw[:, 2] = likeness if first else np.maximum(raw[:, 2], likeness)
-    raw[:, 4] = prepared.kernel @ (1 / (1 + covered)) / max(len(covered), 1)
+    shift = (prepared.looks - prepared.looks[row]).reshape(-1, 2, 3)
+    np.minimum(apart, np.linalg.norm(shift, axis=2).sum(axis=1), out=apart)
+    gain = prepared.kernel @ (1 / (1 + covered)) / max(len(covered), 1)
+    raw[:, 4] = gain * (apart / NOVEL)

@@ -13,7 +13,7 @@ from types import ModuleType
 import numpy as np
 
 from fsel.capture import Views
-from fsel.closeness import closeness, look_distance, remoteness
+from fsel.closeness import NOVEL, closeness, look_distance, looks, remoteness
 from fsel.features import FLAT, proxy_points, static_features
 from fsel.geometry import centered, directions
 from fsel.problem import Method, Problem
@@ -47,6 +47,7 @@ class Prepared:
         bearings: (n, 3) unit directions from the common reference point.
         descriptors: (n, D) float32; D = 0 when appearance is switched off.
         kernel: (n, O) float64 closeness of frame and view for the coverage input; O = 0 without.
+        looks: (n, 6) float64, see `closeness.looks`.
     """
 
     pool: np.ndarray
@@ -56,11 +57,12 @@ class Prepared:
     bearings: np.ndarray
     descriptors: np.ndarray
     kernel: np.ndarray
+    looks: np.ndarray
 
     @property
     def relations(self) -> tuple[np.ndarray, ...]:
         """What `greedy_kernel.fold` compares rows by."""
-        return self.centers, self.axes, self.bearings, self.descriptors, self.kernel
+        return self.centers, self.axes, self.bearings, self.descriptors, self.kernel, self.looks
 
 
 def prepare(
@@ -95,6 +97,7 @@ def prepare(
         bearings=directions(centers, common_reference(problem, references)),
         descriptors=problem.descriptors[frames][:, : None if appearance else 0],
         kernel=kernel,
+        looks=looks(centers, axes),
     )
 
 
@@ -137,14 +140,15 @@ class State:
         self.raw = np.zeros((len(DYNAMIC), n))
         self._squares = np.full((3, n), np.inf)
         self._covered = np.zeros(views)
-        compiled().coverage_gain(prepared.kernel, self._covered, self.raw[4])
+        self._apart = np.full(n, NOVEL)
+        compiled().coverage_gain(prepared.kernel, self._covered, self._apart, self.raw[4])
 
     def add(self, row: int) -> None:
         """Append a row of the pool to the selection."""
         first = bool(self.selectable.all())
         self.selectable[row] = False
         relations = self.prepared.relations
-        compiled().fold(row, first, *relations, self._squares, self._covered, self.raw)
+        compiled().fold(row, first, relations, self._squares, self._covered, self._apart, self.raw)
 
     def inputs(self) -> np.ndarray:
         """(n, 5) d_min_s, gamma_min_s, rho_max_s, phi_nov, standardised, and the coverage gain.

@@ -28,7 +28,7 @@ from fsel.training import Trajectory, train
 logger = logging.getLogger(__name__)
 
 STRATEGY = ("generations", "population", "step", "batch")
-START = {"d_min_s": 0.6, "gamma_min_s": 0.3, "phi_nov": 0.5}
+START = {"d_min_s": 0.4, "gamma_min_s": 0.2, "phi_nov": 0.35}
 COVERAGE = 150.0
 
 
