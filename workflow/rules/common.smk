@@ -370,6 +370,35 @@ def first_scene(name):
     )
 
 
+def first_scenes():
+    """(dataset, scene) of every dataset's first evaluation scene."""
+    return [(d, scenes(d, "evaluation")[0]) for d in labels()]
+
+
+def of_posed(name):
+    """A file of every scene on which poses are estimated and disturbed."""
+    return [f"<results>/{d}/{s}/poses/{name}" for d, s in first_scenes()]
+
+
+def frames_to_place():
+    """Least frames whose poses must be found: targets, their proxies, candidates to select."""
+    return 2 * config["targets"] + budget_near(30)
+
+
+def large_capture(wildcards):
+    """The scene with images large enough to be matched: embedded ones are filmed anew."""
+    frames = config["poses"]["frames"]
+    if frames < frames_to_place():
+        refuse(
+            f"poses.frames is {frames}, the experiment needs {frames_to_place()}: targets, as "
+            f"many proxies, and a budget of {budget_near(30)}",
+            "raise poses.frames, or lower targets or budgets",
+        )
+    if "embedded" in config["datasets"][wildcards.dataset]:
+        return f"<results>/{wildcards.dataset}/{wildcards.scene}/poses/data"
+    return raw_capture(wildcards)
+
+
 def library(*parts):
     """Sources under src/fsel as inputs, so that an edit reruns what it may change."""
     found = []

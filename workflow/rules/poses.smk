@@ -6,10 +6,8 @@ Outputs: <results>/{dataset}/{scene}/poses/{given,estimated}/ (canonical capture
 <figures>/pose_noise.{pdf,png,csv}.
 """
 
-POSED = {d: scenes(d, "evaluation")[0] for d in labels()}
 # of a capture of few frames, larger budgets would take nearly all
 TRIED = [k for k in config["budgets"] if k <= budget_near(30)]
-REGISTERED = 2 * config["targets"] + max(TRIED)
 NOISY = {key: config["poses"][key] for key in ("degrees", "percent")}
 SCORERS = {
     "ours": collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
@@ -18,25 +16,6 @@ SCORERS = {
     ),
     "fsel": collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
 }
-
-
-def of_posed(name):
-    """A file of every scene of the experiment."""
-    return [f"<results>/{d}/{s}/poses/{name}" for d, s in POSED.items()]
-
-
-def large_capture(wildcards):
-    """The scene with images large enough to be matched: embedded ones are filmed anew."""
-    frames = config["poses"]["frames"]
-    if frames < REGISTERED:
-        refuse(
-            f"poses.frames is {frames}, the experiment needs {REGISTERED}: targets, as many "
-            f"proxies, and a budget of {max(TRIED)}",
-            "raise poses.frames, or lower targets or budgets",
-        )
-    if "embedded" in config["datasets"][wildcards.dataset]:
-        return f"<results>/{wildcards.dataset}/{wildcards.scene}/poses/data"
-    return raw_capture(wildcards)
 
 
 use rule generate as generate_large with:
@@ -89,7 +68,7 @@ rule estimate_poses:
         frames=config["poses"]["frames"],
         matching_side=max(config["poses"]["width"], config["poses"]["height"]),
         long_side=config["long_side"],
-        at_least=REGISTERED,
+        at_least=frames_to_place(),
         reading=lambda wildcards: reading(wildcards.dataset, wildcards.scene),
     message:
         "Estimating the poses of {wildcards.dataset}/{wildcards.scene} from its images"
@@ -227,7 +206,7 @@ rule poses:
         mem_mb=1000,
         runtime=10,
     params:
-        scenes=list(POSED.items()),
+        scenes=first_scenes(),
         budgets=TRIED,
         bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=facts(),
@@ -262,7 +241,7 @@ rule pose_noise:
         mem_mb=1000,
         runtime=10,
     params:
-        scenes=list(POSED.items()),
+        scenes=first_scenes(),
         bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=facts(),
     message:
