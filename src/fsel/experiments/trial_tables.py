@@ -182,6 +182,6 @@ def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
         rf"PSNR at $K{{=}}{base['k']}$ on {base['n']} validation scenes, {base['draws']} target "
         f"draws each, mean of {base['seeds']} training seeds ({facts['epochs']} passes), minus "
         f"that of the scorer marked $0$ (${base['mean']:.2f}$\\,dB). In brackets: paired 95\\% "
-        f"intervals over scenes and draws; bold where they exclude zero (${sure}$ of "
-        f"${len(result) - 1}$). {made_by(facts)}"
+        "intervals over scenes and draws, each for its row alone; bold where they exclude zero "
+        f"(${sure}$ of ${len(result) - 1}$). {made_by(facts)}"
     )
