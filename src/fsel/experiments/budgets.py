@@ -196,21 +196,13 @@ def _table(rows: pd.DataFrame, first: str, caption: str, label: str) -> str:
     cells = []
     for request, part in rows.groupby("request", sort=False):
         found = part.set_index(["rule", "budget"])
+        kept = [found.loc[(rule, 0)] for rule in RULES]
         fixed = [found.loc[("fixed", budget)] for budget in budgets]
         texts = [_cell(row) for row in fixed]
         best = int(np.argmax([row["psnr"] for row in fixed]))
         texts[best] = rf"\textbf{{{texts[best]}}}"
-        kept = [found.loc[(rule, 0)] for rule in RULES]
-        cells.append(
-            [
-                tex(request),
-                *(text for row in kept for text in (f"{row['k']:.1f}", _cell(row))),
-                *(
-                    rf"\textbf{{{_cell(r)}}}" if i == best else _cell(r)
-                    for i, r in enumerate(fixed)
-                ),
-            ]
-        )
+        ruled = (text for row in kept for text in (f"{row['k']:.1f}", _cell(row)))
+        cells.append([tex(request), *ruled, *texts])
     head = [first, *("$K$", "PSNR / ms") * 2, *(f"$K={budget}$" for budget in budgets)]
     groups = [("auto", 2), ("auto, within memory", 2), ("PSNR / ms of a fixed $K$", len(budgets))]
     return plain_table(head, cells, caption=caption, label=label, groups=groups)
