@@ -53,7 +53,7 @@ def linear_weights(coefficients: np.ndarray) -> dict[str, np.ndarray]:
 class RefineSettings:
     """CMA-ES: generations, policies a generation, first step size, problems a generation."""
 
-    generations: int = 12
+    generations: int = 8
     population: int = 8
     step: float = 0.1
     batch: int = 8

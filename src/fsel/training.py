@@ -53,18 +53,20 @@ def train(
 
     Returns:
         The weights as float32 arrays keyed as in `fsel.scorer`, and a log with one row an epoch
-        and set (epoch 0: before the first update): epoch, split, loss, agreement.
+        and set (epoch 0: before the first update): epoch, split, loss, agreement. Those of `train`
+        are means over the pass, each trajectory as it was met.
     """
     torch.manual_seed(seed)
     network = perceptron(WIDTH).to(dtype)
     data, held_out = _tensors(trajectories, dtype), _tensors(validation, dtype)
     log = []
     steps = passes(network, data, _cost, seed=seed, epochs=epochs, learning_rate=learning_rate)
-    for epoch in steps:
-        for split, part in (("train", data), ("validation", held_out)):
-            if part:
-                loss, agreement = measured(network, part, _cost)
-                log.append({"epoch": epoch, "split": split, "loss": loss, "agreement": agreement})
+    for epoch, met in steps:
+        values = {"train": met or measured(network, data, _cost)}
+        if held_out:
+            values["validation"] = measured(network, held_out, _cost)
+        for split, (loss, agreement) in values.items():
+            log.append({"epoch": epoch, "split": split, "loss": loss, "agreement": agreement})
     return _weights(network), pd.DataFrame(log)
 
 
@@ -76,7 +78,7 @@ def passes(
     seed: int,
     epochs: int,
     learning_rate: float,
-) -> Iterator[int]:
+) -> Iterator[tuple[int, list[float]]]:
     """Fit a network in place, whatever its kind: Adam, one update a trajectory.
 
     Args:
@@ -87,18 +89,22 @@ def passes(
         epochs, learning_rate: as in `train`.
 
     Yields:
-        The number of passes made: 0 before the first update, then one number a pass.
+        The number of passes made, and the mean loss and agreement that the last one met: 0 and
+        nothing before the first update, then one pair a pass.
     """
     optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate)
     rng = np.random.default_rng(seed)
-    yield 0
+    yield 0, []
     for epoch in range(1, epochs + 1):
+        met = []
         for index in rng.permutation(len(data)):
             *item, weight = data[index]
             optimizer.zero_grad(set_to_none=True)
-            (weight * cost(network, *item)[0]).backward()
+            loss, agreement = cost(network, *item)
+            (weight * loss).backward()
             optimizer.step()
-        yield epoch
+            met.append(torch.stack([loss.detach(), agreement]))
+        yield epoch, torch.stack(met).mean(dim=0).tolist()
 
 
 def measured(network: torch.nn.Module, data: Sequence[tuple], cost: Cost) -> tuple[float, float]:

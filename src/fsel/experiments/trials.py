@@ -130,7 +130,7 @@ def trained(
     torch.manual_seed(seed)
     network = MODULES[case.module](**case.settings)
     settings = {"seed": seed, "epochs": epochs, "learning_rate": learning_rate}
-    for epoch in passes(network, data, _cost, **settings):
+    for epoch, _ in passes(network, data, _cost, **settings):
         logger.info("%s, seed %d: %d of %d passes", case.module, seed, epoch, epochs)
     return network
 
