@@ -215,23 +215,23 @@ def test_labels_rank_subsets_and_trajectories_order_the_best(labelled):
     assert sorted(table["picks"][0]) == sorted(labels.set_index("rank").loc[0, "subset"])
 
 
-def test_equal_trainings_write_equal_files(scene, labelled, tmp_path):
+def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelled, tmp_path):
     scenes = {"s": {"folder": scene, "splits": labelled / "splits.parquet"}}
-    for name in "ab":
+    for name, seeds in (("a", 2), ("b", 1)):
         clone(
             scenes,
             labelled / "trajectories.parquet",
-            tmp_path / f"{name}.safetensors",
-            tmp_path / "log.parquet",
+            [tmp_path / f"{name}{seed}.safetensors" for seed in range(seeds)],
+            [tmp_path / f"{name}{seed}.parquet" for seed in range(seeds)],
             policy="ours",
-            seed=0,
             epochs=1,
             learning_rate=1e-3,
             config="c",
         )
-    first, second = ((tmp_path / f"{name}.safetensors").read_bytes() for name in "ab")
-    assert first == second
-    assert pd.read_parquet(tmp_path / "log.parquet")["epoch"].tolist() == [0, 1]
+    written = {path.stem: path.read_bytes() for path in tmp_path.glob("*.safetensors")}
+    assert written["a0"] == written["b0"]
+    assert written["a0"] != written["a1"]
+    assert pd.read_parquet(tmp_path / "a1.parquet")["epoch"].tolist() == [0, 1]
 
 
 def test_refinement_continues_after_a_kill(scene, tmp_path, monkeypatch):

@@ -19,12 +19,13 @@ rule train:
             *FEATURES, "training", *FILES, "pipeline/policies", "pipeline/selectors"
         ),
     output:
-        weights="<results>/selector/seed{seed}.safetensors",
-        log="<results>/selector/seed{seed}.parquet",
+        # all seeds in one job: they share the trajectories' inputs, and the import of torch
+        weights=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
+        logs=collect("<results>/selector/seed{seed}.parquet", seed=SEEDS),
     log:
-        "<results>/logs/train/ours/seed{seed}.log",
+        "<results>/logs/train/ours.log",
     benchmark:
-        "<results>/benchmarks/train/ours/seed{seed}.jsonl"
+        "<results>/benchmarks/train/ours.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -37,19 +38,21 @@ rule train:
         epochs=config["training"]["epochs"],
         learning_rate=config["training"]["learning_rate"],
     message:
-        "Training {params.policy}, seed {wildcards.seed}"
+        "Training {params.policy}"
     script:
         "../scripts/train.py"
 
 
 use rule train as train_no_appearance with:
     output:
-        weights="<results>/selector/no_appearance/seed{seed}.safetensors",
-        log="<results>/selector/no_appearance/seed{seed}.parquet",
+        weights=collect(
+            "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
+        ),
+        logs=collect("<results>/selector/no_appearance/seed{seed}.parquet", seed=SEEDS),
     log:
-        "<results>/logs/train/ours_no_appearance/seed{seed}.log",
+        "<results>/logs/train/ours_no_appearance.log",
     benchmark:
-        "<results>/benchmarks/train/ours_no_appearance/seed{seed}.jsonl"
+        "<results>/benchmarks/train/ours_no_appearance.jsonl"
     params:
         policy="ours_no_appearance",
         scenes=list(LABELLED),

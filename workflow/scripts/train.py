@@ -1,4 +1,4 @@
-"""Train one scorer by behaviour cloning."""
+"""Train scorers by behaviour cloning, one a seed."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,9 +18,8 @@ with job(snakemake) as digest:
         scenes,
         snakemake.input.trajectories,
         snakemake.output.weights,
-        snakemake.output.log,
+        snakemake.output.logs,
         policy=snakemake.params.policy,
-        seed=int(snakemake.wildcards.seed),
         epochs=snakemake.params.epochs,
         learning_rate=snakemake.params.learning_rate,
         config=digest,

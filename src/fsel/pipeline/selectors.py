@@ -35,24 +35,23 @@ COVERAGE = 150.0
 def clone(
     scenes: Mapping[str, Mapping],
     trajectories: str | Path,
-    weights: str | Path,
-    log: str | Path,
+    weights: Sequence[str | Path],
+    logs: Sequence[str | Path],
     *,
     policy: str,
-    seed: int,
     epochs: int,
     learning_rate: float,
     config: str,
 ) -> None:
-    """Train a policy by imitation (paper, section 3.5).
+    """Train a policy by imitation (paper, section 3.5), once a seed: 0, 1, ...
 
     Args:
         scenes: scene -> mapping with its `folder` and `splits`.
         trajectories: what `fsel.pipeline.labels.trajectories` wrote.
-        weights: receives the scorer.
-        log: receives loss and agreement by epoch and split.
+        weights: receive the scorers.
+        logs: receive loss and agreement by epoch and split.
         policy: key of `POLICIES`.
-        seed, epochs, learning_rate: of the training.
+        epochs, learning_rate: of the training.
         config: digest of the parameters.
     """
     table = pd.read_parquet(trajectories)
@@ -61,12 +60,12 @@ def clone(
         for role, part in table.groupby("role", sort=True)
     }
     sets = data["train"], data.get("validation", [])
-    arrays, record = train(*sets, seed=seed, epochs=epochs, learning_rate=learning_rate)
-    count = len(data["train"])
-    made = f"behaviour cloning of {count} searched subsets, {epochs} epochs"
-    save_scorer(arrays, policy, made, seed, config, weights)
-    write_table(record, log, units={"loss": "nats"}, config=config)
-    logger.info("%s: %s\n%s", policy, made, record.tail(2).to_string())
+    made = f"behaviour cloning of {len(data['train'])} searched subsets, {epochs} epochs"
+    for seed, (path, log) in enumerate(zip(weights, logs, strict=True)):
+        arrays, record = train(*sets, seed=seed, epochs=epochs, learning_rate=learning_rate)
+        save_scorer(arrays, policy, made, seed, config, path)
+        write_table(record, log, units={"loss": "nats"}, config=config)
+        logger.info("%s, seed %d: %s\n%s", policy, seed, made, record.tail(2).to_string())
 
 
 def training_data(
