@@ -151,6 +151,8 @@ def refined(
         coefficients = _better([scene[-1] for scene in draws], start, found)
         items = sum(map(len, draws)) * len(settings["budgets"])
         made = f"CMA-ES against reconstructions of {len(scenes)} scenes, {items} items"
+        if coefficients is start:
+            made += ", which kept what a line search on training scenes had led to"
         save_scorer(linear_weights(coefficients), policy.name, made, seed, config, weights)
         write_table(record, log, units={"best": "dB", "mean": "dB"}, config=config)
 
