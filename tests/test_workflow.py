@@ -64,7 +64,7 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["label"] == labelled["train"] + labelled["validation"]
     assert jobs["select"] == jobs["evaluate"] == evaluation
     assert jobs["split"] == jobs["features"] == evaluation
-    assert jobs["train"] == jobs["train_no_appearance"] == 3
+    assert jobs["train"] == jobs["train_no_appearance"] == 1
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["trajectories"] == 1
 
 
