@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -86,9 +86,7 @@ def measure_crosscapture(
     capture = Capture.load(folder)
     described = pd.read_parquet(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
-    runs = [(METHODS[name], s) for name in BASELINES for s in range(METHODS[name].seeds)]
-    for name, paths in weights.items():
-        runs += [(POLICIES[name].method(Scorer.load(path)), s) for s, path in enumerate(paths)]
+    runs = contenders(BASELINES, weights)
     tables = []
     for held_out in dict.fromkeys(capture.sequences):
         split = cross_split(capture, held_out)
@@ -102,6 +100,21 @@ def measure_crosscapture(
                 tables.append(table)
         logger.info("%s: %d targets held out", held_out, len(split.targets))
     write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)
+
+
+def contenders(
+    baselines: Iterable[str], weights: Mapping[str, Sequence[str | Path]]
+) -> list[tuple[Method, int]]:
+    """Every method with each of its seeds: the baselines', then a learned method's scorers.
+
+    Args:
+        baselines: keys of `METHODS`.
+        weights: key of `POLICIES` -> its scorers, one a training seed.
+    """
+    runs = [(METHODS[name], s) for name in baselines for s in range(METHODS[name].seeds)]
+    for name, paths in weights.items():
+        runs += [(POLICIES[name].method(Scorer.load(path)), s) for s, path in enumerate(paths)]
+    return runs
 
 
 def budget_picks(

@@ -13,19 +13,17 @@ import pandas as pd
 from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.experiments.crosscapture import BASELINES, leaders
+from fsel.experiments.crosscapture import BASELINES, contenders, leaders
 from fsel.focus import from_capture
 from fsel.metrics import HIGHER_IS_BETTER, METRICS, inside
 from fsel.pipeline.files import write_table, write_text
 from fsel.pipeline.labels import METRIC_UNITS, reconstructor_of
-from fsel.pipeline.policies import POLICIES
 from fsel.pipeline.problems import problem_of
 from fsel.pipeline.tables import LEARNED, write_csv
 from fsel.problem import Problem, checked_select
 from fsel.report.captions import made_by
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.summary import differences, draw_means, summarise
-from fsel.scorer import Scorer
 from fsel.split import Split, evaluation_split
 
 logger = logging.getLogger(__name__)
@@ -103,9 +101,7 @@ def measure_objects(
     capture = Capture.load(folder)
     described = pd.read_parquet(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
-    runs = [(METHODS[name], s) for name in UNTRAINED for s in range(METHODS[name].seeds)]
-    for name, paths in weights.items():
-        runs += [(POLICIES[name].method(Scorer.load(path)), s) for s, path in enumerate(paths)]
+    runs = contenders(UNTRAINED, weights)
     tables = []
     for draw in range(draws):
         split = object_split(reconstructor.capture, draw, seed, targets)
