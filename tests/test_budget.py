@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from described_scene import write_scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -15,14 +16,11 @@ from small_captures import write_ring
 import fsel
 from fsel import budget
 from fsel.budget import Auto, enough, find, most, predicted, shifts, view_shift, within
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import SparsePoints
 from fsel.experiments.budgets import MEAN, at_same_number, budget_tables, means, measure_budgets
 from fsel.pipeline.budget import SHIFTS, compared, fit, fit_worth, measure_curves
-from fsel.pipeline.descriptions import describe
-from fsel.pipeline.problems import split
 from fsel.shipped import FOLDER, WEIGHTS
 from fsel.stability.worlds import moved
-from fsel.synthesis import record
 
 WORTH = np.array([4.0, 2.0, 1.0])
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
@@ -253,14 +251,7 @@ def test_means_are_over_draws_then_over_scenes():
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     """A small canonical capture with descriptors and one draw of targets."""
-    folder = tmp_path_factory.mktemp("scene")
-    made = record("dl3dv", 3, frames=40, width=32, height=24)
-    focal = made.camera.params[0]
-    camera = np.tile([focal, focal, 16.0, 12.0], (40, 1))
-    Capture(made.names, made.world_to_camera, camera, made.images, made.sequences).save(folder)
-    describe(folder, folder / "descriptors.parquet", kind="lab_hog", weights=None, config="c")
-    split(folder, [folder / "split.parquet"], targets=4, seed=1, config="c")
-    return folder
+    return write_scene(tmp_path_factory.mktemp("scene"))
 
 
 def test_from_a_capture_to_the_table(scene, tmp_path):

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from described_scene import write_scene
 from matplotlib.figure import Figure
 from selection_problems import random_capture
 
@@ -11,12 +12,10 @@ from fsel.evaluation import Evaluator
 from fsel.experiments.process import met_until, pipeline, training
 from fsel.experiments.showcase import picks_of, showcase
 from fsel.paths import upwards
-from fsel.pipeline.descriptions import describe
 from fsel.pipeline.labels import reconstructor_of
-from fsel.pipeline.problems import split, split_from
+from fsel.pipeline.problems import split_from
 from fsel.report.figures import footnote
 from fsel.report.plan import plan_positions
-from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 FACTS = {"embedded": ["DL3DV"], "real": [], "reconstructor": "splats", "long_side": 32}
@@ -25,13 +24,7 @@ FACTS = {"embedded": ["DL3DV"], "real": [], "reconstructor": "splats", "long_sid
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     """A small canonical capture with one draw of targets and two selections."""
-    folder = tmp_path_factory.mktemp("scene")
-    made = record("dl3dv", 3, frames=40, width=32, height=24)
-    focal = made.camera.params[0]
-    camera = np.tile([focal, focal, 16.0, 12.0], (40, 1))
-    Capture(made.names, made.world_to_camera, camera, made.images, made.sequences).save(folder)
-    describe(folder, folder / "descriptors.parquet", kind="lab_hog", weights=None, config="c")
-    split(folder, [folder / "split.parquet"], targets=4, seed=1, config="c")
+    folder = write_scene(tmp_path_factory.mktemp("scene"))
     observed = np.setdiff1d(np.arange(40), targets_of(folder))
     rows = [("all", 0, len(observed), i, f) for i, f in enumerate(observed)]
     rows += [("uniform", s, 8, i, f) for s in (0, 1) for i, f in enumerate(observed[s::4][:8])]

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from described_scene import write_scene
 from selection_problems import random_capture, random_problem, with_points
 
 from fsel.baselines import METHODS
@@ -14,10 +15,9 @@ from fsel.culling import seen_by
 from fsel.evaluation import Evaluator
 from fsel.metrics import METRICS
 from fsel.pipeline.damping import damping_sweep
-from fsel.pipeline.descriptions import describe
 from fsel.pipeline.economy import SAVINGS, economy
 from fsel.pipeline.labels import reconstructor_of
-from fsel.pipeline.problems import load_problem, split, split_from
+from fsel.pipeline.problems import load_problem, split_from
 from fsel.pipeline.speed_error import progress, settings_sweep, speed_error
 from fsel.pipeline.timing import problem_of_size, refilmed, selection_time, timed
 from fsel.pipeline.truth import true_depth
@@ -35,14 +35,7 @@ APPEARANCE = {"kind": "lab_hog", "weights": None}
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     """A small canonical capture with descriptors and one draw of targets."""
-    folder = tmp_path_factory.mktemp("scene")
-    made = record("dl3dv", 3, frames=40, width=32, height=24)
-    focal = made.camera.params[0]
-    camera = np.tile([focal, focal, 16.0, 12.0], (40, 1))
-    Capture(made.names, made.world_to_camera, camera, made.images, made.sequences).save(folder)
-    describe(folder, folder / "descriptors.parquet", kind="lab_hog", weights=None, config="c")
-    split(folder, [folder / "split.parquet"], targets=4, seed=1, config="c")
-    return folder
+    return write_scene(tmp_path_factory.mktemp("scene"))
 
 
 def test_a_path_at_twice_the_rate_has_its_frames_and_their_midpoints():
