@@ -7,24 +7,34 @@ import numpy as np
 EPSILON = 1e-12
 
 
-def order_subset(distances: np.ndarray) -> np.ndarray:
+def order_subset(distances: np.ndarray, apart: np.ndarray) -> np.ndarray:
     """Order frames so that each most reduces the views' distance to their nearest picked frame.
+
+    Once every view has its nearest frame of the subset, no other reduces anything: with 4 views
+    that is the case for three quarters of 20 frames, and the paper does not say which comes next.
+    Here the one farthest from those picked does: the capture's order would teach the scorer to
+    seek the neighbours of what it has.
 
     Args:
         distances: (K, O) distance of each frame of the subset to each optimisation view, any unit.
+        apart: (K, K) distance of the frames to one another, any unit; it decides ties.
 
     Returns:
-        (K,) int64 rows of `distances` in pick order; ties go to the lowest row (paper, Eq. 3).
+        (K,) int64 rows of `distances` in pick order (paper, Eq. 3); ties go to the row farthest
+        from the picked ones, then to the lowest.
     """
     k = len(distances)
     remaining = np.full(distances.shape[1], np.inf)
+    gap = np.zeros(k)
     order = np.empty(k, dtype=np.int64)
     free = np.ones(k, dtype=bool)
     for step in range(k):
         residual = np.minimum(remaining, distances).sum(axis=1)
-        order[step] = np.argmin(np.where(free, residual, np.inf))
-        free[order[step]] = False
-        remaining = np.minimum(remaining, distances[order[step]])
+        tied = free & (residual == residual[free].min())
+        order[step] = pick = np.argmax(np.where(tied, gap, -1.0))
+        free[pick] = False
+        remaining = np.minimum(remaining, distances[pick])
+        gap = np.minimum(gap, apart[pick]) if step else apart[pick]
     return order
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 from fsel.baselines.nearest import nearest
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.geometry import pairwise_distances
+from fsel.geometry import pairwise_distances, pose_distance
 from fsel.metrics import METRICS
 from fsel.ordering import order_subset, trajectory_weights
 from fsel.pipeline.files import fingerprint, subsets_column, write_table
@@ -172,8 +172,9 @@ def trajectories(scenes: Sequence[Mapping], output: str | Path, *, kept: int, co
 
 def ordered(capture: Capture, split: Split, subset: np.ndarray) -> np.ndarray:
     """(K,) frames of the subset in the order that they best cover the proxies (Eq. 3)."""
-    centers = capture.centers
-    return subset[order_subset(pairwise_distances(centers[subset], centers[split.proxies]))]
+    centers, axes = capture.centers[subset], capture.axes[subset]
+    distances = pairwise_distances(centers, capture.centers[split.proxies])
+    return subset[order_subset(distances, pose_distance(centers, axes, centers, axes))]
 
 
 def name_seed(*parts: object) -> int:

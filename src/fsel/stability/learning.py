@@ -65,8 +65,9 @@ def far_metric() -> Finding:
 
 
 def equal_distances() -> Finding:
-    """Frames that serve all views alike are taken in their own order."""
-    orders = [order_subset(np.full((K, 3), value)) for value in (0.0, 1e-300, 1e12)]
+    """Frames in one place that serve all views alike are taken in their own order."""
+    apart = np.zeros((K, K))
+    orders = [order_subset(np.full((K, 3), value), apart) for value in (0.0, 1e-300, 1e12)]
     error = max(float(np.abs(order - np.arange(K)).max()) for order in orders)
     return Finding("lowest rows first" if error == 0 else str(orders), error, 0.0)
 
