@@ -64,7 +64,7 @@ def slow_inputs(problem, picked, *, pool, reference, appearance, coverage):
         if name in columns:
             inputs[:, position] = z_scores(columns[name])[left]
     if picked:
-        relations = slow_relations(problem, frames, views, left, picked)
+        relations = slow_relations(problem, frames, views, left, picked, coverage)
         for name, values in relations.items():
             if appearance or name != "rho_max_s":
                 inputs[:, FEATURES.index(name)] = z_scores(np.array(values))
@@ -73,7 +73,19 @@ def slow_inputs(problem, picked, *, pool, reference, appearance, coverage):
     return np.array(left), inputs
 
 
-def slow_relations(problem, frames, views, left, picked):
+def slow_company(distances):
+    """(rows left,) from (rows left, picks): to the fourth nearest of fewer than ten picks, the
+    farthest of fewer than four; else as if all inverse squares came from one; to 1.5 means."""
+    values = []
+    for row in distances:
+        if len(row) < 10:
+            values.append(sorted(row)[: min(4, len(row))][-1])
+        else:
+            values.append(0.0 if min(row) == 0 else sum(d**-2 for d in row) ** -0.5)
+    return np.minimum(values, 1.5 * np.mean(values))
+
+
+def slow_relations(problem, frames, views, left, picked, coverage):
     capture = problem.capture
     centroid = capture.centers[problem.candidates].mean(axis=0)
     points = [
@@ -85,6 +97,15 @@ def slow_relations(problem, frames, views, left, picked):
         return [best(measure(frames[i], frames[j]) for j in picked) for i in left]
 
     centers, axes, described = capture.centers, capture.axes, problem.descriptors.astype(float)
+    if coverage:
+        bearings = centers - common
+        bearings /= np.linalg.norm(bearings, axis=1, keepdims=True)
+        compared = {"d_min_s": centers, "gamma_min_s": axes, "phi_nov": bearings}
+        company = {}
+        for name, place in compared.items():
+            at, picks = place[frames[left]], place[frames[picked]]
+            company[name] = slow_company([[np.linalg.norm(p - j) for j in picks] for p in at])
+        return company | {"rho_max_s": over(lambda i, j: described[i] @ described[j], max)}
     return {
         "d_min_s": over(lambda i, j: np.linalg.norm(centers[i] - centers[j]), min),
         "gamma_min_s": over(lambda i, j: angle(axes[i], axes[j]), min),

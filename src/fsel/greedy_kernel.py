@@ -1,4 +1,4 @@
-"""The compiled greedy loop: running extrema, their z-scores, the network, the argmax.
+"""The compiled greedy loop: what follows the picks, its z-scores, the network, the argmax.
 
 Geometry and z-scores are float64; how the network is spared most candidates, and how the rest are
 scored: `fsel.screening`.
@@ -12,6 +12,7 @@ import numba
 import numpy as np
 
 from fsel.closeness import NOVEL
+from fsel.company import ENOUGH, FEW, GROUP, SPREAD
 from fsel.features import FLAT
 from fsel.geometry import SAME_AXIS
 from fsel.screening import COLUMNS, best_row, highest, screen
@@ -23,30 +24,82 @@ _fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
 @_jit
-def fold(row, first, relations, squares, covered, apart, raw):
-    """Fold one pick into the running extrema.
+def memory(n, views):
+    """What `fold` remembers of the picks, before the first.
+
+    Args:
+        n: rows.
+        views: of the coverage input; 0 without it.
+
+    Returns:
+        squares, (3, n) squared distance and chords to the nearest pick, used without coverage;
+        ranked, (3, 4, n) those to the nearest four, and crowd, (3, n) the sums of their inverses
+        over all picks, used with it; covered, (O,) summed kernel of the picks; apart, (n,) look
+        distance to the nearest pick, at most `NOVEL`.
+    """
+    used, plain = (n, 0) if views > 0 else (0, n)
+    squares = np.full((3, plain), np.inf)
+    ranked, crowd = np.full((3, GROUP, used), np.inf), np.zeros((3, used))
+    return squares, ranked, crowd, np.zeros(views), np.full(n, NOVEL)
+
+
+@_jit
+def fold(row, selectable, relations, remembered, raw):
+    """Fold one pick into what follows the selection.
 
     Args:
         row: the pick.
-        first: whether it is the first pick.
+        selectable: (n,) bool, False for the picks, `row` among them.
         relations: centers, axes, bearings, (n, 3) float64; descriptors, (n, D) float32; kernel,
             (n, O), and looks, (n, 6), float64. D or O may be 0.
-        squares: (3, n) squared distance and chords to the nearest pick; changed.
-        covered: (O,) summed kernel of the picks; changed.
-        apart: (n,) look distance to the nearest pick, at most `NOVEL`; changed.
+        remembered: see `memory`; changed.
         raw: (5, n) raw columns; changed.
     """
     centers, axes, bearings, descriptors, kernel, looks = relations
-    _nearest(centers, row, squares[0], raw[0])
-    _smallest_angle(axes, row, squares[1], raw[1])
-    _smallest_angle(bearings, row, squares[2], raw[3])
+    squares, ranked, crowd, covered, apart = remembered
+    count = len(selectable) - selectable.sum()
     if descriptors.shape[1] > 0:
-        _likest(descriptors, row, first, raw[2])
-    if len(covered) > 0:
-        for o in range(len(covered)):
-            covered[o] += kernel[row, o]
-        _least_apart(looks, row, apart)
-        coverage_gain(kernel, covered, apart, raw[4])
+        _likest(descriptors, row, count == 1, raw[2])
+    if len(covered) == 0:
+        _nearest(centers, row, squares[0], raw[0])
+        _smallest_angle(axes, row, squares[1], raw[1])
+        _smallest_angle(bearings, row, squares[2], raw[3])
+        return
+    for c, points in enumerate((centers, axes, bearings)):
+        _company(points, row, count, ranked[c], crowd[c], raw[SPREAD[c]])
+        _enough(selectable, raw[SPREAD[c]])
+    for o in range(len(covered)):
+        covered[o] += kernel[row, o]
+    _least_apart(looks, row, apart)
+    coverage_gain(kernel, covered, apart, raw[4])
+
+
+@_jit
+def _company(points, row, count, ranked, crowd, out):
+    """Distance to the fourth nearest of few picks, or the inverse root of the summed inverse
+    squares of many; see `fsel.company`."""
+    x, y, z = points[row, 0], points[row, 1], points[row, 2]
+    last = min(count, GROUP) - 1
+    for i in range(len(points)):
+        gap = (points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2 + (points[i, 2] - z) ** 2
+        crowd[i] += 1 / gap if gap > 0 else np.inf
+        for r in range(GROUP):
+            if gap < ranked[r, i]:
+                gap, ranked[r, i] = ranked[r, i], gap
+        out[i] = math.sqrt(ranked[last, i]) if count < FEW else 1 / math.sqrt(crowd[i])
+
+
+@_jit
+def _enough(selectable, out):
+    """Bound a column by a multiple of its mean over the rows that are still selectable."""
+    total, left = 0.0, 0
+    for i in range(len(out)):
+        if selectable[i]:
+            total += out[i]
+            left += 1
+    ceiling = ENOUGH * total / max(left, 1)
+    for i in range(len(out)):
+        out[i] = min(out[i], ceiling)
 
 
 @_jit
@@ -152,9 +205,8 @@ def run(k, columns, static, base, relations, layers, picks, scores):
     narrow, wide, bounds = layers
     n = len(static)
     raw = np.zeros((COLUMNS, n))
-    squares = np.full((3, n), np.inf)
-    covered, apart = np.zeros(kernel.shape[1]), np.full(n, NOVEL)
-    coverage_gain(kernel, covered, apart, raw[4])
+    remembered = memory(n, kernel.shape[1])
+    coverage_gain(kernel, remembered[3], remembered[4], raw[4])
     selectable = np.ones(n, np.bool_)
     inputs = np.empty((n, COLUMNS))
     seen, most = np.zeros((n, COLUMNS)), np.empty(n)
@@ -168,4 +220,4 @@ def run(k, columns, static, base, relations, layers, picks, scores):
         row, scores[step] = best_row(rows, approximate, static, inputs, columns, wide)
         picks[step] = row
         selectable[row] = False
-        fold(row, step == 0, relations, squares, covered, apart, raw)
+        fold(row, selectable, relations, remembered, raw)

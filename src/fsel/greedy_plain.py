@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.closeness import NOVEL
+from fsel.company import ENOUGH, FEW, GROUP, SPREAD
 from fsel.geometry import viewing_angles
 from fsel.scorer import Scorer
 from fsel.selector import DYNAMIC, Prepared, standardise
@@ -34,10 +35,8 @@ def greedy(
     precision = prepared.static.dtype
     tie = TIE * np.finfo(precision).eps
     raw = np.zeros((n, len(DYNAMIC)), precision)
-    views = max(prepared.kernel.shape[1], 1)
-    raw[:, 4] = prepared.kernel.sum(axis=1) / views
-    covered = np.zeros(prepared.kernel.shape[1], precision)
-    apart = np.full(n, NOVEL, precision)
+    remembered = _Memory(prepared)
+    raw[:, 4] = remembered.gain()
     inputs = prepared.static.copy()
     for step in range(k):
         inputs[:, DYNAMIC[:4]] = standardise(raw[:, :4], free)
@@ -47,31 +46,59 @@ def greedy(
         rows[step] = np.argmax(value >= best - tie * abs(best))
         scores[step] = value[rows[step]]
         free[rows[step]] = False
-        covered += prepared.kernel[rows[step]]
-        _fold(prepared, int(rows[step]), step == 0, covered, apart, raw)
+        remembered.fold(rows[: step + 1], free, raw)
     return rows, scores
 
 
-def _fold(
-    prepared: Prepared,
-    row: int,
-    first: bool,
-    covered: np.ndarray,
-    apart: np.ndarray,
-    raw: np.ndarray,
-) -> None:
-    """Update the columns d_min_s, gamma_min_s, rho_max_s, phi_nov and coverage gain."""
-    described = prepared.descriptors
-    nearest = {
-        0: np.linalg.norm(prepared.centers - prepared.centers[row], axis=1),
-        1: viewing_angles(prepared.axes, prepared.axes[row]),
-        3: viewing_angles(prepared.bearings, prepared.bearings[row]),
-    }
-    likeness = np.einsum("nd,d->n", described, described[row], dtype=np.float64)
-    for column, value in nearest.items():
-        raw[:, column] = value if first else np.minimum(raw[:, column], value)
-    raw[:, 2] = likeness if first else np.maximum(raw[:, 2], likeness)
-    shift = (prepared.looks - prepared.looks[row]).reshape(-1, 2, 3)
-    np.minimum(apart, np.linalg.norm(shift, axis=2).sum(axis=1), out=apart)
-    gain = prepared.kernel @ (1 / (1 + covered)) / max(len(covered), 1)
-    raw[:, 4] = gain * (apart / NOVEL)
+class _Memory:
+    """What the picks leave behind; arrays are of the arithmetic's precision."""
+
+    def __init__(self, prepared: Prepared) -> None:
+        self.prepared = prepared
+        (n, views), precision = prepared.kernel.shape, prepared.static.dtype
+        self.covered = np.zeros(views, precision)
+        self.apart = np.full(n, NOVEL, precision)
+        self.squares = np.empty((len(SPREAD), 0, n), precision)
+
+    def fold(self, rows: np.ndarray, free: np.ndarray, raw: np.ndarray) -> None:
+        """Update the columns d_min_s, gamma_min_s, rho_max_s, phi_nov and coverage gain."""
+        described, row, first = self.prepared.descriptors, rows[-1], len(rows) == 1
+        likeness = np.einsum("nd,d->n", described, described[row], dtype=np.float64)
+        raw[:, 2] = likeness if first else np.maximum(raw[:, 2], likeness)
+        if len(self.covered) == 0:
+            self._nearest(row, first, raw)
+            return
+        self._company(row, free, raw)
+        self.covered += self.prepared.kernel[row]
+        shift = (self.prepared.looks - self.prepared.looks[row]).reshape(-1, 2, 3)
+        self.apart = np.minimum(self.apart, np.linalg.norm(shift, axis=2).sum(axis=1))
+        raw[:, 4] = self.gain()
+
+    def gain(self) -> np.ndarray:
+        """(n,) see `greedy_kernel.coverage_gain`."""
+        gain = self.prepared.kernel @ (1 / (1 + self.covered)) / max(len(self.covered), 1)
+        return gain * (self.apart / NOVEL)
+
+    def _nearest(self, row: int, first: bool, raw: np.ndarray) -> None:
+        given = self.prepared
+        nearest = {
+            0: np.linalg.norm(given.centers - given.centers[row], axis=1),
+            1: viewing_angles(given.axes, given.axes[row]),
+            3: viewing_angles(given.bearings, given.bearings[row]),
+        }
+        for column, value in nearest.items():
+            raw[:, column] = value if first else np.minimum(raw[:, column], value)
+
+    def _company(self, row: int, free: np.ndarray, raw: np.ndarray) -> None:
+        """See `fsel.company`."""
+        given = (self.prepared.centers, self.prepared.axes, self.prepared.bearings)
+        new = [np.sum((points - points[row]) ** 2, axis=1) for points in given]
+        self.squares = np.concatenate([self.squares, np.array(new)[:, None]], axis=1)
+        picked = self.squares.shape[1]
+        if picked < FEW:
+            distance = np.sqrt(np.sort(self.squares, axis=1)[:, min(picked, GROUP) - 1])
+        else:
+            with np.errstate(divide="ignore"):  # a pick's own distance is zero, and so is its sum
+                distance = 1 / np.sqrt((1 / self.squares).sum(axis=1))
+        ceiling = ENOUGH * distance[:, free].mean(axis=1) if free.any() else np.zeros(len(SPREAD))
+        raw[:, SPREAD] = np.minimum(distance, ceiling[:, None]).T

@@ -1,7 +1,7 @@
 """The greedy loop around the scorer (paper, section 3.3), without torch and without waste.
 
 What does not change is computed once: the static features, their standardisation and their part
-of the first layer. What follows the selection is a running minimum (see `fsel.greedy_kernel`).
+of the first layer. What follows the selection is kept running (see `fsel.greedy_kernel`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from types import ModuleType
 import numpy as np
 
 from fsel.capture import Views
-from fsel.closeness import NOVEL, closeness, look_distance, looks, remoteness
+from fsel.closeness import closeness, look_distance, looks, remoteness
 from fsel.features import FLAT, proxy_points, static_features
 from fsel.geometry import centered, directions
 from fsel.problem import Method, Problem
@@ -75,7 +75,8 @@ def prepare(
         pool: `candidates` (P) or `observed` (P and O).
         reference: `proxies`, as in the paper, or `targets`: whose poses stand for the request.
         appearance: whether the four appearance features are used.
-        coverage: whether the nineteenth input, zero in the paper, carries the coverage gain.
+        coverage: whether the nineteenth input, zero in the paper, carries the coverage gain; the
+            distances to the picks are then those of `fsel.company`.
     """
     frames = problem.pool(pool)
     references = reference_views(problem, reference)
@@ -131,24 +132,21 @@ def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarr
 
 
 class State:
-    """The part of the features that follows the selection, as running extrema."""
+    """The part of the features that follows the selection, kept running."""
 
     def __init__(self, prepared: Prepared) -> None:
         n, views = prepared.kernel.shape
         self.prepared = prepared
         self.selectable = np.ones(n, dtype=bool)
         self.raw = np.zeros((len(DYNAMIC), n))
-        self._squares = np.full((3, n), np.inf)
-        self._covered = np.zeros(views)
-        self._apart = np.full(n, NOVEL)
-        compiled().coverage_gain(prepared.kernel, self._covered, self._apart, self.raw[4])
+        self._remembered = compiled().memory(n, views)
+        compiled().coverage_gain(prepared.kernel, *self._remembered[3:], self.raw[4])
 
     def add(self, row: int) -> None:
         """Append a row of the pool to the selection."""
-        first = bool(self.selectable.all())
         self.selectable[row] = False
         relations = self.prepared.relations
-        compiled().fold(row, first, relations, self._squares, self._covered, self._apart, self.raw)
+        compiled().fold(row, self.selectable, relations, self._remembered, self.raw)
 
     def inputs(self) -> np.ndarray:
         """(n, 5) d_min_s, gamma_min_s, rho_max_s, phi_nov, standardised, and the coverage gain.

@@ -19,7 +19,8 @@ class Policy:
         pool: `candidates` (P) or `observed` (P and O).
         reference: `proxies` or `targets`: what geometric features compare with.
         appearance: whether the four appearance features are used.
-        coverage: whether the nineteenth input carries the coverage gain.
+        coverage: whether the nineteenth input carries the coverage gain, and distances to the picks
+            count more of them than the nearest (`fsel.company`).
     """
 
     name: str
