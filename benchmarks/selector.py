@@ -22,7 +22,7 @@ from fsel import shipped
 from fsel.baselines.dpp import JITTER, greedy_map
 from fsel.baselines.kmedoids import distances, fasterpam
 from fsel.closeness import NOVEL
-from fsel.geometry import viewing_angles
+from fsel.company import ENOUGH, FEW, GROUP
 from fsel.scorer import SHAPES, Scorer
 from fsel.search import farthest_views
 from fsel.selector import DYNAMIC, Prepared, greedy, standardise
@@ -56,6 +56,17 @@ def prepared_of(n: int, rng: np.random.Generator) -> Prepared:
     )
 
 
+def spread_of(points: np.ndarray, picks: list[int], free: np.ndarray) -> np.ndarray:
+    """(n,) distances to the picks by `fsel.company`."""
+    gaps = np.stack([np.linalg.norm(points - points[i], axis=1) for i in picks])
+    if len(picks) < FEW:
+        far = np.sort(gaps, axis=0)[min(len(picks), GROUP) - 1]
+    else:
+        with np.errstate(divide="ignore"):
+            far = (gaps**-2).sum(axis=0) ** -0.5
+    return np.minimum(far, ENOUGH * far[free].mean())
+
+
 def recomputed(prepared: Prepared, weights: dict[str, np.ndarray], k: int) -> np.ndarray:
     """The picks of a loop that keeps nothing from one step to the next."""
     scorer, picks = Scorer(weights, {}), []
@@ -70,12 +81,13 @@ def recomputed(prepared: Prepared, weights: dict[str, np.ndarray], k: int) -> np
         novel = np.min([np.full(len(looks), NOVEL), *apart], axis=0) / NOVEL
         inputs[:, DYNAMIC[4]] += (prepared.kernel / (1 + covered)).mean(axis=1) * novel
         if picks:
-            gap = [np.linalg.norm(prepared.centers - prepared.centers[i], axis=1) for i in picks]
-            turn = [viewing_angles(prepared.axes, prepared.axes[i]) for i in picks]
-            novel = [viewing_angles(prepared.bearings, prepared.bearings[i]) for i in picks]
+            spread = [
+                spread_of(points, picks, free)
+                for points in (prepared.centers, prepared.axes, prepared.bearings)
+            ]
             alike = (described @ described[picks].T).max(axis=1)
-            columns = [np.min(gap, axis=0), np.min(turn, axis=0), alike, np.min(novel, axis=0)]
-            inputs[:, DYNAMIC[:4]] = standardise(np.stack(columns, axis=1), free)
+            columns = np.stack([*spread[:2], alike, spread[2]], axis=1)
+            inputs[:, DYNAMIC[:4]] = standardise(columns, free)
         picks.append(int(np.argmax(np.where(free, scorer.scores(inputs), -np.inf))))
     return np.array(picks)
 

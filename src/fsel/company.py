@@ -3,8 +3,8 @@
 The nearest pick says too much and too little. While picks are few, each needs others beside it
 to be matched with: what should be far is the next group of frames, so the fourth nearest counts.
 Later all count, by the sum of their inverse squared distances. And a frame far from everything is
-no better than one far enough: it would be alone. Together that brought 0.06 dB on 24 training scenes
-and as much on 12 unseen ones, 0.15 at K = 10.
+no better than one far enough: it would be alone. Together that brought 0.06 dB on 24 training
+scenes and as much on 12 unseen ones, 0.15 at K = 10.
 """
 
 FEW = 10  # picks up to which only the nearest few count

@@ -19,7 +19,7 @@ from fsel.screening import COLUMNS, best_row, highest, screen
 
 UNSCORED = 1e30  # what a row could have whose score was never computed
 
-_jit = numba.njit(cache=True, nogil=True)
+_jit = numba.njit(cache=True, nogil=True, error_model="numpy")  # 1 / 0 is infinite
 _fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
@@ -79,14 +79,20 @@ def _company(points, row, count, ranked, crowd, out):
     """Distance to the fourth nearest of few picks, or the inverse root of the summed inverse
     squares of many; see `fsel.company`."""
     x, y, z = points[row, 0], points[row, 1], points[row, 2]
-    last = min(count, GROUP) - 1
     for i in range(len(points)):
-        gap = (points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2 + (points[i, 2] - z) ** 2
-        crowd[i] += 1 / gap if gap > 0 else np.inf
-        for r in range(GROUP):
-            if gap < ranked[r, i]:
-                gap, ranked[r, i] = ranked[r, i], gap
-        out[i] = math.sqrt(ranked[last, i]) if count < FEW else 1 / math.sqrt(crowd[i])
+        out[i] = (points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2 + (points[i, 2] - z) ** 2
+        crowd[i] += 1 / out[i]
+    if count < FEW:
+        last = min(count, GROUP) - 1
+        for i in range(len(out)):
+            gap = out[i]
+            for r in range(GROUP):
+                less = gap < ranked[r, i]
+                ranked[r, i], gap = gap if less else ranked[r, i], ranked[r, i] if less else gap
+            out[i] = math.sqrt(ranked[last, i])
+    else:
+        for i in range(len(out)):
+            out[i] = 1 / math.sqrt(crowd[i])
 
 
 @_jit
