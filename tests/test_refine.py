@@ -60,10 +60,18 @@ class Valley:
         return 20 - np.abs(coefficients - self.best).sum()
 
 
-@pytest.mark.parametrize(("best", "kept"), [(0.1, "start"), (0.9, "found")])
-def test_what_was_found_must_hold_on_draws_kept_apart(best, kept):
+@pytest.mark.parametrize(
+    ("bests", "kept"),
+    [
+        ((0.1, 0.1), "start"),
+        ((0.9, 0.8), "found"),
+        ((1.0, 0.1), "start"),  # 19 and -15.2 dB: better on the mean, by less than the doubt
+        ((1.0,), "start"),  # a single draw says nothing of its own doubt
+    ],
+)
+def test_what_was_found_must_hold_on_draws_kept_apart(bests, kept):
     vectors = {"start": np.zeros(19), "found": np.ones(19)}
-    chosen = _better([Valley(best), Valley(best)], vectors["start"], vectors["found"])
+    chosen = _better([Valley(best) for best in bests], vectors["start"], vectors["found"])
     np.testing.assert_array_equal(chosen, vectors[kept])
 
 

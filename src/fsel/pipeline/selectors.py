@@ -191,10 +191,19 @@ def _objective(practices: Sequence[_Practice], settings: Mapping, seed: int) -> 
 
 
 def _better(unseen: Sequence[_Practice], start: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """Whichever is better over draws that the strategy has not seen."""
-    before, after = (np.mean([p.value(x) for p in unseen]) for x in (start, found))
-    logger.info("%d draws kept apart: start %.3f dB, found %.3f dB", len(unseen), before, after)
-    return found if after > before else start
+    """What was found, where draws that the strategy has not seen leave no doubt; else the start.
+
+    By two standard errors of the paired gain: what was once kept for 0.02 dB on eight draws lost
+    as much on 36 other scenes.
+    """
+    before, after = (np.array([p.value(x) for p in unseen]) for x in (start, found))
+    gain = after - before
+    doubt = 2 * gain.std(ddof=1) / np.sqrt(len(gain)) if len(gain) > 1 else np.inf
+    logger.info(
+        "%d draws kept apart: start %.3f dB; found %+.3f dB, within %.3f",
+        *(len(gain), before.mean(), gain.mean(), doubt),
+    )
+    return found if gain.mean() > doubt else start
 
 
 def start_of() -> tuple[np.ndarray, np.ndarray]:
