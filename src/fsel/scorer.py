@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from safetensors import safe_open
 from safetensors.numpy import load_file, save_file
-from scipy.special import erf
 
 INPUTS = 19  # the 18 features, and a column that the paper holds at zero
 WIDTH = 64
@@ -76,6 +75,8 @@ class Scorer:
 
 
 def _gelu(z: np.ndarray) -> np.ndarray:
+    from scipy.special import erf  # here: most jobs do without, and it is slow
+
     share = erf(z * math.sqrt(0.5))
     share += 1
     share *= z

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from fsel.capture import Capture
 from fsel.geometry import pairwise_distances, pose_distance
@@ -90,6 +89,8 @@ def _drawn(region: np.ndarray, count: int, rng: np.random.Generator, capture: Ca
 
 def _partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
     """One distinct proxy a target, minimising the summed distance by linear assignment."""
+    from scipy.optimize import linear_sum_assignment  # here: most jobs do without, and it is slow
+
     rest = np.setdiff1d(np.arange(len(capture)), targets)
     centers, axes = capture.centers, capture.axes
     cost = pose_distance(centers[targets], axes[targets], centers[rest], axes[rest])

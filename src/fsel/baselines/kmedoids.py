@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from fsel.baselines.greedy import BLOCK, locate
 from fsel.problem import Method, Problem
@@ -33,6 +32,8 @@ def distances(centers: np.ndarray, axes: np.ndarray, described: np.ndarray) -> n
     Returns:
         (n, n) float32, 400 MB for 10,000 frames; a maximum of nothing but rounding counts as one.
     """
+    from scipy.spatial.distance import cdist  # here: most jobs do without, and it is slow
+
     unlike = described @ described.T
     np.subtract(1, unlike, out=unlike)
     np.maximum(unlike, 0, out=unlike)

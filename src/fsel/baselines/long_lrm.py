@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from fsel.baselines.greedy import most_central
 from fsel.geometry import centered
@@ -34,6 +33,8 @@ def lloyd(points: np.ndarray, means: np.ndarray, rounds: int) -> np.ndarray:
 
     Stops when no point changes its cluster; a cluster left empty keeps its mean.
     """
+    from scipy.spatial.distance import cdist  # here: most jobs do without, and it is slow
+
     means = means.copy()
     label = np.full(len(points), -1)
     for _ in range(rounds):
