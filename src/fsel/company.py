@@ -7,7 +7,7 @@ no better than one far enough: it would be alone. Together that brought 0.06 dB 
 scenes and as much on 12 unseen ones, 0.15 at K = 10.
 """
 
-FEW = 10  # picks up to which only the nearest few count
+FEW = 10  # with fewer picks, only the nearest of them count
 GROUP = 4  # the pick that counts then, from the nearest on; the farthest where there are fewer
 ENOUGH = 1.5  # of the mean over the frames still to be had: distances beyond count as this one
 SPREAD = (0, 1, 3)  # columns it is for: between centres, and chords between axes and bearings
