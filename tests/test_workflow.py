@@ -1,5 +1,6 @@
 """The workflow's plan and its refusals, by dry runs; scripts stay thin."""
 
+import ast
 import json
 import os
 import re
@@ -48,6 +49,18 @@ def refusal(folder: Path, config: Path) -> str:
     result = dry_run(folder, config)
     assert result.returncode != 0
     return result.stdout + result.stderr
+
+
+def test_selecting_rules_watch_every_module_that_the_selector_imports():
+    rules = (ROOT / "workflow" / "rules" / "common.smk").read_text()
+    watched = re.findall(r'"(.+?)"', re.search(r"FEATURES = \((.*?)\n\)", rules, re.DOTALL)[1])
+    found, asked = set(), ["selector", "greedy_kernel"]
+    while asked:
+        found.add(module := asked.pop())
+        for node in ast.walk(ast.parse((ROOT / "src" / "fsel" / f"{module}.py").read_text())):
+            if isinstance(node, ast.ImportFrom) and node.module.startswith("fsel."):
+                asked += {node.module.removeprefix("fsel.")} - found
+    assert found <= set(watched)
 
 
 def test_default_config_plans_every_job(tmp_path):

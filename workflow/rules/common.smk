@@ -425,6 +425,7 @@ RECONSTRUCTION = ("capture", "evaluation", "metrics", "reconstruct")
 FEATURES = (
     "capture",
     "closeness",
+    "company",
     "features",
     "geometry",
     "greedy_kernel",
