@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 import trimesh
@@ -89,7 +90,8 @@ def test_pair_cost_equals_plain_projection():
         inverse,
         F(40),
     )
-    slow = plain_pair_cost(capture, 1, 3, inverse, 40, bound.enlarged[3])
+    enlarged = cv2.resize(capture.images[3].astype(F), None, fx=2, fy=2)
+    slow = plain_pair_cost(capture, 1, 3, inverse, 40, enlarged)
     # a coordinate on a pixel's edge may round either way in float32
     assert (np.abs(fast - slow) <= 1).mean() > 0.97
 
@@ -180,12 +182,13 @@ def test_agreement_and_violation_by_hand():
     asked = np.array([[1], [0]])
     turn = np.tile(np.eye(3, dtype=F), (2, 1, 1, 1))
     ks = np.tile(np.array([1, 1, 0.5, 0.5], F), (2, 1))
-    verdict, _ = agreement.compare(
+    verdicts = agreement.compare(
         inverse, rays, asked, turn, np.zeros((2, 1, 3), F), ks, np.full(2, 0.1, F)
     )
-    assert verdict[0, 0, 0, 0] == -1  # floats before what the other sees
-    assert verdict[1, 0, 0, 0] == 0  # hidden behind it: no evidence
-    opacity = agreement.vote(np.ones((2, 1, 1), F), asked, verdict, F(1))
+    # none agree; the first floats before what the other sees; the second, hidden, is no evidence
+    assert verdicts.bounds[:, 0].tolist() == [[0, 1], [0, 2]]
+    assert verdicts.pixels[0, 0, 1] == verdicts.others[0, 0, 1] == 0
+    opacity = agreement.vote(np.ones((2, 1, 1), F), asked, verdicts, F(1))
     assert opacity[0, 0, 0] == pytest.approx(0.2 / (0.35 + 0.2 + 1))
 
 
@@ -225,9 +228,9 @@ def test_agreement_equals_plain_projection():
     sure = rng.random(inverse.shape).astype(F)
     rotation, translation = splats_module._relative(poses, neighbours)
     given = (rotation, translation, ks, np.full(3, 0.02, F))
-    verdict, carried = agreement.compare(inverse, rays, neighbours, *given)
-    opacity = agreement.vote(sure, neighbours, verdict, F(0.7))
-    fused = agreement.fuse(inverse, sure, neighbours, verdict, carried)
+    verdicts = agreement.compare(inverse, rays, neighbours, *given)
+    opacity = agreement.vote(sure, neighbours, verdicts, F(0.7))
+    fused = agreement.fuse(inverse, sure, neighbours, verdicts)
     for i, y, x in rng.integers([3, height, width], size=(200, 3)):
         yes, no, back = plain_support((inverse, rays), i, (y, x), neighbours, poses, ks, 0.02)
         support = 0.2 * sure[i, y, x] + sum(sure[q] for q in yes)
@@ -251,7 +254,7 @@ def rendered(splats, colors):
     view = one_view()
     return render.render_view(
         np.array(splats, F).T.copy(),
-        np.array(colors, F),
+        np.column_stack([colors, np.ones(len(colors))]).astype(F),
         view.world_to_camera[0].astype(F),
         view.intrinsics[0].astype(F),
         16,

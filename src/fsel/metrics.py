@@ -16,7 +16,8 @@ MARGIN = SSIM_WINDOW // 2  # pixels along the edge around which no whole window 
 GMSD_CONSTANT = 170.0 / 255.0**2
 PSNR_CEILING = 100.0  # dB, for identical images
 
-_jit = numba.njit(cache=True, nogil=True)
+# sums may be taken in any order, or they would not vectorise
+_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})
 
 
 def score_views(
@@ -79,15 +80,11 @@ def inside(masks: np.ndarray) -> np.ndarray:
 def _score(rendered, truth, masks):
     out = np.empty((len(rendered), 3))
     height, width = rendered.shape[1:3]
-    first = np.empty((height, width))
-    second = np.empty((height, width))
+    first, second = np.empty((height, width)), np.empty((height, width))
     for t in range(len(rendered)):
         mask = masks[t]
-        count = 3 * mask.sum()
-        error = 0.0
-        similarity = 0.0
-        luma_first = np.zeros((height, width))
-        luma_second = np.zeros((height, width))
+        error, similarity = 0.0, 0.0
+        luma_first, luma_second = np.zeros((height, width)), np.zeros((height, width))
         for c in range(3):
             gain = 0.299 if c == 0 else (0.587 if c == 1 else 0.114)
             for y in range(height):
@@ -99,7 +96,7 @@ def _score(rendered, truth, masks):
                     luma_first[y, x] += gain * a
                     luma_second[y, x] += gain * b
             similarity += _ssim(first, second, mask)
-        error /= count
+        error /= 3 * mask.sum()
         out[t, 0] = min(-10.0 * np.log10(error), PSNR_CEILING) if error > 0 else PSNR_CEILING
         out[t, 1] = similarity / 3
         out[t, 2] = _gmsd(luma_first, luma_second, mask)
@@ -108,91 +105,94 @@ def _score(rendered, truth, masks):
 
 @_jit
 def _ssim(first, second, mask):
-    """Mean SSIM of one channel: running column sums, then running window sums."""
+    """Mean SSIM of one channel: running sums of columns, then sums of seven of them."""
     height, width = first.shape
-    window = SSIM_WINDOW
-    count = window * window
-    unbiased = count / (count - 1.0)
     columns = np.zeros((5, width))
-    total = 0.0
-    windows = 0
+    total, windows = 0.0, 0
     for y in range(height):
-        for x in range(width):
-            a, b = first[y, x], second[y, x]
-            columns[0, x] += a
-            columns[1, x] += b
-            columns[2, x] += a * a
-            columns[3, x] += b * b
-            columns[4, x] += a * b
-        if y >= window:
-            for x in range(width):
-                a, b = first[y - window, x], second[y - window, x]
-                columns[0, x] -= a
-                columns[1, x] -= b
-                columns[2, x] -= a * a
-                columns[3, x] -= b * b
-                columns[4, x] -= a * b
-        if y >= window - 1:
-            middles = mask[y - window // 2, window // 2 : width - window // 2]
-            total += _ssim_row(columns, middles, count, unbiased)
+        _add_row(columns, first[y], second[y], 1.0)
+        if y >= SSIM_WINDOW:
+            _add_row(columns, first[y - SSIM_WINDOW], second[y - SSIM_WINDOW], -1.0)
+        if y >= SSIM_WINDOW - 1:
+            middles = mask[y - MARGIN, MARGIN : width - MARGIN]
+            total += _ssim_row(columns, middles)
             windows += middles.sum()
     return total / windows
 
 
 @_jit
-def _ssim_row(columns, middles, count, unbiased):
+def _add_row(columns, first, second, sign):
+    """Add a row of pixels to the sums of both, their squares and their product, or take it away."""
+    for x in range(columns.shape[1]):
+        a, b = first[x], second[x]
+        columns[0, x] += sign * a
+        columns[1, x] += sign * b
+        columns[2, x] += sign * a * a
+        columns[3, x] += sign * b * b
+        columns[4, x] += sign * a * b
+
+
+@_jit
+def _ssim_row(columns, middles):
     """Sum over one row of windows, of those whose middle counts."""
-    window, width = SSIM_WINDOW, columns.shape[1]
-    sums = np.zeros(5)
+    count = SSIM_WINDOW * SSIM_WINDOW
+    unbiased = count / (count - 1.0)
     total = 0.0
-    for x in range(width):
-        for s in range(5):
-            sums[s] += columns[s, x]
-            if x >= window:
-                sums[s] -= columns[s, x - window]
-        if x >= window - 1 and middles[x - window + 1]:
-            ma, mb = sums[0] / count, sums[1] / count
-            va = unbiased * (sums[2] / count - ma * ma)
-            vb = unbiased * (sums[3] / count - mb * mb)
-            cov = unbiased * (sums[4] / count - ma * mb)
-            total += ((2 * ma * mb + 1e-4) * (2 * cov + 9e-4)) / (
-                (ma * ma + mb * mb + 1e-4) * (va + vb + 9e-4)
-            )
+    for x in range(len(middles)):
+        a, b, aa, bb, ab = 0.0, 0.0, 0.0, 0.0, 0.0
+        for s in range(SSIM_WINDOW):
+            a += columns[0, x + s]
+            b += columns[1, x + s]
+            aa += columns[2, x + s]
+            bb += columns[3, x + s]
+            ab += columns[4, x + s]
+        a, b = a / count, b / count
+        va, vb = unbiased * (aa / count - a * a), unbiased * (bb / count - b * b)
+        cov = unbiased * (ab / count - a * b)
+        value = ((2 * a * b + 1e-4) * (2 * cov + 9e-4)) / (
+            (a * a + b * b + 1e-4) * (va + vb + 9e-4)
+        )
+        total += value if middles[x] else 0.0
     return total
 
 
 @_jit
 def _gmsd(first, second, mask):
-    height, width = first.shape[0] // 2, first.shape[1] // 2
-    small_first = np.empty((height, width))
-    small_second = np.empty((height, width))
-    for y in range(height):
-        for x in range(width):
-            small_first[y, x] = first[2 * y : 2 * y + 2, 2 * x : 2 * x + 2].mean()
-            small_second[y, x] = second[2 * y : 2 * y + 2, 2 * x : 2 * x + 2].mean()
-    total = 0.0
-    squares = 0.0
-    count = 0
-    for y in range(1, height - 1):
-        for x in range(1, width - 1):
-            if not mask[2 * y : 2 * y + 2, 2 * x : 2 * x + 2].any():
-                continue
-            a = _gradient(small_first, y, x)
-            b = _gradient(small_second, y, x)
-            value = (2 * a * b + GMSD_CONSTANT) / (a * a + b * b + GMSD_CONSTANT)
-            total += value
-            squares += value * value
-            count += 1
+    a, b = _gradients(_halved(first)), _gradients(_halved(second))
+    total, squares, count = 0.0, 0.0, 0
+    for y in range(a.shape[0]):
+        for x in range(a.shape[1]):
+            v, u = 2 * y + 2, 2 * x + 2
+            touched = mask[v, u] | mask[v, u + 1] | mask[v + 1, u] | mask[v + 1, u + 1]
+            p, q = a[y, x], b[y, x]
+            value = (2 * p * q + GMSD_CONSTANT) / (p * p + q * q + GMSD_CONSTANT)
+            total += value if touched else 0.0
+            squares += value * value if touched else 0.0
+            count += touched
     mean = total / count
     return np.sqrt(max(squares / count - mean * mean, 0.0))
 
 
 @_jit
-def _gradient(image, y, x):
-    """Magnitude of the Prewitt gradient."""
-    across = 0.0
-    down = 0.0
-    for s in range(-1, 2):
-        across += image[y + s, x + 1] - image[y + s, x - 1]
-        down += image[y + 1, x + s] - image[y - 1, x + s]
-    return np.sqrt(across * across + down * down) / 3.0
+def _halved(image):
+    """2x2 means; a last odd row or column is dropped."""
+    half = np.empty((image.shape[0] // 2, image.shape[1] // 2))
+    for y in range(half.shape[0]):
+        for x in range(half.shape[1]):
+            v, u = 2 * y, 2 * x
+            half[y, x] = (image[v, u] + image[v, u + 1] + image[v + 1, u] + image[v + 1, u + 1]) / 4
+    return half
+
+
+@_jit
+def _gradients(image):
+    """Magnitude of the Prewitt gradient, where a pixel has its whole 3x3 neighbourhood."""
+    out = np.empty((image.shape[0] - 2, image.shape[1] - 2))
+    for y in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            across, down = 0.0, 0.0
+            for s in range(3):
+                across += image[y + s, x + 2] - image[y + s, x]
+                down += image[y + 2, x + s] - image[y, x + s]
+            out[y, x] = np.sqrt(across * across + down * down) / 3.0
+    return out

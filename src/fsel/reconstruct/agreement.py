@@ -1,20 +1,44 @@
 """Which pixels of which depth maps to believe: agreement, free-space violations, fusion.
 
 float32 throughout: depths are compared to a plane's spacing, a thousand times their rounding.
-The loops over pixels hold no branch, so that they compile to gathers and masked arithmetic.
+Half of all comparisons say nothing, so the others are listed, and voting runs along the lists.
+The loops over pixels hold no branch: they compile to plain vectors, or to sums without guesses.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
 F, INT = np.float32, np.int32
-_jit = numba.njit(cache=True, fastmath=True, nogil=True)
+U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
+_jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
 
 OWN = F(0.2)  # what a pixel's own matching confidence is worth beside a neighbour's agreement
 DOUBT = F(0.35)  # opacity is one half where the support equals this and nothing speaks against
 DEPTH_FLOOR = F(1e-3)
+
+
+class Verdicts(NamedTuple):
+    """What M neighbours say of the n pixels of each of K depth maps.
+
+    Each list holds the pixels that agree first, and from its end those that float in front of what
+    the neighbour sees; between, nothing means anything.
+
+    Attributes:
+        pixels: (K, M, n + 1) uint32, flat pixels.
+        others: (K, M, n + 1) uint32, the neighbour's flat pixels that they fall on.
+        carried: (K, M, n + 1) float32, where they agree the neighbour's inverse depth carried back
+            along the pixel's ray.
+        bounds: (K, M, 2) int64, end of those that agree, start of those that float.
+    """
+
+    pixels: np.ndarray
+    others: np.ndarray
+    carried: np.ndarray
+    bounds: np.ndarray
 
 
 @_jit
@@ -31,32 +55,49 @@ def compare(inverse, rays, neighbours, rotation, translation, ks, tolerance):
         tolerance: (K,) float32 inverse depth.
 
     Returns:
-        verdict (K, M, h, w) int32: 1 + p where the neighbour's flat pixel p agrees, -1 - p where
-        the pixel floats in front of what the neighbour sees at p, else 0; and (K, M, h, w)
-        float32, the neighbour's inverse depth carried back along the pixel's ray, which means
-        something only where it agrees.
+        `Verdicts`.
     """
     count, height, width = inverse.shape
     asked, size = neighbours.shape[1], height * width
-    verdict = np.empty((count, asked, size), np.int32)
-    carried = np.empty((count, asked, size), F)
+    pixels = np.empty((count, asked, size + 1), U32)
+    others, carried = np.empty_like(pixels), np.empty(pixels.shape, F)
+    bounds = np.empty((count, asked, 2), np.int64)
     flat, ray = inverse.reshape(count, size), rays.reshape(count, 2, size)
-    at, z = np.empty(size, np.int32), np.empty(size, F)
+    at, z = np.empty(size, INT), np.empty(size, F)
+    theirs, back = np.empty(size, F), np.empty(size, F)
     for i in range(count):
-        own, gate = flat[i], tolerance[i]
         for m in range(asked):
             j = neighbours[i, m]
-            _locate(own, ray[i], rotation[i, m], translation[i, m], ks[j], width, height, at, z)
-            theirs, said, back = flat[j], verdict[i, m], carried[i, m]
+            _locate(flat[i], ray[i], rotation[i, m], translation[i, m], ks[j], width, height, at, z)
             for p in range(size):
-                # inverse depths here and there: camera points are divided by their depth
-                gap = own[p] / z[p] - theirs[max(at[p], INT(0))]
-                back[p] = own[p] - gap * z[p] * z[p]
-                heard = INT(1) + at[p] if gap > -gate else INT(0)
-                heard = INT(-1) - at[p] if gap > gate else heard
-                said[p] = heard if at[p] >= 0 else INT(0)
-    shape = (count, asked, height, width)
-    return verdict.reshape(shape), carried.reshape(shape)
+                theirs[p] = flat[j, U32(max(at[p], INT(0)))]
+            listed, paired, brought = pixels[i, m], others[i, m], carried[i, m]
+            end, start = _list(flat[i], theirs, at, z, tolerance[i], back, listed)
+            for n in range(end):
+                paired[n], brought[n] = at[listed[n]], back[listed[n]]
+            for n in range(start, size + 1):
+                paired[n] = at[listed[n]]
+            bounds[i, m, 0], bounds[i, m, 1] = end, start
+    return Verdicts(pixels, others, carried, bounds)
+
+
+@_jit
+def _list(own, theirs, at, z, tolerance, back, pixels):
+    """Fill the list of one map and neighbour, and what is carried back to every pixel; bounds."""
+    agree, floats = np.empty(len(own), np.uint8), np.empty(len(own), np.uint8)
+    for p in range(len(own)):
+        # inverse depths here and there: camera points are divided by their depth
+        gap = own[p] / z[p] - theirs[p]
+        back[p] = own[p] - gap * z[p] * z[p]
+        agree[p] = (at[p] >= 0) & (abs(gap) <= tolerance)
+        floats[p] = (at[p] >= 0) & (gap > tolerance)
+    end, last = U(0), U(len(own))
+    for p in range(len(own)):
+        # always written, kept where it counts; the two ends never meet, the list has one to spare
+        pixels[end] = pixels[last] = p
+        end += agree[p]
+        last -= floats[p]
+    return np.int64(end), np.int64(last) + 1
 
 
 @_jit
@@ -82,13 +123,13 @@ def _locate(own, ray, rotation, translation, k, width, height, at, z):
 
 
 @_jit
-def vote(sure, neighbours, verdict, against_weight):
+def vote(sure, neighbours, verdicts, against_weight):
     """Opacity of every pixel from its neighbours' verdicts, each weighted by its own certainty.
 
     Args:
         sure: (K, h, w) float32, 0..1; matching confidence, or the last round's opacity.
         neighbours: (K, M) int64.
-        verdict: as `compare` returns.
+        verdicts: as `compare` returns.
         against_weight: what a free-space violation weighs beside an agreement.
 
     Returns:
@@ -96,29 +137,30 @@ def vote(sure, neighbours, verdict, against_weight):
     """
     count, height, width = sure.shape
     size = height * width
-    flat, heard = sure.reshape(count, size), verdict.reshape(count, -1, size)
+    flat = sure.reshape(count, size)
     opacity = np.empty((count, size), F)
     support, against = np.empty(size, F), np.empty(size, F)
     for i in range(count):
         support[:] = OWN * flat[i]
         against[:] = 0
         for m in range(neighbours.shape[1]):
-            theirs, said = flat[neighbours[i, m]], heard[i, m]
-            for p in range(size):
-                weight = theirs[max(abs(said[p]) - INT(1), INT(0))]
-                support[p] += weight if said[p] > 0 else F(0)
-                against[p] += weight if said[p] < 0 else F(0)
+            theirs = flat[neighbours[i, m]]
+            pixels, others = verdicts.pixels[i, m], verdicts.others[i, m]
+            for n in range(verdicts.bounds[i, m, 0]):
+                support[pixels[n]] += theirs[others[n]]
+            for n in range(verdicts.bounds[i, m, 1], size + 1):
+                against[pixels[n]] += theirs[others[n]]
         for p in range(size):
             opacity[i, p] = support[p] / (DOUBT + support[p] + against_weight * against[p])
     return opacity.reshape(count, height, width)
 
 
 @_jit
-def fuse(inverse, opacity, neighbours, verdict, carried):
+def fuse(inverse, opacity, neighbours, verdicts):
     """Inverse depth of every pixel, averaged with the neighbours that agree, by their opacity.
 
     Args:
-        inverse, neighbours, verdict, carried: as in `compare`.
+        inverse, neighbours, verdicts: as in `compare` and `vote`.
         opacity: (K, h, w) float32.
 
     Returns:
@@ -127,7 +169,6 @@ def fuse(inverse, opacity, neighbours, verdict, carried):
     count, height, width = inverse.shape
     size = height * width
     own, sure = inverse.reshape(count, size), opacity.reshape(count, size)
-    heard, brought = verdict.reshape(count, -1, size), carried.reshape(count, -1, size)
     fused = np.empty((count, size), F)
     weight = np.empty(size, F)
     for i in range(count):
@@ -136,12 +177,12 @@ def fuse(inverse, opacity, neighbours, verdict, carried):
             weight[p] = sure[i, p] + DEPTH_FLOOR
             mean[p] = own[i, p] * weight[p]
         for m in range(neighbours.shape[1]):
-            theirs, said, back = sure[neighbours[i, m]], heard[i, m], brought[i, m]
-            for p in range(size):
-                good = (said[p] > 0) & (back[p] > F(0))
-                share = theirs[max(said[p] - INT(1), INT(0))] if good else F(0)
-                mean[p] += share * (back[p] if good else F(0))
-                weight[p] += share
+            theirs, carried = sure[neighbours[i, m]], verdicts.carried[i, m]
+            pixels, others = verdicts.pixels[i, m], verdicts.others[i, m]
+            for n in range(verdicts.bounds[i, m, 0]):
+                share = theirs[others[n]] if carried[n] > F(0) else F(0)
+                mean[pixels[n]] += share * carried[n]
+                weight[pixels[n]] += share
         for p in range(size):
             mean[p] /= weight[p]
     return fused.reshape(count, height, width)
@@ -164,16 +205,22 @@ def place(fused, opacity, rays, camera_to_world, threshold):
     """
     count, height, width = fused.shape
     size = height * width
-    kept = np.flatnonzero(opacity.reshape(count * size) >= threshold)
-    splats = np.empty((5, len(kept)), F)
-    inverse, sure = fused.reshape(count * size), opacity.reshape(count * size)
-    ray = rays.reshape(count, 2, size)
-    for n in range(len(kept)):
-        i, p = kept[n] // size, kept[n] % size
-        depth = F(1) / inverse[kept[n]]
-        x, y = ray[i, 0, p] * depth, ray[i, 1, p] * depth
-        for a in range(3):
-            pose = camera_to_world[i, a]
-            splats[a, n] = pose[0] * x + pose[1] * y + pose[2] * depth + pose[3]
-        splats[3, n], splats[4, n] = sure[kept[n]], depth
-    return splats, kept
+    inverse, sure = fused.reshape(count, size), opacity.reshape(count, size)
+    kept, at = np.empty(count * size + 1, np.int64), 0
+    ends = np.empty(count, np.int64)
+    for i in range(count):
+        for p in range(size):
+            kept[at] = i * size + p
+            at += sure[i, p] >= threshold
+        ends[i] = at
+    splats = np.empty((5, at), F)
+    for i in range(count):
+        pose, (x, y) = camera_to_world[i], (rays[i, 0].reshape(size), rays[i, 1].reshape(size))
+        for n in range(ends[i - 1] if i else 0, ends[i]):
+            p = U(kept[n] - i * size)
+            depth = F(1) / inverse[i, p]
+            u, v = x[p] * depth, y[p] * depth
+            for a in range(3):
+                splats[a, n] = pose[a, 0] * u + pose[a, 1] * v + pose[a, 2] * depth + pose[a, 3]
+            splats[3, n], splats[4, n] = sure[i, p], depth
+    return splats, kept[:at]

@@ -8,9 +8,11 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-F = np.float32
+from fsel.reconstruct.simd import add_scaled
+
+F, INT = np.float32, np.int32
 U = np.uint64  # unsigned indices: no wrapping to check
-_jit = numba.njit(cache=True, fastmath=True, nogil=True)
+_jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
 
 BINS = 24  # of inverse depth in the depth pass
 SHARE = F(0.08)  # of the opacity around a pixel that must lie in front of a surface to hide it
@@ -29,7 +31,7 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
 
     Args:
         splats: (5, n) float32: rows of world x, y, z, opacity, depth in the source camera.
-        colors: (n, 3) float32, 0..255.
+        colors: (n, 4) float32, colours in 0..255 and a one.
         pose: (3, 4) float32 world to camera.
         k: (4,) float32 intrinsics, pixels.
         width: pixels.
@@ -41,71 +43,91 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
     Returns:
         (height, width, 4) float32: weighted colour sums, and weights.
     """
-    across, down, closeness = _project(splats, pose, k)
-    mass = np.zeros((height + 2, width + 2, BINS), F)
     low = F(1) / far
     scale = F(BINS) / (F(1) / near - low)
-    index = np.empty(splats.shape[1], np.int64)
-    kept = 0
-    for i in range(splats.shape[1]):
-        u, v, w = across[i], down[i], closeness[i]
-        inside = (u >= 0) & (v >= 0) & (u < F(width + 1)) & (v < F(height + 1)) & (w <= F(1e6))
-        if not inside:
-            continue
-        index[kept] = i
-        kept += 1
-        bin_ = BINS - 1 - min(max(int((w - low) * scale), 0), BINS - 1)
-        mass[int(v + F(0.5)), int(u + F(0.5)), bin_] += splats[3, i]
-    reach = F(1) / (_surface(mass, low, scale) * (F(1) + tolerance))
-    return _accumulate((across, down, closeness), splats[3], index[:kept], colors, reach)
+    where, cells = _project(splats, pose, k, (width, height), (low, scale))
+    index = _inside(cells)
+    mass = np.zeros((height + 2) * BINS * (width + 2), F)
+    for i in index:
+        mass[cells[i]] += splats[3, i]
+    mass = mass.reshape(height + 2, BINS, width + 2)
+    reach = _reach(mass, (low, scale), tolerance)
+    return _accumulate(where, splats[3], index, colors, reach)
 
 
 @_jit
-def _project(splats, pose, k):
-    """(n,) pixel coordinates, padded and shifted, and inverse depths; no branches: it vectorises.
+def _project(splats, pose, k, size, bins):
+    """Where splats fall: (n,) pixel coordinates, padded and shifted, and inverse depths; and cells
+    of the depth pass, -1 outside. No branches: it vectorises.
 
     Half a pixel beyond the padding's one, so that a coordinate's floor is the corner of the 2x2
     footprint.
     """
     n = splats.shape[1]
     across, down, closeness = np.empty(n, F), np.empty(n, F), np.empty(n, F)
+    cells = np.empty(n, INT)
+    (width, height), (low, scale) = size, bins
+    limit_x, limit_y, row = F(width + 1), F(height + 1), INT(width + 2)
     for i in range(n):
         x, y, z = splats[0, i], splats[1, i], splats[2, i]
         depth = pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z + pose[2, 3]
         w = F(1) / max(depth, F(1e-9))
         u = k[0] * (pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z + pose[0, 3])
         v = k[1] * (pose[1, 0] * x + pose[1, 1] * y + pose[1, 2] * z + pose[1, 3])
-        across[i] = u * w + k[2] + F(0.5)
-        down[i] = v * w + k[3] + F(0.5)
-        closeness[i] = w
-    return across, down, closeness
+        u, v = u * w + k[2] + F(0.5), v * w + k[3] + F(0.5)
+        across[i], down[i], closeness[i] = u, v, w
+        inside = (u >= 0) & (v >= 0) & (u < limit_x) & (v < limit_y) & (w <= F(1e6))
+        bin_ = INT(BINS - 1) - INT(min(max((w - low) * scale, F(0)), F(BINS - 1)))
+        column = INT(min(max(u, F(0)), limit_x) + F(0.5))
+        line = INT(min(max(v, F(0)), limit_y) + F(0.5))
+        cells[i] = (line * INT(BINS) + bin_) * row + column if inside else INT(-1)
+    return (across, down, closeness), cells
 
 
 @_jit
-def _surface(mass, low, scale):
-    """Depth of the first bin by which SHARE of the opacity in 3x3 pixels has been met."""
-    height, width = mass.shape[0] - 2, mass.shape[1] - 2
-    front = np.full((height + 2, width + 2), F(np.finfo(np.float32).max))
-    columns = np.zeros((width + 2, BINS), F)
-    window = np.empty(BINS, F)
-    for y in range(1, height + 1):
-        for x in range(width + 2):
-            for b in range(BINS):
-                columns[x, b] = mass[y - 1, x, b] + mass[y, x, b] + mass[y + 1, x, b]
-        for x in range(1, width + 1):
-            goal = F(0)
-            for b in range(BINS):
-                window[b] = columns[x - 1, b] + columns[x, b] + columns[x + 1, b]
-                goal += window[b]
-            if goal > 0:
-                goal *= SHARE
-                bin_ = 0
-                goal -= window[0]
-                while goal > 0 and bin_ < BINS - 1:
-                    bin_ += 1
-                    goal -= window[bin_]
-                front[y, x] = F(1) / (low + F(BINS - 1 - bin_) / scale)
-    return front
+def _inside(cells):
+    """Indices of the cells that are none of -1; always written, kept by a sum: no branches."""
+    index, kept = np.empty(len(cells) + 1, INT), 0
+    for i in range(len(cells)):
+        index[kept] = i
+        kept += cells[i] >= 0
+    return index[:kept]
+
+
+@_jit
+def _reach(mass, bins, tolerance):
+    """Least inverse depth that counts at each pixel, 0 on the padding.
+
+    The surface is the first bin by which SHARE of the opacity in 3x3 pixels has been met. All
+    loops run along rows of pixels: they vectorise.
+
+    Args:
+        mass: (h + 2, BINS, w + 2) opacity, nearest bin first.
+        bins: inverse depth of the farthest bin, and bins for each unit of inverse depth.
+        tolerance: as in `render_view`.
+    """
+    height, width = mass.shape[0] - 2, mass.shape[2] - 2
+    reach = np.zeros((height + 2, width + 2), F)
+    columns, window = np.empty((BINS, width + 2), F), np.empty((BINS, width), F)
+    missing, behind = np.empty(width, F), np.empty(width, F)
+    low, thickness = bins[0], F(1) / bins[1]
+    for y in range(height):
+        for b in range(BINS):
+            for x in range(width + 2):
+                columns[b, x] = mass[y, b, x] + mass[y + 1, b, x] + mass[y + 2, b, x]
+        missing[:], behind[:] = F(0), F(BINS - 1)
+        for b in range(BINS):
+            for x in range(width):
+                around = columns[b, x] + columns[b, x + 1] + columns[b, x + 2]
+                window[b, x] = around
+                missing[x] += SHARE * around
+        for b in range(BINS - 1):
+            for x in range(width):
+                missing[x] -= window[b, x]
+                behind[x] -= F(1) if missing[x] > 0 else F(0)
+        for x in range(width):
+            reach[y + 1, x + 1] = (low + behind[x] * thickness) / (F(1) + tolerance)
+    return reach
 
 
 @_jit
@@ -113,26 +135,24 @@ def _accumulate(where, weights, index, colors, reach):
     """Colours and weights of what is no farther than `reach`, an inverse depth, over 2x2 pixels."""
     across, down, closeness = where
     height, width = reach.shape
-    limit, row = reach.reshape(height * width), U(width)
-    total = np.zeros((height * width, 4), F)
+    limit, flat, row = reach.reshape(height * width), colors.reshape(colors.size), U(width)
+    total = np.zeros(4 * height * width, F)
     for i in index:
-        left, top = np.int32(across[i]), np.int32(down[i])
+        left, top = INT(across[i]), INT(down[i])
         fu, fv = across[i] - F(left), down[i] - F(top)
         a = U(top) * row + U(left)
         c = a + row
         b, d = a + U(1), c + U(1)
-        lower, near = weights[i] * fv, closeness[i]
+        lower, near, of = weights[i] * fv, closeness[i], U(4) * U(i)
         upper = weights[i] - lower
         in_a = upper * (F(1) - fu) if near >= limit[a] else F(0)
         in_b = upper * fu if near >= limit[b] else F(0)
         in_c = lower * (F(1) - fu) if near >= limit[c] else F(0)
         in_d = lower * fu if near >= limit[d] else F(0)
-        for channel in range(4):
-            value = colors[i, channel] if channel < 3 else F(1)
-            total[a, channel] += in_a * value
-            total[b, channel] += in_b * value
-            total[c, channel] += in_c * value
-            total[d, channel] += in_d * value
+        add_scaled(total, U(4) * a, in_a, flat, of)
+        add_scaled(total, U(4) * b, in_b, flat, of)
+        add_scaled(total, U(4) * c, in_c, flat, of)
+        add_scaled(total, U(4) * d, in_d, flat, of)
     return total.reshape(height, width, 4)[1:-1, 1:-1]
 
 
@@ -143,13 +163,38 @@ def typical_weight(total):
     Args:
         total: (h, w, 4) float32 weighted colour sums and weights.
     """
-    weights = total[:, :, 3].copy().reshape(-1)
-    count = 0
-    for weight in weights:
-        if weight > 0:
-            weights[count] = weight
-            count += 1
-    return F(np.median(weights[:count])) if count > 0 else F(1)
+    met, count = np.empty(total.shape[0] * total.shape[1], F), 0
+    for y in range(total.shape[0]):
+        for x in range(total.shape[1]):
+            met[count] = total[y, x, 3]
+            count += total[y, x, 3] > 0
+    if count == 0:
+        return F(1)
+    met = met[:count]
+    low = _ranked(met, (count - 1) // 2)
+    upto, high = 0, F(np.finfo(np.float32).max)
+    for weight in met:
+        upto += weight <= low
+        high = min(high, weight if weight > low else high)
+    return low if upto > count // 2 else F(0.5) * (low + high)
+
+
+@_jit
+def _ranked(values, rank):
+    """Value of a rank, from 0, of positive float32: their bits, as integers, have the same order,
+    so that a histogram of the first leaves few to sort."""
+    coarse = np.empty(len(values), np.uint16)
+    histogram = np.zeros(1 << 12, INT)
+    bits = values.view(np.uint32)
+    for i in range(len(values)):
+        coarse[i] = bits[i] >> np.uint32(20)
+        histogram[coarse[i]] += 1
+    bin_, below = 0, 0
+    while below + histogram[bin_] <= rank:
+        below += histogram[bin_]
+        bin_ += 1
+    near = values[coarse == bin_]
+    return np.partition(near, rank - below)[rank - below]
 
 
 def fill_holes(total, typical):

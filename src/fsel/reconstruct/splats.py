@@ -10,7 +10,6 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from fsel.capture import Capture, Views
@@ -18,7 +17,7 @@ from fsel.geometry import centered
 from fsel.reconstruct import agreement, ply, render, stereo, sweep
 
 MAX_PARTNERS = 4
-KEPT_PAIRS = 4096  # matching costs in memory, some 100 kB each at 64x48
+KEPT_BYTES = 1 << 30  # of matching costs: those of most pairs of a capture of 160 frames at 64x48
 
 
 @dataclass(frozen=True)
@@ -113,7 +112,7 @@ class Splats:
         self.settings = SplatSettings(**settings)
         self.images = np.asarray(capture.images).astype(np.float32)
         self.grey = self.images.mean(axis=-1)
-        self.enlarged = np.stack([cv2.resize(im, None, fx=2, fy=2) for im in self.images])
+        self.enlarged = np.stack([stereo.packed(image) for image in self.images])
         self.rays = _rays(capture)
         self.frame = Frame.of(capture)
         local = self.frame.localised(capture)
@@ -146,12 +145,12 @@ class Splats:
         rotation, translation = _relative(self.poses[frames], asked)
         rays = self.rays[frames]
         tolerance = self.settings.tolerance * (self.inverse[frames, 1] - self.inverse[frames, 0])
-        verdict, carried = agreement.compare(
+        verdicts = agreement.compare(
             inverse, rays, asked, rotation, translation, self.ks[frames], tolerance
         )
         for _ in range(self.settings.rounds):
-            opacity = agreement.vote(opacity, asked, verdict, np.float32(self.settings.against))
-        fused = agreement.fuse(inverse, opacity, asked, verdict, carried)
+            opacity = agreement.vote(opacity, asked, verdicts, np.float32(self.settings.against))
+        fused = agreement.fuse(inverse, opacity, asked, verdicts)
         least = np.float32(self.settings.opacity)
         poses = _inverted(self.poses[frames])
         splats, kept = agreement.place(fused, opacity, rays, poses, least)
@@ -202,7 +201,7 @@ class Splats:
                 self.inverse[frame],
                 np.float32(self.settings.truncation),
             )
-            if len(self._pairs) >= KEPT_PAIRS:
+            if (len(self._pairs) + 1) * cost.nbytes > KEPT_BYTES and self._pairs:
                 del self._pairs[next(iter(self._pairs))]  # the oldest: dictionaries keep order
             self._pairs[frame, source] = stereo.box_filter(cost)
         return self._pairs[frame, source]
@@ -252,10 +251,11 @@ class SplatModel:
         out = np.empty((len(views), height, width, 3), np.float32)
         poses = self.frame.local_poses(views.world_to_camera).astype(np.float32)
         ks = views.intrinsics.astype(np.float32)
+        painted = np.concatenate([self.colors, np.ones((self.primitives, 1), np.float32)], axis=1)
         for t in range(len(views)):
             total = render.render_view(
                 self.splats,
-                self.colors,
+                painted,
                 poses[t],
                 ks[t],
                 width,
