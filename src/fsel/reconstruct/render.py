@@ -197,6 +197,7 @@ def _ranked(values, rank):
     return np.partition(near, rank - below)[rank - below]
 
 
+@_jit
 def fill_holes(total, typical):
     """Colours from weighted sums, pixels of little weight leaning on coarser levels (pull-push).
 
@@ -207,48 +208,76 @@ def fill_holes(total, typical):
     Returns:
         (h, w, 3) float32, 0..255; black where no level holds anything.
     """
-    levels = [total]
-    while max(levels[-1].shape[:2]) > 1:
-        levels.append(_halved(levels[-1]))
-    color = np.zeros((1, 1, 3), np.float32)
-    for level in reversed(levels):
-        color = _blended(color, level, HALF_WEIGHT * typical)
-    return color
-
-
-@_jit
-def _halved(total):
-    """2x2 means, missing pixels of odd sizes counting as empty."""
     height, width = total.shape[:2]
-    half = np.zeros(((height + 1) // 2, (width + 1) // 2, 4), F)
+    planes = np.empty((4, height, width), F)
     for y in range(height):
         for x in range(width):
             for c in range(4):
-                half[y // 2, x // 2, c] += F(0.25) * total[y, x, c]
+                planes[c, y, x] = total[y, x, c]
+    levels = [planes]
+    while max(levels[-1].shape[1:]) > 1:
+        levels.append(_halved(levels[-1]))
+    color = np.zeros((3, 1, 1), F)
+    for level in levels[::-1]:
+        color = _blended(color, level, HALF_WEIGHT * typical)
+    filled = np.empty((height, width, 3), F)
+    for y in range(height):
+        for x in range(width):
+            for c in range(3):
+                filled[y, x, c] = color[c, y, x]
+    return filled
+
+
+@_jit
+def _halved(planes):
+    """2x2 means of (4, h, w), missing pixels of odd sizes counting as empty."""
+    height, width = planes.shape[1:]
+    half = np.empty((4, (height + 1) // 2, (width + 1) // 2), F)
+    for c in range(4):
+        for y in range(half.shape[1]):
+            upper = planes[c, 2 * y]
+            share = F(0.25) if 2 * y + 1 < height else F(0)
+            lower = planes[c, min(2 * y + 1, height - 1)]
+            for x in range(width // 2):
+                first = F(0.25) * (upper[2 * x] + upper[2 * x + 1])
+                half[c, y, x] = first + share * (lower[2 * x] + lower[2 * x + 1])
+            if width % 2:
+                half[c, y, width // 2] = F(0.25) * upper[width - 1] + share * lower[width - 1]
     return half
 
 
 @_jit
-def _blended(coarse, total, full):
-    """The coarser colours, bilinearly enlarged, under the level's own by its weight."""
-    height, width = total.shape[:2]
-    rows, columns = coarse.shape[:2]
-    color = np.empty((height, width, 3), F)
+def _blended(coarse, planes, full):
+    """The coarser (3, ...) colours, bilinearly enlarged, under the level's own by its weight."""
+    height, width = planes.shape[1:]
+    rows, columns = coarse.shape[1:]
+    color = np.empty((3, height, width), F)
+    between, own, unit = np.empty(columns, F), np.empty(width, F), np.empty(width, F)
     for y in range(height):
         v = min(max((F(y) - F(0.5)) * F(0.5), F(0)), F(rows - 1))
         top = int(v)
         bottom, fv = min(top + 1, rows - 1), v - F(top)
         for x in range(width):
-            u = min(max((F(x) - F(0.5)) * F(0.5), F(0)), F(columns - 1))
-            left = int(u)
-            right, fu = min(left + 1, columns - 1), u - F(left)
-            weight = total[y, x, 3]
-            own = min(weight / full, F(1))
-            for c in range(3):
-                above = coarse[top, left, c] * (F(1) - fu) + coarse[top, right, c] * fu
-                below = coarse[bottom, left, c] * (F(1) - fu) + coarse[bottom, right, c] * fu
-                under = above * (F(1) - fv) + below * fv
-                if weight > 0:
-                    under += own * (total[y, x, c] / weight - under)
-                color[y, x, c] = under
+            weight = planes[3, y, x]
+            own[x] = min(weight / full, F(1)) if weight > 0 else F(0)
+            unit[x] = F(1) / weight if weight > 0 else F(0)
+        for c in range(3):
+            line, level = color[c, y], planes[c, y]
+            for i in range(columns):
+                between[i] = coarse[c, top, i] * (F(1) - fv) + coarse[c, bottom, i] * fv
+            _widen(between, line)
+            for x in range(width):
+                line[x] += own[x] * (level[x] * unit[x] - line[x])
     return color
+
+
+@_jit
+def _widen(short, line):
+    """Fill a line of twice the length, or one less, with a line's linear interpolation."""
+    width = len(line)
+    line[0] = short[0]
+    for i in range((width - 1) // 2):
+        line[2 * i + 1] = F(0.75) * short[i] + F(0.25) * short[i + 1]
+        line[2 * i + 2] = F(0.25) * short[i] + F(0.75) * short[i + 1]
+    if width % 2 == 0:
+        line[width - 1] = short[len(short) - 1]
