@@ -315,6 +315,19 @@ def test_held_out_view_is_rendered_well_and_the_same_each_time():
     np.testing.assert_array_equal(first, fresh(frames))
 
 
+def test_full_caches_forget_and_change_nothing(monkeypatch):
+    capture = textured_wall()
+    subsets = [np.array(s) for s in ([0, 2, 3, 5], [0, 1, 3, 6], [0, 2, 3, 5])]
+    bound = Splats(capture)
+    expected = [bound.fit(s).splats for s in subsets]
+    monkeypatch.setattr(splats_module, "PAIR_BYTES", 0)
+    monkeypatch.setattr(splats_module, "MAP_BYTES", 3 * 8 * 48 * 36)
+    small = Splats(capture)
+    for subset, splats in zip(subsets, expected, strict=True):
+        np.testing.assert_array_equal(small.fit(subset).splats, splats)
+    assert (len(small._pairs), len(small._maps)) == (1, 3)
+
+
 def test_reconstruction_does_not_depend_on_the_worlds_frame():
     capture = textured_wall()
     turn, shift, scale = Rotation.random(rng=np.random.default_rng(1)).as_matrix(), [3, -2, 9], 7.0

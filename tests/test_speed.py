@@ -22,7 +22,8 @@ from fsel.pipeline.speed_error import progress, settings_sweep, speed_error
 from fsel.pipeline.timing import problem_of_size, refilmed, selection_time, timed
 from fsel.pipeline.truth import true_depth
 from fsel.pipeline.variants import Bench, depth_error, halved, rendered_inverse_depth
-from fsel.reconstruct.splats import Frame, SplatModel
+from fsel.reconstruct.frame import Frame
+from fsel.reconstruct.splats import SplatModel
 from fsel.report.latex import plain_table
 from fsel.report.speed import gaps, incumbent
 from fsel.synthesis import record

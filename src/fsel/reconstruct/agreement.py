@@ -189,7 +189,7 @@ def fuse(inverse, opacity, neighbours, verdicts):
 
 
 @_jit
-def place(fused, opacity, rays, camera_to_world, threshold):
+def place(fused, opacity, rays, camera_to_world, images, threshold):
     """Splats of the pixels that are opaque enough.
 
     Args:
@@ -197,30 +197,33 @@ def place(fused, opacity, rays, camera_to_world, threshold):
         opacity: (K, h, w) float32.
         rays: (K, 2, h, w) float32.
         camera_to_world: (K, 3, 4) float32.
+        images: (K, h, w, 3) uint8.
         threshold: least opacity to keep.
 
     Returns:
-        (5, n) float32: rows of world x, y, z, opacity, depth in the source camera; and (n,)
-        int64 their flat pixels (frame, row, column).
+        (5, n) float32: rows of world x, y, z, opacity, depth in the source camera; and (n, 3)
+        float32 their colours, 0..255.
     """
     count, height, width = fused.shape
     size = height * width
     inverse, sure = fused.reshape(count, size), opacity.reshape(count, size)
-    kept, at = np.empty(count * size + 1, np.int64), 0
-    ends = np.empty(count, np.int64)
+    kept, end = np.empty(count * size + 1, U32), 0
+    ends = np.zeros(count + 1, np.int64)
     for i in range(count):
         for p in range(size):
-            kept[at] = i * size + p
-            at += sure[i, p] >= threshold
-        ends[i] = at
-    splats = np.empty((5, at), F)
+            kept[end] = p
+            end += sure[i, p] >= threshold
+        ends[i + 1] = end
+    splats, colors = np.empty((5, end), F), np.empty((end, 3), F)
     for i in range(count):
-        pose, (x, y) = camera_to_world[i], (rays[i, 0].reshape(size), rays[i, 1].reshape(size))
-        for n in range(ends[i - 1] if i else 0, ends[i]):
-            p = U(kept[n] - i * size)
+        pose, image = camera_to_world[i], images[i].reshape(size, 3)
+        x, y = rays[i, 0].reshape(size), rays[i, 1].reshape(size)
+        for n in range(ends[i], ends[i + 1]):
+            p = kept[n]
             depth = F(1) / inverse[i, p]
             u, v = x[p] * depth, y[p] * depth
             for a in range(3):
                 splats[a, n] = pose[a, 0] * u + pose[a, 1] * v + pose[a, 2] * depth + pose[a, 3]
+                colors[n, a] = image[p, a]
             splats[3, n], splats[4, n] = sure[i, p], depth
-    return splats, kept[:at]
+    return splats, colors

@@ -8,16 +8,18 @@ and depth maps are cached, since a search meets the same pairs of frames again a
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.geometry import centered
 from fsel.reconstruct import agreement, ply, render, stereo, sweep
+from fsel.reconstruct.frame import Frame
 
 MAX_PARTNERS = 4
-KEPT_BYTES = 1 << 30  # of matching costs: those of most pairs of a capture of 160 frames at 64x48
+# kept by a search: matching costs of half the pairs of 160 frames at 64x48, and the depth maps of
+# some 300 evaluations; more is seldom asked for again, and fresh memory has a price of its own
+PAIR_BYTES, MAP_BYTES = 1 << 29, 1 << 27
 
 
 @dataclass(frozen=True)
@@ -60,41 +62,6 @@ class SplatSettings:
             )
         if not 2 <= self.planes[0] <= self.planes[1]:
             raise ValueError(f"planes must be (least, most) with 2 <= least, got {self.planes}")
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Origin and unit of a reconstruction's coordinates: float32 holds neither 10^7 metres with
-    millimetres between the cameras, nor squares of 10^-30.
-
-    Attributes:
-        origin: (3,) float64, the middle of the cameras.
-        unit: their largest distance from it, world units; 1 where all are in one place.
-    """
-
-    origin: np.ndarray
-    unit: float
-
-    @classmethod
-    def of(cls, capture: Capture) -> Frame:
-        """The frame of a capture's cameras."""
-        offset = centered(capture.centers)
-        radius = float(np.linalg.norm(offset, axis=1).max())
-        return cls(capture.centers[0] - offset[0], radius if radius > 0 else 1.0)
-
-    def local_poses(self, world_to_camera: np.ndarray) -> np.ndarray:
-        """(N, 3, 4) poses in this frame."""
-        rotation = world_to_camera[:, :, :3]
-        shift = (rotation @ self.origin + world_to_camera[:, :, 3]) / self.unit
-        return np.concatenate([rotation, shift[..., None]], axis=2)
-
-    def localised(self, capture: Capture) -> Capture:
-        """The same capture in this frame."""
-        points = capture.points
-        if points is not None:
-            points = replace(points, xyz=(points.xyz - self.origin) / self.unit)
-        poses = self.local_poses(capture.world_to_camera)
-        return replace(capture, world_to_camera=poses, points=points)
 
 
 class Splats:
@@ -153,11 +120,12 @@ class Splats:
         fused = agreement.fuse(inverse, opacity, asked, verdicts)
         least = np.float32(self.settings.opacity)
         poses = _inverted(self.poses[frames])
-        splats, kept = agreement.place(fused, opacity, rays, poses, least)
+        images = np.asarray(self.capture.images[frames])
+        splats, colors = agreement.place(fused, opacity, rays, poses, images, least)
         return SplatModel(
             frame=self.frame,
             splats=splats,
-            colors=self.images[frames].reshape(-1, 3).take(kept, axis=0),
+            colors=colors,
             near=float(self.range[:, 0].min() / 2),
             far=float(self.range[:, 1].max() * 2),
             surface=self.settings.surface,
@@ -183,7 +151,9 @@ class Splats:
                 np.int16(self.settings.small_penalty),
                 np.float32(self.settings.large_penalty),
             )
-            self._maps[key] = stereo.winner(total, cost, self.inverse[frame])
+            found = stereo.winner(total, cost, self.inverse[frame])
+            _make_room(self._maps, MAP_BYTES // (2 * found[0].nbytes))
+            self._maps[key] = found
         return self._maps[key]
 
     def _pair(self, frame: int, source: int) -> np.ndarray:
@@ -201,10 +171,15 @@ class Splats:
                 self.inverse[frame],
                 np.float32(self.settings.truncation),
             )
-            if (len(self._pairs) + 1) * cost.nbytes > KEPT_BYTES and self._pairs:
-                del self._pairs[next(iter(self._pairs))]  # the oldest: dictionaries keep order
+            _make_room(self._pairs, PAIR_BYTES // cost.nbytes)
             self._pairs[frame, source] = stereo.box_filter(cost)
         return self._pairs[frame, source]
+
+
+def _make_room(cache: dict, most: int) -> None:
+    """Forget the oldest entry of a full cache: dictionaries keep order."""
+    if cache and len(cache) >= most:
+        del cache[next(iter(cache))]
 
 
 @dataclass(frozen=True)
@@ -265,7 +240,8 @@ class SplatModel:
                 np.float32(self.far),
             )
             out[t] = render.fill_holes(total, render.typical_weight(total))
-        return np.clip(out / np.float32(255), 0, 1)
+        out /= np.float32(255)
+        return np.clip(out, 0, 1, out=out)
 
     def export_ply(self, path) -> None:
         """Write the splats as a standard 3D Gaussian splatting `.ply`."""
