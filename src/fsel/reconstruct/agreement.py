@@ -141,8 +141,8 @@ def vote(sure, neighbours, verdicts, against_weight):
     opacity = np.empty((count, size), F)
     support, against = np.empty(size, F), np.empty(size, F)
     for i in range(count):
-        support[:] = OWN * flat[i]
-        against[:] = 0
+        for p in range(size):
+            support[p], against[p] = OWN * flat[i, p], F(0)
         for m in range(neighbours.shape[1]):
             theirs = flat[neighbours[i, m]]
             pixels, others = verdicts.pixels[i, m], verdicts.others[i, m]

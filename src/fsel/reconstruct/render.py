@@ -115,7 +115,8 @@ def _reach(mass, bins, tolerance):
         for b in range(BINS):
             for x in range(width + 2):
                 columns[b, x] = mass[y, b, x] + mass[y + 1, b, x] + mass[y + 2, b, x]
-        missing[:], behind[:] = F(0), F(BINS - 1)
+        for x in range(width):
+            missing[x], behind[x] = F(0), F(BINS - 1)
         for b in range(BINS):
             for x in range(width):
                 around = columns[b, x] + columns[b, x + 1] + columns[b, x + 2]
@@ -181,20 +182,25 @@ def typical_weight(total):
 
 @_jit
 def _ranked(values, rank):
-    """Value of a rank, from 0, of positive float32: their bits, as integers, have the same order,
-    so that a histogram of the first leaves few to sort."""
-    coarse = np.empty(len(values), np.uint16)
-    histogram = np.zeros(1 << 12, INT)
+    """Value of a rank, from 0, of positive float32, whose bits, as integers, have their order:
+    found from histograms of the first 12 bits, of the next 12, and of the last 8."""
     bits = values.view(np.uint32)
-    for i in range(len(values)):
-        coarse[i] = bits[i] >> np.uint32(20)
-        histogram[coarse[i]] += 1
-    bin_, below = 0, 0
-    while below + histogram[bin_] <= rank:
-        below += histogram[bin_]
-        bin_ += 1
-    near = values[coarse == bin_]
-    return np.partition(near, rank - below)[rank - below]
+    histogram = np.empty(1 << 12, INT)
+    prefix, shift = np.uint32(0), np.uint32(32)
+    while shift > 0:
+        above, shift = shift, np.uint32(max(INT(shift) - 12, 0))
+        for b in range(1 << 12):
+            histogram[b] = 0
+        for value in bits:
+            # a shift by 32 is not defined, and nothing lies above the first bits
+            if above == 32 or value >> above == prefix >> above:
+                histogram[(value >> shift) & np.uint32(0xFFF)] += 1
+        bin_ = 0
+        while histogram[bin_] <= rank:
+            rank -= histogram[bin_]
+            bin_ += 1
+        prefix |= np.uint32(bin_) << shift
+    return np.array([prefix]).view(np.float32)[0]
 
 
 @_jit
@@ -218,8 +224,8 @@ def fill_holes(total, typical):
     while max(levels[-1].shape[1:]) > 1:
         levels.append(_halved(levels[-1]))
     color = np.zeros((3, 1, 1), F)
-    for level in levels[::-1]:
-        color = _blended(color, level, HALF_WEIGHT * typical)
+    for i in range(len(levels)):
+        color = _blended(color, levels[len(levels) - 1 - i], HALF_WEIGHT * typical)
     filled = np.empty((height, width, 3), F)
     for y in range(height):
         for x in range(width):

@@ -106,8 +106,8 @@ def box_filter(cost):
             for d in range(planes):
                 total = np.uint16(cost[up, x, d]) + np.uint16(cost[y, x, d])
                 rows[x + 1, d] = np.uint16(total + np.uint16(cost[down, x, d]))
-        rows[0] = rows[1]
-        rows[width + 1] = rows[width]
+        for d in range(planes):
+            rows[0, d], rows[width + 1, d] = rows[1, d], rows[width, d]
         for x in range(width):
             for d in range(planes):
                 total = (
@@ -175,8 +175,10 @@ def aggregate(cost, grey, small, large):
     for direction in range(4):
         horizontal, forward = direction < 2, direction % 2 == 0
         steps = width if horizontal else height
-        path[0, :, 1 : planes + 1] = 0
-        lows[:] = 0
+        for line in range(lines):
+            lows[line] = 0
+            for d in range(planes):
+                path[0, line, d + 1] = 0
         for s in range(steps):
             at = s if forward else steps - 1 - s
             last = at if s == 0 else (at - 1 if forward else at + 1)
