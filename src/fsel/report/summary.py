@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import zlib
 from collections.abc import Iterator, Sequence
 
@@ -177,10 +178,16 @@ def _interval(
     if len(scenes) == 1:
         unknown = np.full(block.shape[1], np.nan)
         return unknown, unknown, 1
-    rng = np.random.default_rng([seed, zlib.crc32(dataset.encode())])
-    means = bootstrap_weights(scenes, resamples, rng) @ block.to_numpy()
+    means = _shared_weights(tuple(scenes), resamples, seed, dataset) @ block.to_numpy()
     low, high = np.percentile(means, LEVELS, axis=0)
     return low, high, len(np.unique(scenes))
+
+
+@functools.lru_cache(maxsize=32)
+def _shared_weights(scenes: tuple[str, ...], resamples: int, seed: int, dataset: str) -> np.ndarray:
+    """The weights of a dataset's resamples: the same for every method, budget and difference."""
+    rng = np.random.default_rng([seed, zlib.crc32(dataset.encode())])
+    return bootstrap_weights(np.array(scenes), resamples, rng)
 
 
 def _sorted(table: pd.DataFrame, cells: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
