@@ -10,11 +10,11 @@ ksweep: .venv/installed
 test: .venv/installed
 	.venv/bin/python -m pytest
 
-# the scorer inside the package and what `-k auto` predicts by, made anew: src/fsel/weights
+# the scorer inside the package and what `-k auto` predicts by, made anew: src/fsel/selector/weights
 WEIGHTS = results/selector/fsel/seed0.safetensors results/selector/budget.json
 weights: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)
-	.venv/bin/python -m fsel.pipeline.ship $(WEIGHTS)
+	.venv/bin/python -m fsel.stages.ship $(WEIGHTS)
 
 .venv/installed: pyproject.toml
 	$(PYTHON) -m venv .venv

@@ -14,11 +14,10 @@ import numpy as np
 
 from fsel.capture import Capture, SparsePoints
 from fsel.metrics import score_views
-from fsel.reconstruct import stereo
-from fsel.reconstruct.splats import Splats
-from fsel.search import genetic_search
+from fsel.reconstruct.splats import Splats, stereo
 from fsel.split import evaluation_split
 from fsel.synthesis import record
+from fsel.training.search import genetic_search
 
 
 def capture(seed: int) -> Capture:

@@ -23,7 +23,7 @@ PASSES, FRAMES, IMAGES, SIZE, LONG_SIDE = 10, 1000, 40, (640, 480), 256
 
 READ = """
 import logging, resource, sys, time
-from fsel.pipeline.captures import ingest
+from fsel.stages.ingest import ingest
 logging.basicConfig(level=logging.INFO, format="    %(message)s", stream=sys.stdout)
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 started = time.perf_counter()

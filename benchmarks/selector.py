@@ -18,14 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel import shipped
 from fsel.baselines.dpp import JITTER, greedy_map
 from fsel.baselines.kmedoids import distances, fasterpam
-from fsel.closeness import NOVEL
-from fsel.company import ENOUGH, FEW, GROUP
-from fsel.scorer import SHAPES, Scorer
-from fsel.search import farthest_views
-from fsel.selector import DYNAMIC, Prepared, greedy, standardise
+from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL
+from fsel.selector import pretrained
+from fsel.selector.greedy import DYNAMIC, Prepared, greedy, standardise
+from fsel.selector.scorer import SHAPES, Scorer
+from fsel.training.search import farthest_views
 
 BOUNDS = {130: 3.0, 1_000: 15.0, 10_000: 100.0}  # milliseconds
 POOLS = (*BOUNDS, 100_000)
@@ -57,7 +56,7 @@ def prepared_of(n: int, rng: np.random.Generator) -> Prepared:
 
 
 def spread_of(points: np.ndarray, picks: list[int], free: np.ndarray) -> np.ndarray:
-    """(n,) distances to the picks by `fsel.company`."""
+    """(n,) distances to the picks by `fsel.features.conditioned`."""
     gaps = np.stack([np.linalg.norm(points - points[i], axis=1) for i in picks])
     if len(picks) < FEW:
         far = np.sort(gaps, axis=0)[min(len(picks), GROUP) - 1]
@@ -118,7 +117,7 @@ def kmedoids(prepared: Prepared) -> np.ndarray:
 
 def calls(prepared: Prepared, fresh: dict[str, np.ndarray]) -> dict[str, Callable[[], object]]:
     """What is timed, by name."""
-    rows, own = np.arange(len(prepared.pool)), shipped.scorer().weights
+    rows, own = np.arange(len(prepared.pool)), pretrained.scorer().weights
     return {
         "fsel, fresh network": lambda: greedy(prepared, fresh, K),
         "fsel, shipped scorer": lambda: greedy(prepared, own, K),

@@ -3,8 +3,8 @@
 import numpy as np
 
 from fsel.capture import Capture
-from fsel.pipeline.descriptions import describe
-from fsel.pipeline.problems import split
+from fsel.stages.describe import describe
+from fsel.stages.split import split
 from fsel.synthesis import record
 
 

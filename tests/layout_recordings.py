@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from fsel.layouts import LAYOUTS, colmap, images
 from fsel.layouts.base import invert_pose, natural
-from fsel.recording import Camera, Recording
+from fsel.layouts.recording import Camera, Recording
 from fsel.synthesis.lens import project
 
 PINHOLE = Camera("PINHOLE", 64, 48, (60.0, 60.0, 32.0, 24.0))

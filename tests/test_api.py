@@ -13,11 +13,12 @@ from selection_problems import random_problem
 from small_captures import write_ring
 
 import fsel
-from fsel import glance, opening, shipped
-from fsel.opening import open_capture
-from fsel.pipeline.ship import ship
-from fsel.scorer import Scorer
-from fsel.sharpness import sharpness
+from fsel.features.sharpness import sharpness
+from fsel.layouts import opening, previews
+from fsel.layouts.opening import open_capture
+from fsel.selector import pretrained
+from fsel.selector.scorer import Scorer
+from fsel.stages.ship import ship
 
 
 @pytest.fixture
@@ -94,18 +95,18 @@ def test_an_unknown_reconstructor_is_refused(folder):
 
 
 def test_the_shipped_scorer_is_what_its_record_says():
-    folder = Path(shipped.__file__).parent / "weights"
+    folder = Path(pretrained.__file__).parent / "weights"
     record = json.loads((folder / "fsel.json").read_text())
     content = (folder / "fsel.safetensors").read_bytes()
-    assert record["sha256"] == hashlib.sha256(content).hexdigest() == shipped.digest()
-    assert record["provenance"] == shipped.scorer().provenance
+    assert record["sha256"] == hashlib.sha256(content).hexdigest() == pretrained.digest()
+    assert record["provenance"] == pretrained.scorer().provenance
     assert record["provenance"]["policy"] == "fsel"
 
 
 @pytest.mark.parametrize("size", [40, 1100])
 def test_both_loops_pick_what_the_method_picks(size):
     problem = random_problem(size)
-    frames, _ = shipped.ranked(problem, 12)
+    frames, _ = pretrained.ranked(problem, 12)
     method = fsel.METHODS["fsel"]
     np.testing.assert_array_equal(frames, method.select(problem, 12, np.random.default_rng(0)))
 
@@ -118,7 +119,7 @@ def test_reduced_decoding_ranks_images_as_full_decoding_does(tmp_path):
         image = cv2.GaussianBlur(noise, (0, 0), blur) if blur else noise
         files.append(tmp_path / f"{number}.jpg")
         cv2.imwrite(str(files[-1]), image)
-    measured = glance.sharpness_of_files(files, 1920)
+    measured = previews.sharpness_of_files(files, 1920)
     whole = sharpness(np.stack([cv2.imread(str(file)) for file in files]))
     np.testing.assert_array_equal(np.argsort(measured), np.argsort(whole))
 
@@ -127,13 +128,13 @@ def test_reduced_decoding_ranks_images_as_full_decoding_does(tmp_path):
 def test_a_reduced_image_keeps_the_side_that_is_needed(width, side, tmp_path, monkeypatch):
     shapes = []
     monkeypatch.setattr(
-        glance, "variance_of_laplacian", lambda grey: shapes.append(grey.shape) or 0.0
+        previews, "variance_of_laplacian", lambda grey: shapes.append(grey.shape) or 0.0
     )
     cv2.imwrite(str(tmp_path / "a.jpg"), np.zeros((width // 2, width, 3), np.uint8))
-    glance.sharpness_of_files([tmp_path / "a.jpg"], width)
-    assert shapes[0][1] >= min(width, glance.SHARPNESS_SIDE)
-    assert shapes[0][1] < max(2 * glance.SHARPNESS_SIDE + 8, width // 8 + 8)
-    (small,) = glance.thumbnails([tmp_path / "a.jpg"], width, side)
+    previews.sharpness_of_files([tmp_path / "a.jpg"], width)
+    assert shapes[0][1] >= min(width, previews.SHARPNESS_SIDE)
+    assert shapes[0][1] < max(2 * previews.SHARPNESS_SIDE + 8, width // 8 + 8)
+    (small,) = previews.thumbnails([tmp_path / "a.jpg"], width, side)
     assert max(cv2.imdecode(np.frombuffer(small, np.uint8), cv2.IMREAD_COLOR).shape) == side
 
 
@@ -165,15 +166,15 @@ def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch
 
 
 def test_only_weights_of_the_right_policy_are_shipped(tmp_path):
-    scorer = shipped.scorer()
+    scorer = pretrained.scorer()
     scorer.save(tmp_path / "new.safetensors")
     (tmp_path / "made.json").write_text('{"worth": [1, 2, 3]}')
     ship(tmp_path / "new.safetensors", tmp_path / "made.json", tmp_path)
     assert json.loads((tmp_path / "budget.json").read_text()) == {"worth": [1, 2, 3]}
     assert (tmp_path / "fsel.safetensors").read_bytes() == (
-        shipped.FOLDER / "fsel.safetensors"
+        pretrained.FOLDER / "fsel.safetensors"
     ).read_bytes()
-    assert json.loads((tmp_path / "fsel.json").read_text())["sha256"] == shipped.digest()
+    assert json.loads((tmp_path / "fsel.json").read_text())["sha256"] == pretrained.digest()
     Scorer(scorer.weights, {"policy": "ours"}).save(tmp_path / "ours.safetensors")
     with pytest.raises(ValueError, match="policy 'ours', not 'fsel'"):
         ship(tmp_path / "ours.safetensors", tmp_path / "made.json", tmp_path)

@@ -18,7 +18,7 @@ _HOMES = {
     "LAYOUTS": "fsel.layouts",
     "select": "fsel.api",
     "Selection": "fsel.api",
-    "Auto": "fsel.budget",
+    "Auto": "fsel.request.budget",
     "evaluate": "fsel.api",
     "METHODS": "fsel.methods",
     "RECONSTRUCTORS": "fsel.reconstruct",

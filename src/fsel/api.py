@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel import budget
-from fsel.budget import Auto, Budget
 from fsel.capture import Capture
-from fsel.focus import Focus
+from fsel.features.sharpness import sharpness as measure_sharpness
 from fsel.geometry import pose_distance
 from fsel.problem import Problem, checked_select
-from fsel.sharpness import sharpness as measure_sharpness
-from fsel.targets import Request, Targets, targets_of
+from fsel.request import budget
+from fsel.request.budget import Auto, Budget
+from fsel.request.focus import Focus
+from fsel.request.targets import Request, Targets, targets_of
 
 if TYPE_CHECKING:
     from fsel.reconstruct import Model
@@ -69,7 +69,7 @@ def select(
         method: a key of `METHODS`.
         seed: of methods that draw at random.
         sharpness: (N,) of every frame, where it is known already; else it is measured.
-        focus: an object that targets must see, see `fsel.focus`.
+        focus: an object that targets must see, see `fsel.request.focus`.
 
     Raises:
         ValueError: for a capture of fewer than three frames, k beyond the frames that may be
@@ -124,10 +124,10 @@ def _enough(problem: Problem, ranked: Ranked, auto: Auto) -> tuple[np.ndarray, n
 def _ranked_by(name: str, seed: int) -> Ranked:
     """(problem, k) -> picks and their scores, all that it needs being imported."""
     if name == SHIPPED:
-        from fsel import shipped
+        from fsel.selector import pretrained
 
-        shipped.scorer()
-        return shipped.ranked
+        pretrained.scorer()
+        return pretrained.ranked
     method = _method(name)
 
     def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
@@ -195,7 +195,7 @@ def _method(name: str):
 
 
 def _described(capture: Capture) -> np.ndarray:
-    from fsel.appearance import descriptors
+    from fsel.features.appearance import descriptors
 
     return descriptors(np.asarray(capture.images), "lab_hog")
 

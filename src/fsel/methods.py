@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from fsel import baselines, shipped
+from fsel import baselines
 from fsel.problem import Method
+from fsel.selector import pretrained
 
 METHODS: dict[str, Method] = {
-    shipped.POLICY.name: shipped.POLICY.method(shipped.scorer()),
+    pretrained.POLICY.name: pretrained.POLICY.method(pretrained.scorer()),
     **baselines.METHODS,
 }

@@ -17,11 +17,11 @@ rule measure_curves:
             *FEATURES,
             *RECONSTRUCTION,
             *FILES,
-            "budget",
-            "redundancy",
-            "pipeline/budget",
-            "pipeline/labels",
-            "pipeline/policies",
+            "request/budget",
+            "request/scene_depth",
+            "experiments/budget_curves",
+            "stages/label",
+            "selector/policies",
         ),
     output:
         "<results>/{dataset}/{scene}/curves.parquet",
@@ -48,7 +48,7 @@ rule measure_curves:
 rule fit_budget:
     input:
         curves=collect("<results>/{scene}/curves.parquet", scene=PRACTISED),
-        lib=library("budget", *FILES, "pipeline/budget"),
+        lib=library("request/budget", *FILES, "experiments/budget_curves"),
     output:
         record="<results>/selector/budget.json",
         comparison="<results>/selector/budget.csv",
@@ -86,11 +86,11 @@ rule measure_budgets:
             *FEATURES,
             *RECONSTRUCTION,
             *FILES,
-            "budget",
-            "redundancy",
-            "experiments/budgets",
-            "pipeline/policies",
-            "pipeline/variants",
+            "request/budget",
+            "request/scene_depth",
+            "experiments/budget",
+            "selector/policies",
+            "experiments/bench",
         ),
     output:
         "<results>/{dataset}/{scene}/budgets.parquet",
@@ -119,7 +119,7 @@ rule measure_budgets:
 rule budget:
     input:
         measured=[f"<results>/{d}/{s}/budgets.parquet" for d, s in evaluation_scenes()],
-        lib=library("report", "experiments/budgets", "pipeline/tables"),
+        lib=library("report", "experiments/budget", "stages/ksweep"),
     output:
         table=report(
             "<tables>/budget.tex",

@@ -8,7 +8,7 @@ Outputs: <results>/{dataset}/{scene}/{frames,points,descriptors}.parquet and ima
 
 rule generate:
     input:
-        lib=library("recording", "layouts", "synthesis", "pipeline/embedded"),
+        lib=library("layouts/recording", "layouts", "synthesis", "stages/generate"),
     output:
         directory("<results>/data/{dataset}/{scene}"),
     log:
@@ -39,7 +39,7 @@ rule generate:
 rule ingest:
     input:
         capture=raw_capture,
-        lib=library("capture", "geometry", "recording", "layouts", "pipeline/captures"),
+        lib=library("capture", "geometry", "layouts/recording", "layouts", "stages/ingest"),
     output:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
@@ -70,7 +70,7 @@ rule describe:
     input:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library("appearance", "capture", "sharpness", "pipeline/descriptions"),
+        lib=library("features/appearance", "capture", "features/sharpness", "stages/describe"),
     output:
         "<results>/{dataset}/{scene}/descriptors.parquet",
     log:

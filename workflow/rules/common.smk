@@ -424,18 +424,18 @@ PRACTISED = [
 RECONSTRUCTION = ("capture", "evaluation", "metrics", "reconstruct")
 FEATURES = (
     "capture",
-    "closeness",
-    "company",
+    "features/conditioned",
+    "features/conditioned",
     "features",
     "geometry",
-    "greedy_kernel",
-    "screening",
+    "selector/compiled",
+    "selector/screening",
     "problem",
-    "scorer",
-    "selector",
+    "selector/scorer",
+    "selector/greedy",
     "split",
 )
-FILES = ("pipeline/files", "pipeline/journal", "pipeline/problems")
+FILES = ("files", "stages/journal", "stages/split")
 
 
 wildcard_constraints:

@@ -15,11 +15,11 @@ rule label:
         lib=library(
             "baselines/nearest",
             "geometry",
-            "search",
+            "training/search",
             "split",
             *RECONSTRUCTION,
             *FILES,
-            "pipeline/labels",
+            "stages/label",
         ),
     output:
         labels=expand(
@@ -58,7 +58,7 @@ rule trajectories:
             scene=LABELLED,
             coverage=config["coverages"],
         ),
-        lib=library("capture", "geometry", "ordering", *FILES, "pipeline/labels"),
+        lib=library("capture", "geometry", "training/ordering", *FILES, "stages/label"),
     output:
         "<results>/trajectories.parquet",
     log:

@@ -33,11 +33,11 @@ rule measure_objects:
             *RECONSTRUCTION,
             *FILES,
             "baselines",
-            "focus",
+            "request/focus",
             "experiments/crosscapture",
             "experiments/objects",
-            "pipeline/labels",
-            "pipeline/policies",
+            "stages/label",
+            "selector/policies",
         ),
     output:
         "<results>/{dataset}/{scene}/objects.parquet",
@@ -72,7 +72,7 @@ rule objectcentric:
             "report",
             "experiments/crosscapture",
             "experiments/objects",
-            "pipeline/tables",
+            "stages/ksweep",
         ),
     output:
         table=report(

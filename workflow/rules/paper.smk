@@ -24,7 +24,7 @@ rule handsign:
         evaluations=collect(
             "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
         ),
-        lib=library("report", "experiments/comparisons", "pipeline/tables"),
+        lib=library("report", "experiments/comparisons", "stages/ksweep"),
     output:
         table=report(
             "<tables>/handsign.tex",
@@ -62,7 +62,7 @@ rule seedvar:
         evaluations=collect(
             "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
         ),
-        lib=library("report", "experiments/comparisons", "pipeline/tables"),
+        lib=library("report", "experiments/comparisons", "stages/ksweep"),
     output:
         table=report(
             "<tables>/seedvar.tex",
@@ -102,7 +102,7 @@ rule measure_searched:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library(*RECONSTRUCTION, *FILES, "experiments/searches", "pipeline/labels"),
+        lib=library(*RECONSTRUCTION, *FILES, "experiments/ga_vs_learned", "stages/label"),
     output:
         "<results>/{dataset}/{scene}/draw{draw}/searched.parquet",
     log:
@@ -128,7 +128,7 @@ rule ga_vs_learned:
         evaluations=of_held_out("evaluation.parquet"),
         oracles=of_held_out("oracle.parquet"),
         searched=of_held_out("searched.parquet"),
-        lib=library("report", "experiments/searches", "pipeline/tables"),
+        lib=library("report", "experiments/ga_vs_learned", "stages/ksweep"),
     output:
         table=report(
             "<tables>/ga_vs_learned.tex",
@@ -166,7 +166,7 @@ rule ga_vs_learned:
 rule training_figure:
     input:
         logs=collect("<results>/selector/seed{seed}.parquet", seed=SEEDS),
-        lib=library("report", "experiments/process", "pipeline/tables"),
+        lib=library("report", "experiments/process", "stages/ksweep"),
     output:
         figures=report(
             multiext("<figures>/training", ".pdf", ".png"),
@@ -205,11 +205,11 @@ rule pipeline_figure:
         trajectories="<results>/trajectories.parquet",
         lib=library(
             "capture",
-            "paths",
+            "request/paths",
             "report",
             *FILES,
             "experiments/process",
-            "pipeline/tables",
+            "stages/ksweep",
         ),
     output:
         figures=report(
@@ -248,12 +248,12 @@ rule qualitative:
         selections=first_scene("draw0/selections.parquet"),
         lib=library(
             *RECONSTRUCTION,
-            "paths",
+            "request/paths",
             "report",
             *FILES,
             "experiments/showcase",
-            "pipeline/labels",
-            "pipeline/tables",
+            "stages/label",
+            "stages/ksweep",
         ),
     output:
         figures=report(
@@ -294,12 +294,12 @@ use rule qualitative as teaser with:
         selections=f"<results>/{TIMED}/draw0/selections.parquet",
         lib=library(
             *RECONSTRUCTION,
-            "paths",
+            "request/paths",
             "report",
             *FILES,
             "experiments/showcase",
-            "pipeline/labels",
-            "pipeline/tables",
+            "stages/label",
+            "stages/ksweep",
         ),
     output:
         figures=report(
@@ -333,11 +333,11 @@ rule train_geometry:
         splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
         lib=library(
             *FEATURES,
-            "training",
+            "training/imitation",
             *FILES,
-            "experiments/variants",
-            "pipeline/policies",
-            "pipeline/selectors",
+            "experiments/ablation/variants",
+            "selector/policies",
+            "stages/train",
         ),
     output:
         "<results>/selector/geometry/seed{seed}.safetensors",
@@ -379,9 +379,9 @@ rule evaluate_geometry:
             *FEATURES,
             *RECONSTRUCTION,
             *FILES,
-            "experiments/variants",
-            "pipeline/labels",
-            "pipeline/policies",
+            "experiments/ablation/variants",
+            "stages/label",
+            "selector/policies",
         ),
     output:
         expand(
@@ -422,15 +422,15 @@ rule costs:
             *FEATURES,
             *RECONSTRUCTION,
             *FILES,
-            "appearance",
-            "sharpness",
+            "features/appearance",
+            "features/sharpness",
             "baselines/uniform",
             "experiments/costs",
             "experiments/footprint",
-            "experiments/variants",
-            "pipeline/labels",
-            "pipeline/policies",
-            "pipeline/timing",
+            "experiments/ablation/variants",
+            "stages/label",
+            "selector/policies",
+            "experiments/selection_time",
         ),
     output:
         costs="<results>/{dataset}/{scene}/costs.parquet",
@@ -458,7 +458,7 @@ rule costs:
 rule saturation:
     input:
         costs=of_held_out_scenes("costs.parquet"),
-        lib=library("report", "experiments/costs", "pipeline/tables"),
+        lib=library("report", "experiments/costs", "stages/ksweep"),
     output:
         figures=report(
             multiext("<figures>/saturation", ".pdf", ".png"),
@@ -495,8 +495,8 @@ rule time_quality:
             "report",
             "experiments/costs",
             "experiments/time_quality",
-            "experiments/variants",
-            "pipeline/tables",
+            "experiments/ablation/variants",
+            "stages/ksweep",
         ),
     output:
         table=report(
@@ -553,8 +553,8 @@ rule measure_crosscapture:
             *FILES,
             "baselines",
             "experiments/crosscapture",
-            "pipeline/labels",
-            "pipeline/policies",
+            "stages/label",
+            "selector/policies",
         ),
     output:
         "<results>/{dataset}/{scene}/crosscapture.parquet",
@@ -581,7 +581,7 @@ rule measure_crosscapture:
 rule crosscapture:
     input:
         measured=of_rooms("crosscapture.parquet"),
-        lib=library("report", "experiments/crosscapture", "pipeline/tables"),
+        lib=library("report", "experiments/crosscapture", "stages/ksweep"),
     output:
         table=report(
             "<tables>/crosscapture.tex",

@@ -39,7 +39,7 @@ use rule generate as generate_large with:
 rule estimate_poses:
     input:
         capture=large_capture,
-        lib=library("capture", "poses", "recording", "layouts", "experiments/poses"),
+        lib=library("capture", "experiments/pose_errors", "layouts/recording", "layouts", "experiments/pose_trials"),
     output:
         given=multiext(
             "<results>/{dataset}/{scene}/poses/given/",
@@ -80,7 +80,7 @@ use rule describe as describe_posed with:
     input:
         frames="<results>/{dataset}/{scene}/poses/given/frames.parquet",
         images="<results>/{dataset}/{scene}/poses/given/images.npy",
-        lib=library("appearance", "capture", "sharpness", "pipeline/descriptions"),
+        lib=library("features/appearance", "capture", "features/sharpness", "stages/describe"),
     output:
         "<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
     log:
@@ -101,9 +101,9 @@ rule measure_estimated:
             *FILES,
             "baselines",
             "experiments/crosscapture",
-            "experiments/poses",
-            "pipeline/labels",
-            "pipeline/policies",
+            "experiments/pose_trials",
+            "stages/label",
+            "selector/policies",
         ),
     output:
         "<results>/{dataset}/{scene}/poses/estimated.parquet",
@@ -143,10 +143,10 @@ rule measure_noise:
             *FILES,
             "baselines",
             "experiments/crosscapture",
-            "experiments/poses",
-            "pipeline/labels",
-            "pipeline/policies",
-            "poses",
+            "experiments/pose_trials",
+            "stages/label",
+            "selector/policies",
+            "experiments/pose_errors",
         ),
     output:
         "<results>/{dataset}/{scene}/poses/noise.parquet",
@@ -180,7 +180,7 @@ rule poses:
         noise=of_posed("noise.parquet"),
         errors=of_posed("errors.parquet"),
         lib=library(
-            "report", "experiments/poses", "experiments/pose_tables", "pipeline/tables"
+            "report", "experiments/pose_trials", "experiments/poses", "stages/ksweep"
         ),
     output:
         table=report(
@@ -220,7 +220,7 @@ rule pose_noise:
     input:
         noise=of_posed("noise.parquet"),
         lib=library(
-            "report", "experiments/poses", "experiments/pose_tables", "pipeline/tables"
+            "report", "experiments/pose_trials", "experiments/poses", "stages/ksweep"
         ),
     output:
         figures=report(

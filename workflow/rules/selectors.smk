@@ -16,7 +16,7 @@ rule train:
         ),
         splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
         lib=library(
-            *FEATURES, "training", *FILES, "pipeline/policies", "pipeline/selectors"
+            *FEATURES, "training/imitation", *FILES, "selector/policies", "stages/train"
         ),
     output:
         # all seeds in one job: they share the trajectories' inputs, and the import of torch
@@ -69,10 +69,10 @@ rule refine:
         lib=library(
             *FEATURES,
             *RECONSTRUCTION,
-            "refine",
+            "training/refinement",
             *FILES,
-            "pipeline/policies",
-            "pipeline/selectors",
+            "selector/policies",
+            "stages/train",
         ),
     output:
         weights="<results>/selector/fsel/seed{seed}.safetensors",

@@ -16,8 +16,8 @@ JUDGED = (
     "split",
     "synthesis",
     *FILES,
-    "pipeline/truth",
-    "pipeline/variants",
+    "experiments/true_depth",
+    "experiments/bench",
 )
 
 
@@ -33,16 +33,16 @@ rule selection_time:
         fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
         lib=library(
             *FEATURES,
-            "appearance",
+            "features/appearance",
             "baselines",
             "reconstruct",
             "report",
-            "search",
-            "sharpness",
+            "training/search",
+            "features/sharpness",
             *FILES,
-            "pipeline/policies",
-            "pipeline/tables",
-            "pipeline/timing",
+            "selector/policies",
+            "stages/ksweep",
+            "experiments/selection_time",
         ),
     output:
         table=report(
@@ -87,7 +87,7 @@ rule speed_settings:
         descriptors=[
             f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
         ],
-        lib=library(*JUDGED, "report", "pipeline/speed_error", "pipeline/tables"),
+        lib=library(*JUDGED, "report", "experiments/speed_error", "stages/ksweep"),
     output:
         "<results>/speed_settings.csv",
     log:
@@ -121,12 +121,12 @@ rule economy:
         ],
         lib=library(
             *JUDGED,
-            "appearance",
-            "culling",
+            "features/appearance",
+            "reconstruct/splats/culling",
             "report",
-            "sharpness",
-            "pipeline/economy",
-            "pipeline/timing",
+            "features/sharpness",
+            "experiments/economy",
+            "experiments/selection_time",
         ),
     output:
         table=report(
@@ -177,9 +177,9 @@ rule speed_error:
         lib=library(
             "baselines",
             "report",
-            "pipeline/policies",
-            "pipeline/speed_error",
-            "pipeline/tables",
+            "selector/policies",
+            "experiments/speed_error",
+            "stages/ksweep",
         ),
     output:
         table=report(
@@ -239,10 +239,10 @@ rule fisher_damping:
             "baselines",
             "problem",
             "report",
-            "search",
+            "training/search",
             *FILES,
-            "pipeline/damping",
-            "pipeline/labels",
+            "experiments/fisher_damping",
+            "stages/label",
         ),
     output:
         table=report(

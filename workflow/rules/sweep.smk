@@ -26,10 +26,10 @@ rule select:
             *FEATURES,
             "baselines",
             "reconstruct",
-            "search",
+            "training/search",
             *FILES,
-            "pipeline/policies",
-            "pipeline/selection",
+            "selector/policies",
+            "stages/select",
         ),
     output:
         expand(
@@ -70,7 +70,7 @@ rule evaluate:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library(*RECONSTRUCTION, *FILES, "pipeline/labels", "pipeline/selection"),
+        lib=library(*RECONSTRUCTION, *FILES, "stages/label", "stages/select"),
     output:
         expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/evaluation.parquet",
@@ -102,7 +102,7 @@ rule search_oracle:
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         lib=library(
-            *RECONSTRUCTION, "search", *FILES, "pipeline/labels", "pipeline/selection"
+            *RECONSTRUCTION, "training/search", *FILES, "stages/label", "stages/select"
         ),
     output:
         subsets="<results>/{dataset}/{scene}/draw{draw}/subsets.parquet",
@@ -137,7 +137,7 @@ rule ksweep:
             problem=problems(config["oracle"]["draws"]),
         ),
         lib=library(
-            "metrics", "report", "baselines", "pipeline/policies", "pipeline/tables"
+            "metrics", "report", "baselines", "selector/policies", "stages/ksweep"
         ),
     output:
         table=report(
@@ -185,7 +185,7 @@ rule heatmap:
     input:
         summary="<tables>/ksweep.csv",
         differences="<tables>/ksweep_differences.csv",
-        lib=library("report", "baselines", "pipeline/policies", "pipeline/tables"),
+        lib=library("report", "baselines", "selector/policies", "stages/ksweep"),
     output:
         report(
             multiext("<figures>/heatmap", ".pdf", ".png"),

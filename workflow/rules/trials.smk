@@ -25,14 +25,14 @@ rule trial:
         lib=library(
             *FEATURES,
             *FILES,
-            "architectures",
+            "experiments/ablation/architectures",
             "baselines/dpp",
-            "experiments/trials",
-            "extras",
-            "pipeline/policies",
-            "pipeline/selectors",
-            "training",
-            "walk",
+            "experiments/ablation/trials",
+            "experiments/ablation/extras",
+            "selector/policies",
+            "stages/train",
+            "training/imitation",
+            "experiments/ablation/walk",
         ),
     output:
         "<results>/trials/{table}/{trial}.parquet",
@@ -74,7 +74,7 @@ rule measure_trials:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         trials=lambda wildcards: of_trials(wildcards.table)(wildcards),
-        lib=library(*RECONSTRUCTION, *FILES, "experiments/trials", "pipeline/labels"),
+        lib=library(*RECONSTRUCTION, *FILES, "experiments/ablation/trials", "stages/label"),
     output:
         "<results>/{dataset}/{scene}/{table}.parquet",
     log:
@@ -100,7 +100,7 @@ rule feature_sweep:
     input:
         measured=of_validation_scenes("feature_sweep.parquet"),
         trials=of_trials("feature_sweep"),
-        lib=library("report", "experiments/trial_tables", "extras", "pipeline/tables"),
+        lib=library("report", "experiments/ablation/tables", "experiments/ablation/extras", "stages/ksweep"),
     output:
         table=report(
             "<tables>/feature_sweep.tex",
@@ -139,7 +139,7 @@ rule scorer_arch:
     input:
         measured=of_validation_scenes("scorer_arch.parquet"),
         trials=of_trials("scorer_arch"),
-        lib=library("report", "experiments/trial_tables", "extras", "pipeline/tables"),
+        lib=library("report", "experiments/ablation/tables", "experiments/ablation/extras", "stages/ksweep"),
     output:
         table=report(
             "<tables>/scorer_arch.tex",

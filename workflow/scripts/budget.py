@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.budgets import budget_tables
-from fsel.pipeline.workflow import job
+from fsel.experiments.budget import budget_tables
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

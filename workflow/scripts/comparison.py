@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 from fsel.experiments.comparisons import TABLES
-from fsel.pipeline.tables import Sweep
-from fsel.pipeline.workflow import job, named
+from fsel.stages.job import job, named
+from fsel.stages.ksweep import Sweep
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fsel.experiments.ablation.variants import VARIANTS
 from fsel.experiments.costs import measure_costs
-from fsel.experiments.variants import VARIANTS
-from fsel.pipeline.workflow import job
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

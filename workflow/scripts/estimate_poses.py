@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.poses import estimate
-from fsel.pipeline.workflow import job
+from fsel.experiments.pose_trials import estimate
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

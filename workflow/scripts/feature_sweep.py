@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.trial_tables import feature_sweep
-from fsel.pipeline.workflow import job
+from fsel.experiments.ablation.tables import feature_sweep
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.problems import features
-from fsel.pipeline.workflow import job
+from fsel.stages.job import job
+from fsel.stages.split import features
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.damping import damping_sweep
-from fsel.pipeline.workflow import job
+from fsel.experiments.fisher_damping import damping_sweep
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

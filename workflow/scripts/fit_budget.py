@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.budget import fit
-from fsel.pipeline.workflow import job
+from fsel.experiments.budget_curves import fit
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.searches import ga_vs_learned
-from fsel.pipeline.workflow import job, named
+from fsel.experiments.ga_vs_learned import ga_vs_learned
+from fsel.stages.job import job, named
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

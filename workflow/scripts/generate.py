@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.embedded import generate
-from fsel.pipeline.workflow import job
+from fsel.stages.generate import generate
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

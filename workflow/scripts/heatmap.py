@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.tables import heatmap
-from fsel.pipeline.workflow import job
+from fsel.stages.job import job
+from fsel.stages.ksweep import heatmap
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.captures import ingest
-from fsel.pipeline.workflow import job
+from fsel.stages.ingest import ingest
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.tables import Sweep, ksweep
-from fsel.pipeline.workflow import job, named
+from fsel.stages.job import job, named
+from fsel.stages.ksweep import Sweep, ksweep
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.labels import label
-from fsel.pipeline.workflow import job
+from fsel.stages.job import job
+from fsel.stages.label import label
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.budgets import measure_budgets
-from fsel.pipeline.workflow import job
+from fsel.experiments.budget import measure_budgets
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

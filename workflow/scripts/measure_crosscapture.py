@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fsel.experiments.crosscapture import measure_crosscapture
-from fsel.pipeline.policies import POLICIES
-from fsel.pipeline.workflow import job
+from fsel.selector.policies import POLICIES
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

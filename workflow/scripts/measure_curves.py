@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.budget import measure_curves
-from fsel.pipeline.workflow import job
+from fsel.experiments.budget_curves import measure_curves
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.searches import measure_searched
-from fsel.pipeline.workflow import job
+from fsel.experiments.ga_vs_learned import measure_searched
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.pose_tables import of_scenes, poses
-from fsel.pipeline.workflow import job
+from fsel.experiments.poses import of_scenes, poses
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

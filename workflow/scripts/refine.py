@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.selectors import refined
-from fsel.pipeline.workflow import job
+from fsel.stages.job import job
+from fsel.stages.train import refined
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

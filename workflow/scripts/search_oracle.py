@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.selection import search_oracle
-from fsel.pipeline.workflow import job
+from fsel.stages.job import job
+from fsel.stages.select import search_oracle
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.policies import POLICIES
-from fsel.pipeline.selection import select
-from fsel.pipeline.workflow import job
+from fsel.selector.policies import POLICIES
+from fsel.stages.job import job
+from fsel.stages.select import select
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

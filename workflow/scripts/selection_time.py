@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.policies import POLICIES
-from fsel.pipeline.timing import selection_time
-from fsel.pipeline.workflow import job
+from fsel.experiments.selection_time import selection_time
+from fsel.selector.policies import POLICIES
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.speed_error import speed_error
-from fsel.pipeline.workflow import job, named
+from fsel.experiments.speed_error import speed_error
+from fsel.stages.job import job, named
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

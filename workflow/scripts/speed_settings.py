@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.speed_error import settings_sweep
-from fsel.pipeline.workflow import job
+from fsel.experiments.speed_error import settings_sweep
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

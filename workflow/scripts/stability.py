@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from fsel.experiments.stability import stability
-from fsel.pipeline.workflow import job
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

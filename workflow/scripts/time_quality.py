@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from fsel.experiments.time_quality import time_quality
-from fsel.pipeline.workflow import job, named
+from fsel.stages.job import job, named
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.selectors import clone
-from fsel.pipeline.workflow import job
+from fsel.stages.job import job
+from fsel.stages.train import clone
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.pipeline.labels import trajectories
-from fsel.pipeline.workflow import job
+from fsel.stages.job import job
+from fsel.stages.label import trajectories
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.trials import Case, run_trial
-from fsel.pipeline.workflow import job, named
+from fsel.experiments.ablation.trials import Case, run_trial
+from fsel.stages.job import job, named
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

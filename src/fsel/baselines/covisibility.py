@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from fsel.features import MVSNET_ANGLE, MVSNET_SPREAD
+from fsel.features.static import MVSNET_ANGLE, MVSNET_SPREAD
 from fsel.geometry import directions, reference_points, viewing_angles
 from fsel.problem import Problem
 

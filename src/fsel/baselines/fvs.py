@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.problem import Method, Problem
-from fsel.search import farthest_views
+from fsel.training.search import farthest_views
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:

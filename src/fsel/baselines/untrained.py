@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.features import SIGNS
+from fsel.features.static import SIGNS
 from fsel.problem import Method, Problem
-from fsel.selector import untrained_select
+from fsel.selector.greedy import untrained_select
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:

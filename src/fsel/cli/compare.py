@@ -15,13 +15,13 @@ from fsel.cli.console import Console
 from fsel.cli.request import focus_of
 from fsel.evaluation import Evaluator
 from fsel.export.staging import staged
-from fsel.focus import Focus
-from fsel.glance import sharpness_of_files
+from fsel.layouts.opening import open_capture
+from fsel.layouts.previews import sharpness_of_files
 from fsel.methods import METHODS
 from fsel.metrics import METRICS
-from fsel.opening import open_capture
 from fsel.reconstruct import RECONSTRUCTORS
-from fsel.targets import Targets
+from fsel.request.focus import Focus
+from fsel.request.targets import Targets
 
 WRITTEN = ("compare.json", "compare.txt", "renders")
 SHOWN = 6  # held-out frames that are rendered side by side

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Event, Thread
 
-from fsel.glance import Progress
+from fsel.layouts.previews import Progress
 
 PATIENCE = 2.0  # seconds before a bar is shown
 TICK = 0.5  # seconds between two looks at the clock

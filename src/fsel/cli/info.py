@@ -9,13 +9,13 @@ import numpy as np
 from fsel.capture import SparsePoints
 from fsel.cli.console import Console
 from fsel.cli.request import reasons
-from fsel.coverage import BLURRED, relative_sharpness
+from fsel.export.service import BLURRED, relative_sharpness
 from fsel.geometry import lengths
-from fsel.glance import sharpness_of_files
 from fsel.layouts import MAX_ERROR
 from fsel.layouts.checks import measure
-from fsel.opening import Opened, open_capture, seen
-from fsel.redundancy import viewing_distance, worth_keeping
+from fsel.layouts.opening import Opened, open_capture, seen
+from fsel.layouts.previews import sharpness_of_files
+from fsel.request.scene_depth import viewing_distance, worth_keeping
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:

@@ -8,9 +8,9 @@ import numpy as np
 
 import fsel
 from fsel.cli.console import Console
-from fsel.opening import open_capture
-from fsel.pipeline.files import atomic
-from fsel.targets import named_in
+from fsel.files import atomic
+from fsel.layouts.opening import open_capture
+from fsel.request.targets import named_in
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:

@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 
 from fsel.capture import Capture
-from fsel.focus import Focus, from_box, from_masks
+from fsel.request.focus import Focus, from_box, from_masks
 
 
 def focus_of(asked: argparse.Namespace, capture: Capture) -> Focus | None:

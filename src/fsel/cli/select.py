@@ -10,17 +10,18 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel import api, shipped
-from fsel.budget import THRESHOLD, Auto
+from fsel import api
 from fsel.capture import Capture
 from fsel.cli.console import Console
 from fsel.cli.request import focus_of, reasons
 from fsel.export import record, subset
 from fsel.export.page import page
 from fsel.export.staging import staged
-from fsel.glance import sharpness_of_files, thumbnails
-from fsel.opening import Opened, open_capture
-from fsel.targets import ALL
+from fsel.layouts.opening import Opened, open_capture
+from fsel.layouts.previews import sharpness_of_files, thumbnails
+from fsel.request.budget import THRESHOLD, Auto
+from fsel.request.targets import ALL
+from fsel.selector import pretrained
 
 THUMBNAIL = 240  # pixels of the longer side, in the report
 WRITTEN = ("selection.json", "frames.txt", "report.html", *subset.WRITTEN)
@@ -138,7 +139,7 @@ def _content(
 ) -> dict:
     """selection.json but for the frames."""
     targets, budget = outcome.targets, outcome.selection.budget
-    weights = {"sha256": shipped.digest(), **shipped.scorer().provenance}
+    weights = {"sha256": pretrained.digest(), **pretrained.scorer().provenance}
     return {
         "capture": {
             "folder": str(Path(asked.capture).resolve()),

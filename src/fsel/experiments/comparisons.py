@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.pipeline.files import write_text
-from fsel.pipeline.tables import BASELINES, Sweep, sweep_cells, write_csv
+from fsel.files import write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, difference, plain_table, tex
 from fsel.report.summary import ALL_FRAMES, differences, seed_spread, summarise
+from fsel.stages.ksweep import BASELINES, Sweep, sweep_cells, write_csv
 
 LEARNED, UNTRAINED = "ours", "untrained"
 

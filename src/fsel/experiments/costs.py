@@ -10,19 +10,19 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fsel.appearance import descriptors
 from fsel.baselines import METHODS
+from fsel.experiments.ablation.variants import VARIANTS
 from fsel.experiments.footprint import measured_alone
-from fsel.experiments.variants import VARIANTS
-from fsel.pipeline.files import write_table
-from fsel.pipeline.problems import load_problem, split_from
-from fsel.pipeline.tables import write_csv
-from fsel.pipeline.timing import timed
+from fsel.experiments.selection_time import timed
+from fsel.features.appearance import descriptors
+from fsel.features.sharpness import sharpness
+from fsel.files import write_table
 from fsel.problem import Problem, checked_select
 from fsel.report import curves
 from fsel.report.captions import note
-from fsel.scorer import Scorer
-from fsel.sharpness import sharpness
+from fsel.selector.scorer import Scorer
+from fsel.stages.ksweep import write_csv
+from fsel.stages.split import load_problem, split_from
 
 logger = logging.getLogger(__name__)
 

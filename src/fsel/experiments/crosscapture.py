@@ -13,19 +13,19 @@ from scipy.optimize import linear_sum_assignment
 from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
+from fsel.files import write_table, write_text
 from fsel.geometry import pose_distance
 from fsel.metrics import HIGHER_IS_BETTER, METRICS
-from fsel.pipeline.files import write_table, write_text
-from fsel.pipeline.labels import METRIC_UNITS, name_seed, reconstructor_of
-from fsel.pipeline.policies import POLICIES
-from fsel.pipeline.problems import problem_of
-from fsel.pipeline.tables import LEARNED, write_csv
 from fsel.problem import Method, Problem, checked_select
 from fsel.report.captions import made_by
 from fsel.report.latex import number, plain_table
 from fsel.report.summary import differences, draw_means, summarise
-from fsel.scorer import Scorer
+from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Scorer
 from fsel.split import Split
+from fsel.stages.ksweep import LEARNED, write_csv
+from fsel.stages.label import METRIC_UNITS, name_seed, reconstructor_of
+from fsel.stages.split import problem_of
 
 logger = logging.getLogger(__name__)
 

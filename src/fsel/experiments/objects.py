@@ -14,17 +14,17 @@ from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.experiments.crosscapture import BASELINES, contenders, leaders
-from fsel.focus import from_capture
+from fsel.files import write_table, write_text
 from fsel.metrics import HIGHER_IS_BETTER, METRICS, inside
-from fsel.pipeline.files import write_table, write_text
-from fsel.pipeline.labels import METRIC_UNITS, reconstructor_of
-from fsel.pipeline.problems import problem_of
-from fsel.pipeline.tables import LEARNED, write_csv
 from fsel.problem import Problem, checked_select
 from fsel.report.captions import made_by
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.summary import differences, draw_means, summarise
+from fsel.request.focus import from_capture
 from fsel.split import Split, evaluation_split
+from fsel.stages.ksweep import LEARNED, write_csv
+from fsel.stages.label import METRIC_UNITS, reconstructor_of
+from fsel.stages.split import problem_of
 
 logger = logging.getLogger(__name__)
 

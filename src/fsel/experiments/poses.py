@@ -1,242 +1,200 @@
-"""Selectors on poses that are not exact: estimated from the images, or disturbed on purpose."""
+"""What inexact poses cost the selectors: the table and the figure."""
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-import numpy as np
 import pandas as pd
 
-from fsel.baselines import FURTHER, PAPER
-from fsel.baselines.splat_views import part
-from fsel.capture import Capture
-from fsel.evaluation import Evaluator
-from fsel.experiments.crosscapture import budget_picks
-from fsel.layouts import read_folder, sfm
-from fsel.metrics import METRICS
-from fsel.pipeline.files import write_table
-from fsel.pipeline.labels import METRIC_UNITS, reconstructor_of
-from fsel.pipeline.policies import POLICIES
-from fsel.pipeline.problems import problem_of
-from fsel.poses import perturbed, pose_errors
-from fsel.problem import Method
-from fsel.reconstruct import Reconstructor
-from fsel.scorer import Scorer
-from fsel.split import evaluation_split
+from fsel.experiments.pose_trials import BOTH, ESTIMATED, EXACT, SELECTOR, SELECTORS
+from fsel.files import write_text
+from fsel.report import curves
+from fsel.report.captions import made_by, note
+from fsel.report.latex import difference, number, plain_table
+from fsel.report.summary import summarise
+from fsel.selector.policies import POLICIES
+from fsel.stages.ksweep import LEARNED, write_csv
 
-logger = logging.getLogger(__name__)
-
-SELECTORS = {**PAPER, **FURTHER}
-EXACT, ESTIMATED = "none", "estimated"  # what was done to the poses
-SELECTOR, BOTH = "selector", "both"  # who works with the poses that result
-Judge = Callable[[np.ndarray], np.ndarray]
+LABELS = {name: method.label for name, method in SELECTORS.items()} | LEARNED
+PLAIN = {name: m.label for name, m in {**SELECTORS, **POLICIES}.items()}
+MARKED = ("uniform", "fvs", "kmedoids", "cover", "nearest", "untrained", "ours", "fsel")
+CASE = ["change", "level", "scope"]
+SHARED = ["scene", "draw", "method", "k"]
+SIGNS = {"degrees": r"^\circ", "percent": r"\%"}
 
 
-@dataclass(frozen=True)
-class Trial:
-    """What every set of poses is tried with.
-
-    Attributes:
-        runs: methods, each with the number of its seed.
-        described: descriptors.parquet, of all frames.
-        budgets: frames to pick.
-        targets: held-out views of a draw.
-        seed: of the scene.
-        split_seed: of the scene's draws of targets.
-    """
-
-    runs: list[tuple[Method, int]]
-    described: pd.DataFrame
-    budgets: Sequence[int]
-    targets: int
-    seed: int
-    split_seed: int
-
-    @classmethod
-    def of(cls, folder: str | Path, weights: Mapping[str, Sequence[str | Path]], **rest) -> Trial:
-        """Every selector: those without training, and the scorers of each learned one."""
-        runs = [(method, s) for method in SELECTORS.values() for s in range(method.seeds)]
-        for name, paths in weights.items():
-            runs += [(POLICIES[name].method(Scorer.load(p)), s) for s, p in enumerate(paths)]
-        return cls(runs, pd.read_parquet(Path(folder) / "descriptors.parquet"), **rest)
-
-    def drawn(self, capture: Capture, draw: int) -> np.ndarray:
-        """The targets of a draw: chance alone decides, whatever the poses."""
-        return evaluation_split(capture, draw, self.split_seed, self.targets).targets
-
-    def measured(self, seen: Capture, draw: int, judges: Mapping[str, Judge]) -> pd.DataFrame:
-        """What the picks of every run are worth; proxies too are matched by the poses seen.
-
-        Args:
-            seen: the capture with the poses that selectors are given.
-            draw: of the targets.
-            judges: scope -> metrics of a subset.
-
-        Returns:
-            draw, method, seed, k, scope, metrics.
-        """
-        split = evaluation_split(seen, draw, self.split_seed, self.targets)
-        problem = problem_of(seen, split, self.described)
-        rows = [
-            (draw, method.name, s, k, scope, *judge(picks))
-            for method, s in self.runs
-            for k, picks in budget_picks(problem, method, self.budgets, [self.seed, draw, s])
-            for scope, judge in judges.items()
-        ]
-        return pd.DataFrame(rows, columns=["draw", "method", "seed", "k", "scope", *METRICS])
+def of_scenes(scenes: Sequence[tuple[str, str]], paths: Sequence[str | Path]) -> list[dict]:
+    """dataset, scene, path of each file."""
+    pairs = zip(scenes, paths, strict=True)
+    return [{"dataset": d, "scene": s, "path": path} for (d, s), path in pairs]
 
 
-def judge_of(reconstructor: Reconstructor, targets: np.ndarray) -> Judge:
-    """Mean metrics of subsets on the targets, each distinct one reconstructed once."""
-    evaluate = Evaluator.on_frames(reconstructor, targets)
-    known = cache(lambda subset: evaluate(np.array(subset)))
-    return lambda picks: known(tuple(np.sort(picks).tolist()))
-
-
-def estimate(
-    source: str | Path,
-    given: str | Path,
-    estimated: str | Path,
-    errors: str | Path,
-    *,
-    frames: int,
-    matching_side: int,
-    long_side: int,
-    at_least: int,
-    reading: Mapping,
-    config: str,
-) -> None:
-    """Two canonical captures of the frames that COLMAP places: given poses, and its own.
-
-    Both hold the same images, straightened by the given lens, and its intrinsics; COLMAP finds
-    poses and points from them. Points come with the poses.
+def changes(measured: Sequence[Mapping], bootstrap: Mapping[str, int]) -> pd.DataFrame:
+    """PSNR under every change of the poses, and its paired difference to exact poses.
 
     Args:
-        source: folder as the dataset distributes it.
-        given, estimated: receive the captures.
-        errors: receives name, placed, degrees, percent: of every frame, see `pose_errors`.
-        frames: how many of the source's are used, evenly spaced.
-        matching_side: longer side in pixels of the images matched.
-        long_side: of the images stored.
-        at_least: frames that the experiment needs.
-        reading: further keywords of `fsel.layouts.read_folder`.
-        config: digest of the parameters.
+        measured: dataset, scene, path of what `measure_estimated` or `measure_noise` wrote.
+        bootstrap: its `resamples` and `seed`.
 
-    Raises:
-        ValueError: when COLMAP places fewer frames than are needed.
+    Returns:
+        change, level (NaN where it has none), scope, method, k, mean, ci_low, ci_high, difference,
+        difference_low, difference_high, n (scenes); means over seeds, then draws, then scenes.
     """
-    capture = _straight(source, frames, matching_side, reading)
-    kept, poses, points = sfm.estimate(capture)
-    if len(kept) < at_least:
-        raise ValueError(
-            f"{source}: COLMAP placed {len(kept)} of {len(capture)} frames, {at_least} are needed "
-            "(targets, as many proxies, and the largest budget tried). Hint: raise `poses.frames`, "
-            "or `poses.width` and `poses.height`, or lower `targets`"
-        )
-    placed = part(capture, kept)
-    found = replace(placed, world_to_camera=poses, points=points)
-    placed.resized(long_side).save(given)
-    found.resized(long_side).save(estimated)
-    table = pd.DataFrame({"name": placed.names, "placed": True})
-    table["degrees"], table["percent"] = pose_errors(poses, placed.world_to_camera)
-    lost = [name for name in capture.names if name not in set(placed.names)]
-    table = pd.concat([table, pd.DataFrame({"name": lost, "placed": False})])
-    units = {"degrees": "degrees", "percent": "per cent of the scene's size"}
-    write_table(table, errors, units=units, config=config)
-    logger.info("%s: %d of %d frames\n%s", source, len(kept), len(capture), table.describe())
+    cells = pd.concat([_cells(item) for item in measured])
+    exact = cells[cells["change"] == EXACT].set_index(SHARED)["psnr"].rename("exact")
+    cells = cells.join(exact, on=SHARED).assign(dataset="poses")
+    cells["difference"] = cells["psnr"] - cells["exact"]
+    found = []
+    for case, part in cells.groupby(CASE, sort=False, dropna=False):
+        table = summarise(part, ["psnr", "difference"], **bootstrap).set_index(["method", "k"])
+        gaps = table[table["metric"] == "difference"][["mean", "ci_low", "ci_high"]]
+        gaps.columns = ["difference", "difference_low", "difference_high"]
+        table = table[table["metric"] == "psnr"][["mean", "ci_low", "ci_high", "n"]].join(gaps)
+        found.append(table.reset_index().assign(**dict(zip(CASE, case, strict=True))))
+    order = [*CASE, "method", "k", "mean", "ci_low", "ci_high", *gaps.columns, "n"]
+    return pd.concat(found)[order].reset_index(drop=True)
 
 
-def _straight(source: str | Path, frames: int, long_side: int, reading: Mapping) -> Capture:
-    """Frames of a capture, evenly spaced, undistorted, in memory."""
-    with TemporaryDirectory() as store:
-        whole = read_folder(source, long_side=long_side, store=Path(store), **reading).capture
-        count = min(frames, len(whole))
-        return part(whole, np.linspace(0, len(whole) - 1, count).round().astype(int))
+def _cells(item: Mapping) -> pd.DataFrame:
+    """Means over the seeds of methods and noise."""
+    table = pd.read_parquet(item["path"])
+    if "level" not in table:
+        table = table.assign(level=float("nan"))
+    keys = ["draw", *CASE, "method", "k"]
+    means = table.groupby(keys, sort=False, dropna=False)["psnr"].mean().reset_index()
+    return means.assign(scene=f"{item['dataset']}/{item['scene']}")
 
 
-def measure_estimated(
-    given: str | Path,
-    estimated: str | Path,
-    weights: Mapping[str, Sequence[str | Path]],
-    output: str | Path,
+def poses(
+    estimated: Sequence[Mapping],
+    noise: Sequence[Mapping],
+    errors: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
     *,
-    draws: int,
-    reconstruction: Mapping,
-    config: str,
-    **settings,
+    budgets: Sequence[int],
+    bootstrap: Mapping[str, int],
+    facts: Mapping,
 ) -> None:
-    """Every selector on given poses, and on estimated ones.
+    """Given against estimated poses, and against noisy ones, for every selector.
 
     Args:
-        given: a canonical capture with its descriptors.
-        estimated: the same images, other poses.
-        weights: learned method -> its scorers, one a training seed.
-        output: receives draw, method, seed, k, scope, metrics, change: with change `none` all is
-            made with the given poses; with `estimated` and scope `selector` the reconstruction is
-            still, with scope `both` nothing is.
-        draws: of targets.
-        reconstruction: the config's section.
-        config: digest of the parameters.
-        settings: `budgets`, `targets`, `seed`, `split_seed`; see `Trial`.
+        estimated, noise: see `changes`.
+        errors: what `estimate` wrote, one a scene.
+        table: receives two LaTeX tables.
+        numbers: receives captures (`registered` or `usual`) and what `changes` returns.
+        budgets: columns of the first.
+        bootstrap: its `resamples` and `seed`.
+        facts: see `captions.made_by`.
     """
-    trial = Trial.of(given, weights, **settings)
-    captures = {EXACT: Capture.load(given), ESTIMATED: Capture.load(estimated)}
-    built = {name: reconstructor_of(c, reconstruction) for name, c in captures.items()}
-    tables = []
-    for draw in range(draws):
-        targets = trial.drawn(captures[EXACT], draw)
-        exact, own = (judge_of(built[name], targets) for name in (EXACT, ESTIMATED))
-        table = trial.measured(captures[EXACT], draw, {BOTH: exact})
-        tables.append(table.assign(change=EXACT))
-        table = trial.measured(captures[ESTIMATED], draw, {SELECTOR: exact, BOTH: own})
-        tables.append(table.assign(change=ESTIMATED))
-    write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)
+    registered, usual = changes(estimated, bootstrap), changes(noise, bootstrap)
+    both = [registered.assign(captures="registered"), usual.assign(captures="usual")]
+    numbered = pd.concat(both)
+    write_csv(numbered[["captures", *registered.columns]], numbers)
+    first = _estimated_table(registered, errors, budgets, facts)
+    write_text(f"{first}\n{_noise_table(usual, facts)}", table)
 
 
-def measure_noise(
-    folder: str | Path,
-    weights: Mapping[str, Sequence[str | Path]],
-    output: str | Path,
+def _estimated_table(
+    found: pd.DataFrame, errors: Sequence[str | Path], budgets: Sequence[int], facts: Mapping
+) -> str:
+    values = found.set_index(["change", "scope", "method", "k"])
+    middle = budgets[len(budgets) // 2]
+    rows = []
+    for name in _present(found):
+        row = [LABELS[name]]
+        for k in budgets:
+            row += [number(values.loc[(EXACT, BOTH, name, k), "mean"], "psnr")]
+            row += [_gap(values.loc[(ESTIMATED, BOTH, name, k)])]
+        rows.append([*row, _gap(values.loc[(ESTIMATED, SELECTOR, name, middle)])])
+    text = (
+        r"\textbf{Robustness to estimated poses.} PSNR (dB) with given poses, and how much it "
+        "changes with poses and points that COLMAP finds in the images, intrinsics being given; in "
+        f"the last column it is the selector alone that has them. {_registered(errors)} In "
+        "brackets: paired 95\\% intervals over scenes and draws; bold where they exclude zero. "
+        f"Scenes: {found['n'].max()}. {made_by(facts)}"
+    )
+    head = ["Selection", *["given", "COLMAP"] * len(budgets), "selector alone"]
+    groups = [(f"$K{{=}}{k}$", 2) for k in budgets] + [(f"$K{{=}}{middle}$", 1)]
+    return plain_table(head, rows, caption=text, label="tab:poses", groups=groups)
+
+
+def _registered(errors: Sequence[str | Path]) -> str:
+    """How many frames COLMAP placed, and how well."""
+    tables = [pd.read_parquet(path) for path in errors]
+    every = pd.concat(tables)
+    medians = pd.concat([table[["degrees", "percent"]].median() for table in tables], axis=1)
+    least, most = medians.min(axis=1), medians.max(axis=1)
+    return (
+        f"It placed {every['placed'].sum()} of {len(every)} frames; the others are left out of "
+        "both. After the best similarity, scenes' median errors are "
+        rf"${least['degrees']:.2f}^\circ$ to ${most['degrees']:.2f}^\circ$ and "
+        rf"{least['percent']:.2f}\% to {most['percent']:.2f}\% of the scene's size, the largest "
+        "distance of a camera from the cameras' mean."
+    )
+
+
+def _noise_table(found: pd.DataFrame, facts: Mapping) -> str:
+    values = found.set_index([*CASE, "method"])
+    cases = found[found["change"] != EXACT][CASE].drop_duplicates()
+    cases = cases.sort_values(["scope", "change", "level"], ascending=[False, True, True])
+    rows = []
+    for name in _present(found):
+        row = [LABELS[name], number(values.loc[(EXACT, 0.0, BOTH, name), "mean"], "psnr")]
+        for case in cases.itertuples(index=False):
+            row.append(_gap(values.loc[(*case, name)], interval=False))
+        rows.append(row)
+    k = found["k"].iloc[0]
+    text = (
+        rf"\textbf{{Noise in poses}}, $K{{=}}{k}$: PSNR (dB) without, and how much it changes "
+        "when the selector alone, or selector and reconstruction, are given rotations or camera "
+        "centres with Gaussian noise, whose root mean square heads the columns (of centres in per "
+        "cent of the scene's size). Bold: the paired 95\\% interval, which the csv gives, excludes "
+        f"zero. Scenes: {found['n'].max()}, first draw. {made_by(facts)}"
+    )
+    levels = [f"${level:g}{SIGNS[change]}$" for change, level, _ in cases.to_numpy()]
+    groups = [("", 1)]
+    for scope, part in cases.groupby("scope", sort=False):
+        who = "selector alone" if scope == SELECTOR else "selector and reconstruction"
+        groups.append((who, len(part)))
+    head = ["Selection", "exact", *levels]
+    return plain_table(head, rows, caption=text, label="tab:pose_noise", groups=groups)
+
+
+def _present(found: pd.DataFrame) -> list[str]:
+    """Selectors that were measured, in the order of the tables."""
+    return [name for name in LABELS if name in set(found["method"])]
+
+
+def _gap(row: pd.Series, interval: bool = True) -> str:
+    bounds = row["difference_low"], row["difference_high"]
+    return difference(row["difference"], *bounds, interval=interval)
+
+
+def pose_noise(
+    measured: Sequence[Mapping],
+    figures: Sequence[str | Path],
+    numbers: str | Path,
     *,
-    levels: Mapping[str, Sequence[float]],
-    noises: int,
-    reconstruction: Mapping,
-    config: str,
-    **settings,
+    bootstrap: Mapping[str, int],
+    facts: Mapping,
 ) -> None:
-    """Every selector on poses with ever more noise, in rotations and in centres; first draw.
-
-    Sparse points stay where they are.
+    """PSNR against the noise in the poses.
 
     Args:
-        folder: a canonical capture with its descriptors.
-        weights: learned method -> its scorers, one a training seed.
-        output: receives draw, method, seed, k, scope, metrics, change (`none`, or a key of
-            `levels`), level, noise (its seed); scope as in `measure_estimated`.
-        levels: `degrees` and `percent` -> levels, see `fsel.poses.perturbed`.
-        noises: seeds of the noise.
-        reconstruction: the config's section.
-        config: digest of the parameters.
-        settings: as in `measure_estimated`.
+        measured: see `changes`.
+        figures: paths; their endings choose the format.
+        numbers: receives what `changes` returns.
+        bootstrap: its `resamples` and `seed`.
+        facts: see `captions.note`.
     """
-    trial, capture = Trial.of(folder, weights, **settings), Capture.load(folder)
-    targets = trial.drawn(capture, 0)
-    exact = judge_of(reconstructor_of(capture, reconstruction), targets)
-    table = trial.measured(capture, 0, {BOTH: exact})
-    tables = [table.assign(change=EXACT, level=0.0, noise=0)]
-    for change, level in [(name, level) for name in levels for level in levels[name]]:
-        for noise in range(noises):
-            amounts = {"degrees": 0.0, "percent": 0.0, change: level}
-            rng = np.random.default_rng([trial.seed, noise])
-            poses = perturbed(capture.world_to_camera, **amounts, rng=rng)
-            seen = replace(capture, world_to_camera=poses)
-            own = judge_of(reconstructor_of(seen, reconstruction), targets)
-            table = trial.measured(seen, 0, {SELECTOR: exact, BOTH: own})
-            tables.append(table.assign(change=change, level=float(level), noise=noise))
-        logger.info("%s %g: %.2f dB", change, level, tables[-1]["psnr"].mean())
-    write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)
+    found = changes(measured, bootstrap)
+    write_csv(found, numbers)
+    marked = {name: PLAIN[name] for name in MARKED if name in set(found["method"])}
+    k, count = found["k"].iloc[0], found["n"].max()
+    text = (
+        f"K = {k}; means over {count} scenes, first draw; noise: root mean square of normal "
+        f"angles and offsets; grey: the other selectors; {note(facts)}"
+    )
+    curves.pose_noise(found, marked, figures, text)

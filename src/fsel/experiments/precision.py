@@ -12,23 +12,23 @@ import numpy as np
 import pandas as pd
 import torch
 
-from fsel import greedy_plain
 from fsel.capture import Views
 from fsel.evaluation import Evaluator
-from fsel.pipeline.files import atomic, write_text
-from fsel.pipeline.labels import reconstructor_of
-from fsel.pipeline.policies import POLICIES
-from fsel.pipeline.problems import load_problem, split_from
-from fsel.pipeline.selectors import training_data
-from fsel.pipeline.timing import timed
+from fsel.experiments.hard_cases import CASES
+from fsel.experiments.selection_time import timed
+from fsel.files import atomic, write_text
 from fsel.problem import Problem
 from fsel.reconstruct.splats import Splats
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, plain_table, tex
-from fsel.scorer import Scorer
-from fsel.selector import Prepared, greedy
-from fsel.stability import CASES
-from fsel.training import train
+from fsel.selector import plain
+from fsel.selector.greedy import Prepared, greedy
+from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Scorer
+from fsel.stages.label import reconstructor_of
+from fsel.stages.split import load_problem, split_from
+from fsel.stages.train import training_data
+from fsel.training.imitation import train
 
 logger = logging.getLogger(__name__)
 
@@ -62,8 +62,8 @@ def selections(
     """Arithmetic -> (k,) frames, and the greedy loop that picks them, features given."""
     exact, low = (POLICIES[policy].prepare(p) for p in (problem, single(problem)))
     loops = {
-        "float64": partial(greedy_plain.greedy, exact, weights, k),
-        "float32": partial(greedy_plain.greedy, _cast(low), weights, k),
+        "float64": partial(plain.greedy, exact, weights, k),
+        "float32": partial(plain.greedy, _cast(low), weights, k),
         "kernel": partial(greedy, exact, weights, k),
     }
     return {name: (exact.pool[loop()[0]], loop) for name, loop in loops.items()}

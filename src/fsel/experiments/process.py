@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from fsel.capture import Capture
-from fsel.pipeline.problems import split_from
-from fsel.pipeline.tables import write_csv
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.plan import plan_positions
+from fsel.stages.ksweep import write_csv
+from fsel.stages.split import split_from
 
 
 def training(

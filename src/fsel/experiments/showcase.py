@@ -12,13 +12,13 @@ import pandas as pd
 from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.metrics import METRICS, score_views
-from fsel.pipeline.labels import reconstructor_of
-from fsel.pipeline.policies import POLICIES
-from fsel.pipeline.problems import split_from
-from fsel.pipeline.tables import write_csv
 from fsel.report.captions import note
 from fsel.report.plan import plan_positions
 from fsel.report.views import Shown, draw
+from fsel.selector.policies import POLICIES
+from fsel.stages.ksweep import write_csv
+from fsel.stages.label import reconstructor_of
+from fsel.stages.split import split_from
 
 LABELS = {name: method.label for name, method in {**METHODS, **POLICIES}.items()}
 WARM = 4  # frames of a reconstruction that only compiles

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.pipeline.files import atomic, write_text
+from fsel.experiments.hard_cases import CASES, observe
+from fsel.files import atomic, write_text
 from fsel.report.latex import plain_table, tex
-from fsel.stability import CASES, observe
 
 logger = logging.getLogger(__name__)
 

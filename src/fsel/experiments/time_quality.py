@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from fsel.experiments.ablation.variants import VARIANTS
 from fsel.experiments.costs import EVERY, mean_costs
-from fsel.experiments.variants import VARIANTS
-from fsel.pipeline.files import write_text
-from fsel.pipeline.tables import sweep_cells, write_csv
+from fsel.files import write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, number, plain_table
 from fsel.report.summary import ALL_FRAMES, differences, summarise
+from fsel.stages.ksweep import sweep_cells, write_csv
 
 ALL = "all"
 

@@ -7,7 +7,7 @@ from html import escape
 import numpy as np
 
 from fsel.export.record import Outcome
-from fsel.paths import plane_basis, upwards
+from fsel.request.paths import plane_basis, upwards
 
 SIDE = 640  # of the top view, in units of its view box
 MARGIN = 30

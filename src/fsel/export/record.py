@@ -11,10 +11,10 @@ from importlib.metadata import version
 import numpy as np
 
 from fsel.api import Selection
-from fsel.budget import Budget
 from fsel.capture import Capture
-from fsel.coverage import BLURRED, Coverage, closest_pick, coverage_of, relative_sharpness
-from fsel.targets import Targets
+from fsel.export.service import BLURRED, Coverage, closest_pick, coverage_of, relative_sharpness
+from fsel.request.budget import Budget
+from fsel.request.targets import Targets
 
 PACKAGES = ("fsel", "numpy", "pycolmap")
 

@@ -12,12 +12,12 @@ import cv2
 import numpy as np
 import pycolmap
 
-from fsel.focus import load_white, mask_file
 from fsel.layouts import images
 from fsel.layouts.base import RawCapture, RawPoints
 from fsel.layouts.nerfstudio import matrix_of
-from fsel.opening import Opened
-from fsel.recording import Camera
+from fsel.layouts.opening import Opened
+from fsel.layouts.recording import Camera
+from fsel.request.focus import load_white, mask_file
 
 WRITTEN = ("transforms.json", "sparse_pc.ply", "images", "masks", "sparse")
 LEAST_TRACK = 2  # selected frames that see a point: fewer could not have triangulated it

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, natural
-from fsel.recording import Camera
+from fsel.layouts.recording import Camera
 
 ENDINGS = (".jpg", ".jpeg", ".png")
 FOLDERS = ("images", "input", ".")

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.layouts.images import Image
-from fsel.recording import Camera, Recording
+from fsel.layouts.recording import Camera, Recording
 
 OPENGL_TO_OPENCV = np.diag([1.0, -1.0, -1.0])
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])

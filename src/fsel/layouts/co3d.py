@@ -10,7 +10,7 @@ import numpy as np
 
 from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, field, inside, number, numbers, text
-from fsel.recording import Camera, Recording
+from fsel.layouts.recording import Camera, Recording
 
 FRAMES = "frame_annotations.jgz"
 SEQUENCES = "sequence_annotations.jgz"

@@ -12,7 +12,7 @@ import pycolmap
 from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, RawPoints, inside, matched, read_text
 from fsel.layouts.binary import check_whole
-from fsel.recording import Camera, Recording
+from fsel.layouts.recording import Camera, Recording
 
 MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0", "colmap", "dense/sparse", ".")
 IMAGE_FOLDERS = ("images", "images_2", "images_4", "images_8", "input")

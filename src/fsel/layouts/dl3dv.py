@@ -14,7 +14,7 @@ import numpy as np
 
 from fsel.layouts import colmap, images, nerfstudio
 from fsel.layouts.base import OLD_APPLIED_TRANSFORM, Layout, RawCapture
-from fsel.recording import Recording
+from fsel.layouts.recording import Recording
 
 FACTOR = 4
 COPIES = ("images_4", "images_8")  # of images in 4K, which take half a second each to open

@@ -16,7 +16,7 @@ from fsel.capture import Capture, SparsePoints, check_poses
 from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, RawPoints, natural
 from fsel.layouts.lens import Lens, prepared
-from fsel.recording import Camera
+from fsel.layouts.recording import Camera
 
 ROUNDING = 1e-3
 PROGRESS = 500  # frames between two lines in the log

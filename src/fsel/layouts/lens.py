@@ -13,7 +13,7 @@ import numpy as np
 import pycolmap
 
 from fsel.layouts.images import Image
-from fsel.recording import Camera
+from fsel.layouts.recording import Camera
 
 ASPECT_TOLERANCE = 0.01
 HALF = 0.5

@@ -9,7 +9,7 @@ import numpy as np
 
 from fsel.layouts import colmap, images
 from fsel.layouts.base import Layout, RawCapture
-from fsel.recording import Recording
+from fsel.layouts.recording import Recording
 
 FACTOR = 4
 COPIES = ("images_4", "images_2", "images")

@@ -22,7 +22,7 @@ from fsel.layouts.base import (
     read_json,
     text,
 )
-from fsel.recording import Camera, Recording
+from fsel.layouts.recording import Camera, Recording
 
 DISTORTION = ("k1", "k2", "p1", "p2")
 FISHEYE = ("k1", "k2", "k3", "k4")

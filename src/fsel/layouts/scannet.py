@@ -9,7 +9,7 @@ import numpy as np
 from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, invert_pose, read_matrix
 from fsel.layouts.lens import HALF
-from fsel.recording import Camera, Recording
+from fsel.layouts.recording import Camera, Recording
 
 ORTHONORMAL = 1e-3
 

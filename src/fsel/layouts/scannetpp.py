@@ -19,7 +19,7 @@ from fsel.layouts.base import (
     read_json,
     text,
 )
-from fsel.recording import Recording
+from fsel.layouts.recording import Recording
 
 VALID_MASK = 250  # a mask video is compressed: 255 does not survive exactly
 ROTATION = OLD_APPLIED_TRANSFORM  # carried by the poses though the file does not say so

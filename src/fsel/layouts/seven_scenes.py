@@ -8,7 +8,7 @@ import numpy as np
 
 from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, invert_pose, numbers, read_matrix, read_text
-from fsel.recording import Camera, Recording
+from fsel.layouts.recording import Camera, Recording
 
 SIZE = (640, 480)
 DEPTH_FOCAL = 585.0  # of the depth camera, whose poses the dataset gives

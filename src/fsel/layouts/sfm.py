@@ -14,7 +14,7 @@ from fsel.capture import Capture, SparsePoints
 from fsel.geometry import viewing_angles
 from fsel.layouts import colmap, images
 from fsel.layouts.base import RawCapture, RawPoints, matched
-from fsel.recording import Camera
+from fsel.layouts.recording import Camera
 
 NEAREST = 48
 NEIGHBOURS = 12  # frames that each is matched with when poses are known

@@ -18,7 +18,7 @@ from fsel.layouts.base import (
 )
 from fsel.layouts.lens import HALF
 from fsel.layouts.matching import choose_pairs, focal_from_poses, match
-from fsel.recording import Camera, Recording
+from fsel.layouts.recording import Camera, Recording
 
 FACTOR = 2
 PAIRS = 12

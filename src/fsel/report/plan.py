@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fsel.capture import Capture
-from fsel.paths import plane_basis, upwards
+from fsel.request.paths import plane_basis, upwards
 
 
 def plan_positions(capture: Capture) -> np.ndarray:

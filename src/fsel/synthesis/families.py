@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.recording import SUBJECT, Camera
+from fsel.layouts.recording import SUBJECT, Camera
 from fsel.synthesis import outdoors, things, trajectories
 from fsel.synthesis.rooms import living_room, pedestal, room, shell
 from fsel.synthesis.shot import Habits, Shot, plan

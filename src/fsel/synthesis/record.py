@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.recording import SUBJECT, Recording
+from fsel.layouts.recording import SUBJECT, Recording
 from fsel.synthesis.caster import Caster
 from fsel.synthesis.families import FAMILY
 from fsel.synthesis.lens import unproject

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.recording import Camera
+from fsel.layouts.recording import Camera
 from fsel.synthesis import trajectories
 from fsel.synthesis.trajectories import Path
 

@@ -1,0 +1,1 @@
+"""Scorers with other inputs or of another kind (paper, Appendix D)."""

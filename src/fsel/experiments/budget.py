@@ -1,0 +1,239 @@
+"""The adaptive budget beside fixed ones, on evaluation scenes."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.capture import Capture
+from fsel.experiments.bench import Bench, measured
+from fsel.files import write_table, write_text
+from fsel.problem import Problem
+from fsel.report.captions import made_by
+from fsel.report.latex import plain_table, tex
+from fsel.request.budget import Auto, find, most, view_shift
+from fsel.selector.greedy import greedy
+from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Scorer
+from fsel.split import Split, coverage_split
+from fsel.stages.ksweep import write_csv
+from fsel.stages.split import problem_of, split_from
+
+logger = logging.getLogger(__name__)
+
+RULES = ("auto", "memory")
+UNITS = {"coverage": "%", "psnr": "dB", "seconds": "s, fit and rendering", "bytes": "bytes"}
+VALUES = ["k", "psnr", "seconds", "bytes"]
+MEAN = "Mean"
+
+
+def measure_budgets(
+    folder: str | Path,
+    splits: Sequence[str | Path],
+    weights: str | Path,
+    record: str | Path,
+    output: str | Path,
+    *,
+    budgets: Sequence[int],
+    coverages: Sequence[int],
+    auto: Mapping,
+    seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """Reconstruct from what the rules keep of `fsel`'s picks, and from every fixed budget.
+
+    Args:
+        folder: a canonical capture with its descriptors.
+        splits: split.parquet, one a draw of the experiment.
+        weights: the scorer.
+        record: what `fsel.experiments.budget_curves.fit` wrote.
+        output: receives coverage (0: a draw of the experiment), draw, rule (`auto`, `memory`: the
+            same within a memory, `fixed`), k, psnr, seconds, bytes.
+        budgets: fixed ones.
+        coverages: per cent of the capture that further requests are drawn from.
+        auto: the config's section.
+        seed: of those requests.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    folder = Path(folder)
+    capture, scorer = Capture.load(folder), Scorer.load(weights)
+    described = pd.read_parquet(folder / "descriptors.parquet")
+    worth = np.array(json.loads(Path(record).read_text(encoding="utf-8"))["worth"])
+    small = capture.resized(reconstruction["long_side"])
+    rules = [Auto(auto["threshold"]), Auto(auto["threshold"], auto["memory"])]
+    rows = []
+    for coverage, draw, split in _requests(capture, splits, coverages, seed):
+        picks, kept = kept_of(
+            problem_of(capture, split, described), scorer, rules, max(budgets), worth, small.size
+        )
+        asked = [*zip(RULES, kept, strict=True), *(("fixed", k) for k in budgets)]
+        known = {k: _cost(small, picks[:k], split, reconstruction) for k in {k for _, k in asked}}
+        head = {"coverage": coverage, "draw": draw}
+        rows += [{**head, "rule": rule, "k": k, **known[k]} for rule, k in asked]
+        logger.info("%d %%, request %d: %s", coverage, draw, dict(zip(RULES, kept, strict=True)))
+    write_table(pd.DataFrame(rows), output, units=UNITS, config=config)
+
+
+def kept_of(
+    problem: Problem,
+    scorer: Scorer,
+    rules: Sequence[Auto],
+    least: int,
+    worth: np.ndarray,
+    size: tuple[int, int],
+) -> tuple[np.ndarray, list[int]]:
+    """Picks of `fsel` in order, at least so many, and how many of them each rule keeps.
+
+    Args:
+        problem: the selection problem.
+        scorer: of `fsel`.
+        rules: the budgets to find.
+        least: picks, where the pool has as many.
+        worth: see `fsel.request.budget.predicted`.
+        size: (width, height) of the images that are reconstructed from.
+    """
+    prepared = POLICIES["fsel"].prepare(problem)
+    shift = view_shift(problem.capture, prepared.pool, problem.targets)
+    count = max(most(shift, rule, worth) for rule in rules)
+    count = min(max(count, least), len(shift))
+    rows = greedy(prepared, scorer.weights, count)[0]
+    return prepared.pool[rows], [find(shift[rows], rule, size, worth).frames for rule in rules]
+
+
+def _requests(
+    capture: Capture, splits: Sequence[str | Path], coverages: Sequence[int], seed: int
+) -> Iterator[tuple[int, int, Split]]:
+    """(coverage, draw, split): the experiment's draws, then requests of several sizes."""
+    for draw, path in enumerate(splits):
+        yield 0, draw, split_from(pd.read_parquet(path))
+    for coverage in coverages:
+        yield coverage, 0, coverage_split(capture, coverage, seed)
+
+
+def _cost(small: Capture, picks: np.ndarray, split: Split, reconstruction: Mapping) -> dict:
+    truth = np.asarray(small.images[split.targets])
+    place = Bench(small, np.sort(picks), small.view(split.targets), truth, None)
+    found, _ = measured(place, reconstruction)
+    seconds = found["fit_seconds"] + found["render_seconds"]
+    return {"psnr": found["psnr"], "seconds": seconds, "bytes": found["bytes"]}
+
+
+def budget_tables(
+    measured_budgets: Sequence[Mapping],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    datasets: Mapping[str, str],
+    auto: Mapping,
+    facts: Mapping,
+) -> None:
+    """K, PSNR and seconds of both rules beside every fixed budget.
+
+    Args:
+        measured_budgets: one mapping a scene: dataset, scene, and path of what `measure_budgets`
+            wrote.
+        table: receives LaTeX.
+        numbers: receives request, rule, k, psnr, seconds and bytes.
+        datasets: name -> printed label.
+        auto: the config's section.
+        facts: see `captions.made_by`.
+    """
+    rows = pd.concat(
+        pd.read_parquet(item["path"]).assign(
+            scene=f"{datasets[item['dataset']]}, {item['scene'].removeprefix('evaluation')}"
+        )
+        for item in measured_budgets
+    )
+    drawn, sized = rows[rows["coverage"] == 0], rows[rows["coverage"] > 0]
+    parts = {"draws": means(drawn, "scene")}
+    text = [_table(parts["draws"], "Scene", _caption(parts["draws"], auto, facts), "tab:budget")]
+    if len(sized):
+        parts["sizes"] = means(sized.assign(scene=sized["coverage"].map("{}%".format)), "scene")
+        caption = _sized_caption(parts["sizes"])
+        text.append(_table(parts["sizes"], "Targets from", caption, "tab:budget_requests"))
+    write_csv(pd.concat(parts, names=["requests"]).reset_index(0), numbers)
+    write_text("\n".join(text), table)
+
+
+def means(rows: pd.DataFrame, by: str) -> pd.DataFrame:
+    """request, rule, budget (of fixed ones, else 0), k, psnr, seconds, bytes; last the mean of all.
+
+    Args:
+        rows: what `measure_budgets` wrote.
+        by: column that tells the table's rows.
+    """
+    rows = rows.assign(budget=rows["k"].where(rows["rule"] == "fixed", 0))
+    keys = ["rule", "budget"]
+    each = rows.groupby([by, *keys], sort=False)[VALUES].mean().reset_index()
+    whole = each.groupby(keys, sort=False)[VALUES].mean().reset_index().assign(**{by: MEAN})
+    found = pd.concat([each, whole], ignore_index=True).rename(columns={by: "request"})
+    return found.assign(k=found["k"].round(2))
+
+
+def at_same_number(rows: pd.DataFrame) -> tuple[float, float]:
+    """Mean frames of `auto`, and PSNR where every request gets that number, interpolated between
+    the fixed budgets; NaN where it is none between them.
+
+    Args:
+        rows: see `means`.
+    """
+    whole = rows[rows["request"] == MEAN].set_index("rule")
+    fixed = whole.loc[["fixed"]].sort_values("budget")
+    frames = float(whole.loc["auto", "k"])
+    psnr = np.interp(frames, fixed["budget"], fixed["psnr"], left=np.nan, right=np.nan)
+    return frames, float(psnr)
+
+
+def _table(rows: pd.DataFrame, first: str, caption: str, label: str) -> str:
+    budgets = sorted(rows.loc[rows["rule"] == "fixed", "budget"].unique())
+    cells = []
+    for request, part in rows.groupby("request", sort=False):
+        found = part.set_index(["rule", "budget"])
+        kept = [found.loc[(rule, 0)] for rule in RULES]
+        fixed = [found.loc[("fixed", budget)] for budget in budgets]
+        texts = [_cell(row) for row in fixed]
+        best = int(np.argmax([row["psnr"] for row in fixed]))
+        texts[best] = rf"\textbf{{{texts[best]}}}"
+        ruled = (text for row in kept for text in (f"{row['k']:.1f}", _cell(row)))
+        cells.append([tex(request), *ruled, *texts])
+    head = [first, *("$K$", "PSNR / ms") * 2, *(f"$K={budget}$" for budget in budgets)]
+    groups = [("auto", 2), ("auto, within memory", 2), ("PSNR / ms of a fixed $K$", len(budgets))]
+    return plain_table(head, cells, caption=caption, label=label, groups=groups)
+
+
+def _cell(row: pd.Series) -> str:
+    return f"{row['psnr']:.2f} / {1e3 * row['seconds']:.0f}"
+
+
+def _caption(rows: pd.DataFrame, auto: Mapping, facts: Mapping) -> str:
+    return (
+        r"\textbf{Adaptive budget.} \texttt{fsel}'s picks in order, kept until no further ones are "
+        f"predicted to bring {auto['threshold']:g} dB each; the same within {auto['memory']:,} "
+        r"bytes of splats; and fixed numbers of frames, the best of a row in bold. Milliseconds of "
+        "reconstruction and rendering on one thread, nothing cached. "
+        f"{facts['draws']} draws of targets a scene. {_same(rows)} {made_by(facts)}"
+    )
+
+
+def _sized_caption(rows: pd.DataFrame) -> str:
+    return (
+        r"\textbf{Adaptive budget and the size of the request.} The same where targets come from a "
+        rf"part of the capture: means over all scenes, one draw each. {_same(rows)}"
+    )
+
+
+def _same(rows: pd.DataFrame) -> str:
+    frames, psnr = at_same_number(rows)
+    if np.isnan(psnr):
+        return f"Mean number of frames of auto: {frames:.1f}, beyond the fixed ones."
+    return (
+        f"Every request served by the mean number of frames of auto, {frames:.1f}: {psnr:.2f} dB "
+        "(between budgets, interpolated)."
+    )

@@ -1,0 +1,186 @@
+"""Fit what `fsel.request.budget` predicts, to reconstructions of training scenes."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import nnls
+
+from fsel.capture import Capture
+from fsel.evaluation import Evaluator
+from fsel.files import atomic, write_table, write_text
+from fsel.request.budget import enough, predicted, shifts, view_shift
+from fsel.selector.greedy import greedy
+from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Scorer
+from fsel.split import coverage_split
+from fsel.stages.label import reconstructor_of
+from fsel.stages.split import problem_of
+
+logger = logging.getLogger(__name__)
+
+COUNTS = (4, 6, 8, 10, 13, 16, 20, 25, 30, 40, 50, 60)  # frames reconstructed from
+REPEATS = 3  # requests of each coverage
+THRESHOLDS = (0.005, 0.01, 0.02, 0.03, 0.05, 0.1)  # dB a frame, compared on training scenes
+SHIFTS = ["first", "second", "third"]
+CURVE = ["scene", "coverage", "repeat"]
+UNITS = {"coverage": "%", "psnr": "dB"} | dict.fromkeys(SHIFTS, "fields of view")
+
+
+def measure_curves(
+    folder: str | Path,
+    weights: str | Path,
+    output: str | Path,
+    *,
+    coverages: Sequence[int],
+    seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What `fsel` reaches with ever more frames, for requests of several sizes on one scene.
+
+    Args:
+        folder: a canonical capture with its descriptors.
+        weights: the scorer.
+        output: receives coverage, repeat, k, psnr (NaN where nothing was reconstructed) and the
+            mean shifts of `fsel.request.budget.shifts`.
+        coverages: per cent of the capture that requests are drawn from.
+        seed: of the scene.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    folder = Path(folder)
+    capture, scorer = Capture.load(folder), Scorer.load(weights)
+    described = pd.read_parquet(folder / "descriptors.parquet")
+    reconstructor = reconstructor_of(capture, reconstruction)
+    tables = []
+    for coverage in coverages:
+        for repeat in range(REPEATS):
+            split = coverage_split(capture, coverage, seed + repeat)
+            problem = problem_of(capture, split, described)
+            prepared = POLICIES["fsel"].prepare(problem)
+            counts = [k for k in COUNTS if k <= len(prepared.pool)]
+            picks = prepared.pool[greedy(prepared, scorer.weights, counts[-1])[0]]
+            evaluate = Evaluator.on_frames(reconstructor, split.targets)
+            psnr = {k: evaluate(picks[:k])[0] for k in counts}
+            table = pd.DataFrame(
+                shifts(view_shift(capture, picks, problem.targets)), columns=SHIFTS
+            )
+            table = table.assign(coverage=coverage, repeat=repeat, k=table.index)
+            tables.append(table.assign(psnr=table["k"].map(psnr)))
+            logger.info("%d %%, request %d: %s", coverage, repeat, psnr)
+    write_table(pd.concat(tables), output, units=UNITS, config=config)
+
+
+def fit_worth(curves: pd.DataFrame) -> np.ndarray:
+    """(3,) dB that a field of view is worth, by non-negative least squares.
+
+    Every curve has an offset of its own: what a scene reaches at best is not predicted. All
+    datasets weigh the same.
+
+    Args:
+        curves: dataset, scene, coverage, repeat, k, psnr and mean shifts.
+    """
+    known = curves[curves["psnr"].notna()]
+    columns = [*SHIFTS, "psnr"]
+    offset = known.groupby(["dataset", *CURVE])[columns].transform("mean")
+    weight = np.sqrt(1 / known.groupby("dataset")["psnr"].transform("size").to_numpy())
+    centred = (known[columns] - offset).to_numpy() * weight[:, None]
+    return nnls(-centred[:, :-1], centred[:, -1])[0]
+
+
+def compared(curves: pd.DataFrame, thresholds: Sequence[float]) -> pd.DataFrame:
+    """Budgets found under each threshold beside one number of frames for all requests.
+
+    A dataset's requests are served by what was fitted to the others, where there are others.
+
+    Args:
+        curves: as in `fit_worth`.
+        thresholds: dB a frame.
+
+    Returns:
+        threshold, frames (mean), deviation (of the frames), psnr, fixed (PSNR of that mean number
+        of frames for every request) and lead (psnr - fixed); PSNR between `COUNTS` is interpolated,
+        and all datasets weigh the same.
+    """
+    sizes = curves.groupby("dataset")["k"].size()
+    found, weight, levels = [], [], []
+    last = int(curves.loc[curves["psnr"].notna()].groupby(["dataset", *CURVE])["k"].max().min())
+    frames = np.arange(last + 1)
+    for (dataset, *_), curve in curves.groupby(["dataset", *CURVE]):
+        others = curves[curves["dataset"] != dataset]
+        worth = fit_worth(others if len(others) else curves)
+        curve = curve.sort_values("k").iloc[: last + 1]
+        known = curve[curve["psnr"].notna()]
+        quality = predicted(curve[SHIFTS].to_numpy(), worth)
+        found.append([enough(quality, threshold) for threshold in thresholds])
+        levels.append(np.interp(frames, known["k"], known["psnr"]))
+        weight.append(1 / sizes[dataset])
+    return _beside_fixed(np.array(found), np.array(levels), np.array(weight), thresholds)
+
+
+def _beside_fixed(
+    found: np.ndarray, levels: np.ndarray, weight: np.ndarray, thresholds: Sequence[float]
+) -> pd.DataFrame:
+    """The table of `compared`.
+
+    Args:
+        found: (R, L) frames of each request under each threshold.
+        levels: (R, n) PSNR of each request after 0, 1, ... frames.
+        weight: (R,) of the requests.
+        thresholds: L of them.
+    """
+    weight = weight / weight.sum()
+    everywhere = weight @ levels
+    rows = []
+    for threshold, frames in zip(thresholds, found.T, strict=True):
+        mean = float(weight @ frames)
+        psnr = float(weight @ levels[np.arange(len(levels)), frames])
+        fixed = float(np.interp(mean, np.arange(len(everywhere)), everywhere))
+        rows.append(
+            {
+                "threshold": threshold,
+                "frames": mean,
+                "deviation": float(np.sqrt(weight @ (frames - mean) ** 2)),
+                "psnr": psnr,
+                "fixed": fixed,
+                "lead": psnr - fixed,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def fit(
+    curves: Sequence[Mapping], record: str | Path, comparison: str | Path, *, config: str
+) -> None:
+    """Fit the prediction to all training scenes, and compare thresholds.
+
+    Args:
+        curves: one mapping a scene: dataset, scene, and path of what `measure_curves` wrote.
+        record: receives `worth` and where it comes from, as JSON.
+        comparison: receives the columns of `compared`.
+        config: digest of the parameters.
+    """
+    table = pd.concat(
+        pd.read_parquet(item["path"]).assign(dataset=item["dataset"], scene=item["scene"])
+        for item in curves
+    )
+    worth = fit_worth(table)
+    count = len(table.drop_duplicates(["dataset", *CURVE]))
+    made = f"least squares on {count} curves of PSNR against K of {len(curves)} scenes"
+    content = {
+        "worth": worth.round(4).tolist(),
+        "unit": "dB a field of view, of the closest, second and third frame",
+        "provenance": {"made by": made, "config": config},
+        "remade by": "make weights",
+    }
+    write_text(json.dumps(content, indent=2) + "\n", record)
+    found = compared(table, THRESHOLDS)
+    with atomic(comparison) as temporary:
+        found.to_csv(temporary, index=False, float_format="%.4f")
+    logger.info("%s: %s\n%s", made, worth, found.to_string())

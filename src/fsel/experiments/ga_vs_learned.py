@@ -1,0 +1,145 @@
+"""The selectors beside the search that they imitate (paper, Appendix D.3)."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.capture import Capture
+from fsel.evaluation import Evaluator
+from fsel.files import write_table, write_text
+from fsel.metrics import METRICS
+from fsel.report.captions import made_by
+from fsel.report.latex import MISSING, difference, number, plain_table
+from fsel.report.summary import differences, summarise
+from fsel.stages.ksweep import sweep_cells, write_csv
+from fsel.stages.label import METRIC_UNITS, reconstructor_of
+from fsel.stages.split import split_from
+
+logger = logging.getLogger(__name__)
+
+SEARCH = "search"
+AVERAGES = {"random_search": "average_random", SEARCH: "average_search"}
+ROWS = {
+    "average_random": "Average subset of random search",
+    "average_search": "Average subset of the genetic search",
+    "random_search": "Random search, fittest on the proxies",
+    SEARCH: "Genetic search, fittest on the proxies",
+    "ours": r"\textbf{Ours}",
+    "fsel": r"\textbf{fsel}",
+}
+
+
+def measure_searched(
+    folder: str | Path,
+    split: str | Path,
+    subsets: str | Path,
+    output: str | Path,
+    *,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """Every subset that the searches met, scored on the held-out targets.
+
+    Args:
+        folder: a canonical capture.
+        split: split.parquet of the draw.
+        subsets: what `selection.search_oracle` wrote.
+        output: receives method, generation and metrics, rows as in `subsets`.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    table = pd.read_parquet(subsets)
+    targets = split_from(pd.read_parquet(split)).targets
+    evaluate = Evaluator.on_frames(reconstructor_of(Capture.load(folder), reconstruction), targets)
+    measured = table[["method", "generation"]].copy()
+    measured[list(METRICS)] = [evaluate(np.array(subset)) for subset in table["subset"]]
+    write_table(measured, output, units=METRIC_UNITS, config=config)
+    logger.info("%d subsets\n%s", len(table), measured.groupby("method")["psnr"].describe())
+
+
+def ga_vs_learned(
+    evaluations: Sequence[Mapping],
+    searched: Sequence[Mapping],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    k: int,
+    bootstrap: Mapping[str, int],
+    facts: Mapping,
+) -> None:
+    """Average subset, random search, search and selectors, all scored on the targets.
+
+    Args:
+        evaluations: see `tables.sweep_cells`; those of the searches among them.
+        searched: dataset, scene, draw, path of what `measure_searched` wrote.
+        table, numbers: receive LaTeX, and the columns of `compared`.
+        k: budget of the search.
+        bootstrap: its `resamples` and `seed`.
+        facts: see `captions.made_by`.
+    """
+    cells = sweep_cells(evaluations)
+    averages = pd.concat([_averages(item, k) for item in searched])
+    result = compared(pd.concat([averages, cells[cells["k"] == k]]), bootstrap)
+    write_csv(result, numbers)
+    tried = pd.concat([pd.read_parquet(item["path"]) for item in searched])
+    tried = len(tried[tried["method"] == SEARCH]) / len(searched)
+    text = (
+        rf"\textbf{{Comparison with the genetic search}}, $K{{=}}{k}$, held-out scenes: "
+        f"${result['n'].iloc[0]}$. The searches each reconstruct {tried:.0f} subsets a scene and "
+        "keep the fittest on the proxies; the selectors reconstruct none. All PSNRs are on the "
+        "held-out targets. In brackets: paired 95\\% intervals over scenes and draws; bold where "
+        "they exclude zero. Ahead: scenes in which a row's PSNR exceeds the genetic search's. "
+        f"{made_by(facts)}"
+    )
+    head = ["Selection", r"PSNR$\uparrow$ (dB)", "minus search (dB)", "ahead"]
+    write_text(plain_table(head, _rows(result), caption=text, label="tab:ga_vs_learned"), table)
+
+
+def compared(cells: pd.DataFrame, bootstrap: Mapping[str, int]) -> pd.DataFrame:
+    """Means of every row of the table, and their paired differences to the search's.
+
+    Args:
+        cells: scene, draw, method, k, psnr of one dataset at one budget; the draws that the search
+            was run on are compared, the others left out.
+        bootstrap: its `resamples` and `seed`.
+
+    Returns:
+        method, k, mean, ci_low, ci_high, difference, difference_low, difference_high (NaN for the
+        search itself), ahead (scenes), n (scenes); in the order of `ROWS`.
+    """
+    cells = cells[cells["method"].isin(ROWS)]
+    common = cells[cells["method"] == SEARCH][["dataset", "scene", "draw"]]
+    cells = cells.merge(common, on=["dataset", "scene", "draw"])
+    means = summarise(cells, ["psnr"], **bootstrap)
+    others = [name for name in ROWS if name != SEARCH]
+    gaps = differences(cells, others, ["psnr"], **bootstrap)
+    gaps = gaps[gaps["reference"] == SEARCH].set_index("method")
+    bounds = {"mean": "difference", "ci_low": "difference_low", "ci_high": "difference_high"}
+    result = means.set_index("method").join(gaps.rename(columns=bounds)[list(bounds.values())])
+    scenes = cells.groupby(["method", "scene"])["psnr"].mean().unstack("scene")
+    result["ahead"] = (scenes > scenes.loc[SEARCH]).sum(axis=1)
+    order = ["k", "mean", "ci_low", "ci_high", *bounds.values(), "ahead", "n"]
+    return result.loc[list(ROWS), order].rename_axis("method").reset_index()
+
+
+def _averages(item: Mapping, k: int) -> pd.DataFrame:
+    """One row a search: the mean over all its subsets."""
+    means = pd.read_parquet(item["path"]).groupby("method")[list(METRICS)].mean().reset_index()
+    head = {"dataset": item["dataset"], "scene": item["scene"], "draw": item["draw"], "k": k}
+    return means.assign(**head, method=means["method"].map(AVERAGES))
+
+
+def _rows(result: pd.DataFrame) -> list[list[str]]:
+    rows = []
+    for name, row in result.set_index("method").iterrows():
+        cells = [MISSING, MISSING]
+        if name != SEARCH:
+            gap = difference(row["difference"], row["difference_low"], row["difference_high"])
+            cells = [gap, f"{row['ahead']:.0f} of {row['n']:.0f}"]
+        rows.append([ROWS[name], number(row["mean"], "psnr"), *cells])
+    return rows

@@ -1,0 +1,217 @@
+"""Speed against error: of the methods, of the reconstructor's settings, of the search."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.experiments.bench import bench, halved, judged, measured
+from fsel.files import atomic, write_text
+from fsel.reconstruct.splats import SplatSettings
+from fsel.report import speed
+from fsel.report.latex import MISSING, plain_table
+from fsel.selector.policies import POLICIES
+from fsel.stages.ksweep import BASELINES, LEARNED, sweep_cells
+
+logger = logging.getLogger(__name__)
+
+PLANES = (8, 16, 32, 64, 96)
+PARTNERS = (1, 2, 3, 4)
+OPACITY = (0.0, 0.1, 0.25, 0.4, 0.6)
+RESOLUTION = (0.5, 0.75, 1.0, 1.5, 2.0)  # of the configured longer side
+COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
+STEP = 10  # evaluations between points of a curve
+
+
+def settings_sweep(
+    problems: Sequence[Mapping], numbers: str | Path, *, k: int, reconstruction: Mapping
+) -> None:
+    """Measure the reconstructor with one setting changed at a time.
+
+    Args:
+        problems: see `fsel.experiments.bench.bench`.
+        numbers: receives setting, value, default, and means over the problems of what
+            `fsel.experiments.bench.measured` returns, `seconds` being fit and rendering together.
+        k: frames reconstructed from.
+        reconstruction: the config's section.
+    """
+    rows = []
+    for problem in problems:
+        place = bench(problem, k=k, long_side=reconstruction["long_side"])
+        measured(place, reconstruction)  # compiles
+        usual, model = measured(place, reconstruction)
+        for setting, value, default, changes in variants(reconstruction, place.capture.size):
+            found = usual if default else measured(place, reconstruction, **changes)[0]
+            rows.append({"setting": setting, "value": value, "default": default, **found})
+        rounded = {"setting": "precision", "value": "float16", "default": False}
+        rows.append(rounded | usual | judged(place, halved(model)))
+        logger.info("%s: %d variants", problem["folder"], len(rows))
+    table = pd.DataFrame(rows)
+    table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
+    means = table.groupby(["setting", "value", "default"], sort=False).mean().reset_index()
+    with atomic(numbers) as temporary:
+        means.to_csv(temporary, index=False, float_format="%.6f")
+
+
+def variants(
+    reconstruction: Mapping, size: tuple[int, int]
+) -> Iterator[tuple[str, str, bool, dict]]:
+    """(setting, printed value, whether it is the default, changes).
+
+    Args:
+        reconstruction: the config's section.
+        size: (width, height) of the stored images, which no variant enlarges.
+    """
+    usual = asdict(SplatSettings(**reconstruction["settings"]))
+    least, most = usual["planes"]
+    for count in PLANES:
+        yield "planes", str(count), False, {"planes": (count, count)}
+    yield "planes", f"{least}-{most}", True, {}
+    for setting, values in (("partners", PARTNERS), ("opacity", OPACITY)):
+        for value in sorted({*values, usual[setting]}):
+            yield setting, f"{value:g}", value == usual[setting], {setting: value}
+    for share in RESOLUTION:
+        side = round(share * reconstruction["long_side"])
+        if side <= max(size):
+            yield "resolution", str(side), share == 1, {"long_side": side}
+    yield "precision", "float32", True, {}
+
+
+def speed_error(
+    times: str | Path,
+    settings: str | Path,
+    evaluations: Sequence[Mapping],
+    searches: Mapping[str, Sequence[str | Path]],
+    outputs: Mapping[str, str | Path],
+    *,
+    k: int,
+) -> None:
+    """The figure of three panels and the table of the same numbers.
+
+    Args:
+        times: what `fsel.experiments.selection_time` wrote; its smallest pool is drawn.
+        settings: what `settings_sweep` wrote.
+        evaluations: see `tables.sweep_cells`, those of the searches among them.
+        searches: `oracles` and `labels`: paths of searched subsets.
+        outputs: `table`, `numbers`, `pdf` and `png`.
+        k: budget of the search.
+    """
+    timed = pd.read_csv(times)
+    timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
+    cells = sweep_cells(evaluations)
+    methods = speed.gaps(cells[cells["k"] == k], reference="search", methods=list(timed.index))
+    methods["seconds"] = methods["method"].map(timed["descriptors"] + timed["selection"])
+    swept = pd.read_csv(settings, dtype={"value": str})
+    curves = progress(searches)
+    timed_k, pool = timed[["k", "pool"]].iloc[0]
+    labels = {name: label.replace(r"\textbf{", "").rstrip("}") for name, label in LEARNED.items()}
+    speed.draw(
+        methods,
+        swept,
+        curves,
+        [outputs["pdf"], outputs["png"]],
+        labels=BASELINES | labels,
+        ours=list(POLICIES),
+        selected=f"{timed_k} of {pool} frames",
+        k=k,
+    )
+    table = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
+    table = table.droplevel(1).rename_axis("panel").reset_index()
+    with atomic(outputs["numbers"]) as temporary:
+        table.to_csv(temporary, index=False, float_format="%.6f")
+    write_text(_tables(methods, swept, curves, f"{timed_k} of {pool} frames", k), outputs["table"])
+
+
+def progress(searches: Mapping[str, Sequence[str | Path]]) -> pd.DataFrame:
+    """What stopping a search early costs.
+
+    Args:
+        searches: `oracles` (with a column `method`) and `labels`: paths of searched subsets.
+
+    Returns:
+        search, evaluations, generations, gap: mean PSNR in dB, on the proxies, of the fittest
+        subset of the genetic search at its end minus that of the fittest after so many evaluations.
+    """
+    found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {name: [] for name in speed.SEARCHES}
+    for path in searches["oracles"]:
+        runs = dict(list(pd.read_parquet(path).groupby("method")))
+        best = _incumbent(runs["search"])
+        for name, run in runs.items():
+            found[name].append((best[-1] - _incumbent(run), run["generation"].to_numpy()))
+    for path in searches["labels"]:
+        run = pd.read_parquet(path)
+        best = _incumbent(run)
+        found["labels"].append((best[-1] - best, run["generation"].to_numpy()))
+    tables = []
+    for name, runs in found.items():
+        length = max(len(gap) for gap, _ in runs)
+        at = np.unique(np.append(np.arange(STEP, length + 1, STEP), length))
+        # a search that met fewer distinct subsets stays where it ended
+        last = [(gap, made, np.minimum(at, len(gap)) - 1) for gap, made in runs]
+        table = {"search": name, "evaluations": at}
+        table["generations"] = np.mean([made[rows] for _, made, rows in last], axis=0)
+        table["gap"] = np.mean([gap[rows] for gap, _, rows in last], axis=0)
+        tables.append(pd.DataFrame(table))
+    return pd.concat(tables, ignore_index=True)
+
+
+def _incumbent(run: pd.DataFrame) -> np.ndarray:
+    return speed.incumbent(run["fitness"].to_numpy(), run["psnr"].to_numpy())
+
+
+def _tables(
+    methods: pd.DataFrame, swept: pd.DataFrame, curves: pd.DataFrame, selected: str, k: int
+) -> str:
+    names = {**BASELINES, **LEARNED}
+    of_methods = plain_table(
+        ["Selection", "ms", "gap (dB)"],
+        [
+            [names[row.method], f"{1e3 * row.seconds:,.3g}", f"{row.gap:.2f}"]
+            for row in methods.sort_values("gap", kind="stable").itertuples()
+        ],
+        caption=rf"\textbf{{Speed against error: methods.}} Time to select {selected}, descriptors "
+        rf"included, and PSNR behind the genetic search at $K={k}$.",
+        label="tab:speed_methods",
+    )
+    of_settings = plain_table(
+        ["Setting", "PSNR (dB)", r"depth error (\%)", "ms", "splats", "kB"],
+        [_setting_row(row) for row in swept.itertuples()],
+        caption=r"\textbf{Speed against error: the reconstructor.} One setting changed at a time; "
+        rf"defaults in bold. {k} frames, nothing cached, one thread. Depth error: median over the "
+        r"target views' pixels of $|z/z^\ast-1|$ against exact depth. Means over scenes.",
+        label="tab:speed_settings",
+    )
+    searches = {"search": "Genetic search", "random_search": "Random search", "labels": "Labels"}
+    of_search = plain_table(
+        ["Search", *(f"{n} subsets" for n in COUNTS)],
+        [
+            [searches[name], *(_at(part.set_index("evaluations")["gap"], n) for n in COUNTS)]
+            for name, part in curves.groupby("search", sort=False)
+        ],
+        caption=r"\textbf{Speed against error: the search.} PSNR in dB, on the proxies, that the "
+        "fittest subset after so many evaluations lacks to the genetic search's at its end.",
+        label="tab:speed_search",
+    )
+    return "\n".join([of_methods, of_settings, of_search])
+
+
+def _setting_row(row) -> list[str]:
+    name = f"{row.setting} {row.value.replace('-', '--')}"
+    error = MISSING if np.isnan(row.depth_error) else f"{100 * row.depth_error:.1f}"
+    return [
+        rf"\textbf{{{name}}}" if row.default else name,
+        f"{row.psnr:.2f}",
+        error,
+        f"{1e3 * row.seconds:.0f}",
+        f"{row.primitives:,.0f}",
+        f"{row.bytes / 1e3:,.0f}",
+    ]
+
+
+def _at(gaps: pd.Series, count: int) -> str:
+    return f"{gaps[count]:.2f}" if count in gaps.index else MISSING

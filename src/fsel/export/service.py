@@ -1,0 +1,90 @@
+"""How well picked frames cover the target views, and what each pick adds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsel.capture import Capture, Views
+from fsel.features.conditioned import closeness, look_distance
+from fsel.geometry import pose_distance
+
+BLURRED = 0.5  # of its neighbours' median sharpness
+WINDOW = 5  # neighbours on either side
+RANKS = 8  # closest frames that count for a view
+SHARES = 0.5 ** np.arange(RANKS)
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Coverage by picks in order.
+
+    A frame is as close to a view as `fsel.features.conditioned` says. A view's closest picked
+    frame counts in full, the second closest half, the next a quarter, and so on: parallax needs
+    several, and each further one says less. Coverage is that sum over the same of all frames,
+    averaged over the views; all frames together give 1.
+
+    Attributes:
+        curve: (k,) coverage after each pick, rising.
+        gain: (k,) what each pick added.
+        nearest_view: (k,) int64 the target view that each pick is closest to.
+        left: (n,) what each frame of the pool would still add after the last pick.
+    """
+
+    curve: np.ndarray
+    gain: np.ndarray
+    nearest_view: np.ndarray
+    left: np.ndarray
+
+
+def coverage_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarray) -> Coverage:
+    """Coverage of target views by picked frames.
+
+    Args:
+        capture: the capture.
+        views: T target views.
+        pool: (n,) frames that could be picked, ascending.
+        picks: (k,) of them, in pick order.
+    """
+    close = closeness(look_distance(capture.centers[pool], capture.axes[pool], views))
+    rows = np.searchsorted(pool, picks)
+    whole = SHARES @ _closest(np.concatenate([np.zeros((RANKS, len(views))), close]))
+    best = np.zeros((RANKS, len(views)))
+    curve = np.empty(len(rows))
+    for step, row in enumerate(rows):
+        best = _closest(np.concatenate([best, close[row, None]]))
+        curve[step] = np.mean(SHARES @ best / whole)
+    wider = np.concatenate([np.tile(best, (len(pool), 1, 1)), close[:, None]], axis=1)
+    left = np.mean(SHARES @ _closest(wider) / whole, axis=1) - curve[-1]
+    left[rows] = 0.0
+    return Coverage(
+        curve=curve,
+        gain=np.diff(curve, prepend=0.0),
+        nearest_view=np.argmax(close[rows], axis=1),
+        left=np.maximum(left, 0),
+    )
+
+
+def _closest(closeness: np.ndarray) -> np.ndarray:
+    """(..., RANKS, T) the largest of (..., m, T), falling."""
+    return -np.sort(-closeness, axis=-2)[..., :RANKS, :]
+
+
+def relative_sharpness(sharpness: np.ndarray) -> np.ndarray:
+    """(N,) sharpness over the median of up to ten neighbours in the sequence; 1 where that is 0."""
+    n = len(sharpness)
+    windows = (
+        sharpness[[j for j in range(i - WINDOW, i + WINDOW + 1) if 0 <= j < n and j != i]]
+        for i in range(n)
+    )
+    typical = np.array([np.median(window) for window in windows])
+    return np.divide(sharpness, typical, out=np.ones(n), where=typical > 0)
+
+
+def closest_pick(capture: Capture, picks: np.ndarray) -> np.ndarray:
+    """(N,) for every frame the pick with the closest pose."""
+    distance = pose_distance(
+        capture.centers, capture.axes, capture.centers[picks], capture.axes[picks]
+    )
+    return picks[np.argmin(distance, axis=1)]

@@ -1,0 +1,271 @@
+"""The default reconstructor: pixel-aligned splats from multi-view stereo, on the CPU.
+
+No learned weights: plane-sweep stereo against the best partners within the subset, semi-global
+aggregation, opacity from agreement between depth maps, and a two-pass renderer. Matching costs
+and depth maps are cached, since a search meets the same pairs of frames again and again.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsel.capture import Capture, Views
+from fsel.reconstruct import ply
+from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.splats import fusion, planes, render, stereo
+
+MAX_PARTNERS = 4
+# kept by a search at 64x48: matching costs of 5,000 pairs and the depth maps of 350 evaluations;
+# more is seldom asked for again, and fresh memory has a price of its own
+PAIR_BYTES, MAP_BYTES = 1 << 29, 1 << 27
+
+
+@dataclass(frozen=True)
+class SplatSettings:
+    """Settings of the reconstructor; all are free of the scene.
+
+    Attributes:
+        partners: frames that each frame is matched against, 1 to 4.
+        neighbours: depth maps that each pixel is checked against.
+        rounds: of voting; later rounds weigh a neighbour by the opacity it earned.
+        truncation: grey levels at which the matching cost saturates.
+        small_penalty: semi-global penalty of one plane, beside costs of 0 to 510.
+        large_penalty: semi-global penalty of a jump, likewise.
+        tolerance: planes within which two depths agree.
+        against: weight of a free-space violation beside an agreement.
+        opacity: least opacity of a splat that is kept.
+        surface: relative depth behind the visible surface that still belongs to it.
+        planes: least and most depth planes; between, one pixel of disparity each.
+    """
+
+    partners: int = 4
+    neighbours: int = 8
+    rounds: int = 2
+    truncation: float = 35.0
+    small_penalty: int = 48
+    large_penalty: float = 510.0
+    tolerance: float = 1.0
+    against: float = 1.0
+    opacity: float = 0.25
+    surface: float = 0.1
+    planes: tuple[int, int] = (32, 96)
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.partners <= MAX_PARTNERS:
+            raise ValueError(f"partners must be 1 to {MAX_PARTNERS}, got {self.partners}")
+        if not 0 <= self.small_penalty < self.large_penalty <= stereo.LARGEST_PENALTY:
+            raise ValueError(
+                f"penalties must be 0 <= small < large <= {stereo.LARGEST_PENALTY}, "
+                f"got {self.small_penalty} and {self.large_penalty}"
+            )
+        if not 2 <= self.planes[0] <= self.planes[1]:
+            raise ValueError(f"planes must be (least, most) with 2 <= least, got {self.planes}")
+
+
+class Splats:
+    """The reconstructor bound to one capture; see `SplatSettings`.
+
+    Args:
+        capture: already at the reconstruction size.
+        settings: keyword arguments of `SplatSettings`.
+    """
+
+    def __init__(self, capture: Capture, **settings) -> None:
+        if "planes" in settings:
+            settings["planes"] = tuple(settings["planes"])
+        self.capture = capture
+        self.settings = SplatSettings(**settings)
+        self.images = np.asarray(capture.images).astype(np.float32)
+        self.grey = self.images.mean(axis=-1)
+        self.enlarged = np.stack([stereo.packed(image) for image in self.images])
+        self.rays = _rays(capture)
+        self.frame = Frame.of(capture)
+        local = self.frame.localised(capture)
+        self.poses = local.world_to_camera
+        self.range = planes.depth_range(local)
+        self.affinity = planes.affinity(local, self.range)
+        self.inverse = planes.planes(local, self.range, self.settings.planes)
+        self.ks = capture.intrinsics.astype(np.float32)
+        self._pairs: dict[tuple[int, int], np.ndarray] = {}
+        self._maps: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}
+
+    def fit(self, frames: np.ndarray) -> SplatModel:
+        """Reconstruct from a subset.
+
+        Args:
+            frames: (K,) int64 distinct frames, K >= 2.
+
+        Raises:
+            ValueError: for fewer than two frames, which hold no parallax.
+        """
+        frames = np.asarray(frames, np.int64)
+        if len(frames) < 2 or len(np.unique(frames)) < len(frames):
+            raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
+        started = time.perf_counter()
+        order = self._nearest(frames)
+        maps = [self._depth_map(i, frames[order[a]]) for a, i in enumerate(frames)]
+        inverse = np.stack([m[0] for m in maps])
+        opacity = np.stack([m[1] for m in maps])
+        asked = np.ascontiguousarray(order[:, : self.settings.neighbours])
+        rotation, translation = _relative(self.poses[frames], asked)
+        rays = self.rays[frames]
+        tolerance = self.settings.tolerance * (self.inverse[frames, 1] - self.inverse[frames, 0])
+        verdicts = fusion.compare(
+            inverse, rays, asked, rotation, translation, self.ks[frames], tolerance
+        )
+        for _ in range(self.settings.rounds):
+            opacity = fusion.vote(opacity, asked, verdicts, np.float32(self.settings.against))
+        fused = fusion.fuse(inverse, opacity, asked, verdicts)
+        least = np.float32(self.settings.opacity)
+        poses = _inverted(self.poses[frames])
+        images = np.asarray(self.capture.images[frames])
+        splats, colors = fusion.place(fused, opacity, rays, poses, images, least)
+        return SplatModel(
+            frame=self.frame,
+            splats=splats,
+            colors=colors,
+            near=float(self.range[:, 0].min() / 2),
+            far=float(self.range[:, 1].max() * 2),
+            surface=self.settings.surface,
+            pixel=float(1 / self.ks[frames, 0].mean()),
+            seconds=time.perf_counter() - started,
+        )
+
+    def _nearest(self, frames: np.ndarray) -> np.ndarray:
+        """(K, K - 1) rows of the other frames, best partner first, lowest row among equals."""
+        affinity = self.affinity[np.ix_(frames, frames)]
+        return np.argsort(-affinity, axis=1, kind="stable")[:, :-1]
+
+    def _depth_map(self, frame: int, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        partners = sorted(ranked[: self.settings.partners].tolist())
+        key = (int(frame), *partners)
+        if key not in self._maps:
+            costs = [self._pair(int(frame), j) for j in partners]
+            padded = (costs * MAX_PARTNERS)[:MAX_PARTNERS]
+            cost = stereo.merge_costs(*padded, len(costs))
+            total = stereo.aggregate(
+                cost,
+                self.grey[frame],
+                np.int16(self.settings.small_penalty),
+                np.float32(self.settings.large_penalty),
+            )
+            found = stereo.winner(total, cost, self.inverse[frame])
+            _make_room(self._maps, MAP_BYTES // (2 * found[0].nbytes))
+            self._maps[key] = found
+        return self._maps[key]
+
+    def _pair(self, frame: int, source: int) -> np.ndarray:
+        if (frame, source) not in self._pairs:
+            pose, other = self.poses[[frame, source]]
+            rotation = other[:, :3] @ pose[:, :3].T
+            translation = other[:, 3] - rotation @ pose[:, 3]
+            cost = stereo.pair_cost(
+                self.images[frame],
+                self.enlarged[source],
+                self.rays[frame],
+                rotation.astype(np.float32),
+                translation.astype(np.float32),
+                self.ks[source],
+                self.inverse[frame],
+                np.float32(self.settings.truncation),
+            )
+            _make_room(self._pairs, PAIR_BYTES // cost.nbytes)
+            self._pairs[frame, source] = stereo.box_filter(cost)
+        return self._pairs[frame, source]
+
+
+def _make_room(cache: dict, most: int) -> None:
+    """Forget the oldest entry of a full cache: dictionaries keep order."""
+    if cache and len(cache) >= most:
+        del cache[next(iter(cache))]
+
+
+@dataclass(frozen=True)
+class SplatModel:
+    """A reconstruction.
+
+    Attributes:
+        frame: where the splats' origin and unit are in the world.
+        splats: (5, n) float32: rows of x, y, z, opacity, depth in the source camera, in that frame.
+        colors: (n, 3) float32, 0..255.
+        near, far: depths between which the depth pass resolves surfaces, in that frame.
+        surface: see `SplatSettings`.
+        pixel: size of a source pixel at unit depth.
+        seconds: spent fitting.
+    """
+
+    frame: Frame
+    splats: np.ndarray
+    colors: np.ndarray
+    near: float
+    far: float
+    surface: float
+    pixel: float
+    seconds: float
+
+    @property
+    def primitives(self) -> int:
+        """Number of splats."""
+        return self.splats.shape[1]
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the splats."""
+        return self.splats.nbytes + self.colors.nbytes
+
+    @property
+    def positions(self) -> np.ndarray:
+        """(n, 3) float64 centres of the splats, world units."""
+        return self.splats[:3].T * self.frame.unit + self.frame.origin
+
+    def render(self, views: Views) -> np.ndarray:
+        """(T, h, w, 3) float32 images in [0, 1] at the given poses."""
+        width, height = views.size
+        out = np.empty((len(views), height, width, 3), np.float32)
+        poses = self.frame.local_poses(views.world_to_camera).astype(np.float32)
+        ks = views.intrinsics.astype(np.float32)
+        painted = np.concatenate([self.colors, np.ones((self.primitives, 1), np.float32)], axis=1)
+        for t in range(len(views)):
+            total = render.render_view(
+                self.splats,
+                painted,
+                poses[t],
+                ks[t],
+                width,
+                height,
+                np.float32(self.surface),
+                np.float32(self.near),
+                np.float32(self.far),
+            )
+            out[t] = render.fill_holes(total, render.typical_weight(total))
+        out /= np.float32(255)
+        return np.clip(out, 0, 1, out=out)
+
+    def export_ply(self, path) -> None:
+        """Write the splats as a standard 3D Gaussian splatting `.ply`."""
+        opacity, depth = self.splats[3:]
+        scale = depth * (self.frame.unit * self.pixel / 2)
+        ply.write(path, self.positions, self.colors / 255, opacity, scale)
+
+
+def _rays(capture: Capture) -> np.ndarray:
+    width, height = capture.size
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    fx, fy, cx, cy = (capture.intrinsics[:, i, None, None] for i in range(4))
+    return np.stack([(x - cx) / fx, (y - cy) / fy], axis=1).astype(np.float32)
+
+
+def _relative(poses: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Camera-to-neighbour rotations (K, M, 3, 3) and translations (K, M, 3), float32."""
+    rotation = poses[asked][..., :3] @ poses[:, None, :, :3].transpose(0, 1, 3, 2)
+    moved = rotation @ poses[:, None, :, 3:]
+    translation = poses[asked][..., 3] - moved[..., 0]
+    return rotation.astype(np.float32), translation.astype(np.float32)
+
+
+def _inverted(poses: np.ndarray) -> np.ndarray:
+    rotation = poses[:, :, :3].transpose(0, 2, 1)
+    return np.concatenate([rotation, -rotation @ poses[:, :, 3:]], axis=2).astype(np.float32)

@@ -1,0 +1,1 @@
+"""What a person asks for: targets, camera paths, an object of interest, a number of frames."""

@@ -1,0 +1,225 @@
+"""What a person asks to be rendered, in words or as a file, as poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from fsel.capture import Capture, Views
+from fsel.geometry import pairwise_distances
+from fsel.layouts.base import OPENGL_TO_OPENCV, invert_pose, read_json
+from fsel.request.paths import orbit, trajectory, whole
+
+MOST_VIEWS = 60  # neighbours on a denser path ask for the same frames
+WHOLE_VIEWS = 30  # that stand for the whole capture; 15 to 60 did alike on real captures
+FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
+WORDS = ("every:N", "orbit", "trajectory", "a .json camera path", "a .txt list of frame names")
+ALL = "the whole capture"
+
+Request = None | str | Path | Views | Sequence[str] | Sequence[int] | np.ndarray
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Views to select for.
+
+    Attributes:
+        views: T poses.
+        frames: (F,) int64 frames of the capture that are held out: never selected. Empty where
+            the views are no frames of the capture.
+        kind: where the views come from, in words.
+        far: (T,) bool, views so far from every camera that no frame can show what they see.
+    """
+
+    views: Views
+    frames: np.ndarray
+    kind: str
+    far: np.ndarray
+
+    def pool(self, capture: Capture) -> np.ndarray:
+        """(n,) int64 the frames that may be selected, ascending."""
+        return np.setdiff1d(np.arange(len(capture)), self.frames)
+
+    def seeing(self, corners: np.ndarray) -> Targets:
+        """The views that see any of (C, 3) points of an object.
+
+        Raises:
+            ValueError: when none does.
+        """
+        kept = np.flatnonzero(sees(self.views, corners).any(axis=1))
+        if not len(kept):
+            raise ValueError(
+                f"none of the {len(self.views)} target views ({self.kind}) sees the object; "
+                "is its position in the capture's world frame?"
+            )
+        return replace(self, views=_rows(self.views, kept), far=self.far[kept])
+
+
+def targets_of(capture: Capture, request: Request) -> Targets:
+    """Read a request.
+
+    Args:
+        capture: the capture that it is made of.
+        request: None for the whole capture; `every:N` holds out every N-th frame, the first
+            included; `orbit` and `trajectory` are paths made from the cameras; a path to a .json
+            camera path (nerfstudio's, or any with `frames` and their `transform_matrix`) or to a
+            .txt with a frame name a line, which are held out; names or numbers of frames to hold
+            out; or poses.
+
+    Raises:
+        ValueError: for a request that is none of these, names that the capture does not have, or
+            views that all lie far from every camera.
+        FileNotFoundError: when a file is not there.
+    """
+    if request is None:
+        return _request(capture, whole(capture, WHOLE_VIEWS), ALL)
+    if isinstance(request, Views):
+        return _request(capture, request, "given poses")
+    if isinstance(request, Path) or (isinstance(request, str) and "." in request):
+        return _of_file(capture, Path(request))
+    if isinstance(request, str):
+        return _of_word(capture, request)
+    return _held_out(capture, np.sort(_numbers(capture, request)), f"{len(request)} given frames")
+
+
+def _of_word(capture: Capture, word: str) -> Targets:
+    if word == "orbit":
+        return _request(capture, orbit(capture, MOST_VIEWS), "an orbit")
+    if word == "trajectory":
+        return _request(capture, trajectory(capture, MOST_VIEWS), "the smoothed camera path")
+    head, _, step = word.partition(":")
+    if head != "every" or not step.isdigit() or int(step) < 2:
+        raise ValueError(
+            f"targets are {word!r}; allowed: {', '.join(WORDS)}, N being a whole number from 2"
+        )
+    frames = np.arange(0, len(capture), int(step))
+    return _held_out(capture, frames, f"one frame in {step}, held out")
+
+
+def _of_file(capture: Capture, path: Path) -> Targets:
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file of targets; allowed: {', '.join(WORDS)}")
+    if path.suffix == ".json":
+        return _request(capture, camera_path(path, capture), f"the poses of {path.name}")
+    frames = np.sort(named_in(path, capture))
+    return _held_out(capture, frames, f"the {len(frames)} frames in {path.name}, held out")
+
+
+def named_in(path: Path, capture: Capture) -> np.ndarray:
+    """(n,) numbers of the distinct frames that a file names, one a line, in its order.
+
+    Raises:
+        ValueError: when it names none, or one that the capture does not have.
+    """
+    names = [line.strip() for line in path.read_text(encoding="utf-8").splitlines()]
+    return _numbers(capture, [name for name in names if name], path)
+
+
+def _numbers(capture: Capture, asked: Sequence, path: Path | None = None) -> np.ndarray:
+    """Frames by name or number, each once, in the order asked for."""
+    where = f"{path}: " if path else ""
+    if not len(asked):
+        raise ValueError(f"{where}no frame is named")
+    rows = {name: i for i, name in enumerate(capture.names)}
+    unknown = [
+        frame
+        for frame in asked
+        if (frame not in rows if isinstance(frame, str) else not 0 <= frame < len(capture))
+    ]
+    if unknown:
+        raise ValueError(
+            f"{where}{len(unknown)} frames are not in the capture, the first "
+            f"{unknown[0]!r}; its names are like {capture.names[0]!r}"
+        )
+    return np.array(list(dict.fromkeys(rows[f] if isinstance(f, str) else int(f) for f in asked)))
+
+
+def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:
+    if len(frames) > len(capture) - 2:
+        raise ValueError(
+            f"{kind}: {len(frames)} of {len(capture)} frames are targets; at least two must remain "
+            "to select from"
+        )
+    return replace(_request(capture, capture.view(frames), kind), frames=frames)
+
+
+def _request(capture: Capture, views: Views, kind: str) -> Targets:
+    """Thin the views evenly, and see that they are of this world."""
+    if len(views) > MOST_VIEWS:
+        views = _rows(views, np.round(np.linspace(0, len(views) - 1, MOST_VIEWS)).astype(int))
+    centers = capture.centers
+    extent = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+    gap = pairwise_distances(views.centers, centers).min(axis=1)
+    far = gap > FAR * max(extent, np.finfo(float).tiny)
+    if far.all():
+        raise ValueError(
+            f"{kind}: every target view is far from every camera, the nearest {gap.min():.4g} "
+            f"away where the capture reaches {extent:.4g} from its middle. Are they in another "
+            "world frame? Hint: nerfstudio's viewer exports paths in its own; put "
+            "dataparser_transforms.json of the training run beside the path"
+        )
+    return Targets(views, np.empty(0, np.int64), kind, far)
+
+
+def camera_path(path: Path, capture: Capture) -> Views:
+    """Poses of a .json camera path, with the capture's first intrinsics.
+
+    Args:
+        path: nerfstudio's `camera_path` (in the frame of a `dataparser_transforms.json` beside it,
+            if there is one), or `frames` with `transform_matrix` as in transforms.json.
+        capture: whose world frame the poses should be in.
+
+    Raises:
+        ValueError: for a file that holds neither.
+    """
+    content = read_json(path)
+    try:
+        if "camera_path" in content:
+            listed = [view["camera_to_world"] for view in content["camera_path"]]
+        else:
+            listed = [view["transform_matrix"] for view in content["frames"]]
+        poses = np.array(listed, float).reshape(-1, 4, 4)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"{path}: expected `camera_path` with `camera_to_world`, or `frames` with "
+            f"`transform_matrix`, of 4x4 numbers each ({error})"
+        ) from error
+    if not len(poses) or not np.isfinite(poses).all():
+        raise ValueError(f"{path}: needs at least one pose, of finite numbers")
+    poses = _undone(poses, path, content)
+    poses[:, :3, :3] = poses[:, :3, :3] @ OPENGL_TO_OPENCV
+    inverse = np.array([invert_pose(pose) for pose in poses])
+    return Views(inverse, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
+
+
+def _undone(poses: np.ndarray, path: Path, content: dict) -> np.ndarray:
+    """Camera-to-world poses without the world transform that the file or its neighbour states."""
+    beside = path.with_name("dataparser_transforms.json")
+    scale, transform = 1.0, content.get("applied_transform")
+    if "camera_path" in content and beside.is_file():
+        stated = read_json(beside)
+        scale, transform = float(stated["scale"]), stated["transform"]
+    if transform is None:
+        return poses
+    full = np.vstack([np.array(transform, float)[:3], [0, 0, 0, 1]])
+    unscaled = poses.copy()
+    unscaled[:, :3, 3] /= scale
+    return np.linalg.inv(full) @ unscaled
+
+
+def sees(views: Views, points: np.ndarray) -> np.ndarray:
+    """(T, C) bool: the points lie in front of the view and inside its image."""
+    moved = np.einsum("tij,cj->tci", views.world_to_camera[:, :, :3], points)
+    moved += views.world_to_camera[:, None, :, 3]
+    depth = np.where(moved[..., 2] > 0, moved[..., 2], np.inf)
+    focal, middle = views.intrinsics[:, None, :2], views.intrinsics[:, None, 2:]
+    pixel = moved[..., :2] / depth[..., None] * focal + middle
+    inside = ((pixel >= 0) & (pixel <= np.array(views.size))).all(axis=-1)
+    return inside & (moved[..., 2] > 0)
+
+
+def _rows(views: Views, rows: np.ndarray) -> Views:
+    return Views(views.world_to_camera[rows], views.intrinsics[rows], views.size)

@@ -1,0 +1,1 @@
+"""The greedy selector and its scorers (paper, section 3.3)."""

@@ -1,0 +1,165 @@
+"""Behaviour cloning of ordered subsets, one greedy step at a time (paper, section 3.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import torch
+
+from fsel.selector.scorer import INPUTS, WIDTH
+
+Cost = Callable[..., tuple[torch.Tensor, torch.Tensor]]
+"""(network, what a trajectory holds) -> loss to minimise, and agreement with the label."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One retained subset as K supervised decisions.
+
+    Attributes:
+        features: (K, n, 19) float32 standardised inputs of the n pool frames at each step.
+        selectable: (K, n) bool, False once a frame is in the prefix.
+        picks: (K,) int64 row picked at each step.
+        weight: w_m of Eq. 5.
+    """
+
+    features: np.ndarray
+    selectable: np.ndarray
+    picks: np.ndarray
+    weight: float
+
+
+def train(
+    trajectories: Sequence[Trajectory],
+    validation: Sequence[Trajectory],
+    *,
+    seed: int,
+    epochs: int,
+    learning_rate: float,
+    dtype: torch.dtype = torch.float32,
+) -> tuple[dict[str, np.ndarray], pd.DataFrame]:
+    """Fit the scorer with Adam, one update a trajectory (paper, Eq. 4 and 5, Appendix A.3).
+
+    Args:
+        trajectories: training trajectories.
+        validation: trajectories of scenes kept apart; only reported, never fitted.
+        seed: initialisation and order of presentation.
+        epochs: passes over the trajectories.
+        learning_rate: Adam's, fixed.
+        dtype: arithmetic of the network; float32 is what the paper's scale needs.
+
+    Returns:
+        The weights as float32 arrays keyed as in `fsel.selector.scorer`, and a log with one row an
+        epoch and set (epoch 0: before the first update): epoch, split, loss, agreement. Those of
+        `train` are means over the pass, each trajectory as it was met.
+    """
+    torch.manual_seed(seed)
+    network = perceptron(WIDTH).to(dtype)
+    data, held_out = _tensors(trajectories, dtype), _tensors(validation, dtype)
+    log = []
+    steps = passes(network, data, _cost, seed=seed, epochs=epochs, learning_rate=learning_rate)
+    for epoch, met in steps:
+        values = {"train": met or measured(network, data, _cost)}
+        if held_out:
+            values["validation"] = measured(network, held_out, _cost)
+        for split, (loss, agreement) in values.items():
+            log.append({"epoch": epoch, "split": split, "loss": loss, "agreement": agreement})
+    return _weights(network), pd.DataFrame(log)
+
+
+def passes(
+    network: torch.nn.Module,
+    data: Sequence[tuple],
+    cost: Cost,
+    *,
+    seed: int,
+    epochs: int,
+    learning_rate: float,
+) -> Iterator[tuple[int, list[float]]]:
+    """Fit a network in place, whatever its kind: Adam, one update a trajectory.
+
+    Args:
+        network: to fit.
+        data: trajectories; the last entry of each is its weight w_m, the others are for `cost`.
+        cost: see `Cost`.
+        seed: of the order of presentation.
+        epochs, learning_rate: as in `train`.
+
+    Yields:
+        The number of passes made, and the mean loss and agreement that the last one met: 0 and
+        nothing before the first update, then one pair a pass.
+    """
+    optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate)
+    rng = np.random.default_rng(seed)
+    yield 0, []
+    for epoch in range(1, epochs + 1):
+        met = []
+        for index in rng.permutation(len(data)):
+            *item, weight = data[index]
+            optimizer.zero_grad(set_to_none=True)
+            loss, agreement = cost(network, *item)
+            (weight * loss).backward()
+            optimizer.step()
+            met.append(torch.stack([loss.detach(), agreement]))
+        yield epoch, torch.stack(met).mean(dim=0).tolist()
+
+
+def measured(network: torch.nn.Module, data: Sequence[tuple], cost: Cost) -> tuple[float, float]:
+    """Mean loss in nats and mean agreement over trajectories, unweighted."""
+    with torch.no_grad():
+        values = [torch.stack(cost(network, *item[:-1])) for item in data]
+    loss, agreement = torch.stack(values).mean(dim=0).tolist()
+    return loss, agreement
+
+
+def perceptron(width: int, inputs: int = INPUTS) -> torch.nn.Sequential:
+    """Three layers with exact GELU; with width 64 the paper's scorer (Appendix A.3)."""
+    return torch.nn.Sequential(
+        torch.nn.Linear(inputs, width),
+        torch.nn.GELU(),
+        torch.nn.Linear(width, width),
+        torch.nn.GELU(),
+        torch.nn.Linear(width, 1),
+    )
+
+
+def imitation(
+    scores: torch.Tensor, selectable: torch.Tensor, picks: torch.Tensor
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Mean cross-entropy over the steps, and the share of steps whose argmax is the label.
+
+    Args:
+        scores: (K, n) of every row at every step.
+        selectable: (K, n) bool; the others are out of the softmax.
+        picks: (K,) int64 labels.
+    """
+    logits = scores.masked_fill(~selectable, -torch.inf)
+    agreement = (logits.argmax(dim=1) == picks).to(logits.dtype).mean()
+    return torch.nn.functional.cross_entropy(logits, picks), agreement
+
+
+def _tensors(trajectories: Sequence[Trajectory], dtype: torch.dtype) -> list[tuple]:
+    return [
+        (
+            torch.from_numpy(t.features).to(dtype),
+            torch.from_numpy(t.selectable),
+            torch.from_numpy(t.picks),
+            t.weight,
+        )
+        for t in trajectories
+    ]
+
+
+def _cost(network, features, selectable, picks) -> tuple[torch.Tensor, torch.Tensor]:
+    return imitation(network(features).squeeze(-1), selectable, picks)
+
+
+def _weights(network: torch.nn.Sequential) -> dict[str, np.ndarray]:
+    weights = {}
+    for name, layer in zip(("layer1", "layer2", "layer3"), network[::2], strict=True):
+        weights[f"{name}.weight"] = layer.weight.detach().to(torch.float32).numpy().copy()
+        weights[f"{name}.bias"] = layer.bias.detach().to(torch.float32).numpy().copy()
+    return weights

@@ -1,0 +1,209 @@
+"""`fsel info`, `fsel compare`, `fsel reconstruct`."""
+
+import json
+import sys
+import time
+
+import cv2
+import numpy as np
+import pytest
+from plyfile import PlyData
+from selection_problems import capture_of
+from small_captures import ring, write_ring
+
+import fsel
+from fsel.capture import SparsePoints
+from fsel.cli import console, main
+from fsel.cli.console import Console
+from fsel.layouts import images
+from fsel.request.scene_depth import viewing_distance, worth_keeping
+
+
+@pytest.mark.parametrize(
+    ("terminal", "patience", "quiet", "shown"),
+    [
+        (True, 0.0, False, True),
+        (True, 60.0, False, False),
+        (False, 0.0, False, False),
+        (True, 0.0, True, False),
+    ],
+)
+def test_bars_are_for_patient_people_at_terminals(
+    terminal, patience, quiet, shown, monkeypatch, capsys
+):
+    monkeypatch.setattr(console, "PATIENCE", patience)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+    steps = Console(quiet=quiet, as_json=False).bar("images")((i for i in range(30)), 30)
+    assert [time.sleep(0.01) or i for i in steps] == list(range(30))
+    assert ("images" in capsys.readouterr().err) == shown
+    with Console(quiet=quiet, as_json=False).clock("reading"):
+        time.sleep(0.2)
+    assert ("reading" in capsys.readouterr().err) == shown
+
+
+@pytest.fixture
+def capture(tmp_path):
+    folder = tmp_path / "capture"
+    write_ring(folder)
+    return folder
+
+
+def run(*arguments):
+    return main([*map(str, arguments)])
+
+
+def around(poses):
+    rotations = poses[:, :, :3]
+    return capture_of(-np.einsum("nij,ni->nj", rotations, poses[:, :, 3]), rotations, size=(64, 48))
+
+
+def test_info_tells_what_was_found(capture, capsys):
+    for i in range(24):
+        shot = np.random.default_rng(i).integers(0, 255, (48, 64), dtype=np.uint8)
+        shot = cv2.GaussianBlur(shot, (0, 0), 3) if i == 5 else shot
+        cv2.imwrite(str(capture / "images" / f"frame_{i:03d}.jpg"), shot)
+    assert run("info", capture, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["frames"], found["layout"], found["points"]) == (24, "colmap", 80)
+    assert found["cameras"] == ["PINHOLE 64x48"]
+    assert found["blurred"] == ["frame_005.jpg"]
+    assert found["extent"] == pytest.approx(8)
+    assert found["agreement"].startswith("reprojection error of median 0.00 px")
+    assert found["step"] == pytest.approx(8 * np.sin(np.pi / 24))
+    assert len(found["worth_keeping"]) == 24
+    assert run("info", capture) == 0
+    printed = capsys.readouterr().out
+    assert "1: frame_005.jpg" in printed
+    assert "about 24 of 24" in printed
+
+
+def test_frames_within_eight_degrees_are_not_worth_keeping():
+    """On a circle of radius 4, looking 17 ** 0.5 far: chords below 0.576 span five steps."""
+    dense = around(ring(240))
+    distance = viewing_distance(dense.views, None)
+    np.testing.assert_allclose(distance, np.sqrt(17))
+    np.testing.assert_array_equal(worth_keeping(dense.views, distance), np.arange(0, 240, 6))
+
+
+def test_frames_turned_by_a_quarter_of_the_view_are_worth_keeping():
+    turns = np.radians(np.arange(0, 40, 2.0))  # in place; half the view is 32.005 degrees
+    rotations = np.array([cv2.Rodrigues(np.array([0, turn, 0]))[0] for turn in turns])
+    turned = capture_of(np.zeros((20, 3)), rotations, size=(64, 48))
+    np.testing.assert_array_equal(worth_keeping(turned.views, np.ones(20)), [0, 9, 18])
+
+
+def test_viewing_distance_is_the_median_depth_of_what_is_seen():
+    track = capture_of(np.zeros((3, 3)), np.tile(np.eye(3), (3, 1, 1)))
+    xyz = np.array([[0.0, 0, 1], [0, 0, 2], [0, 0, 9]])
+    seen = SparsePoints(
+        xyz, np.zeros((3, 3), np.uint8), np.array([0, 1, 2, 1]), np.array([0] * 3 + [2])
+    )
+    np.testing.assert_array_equal(viewing_distance(track.views, seen), [2, 2, 2])
+    apart = capture_of(
+        np.array([[-1.0, 0, 0], [0, 0, 0], [1, 0, 0]]), np.tile(np.eye(3), (3, 1, 1))
+    )
+    np.testing.assert_allclose(viewing_distance(apart.views, None), 1)  # parallel: no common point
+
+
+def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
+    out = tmp_path / "out"
+    asked = ["-k", "5,4", "--methods", "fsel,random", "--long-side", 64]
+    assert run("compare", capture, *asked, "--json", "-o", out) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content == json.loads((out / "compare.json").read_text())
+    rows = {(row["k"], row["method"]): row for row in content["rows"]}
+    assert list(rows) == [(4, "fsel"), (4, "random"), (5, "fsel"), (5, "random")]
+    whole = fsel.read_capture(capture, long_side=64)
+    held = np.array([0, 8, 16])
+    assert content["targets"] == [whole.names[i] for i in held]
+    for (k, name), row in rows.items():
+        assert row["seeds"] == len(row["picks"]) == (3 if name == "random" else 1)
+        found = []
+        for names in row["picks"]:
+            picks = np.array([whole.names.index(frame) for frame in names])
+            assert len(picks) == k
+            assert not set(picks) & set(held)
+            model = fsel.reconstruct(whole, np.sort(picks))
+            found.append(fsel.evaluate(whole, model, held)["psnr"].mean())
+        assert row["psnr"] == pytest.approx(np.mean(found), abs=1e-4)
+    table = (out / "compare.txt").read_text().splitlines()
+    assert table[0].split() == ["k", "method", "PSNR", "SSIM", "GMSD"]
+    assert table[1].split()[:3] == ["4", "fsel", f"{rows[4, 'fsel']['psnr']:.2f}"]
+    sheets = sorted((out / "renders").iterdir())
+    assert [sheet.name for sheet in sheets] == [f"{whole.names[i]}.png" for i in held]
+    width = 3 * 64  # the truth and two methods
+    assert cv2.imread(str(sheets[0])).shape == (2 * (48 + 14), width, 3)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (["--targets", "orbit"], "no truth to compare with"),
+        (["--methods", "fsel,best"], "method is 'best'"),
+        (["-k", "1"], "at least two"),
+        (["-k", "10,30"], "k is 30; allowed: 1 to 21"),
+    ],
+)
+def test_compare_refuses_before_it_opens_an_image(
+    asked, said, capture, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(images, "load", lambda *_: pytest.fail("an image was opened"))
+    assert run("compare", capture, "-k", 5, *asked, "-o", tmp_path / "out") == 1
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_reconstruct_writes_splats_that_an_independent_reader_reads(capture, tmp_path, capsys):
+    out = tmp_path / "scene.ply"
+    names = [f"frame_{i:03d}.jpg" for i in (3, 9, 5, 4)]
+    (tmp_path / "frames.txt").write_text("\n".join(names))
+    asked = ["--frames", tmp_path / "frames.txt", "--long-side", 64, "--json"]
+    assert run("reconstruct", capture, *asked, "-o", out) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["frames"] == names
+    vertex = PlyData.read(str(out))["vertex"]
+    assert len(vertex) == said["splats"] > 0
+    fields = ["x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"]
+    fields += ["scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"]
+    assert [field.name for field in vertex.properties] == fields
+    assert all(np.isfinite(vertex[field]).all() for field in fields)
+    color = 0.5 + 0.28209479177387814 * np.stack([vertex[f"f_dc_{c}"] for c in range(3)])
+    assert color.min() > -1e-4
+    assert color.max() < 1 + 1e-4
+    assert np.ptp(color) > 0.5
+    whole = fsel.read_capture(capture, long_side=64)
+    model = fsel.reconstruct(whole, np.array([3, 9, 5, 4]))
+    opacity = 1 / (1 + np.exp(-vertex["opacity"].astype(float)))
+    assert opacity.min() >= 0.25 - 1e-4  # what the reconstructor keeps
+    extent = np.linalg.norm(np.stack([vertex[axis] for axis in "xyz"]), axis=0)
+    assert np.median(extent) < 12  # cameras lie 4.1 from the middle
+    assert abs(len(vertex) - model.primitives) < 0.5 * model.primitives
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("frame_003.jpg\nframe_3.jpg\n", "'frame_3.jpg'"),
+        ("frame_003.jpg\n", "two or more"),
+        ("", "no frame"),
+    ],
+)
+def test_reconstruct_refuses_lists_without_sense(lines, said, capture, tmp_path, capsys):
+    (tmp_path / "frames.txt").write_text(lines)
+    out = tmp_path / "scene.ply"
+    assert run("reconstruct", capture, "--frames", tmp_path / "frames.txt", "-o", out) == 1
+    assert said in capsys.readouterr().err
+    assert {path.name for path in tmp_path.iterdir()} == {"capture", "frames.txt"}
+
+
+def test_an_existing_scene_is_replaced_only_when_forced(capture, tmp_path, capsys):
+    out = tmp_path / "scene.ply"
+    out.write_text("mine")
+    (tmp_path / "frames.txt").write_text("frame_003.jpg\nframe_004.jpg\n")
+    asked = ["reconstruct", capture, "--frames", tmp_path / "frames.txt", "-o", out]
+    assert run(*asked) == 1
+    assert "--force" in capsys.readouterr().err
+    assert out.read_text() == "mine"
+    assert run(*asked, "--force", "--quiet") == 0
+    assert out.read_bytes().startswith(b"ply\n")
+    assert capsys.readouterr().out == ""

@@ -1,0 +1,327 @@
+"""`fsel select`: what it writes, what it refuses, what it leaves behind when it is cut off."""
+
+import errno
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+from small_captures import camera_path, record_of, ring, select, write_ring
+
+import fsel
+from fsel.export import subset
+from fsel.layouts import images, read_capture
+from fsel.layouts.opening import open_capture
+from fsel.layouts.previews import sharpness_of_files
+
+
+@pytest.fixture
+def capture(tmp_path):
+    folder = tmp_path / "capture"
+    write_ring(folder)
+    return folder
+
+
+def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert select(capture, "-k", 6, "-o", out) == 0
+    content = record_of(out)
+    names = [entry["name"] for entry in content["frames"]]
+    assert (out / "frames.txt").read_text().split() == names
+    assert len(set(names)) == 6
+    assert sorted(names + [entry["name"] for entry in content["left"]]) == [
+        f"frame_{i:03d}.jpg" for i in range(24)
+    ]
+    covered = [entry["coverage"] for entry in content["frames"]]
+    assert sum(entry["adds"] for entry in content["frames"]) == pytest.approx(covered[-1], abs=1e-5)
+    assert covered == sorted(covered)
+    ranks = [entry["sharpness_rank"] for entry in content["frames"]]
+    assert len(set(ranks)) == 6
+    assert set(ranks) <= set(range(1, 25))
+    assert len(content["weights"]["sha256"]) == 64
+    printed = capsys.readouterr().out
+    assert "the whole capture" in printed
+    assert "--targets" in printed
+
+
+def test_the_subset_is_a_capture_of_the_picks(tmp_path):
+    poses, _ = write_ring(tmp_path / "capture", model="OPENCV")
+    out = tmp_path / "out"
+    assert select(tmp_path / "capture", "-k", 6, "-o", out, "--copy") == 0
+    picks = sorted(entry["index"] for entry in record_of(out)["frames"])
+    for layout in ("colmap", "nerfstudio"):
+        back = read_capture(out, layout, long_side=64)
+        assert back.names == tuple(f"frame_{i:03d}.jpg" for i in picks)
+        np.testing.assert_allclose(back.world_to_camera, poses[picks], atol=1e-9)
+        whole = read_capture(tmp_path / "capture", long_side=64)
+        np.testing.assert_allclose(back.intrinsics, whole.intrinsics[picks], rtol=1e-9)
+        np.testing.assert_array_equal(back.images, whole.images[picks])
+
+
+def test_points_that_fewer_than_two_picks_see_are_dropped(tmp_path):
+    _, seen = write_ring(tmp_path / "capture")
+    out = tmp_path / "out"
+    assert select(tmp_path / "capture", "-k", 5, "--targets", "every:4", "-o", out) == 0
+    picks = [entry["index"] for entry in record_of(out)["frames"]]
+    model = pycolmap.Reconstruction(str(out / "sparse" / "0"))
+    whole = pycolmap.Reconstruction(str(tmp_path / "capture" / "sparse" / "0"))
+    kept = seen[:, picks].sum(axis=1) >= 2
+    assert 0 < kept.sum() < len(kept)
+    expected = np.array([whole.points3D[p].xyz for p in sorted(whole.points3D)])[kept]
+    found = np.array([model.points3D[p].xyz for p in sorted(model.points3D)])
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    lengths = sorted(point.track.length() for point in model.points3D.values())
+    assert lengths == sorted(seen[kept][:, picks].sum(axis=1))
+    original = {image.name: image for image in whole.images.values()}
+    for image in model.images.values():
+        known = {tuple(np.round(p.xy, 6)) for p in original[image.name].points2D}
+        assert {tuple(np.round(p.xy, 6)) for p in image.points2D} <= known
+    assert model.compute_num_observations() == seen[kept][:, picks].sum()
+
+
+def test_held_out_frames_are_never_trained_on(capture, tmp_path):
+    out = tmp_path / "out"
+    assert select(capture, "-k", 6, "--targets", "every:8", "-o", out) == 0
+    content = json.loads((out / "transforms.json").read_text())
+    held = [f"images/frame_{i:03d}.jpg" for i in (0, 8, 16)]
+    assert content["test_filenames"] == content["val_filenames"] == held
+    picked = sorted(f"images/{entry['name']}" for entry in record_of(out)["frames"])
+    assert content["train_filenames"] == picked
+    assert not set(picked) & set(held)
+    assert sorted(frame["file_path"] for frame in content["frames"]) == sorted(picked + held)
+    model = pycolmap.Reconstruction(str(out / "sparse" / "0"))
+    assert sorted(f"images/{image.name}" for image in model.images.values()) == picked
+    assert sorted(f"images/{path.name}" for path in (out / "images").iterdir()) == sorted(
+        picked + held
+    )
+    reasons = {entry["name"]: entry["reason"] for entry in record_of(out)["left"]}
+    assert [name for name, why in reasons.items() if "held out" in why] == [
+        Path(name).name for name in held
+    ]
+
+
+def test_images_are_linked_or_copied(capture, tmp_path):
+    assert select(capture, "-k", 3, "-o", tmp_path / "linked") == 0
+    assert select(capture, "-k", 3, "-o", tmp_path / "copied", "--copy") == 0
+    for name in (tmp_path / "linked" / "frames.txt").read_text().split():
+        original = capture / "images" / name
+        assert (tmp_path / "linked" / "images" / name).samefile(original)
+        assert not (tmp_path / "copied" / "images" / name).samefile(original)
+        assert (tmp_path / "copied" / "images" / name).read_bytes() == original.read_bytes()
+
+
+def test_without_hard_links_images_are_copied(capture, tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.EXDEV, "Invalid cross-device link")
+
+    monkeypatch.setattr(os, "link", refuse)
+    assert select(capture, "-k", 3, "-o", tmp_path / "out") == 0
+    assert len(list((tmp_path / "out" / "images").iterdir())) == 3
+
+
+def test_intrinsics_follow_images_smaller_than_their_camera(tmp_path):
+    write_ring(tmp_path / "capture", shrink=2)
+    assert select(tmp_path / "capture", "-k", 4, "-o", tmp_path / "out") == 0
+    content = json.loads((tmp_path / "out" / "transforms.json").read_text())
+    assert [content[key] for key in ("w", "h")] == [32, 24]
+    assert [content[key] for key in ("fl_x", "fl_y", "cx", "cy")] == [30, 30.5, 16, 12]
+
+
+@pytest.mark.parametrize(
+    ("model", "params", "expected"),
+    [
+        ("SIMPLE_RADIAL", [60, 32, 24, 0.02], {"fl_y": 60, "k1": 0.02}),
+        ("RADIAL", [60, 32, 24, 0.02, 0.01], {"cx": 32, "k1": 0.02, "k2": 0.01}),
+        (
+            "OPENCV_FISHEYE",
+            [35, 36, 32, 24, 0.03, 0.02, 0.01, 0.005],
+            {"fl_y": 36, "k4": 0.005, "camera_model": "OPENCV_FISHEYE"},
+        ),
+    ],
+)
+def test_transforms_state_the_camera_as_nerfstudio_has_it(model, params, expected, tmp_path):
+    write_ring(tmp_path / "capture")
+    sparse = tmp_path / "capture" / "sparse" / "0"
+    built = pycolmap.Reconstruction(str(sparse))
+    built.cameras[1].model = getattr(pycolmap.CameraModelId, model)
+    built.cameras[1].params = params
+    built.write_binary(str(sparse))
+    assert select(tmp_path / "capture", "-k", 4, "-o", tmp_path / "out") == 0
+    content = json.loads((tmp_path / "out" / "transforms.json").read_text())
+    assert {key: content[key] for key in expected} == expected
+    whole = read_capture(tmp_path / "capture", "colmap", long_side=64, max_error=1)
+    back = read_capture(tmp_path / "out", "nerfstudio", long_side=64, max_error=1)
+    rows = [whole.names.index(name) for name in back.names]
+    np.testing.assert_allclose(back.intrinsics, whole.intrinsics[rows], rtol=1e-9)
+
+
+def test_frames_of_a_video_are_measured_and_written(capture, tmp_path):
+    """A video is read from its start on: its frames come one after the other."""
+    path = tmp_path / "film.mkv"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 30, (64, 48), True)
+    opened = open_capture(capture)
+    shots = [images.load(file) for file in opened.raw.images]
+    for shot in shots:
+        writer.write(np.ascontiguousarray(shot[..., ::-1]))
+    writer.release()
+    video = images.Video(path)
+    film = [images.VideoFrame(video, i) for i in range(24)]
+    np.testing.assert_allclose(
+        sharpness_of_files(film, 64), sharpness_of_files(opened.raw.images, 64), rtol=0.05
+    )
+    shown = replace(opened, raw=replace(opened.raw, images=film))
+    subset.write(tmp_path, shown, np.array([7, 2]), np.array([3]), copy=False)
+    for i in (2, 3, 7):
+        written = images.load(tmp_path / "images" / f"frame_{i:03d}.jpg")
+        assert np.abs(written.astype(int) - shots[i]).mean() < 3
+
+
+@pytest.mark.parametrize("model", ["PINHOLE", "OPENCV"])
+def test_geometry_only_opens_one_image_of_a_camera(model, tmp_path, monkeypatch):
+    write_ring(tmp_path / "capture", model=model)
+    opened = []
+    load = subset.images.load
+    monkeypatch.setattr(subset.images, "load", lambda *a: opened.append(a) or load(*a))
+    assert select(tmp_path / "capture", "-k", 4, "--geometry-only", "-o", tmp_path / "out") == 0
+    assert len(opened) == 1
+    assert record_of(tmp_path / "out")["frames"][0]["sharpness_rank"] is None
+
+
+def test_every_form_of_targets(capture, tmp_path):
+    names = tmp_path / "names.txt"
+    names.write_text("frame_003.jpg\n\nframe_011.jpg\n")
+    forms = {
+        "every:6": ("one frame in 6, held out", 4, [0, 6, 12, 18]),
+        str(names): ("the 2 frames in names.txt, held out", 2, [3, 11]),
+        "orbit": ("an orbit", 60, []),
+        "trajectory": ("the smoothed camera path", 60, []),
+        str(camera_path(tmp_path, ring(5))): ("the poses of path.json", 5, []),
+    }
+    for number, (form, (kind, views, held)) in enumerate(forms.items()):
+        out = tmp_path / f"out{number}"
+        assert select(capture, "-k", 4, "--targets", form, "-o", out) == 0
+        stated = record_of(out)["targets"]
+        assert (stated["kind"], stated["views"], stated["far"]) == (kind, views, 0)
+        assert stated["held_out"] == [f"frame_{i:03d}.jpg" for i in held]
+
+
+def test_picks_follow_the_targets(capture, tmp_path):
+    poses = ring(24)
+    near = camera_path(tmp_path, poses[[4, 5, 6, 7]])
+    assert select(capture, "-k", 4, "--targets", near, "-o", tmp_path / "out") == 0
+    picks = {entry["index"] for entry in record_of(tmp_path / "out")["frames"]}
+    assert picks <= set(range(1, 11))
+
+
+@pytest.mark.parametrize("method", ["uniform", "fvs", "nearest"])
+def test_other_methods_write_the_same(method, capture, tmp_path):
+    assert select(capture, "-k", 4, "--method", method, "-o", tmp_path / "out") == 0
+    content = record_of(tmp_path / "out")
+    assert len(content["frames"]) == 4
+    assert content["weights"] is None
+
+
+def test_methods_that_read_points_get_them(capture, tmp_path):
+    whole = read_capture(capture)
+    blind = replace(whole, points=None)
+    asked = {"k": 8, "method": "nerf_director"}
+    expected = fsel.select(whole, **asked).names
+    assert fsel.select(blind, **asked).names != expected
+    assert select(capture, "-k", 8, "--method", "nerf_director", "-o", tmp_path / "out") == 0
+    assert tuple((tmp_path / "out" / "frames.txt").read_text().split()) == expected
+
+
+def test_json_is_the_only_output_that_scripts_see(capture, tmp_path, capsys):
+    assert select(capture, "-k", 4, "--json", "-o", tmp_path / "out") == 0
+    printed = capsys.readouterr()
+    assert json.loads(printed.out) == record_of(tmp_path / "out")
+    assert printed.err == ""
+
+
+def test_quiet_prints_nothing(capture, tmp_path, capsys):
+    assert select(capture, "-k", 4, "--quiet", "-o", tmp_path / "out") == 0
+    printed = capsys.readouterr()
+    assert printed.out == printed.err == ""
+
+
+def object_masks(folder, point):
+    """A disc where a point of the ring's middle is seen, in every third frame."""
+    folder.mkdir()
+    for i, pose in enumerate(ring(24)[::3]):
+        x, y, z = pose[:, :3] @ point + pose[:, 3]
+        mask = np.zeros((48, 64), np.uint8)
+        cv2.circle(mask, (round(60 * x / z + 31.5), round(61 * y / z + 23.5)), 4, 255, -1)
+        cv2.imwrite(str(folder / f"frame_{3 * i:03d}.png"), mask)
+
+
+def test_a_selection_for_an_object_looks_at_the_object(capture, tmp_path):
+    """Half of the path looks away: only the views that see the object are served."""
+    path = ring(24)
+    path[12:] = np.diag([-1.0, 1, -1]) @ path[12:]  # each turned about its own upright axis
+    targets = ["--targets", camera_path(tmp_path, path), "-k", 6]
+    object_masks(tmp_path / "shapes", np.zeros(3))
+    box = ["--box", -0.3, -0.3, -0.3, 0.3, 0.3, 0.3]
+    asked = {"free": [], "box": box, "masks": ["--masks", tmp_path / "shapes"]}
+    for name, more in asked.items():
+        assert select(capture, *targets, *more, "-o", tmp_path / name) == 0
+    assert record_of(tmp_path / "free")["targets"]["views"] == 24
+    for name in ("box", "masks"):
+        content = record_of(tmp_path / name)
+        assert content["targets"]["views"] == 12
+        assert all(entry["index"] <= 13 for entry in content["frames"])
+    assert record_of(tmp_path / "box")["settings"]["box"] == box[1:]
+
+
+def test_objects_that_cannot_be_are_refused(capture, tmp_path, capsys):
+    far = ["--box", 0, 900, 0, 1, 901, 1]  # far below all cameras
+    assert select(capture, "-k", 4, *far, "-o", tmp_path / "out") == 1
+    assert "sees the object" in capsys.readouterr().err
+    assert select(capture, "-k", 4, "--masks", tmp_path / "no", "-o", tmp_path / "out") == 1
+    assert "no such folder of masks" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as stop:
+        select(capture, "-k", 4, *far, "--masks", tmp_path, "-o", tmp_path / "out")
+    assert stop.value.code == 2
+
+
+def test_a_number_of_frames_is_found(capture, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert select(capture, "-k", "auto", "--targets", "every:6", "-o", out) == 0
+    content = record_of(out)
+    budget = content["budget"]
+    assert content["settings"]["k"] == "auto"
+    assert len(content["frames"]) == budget["frames"] == budget["enough"]
+    assert budget["rule"] == {"threshold": 0.02, "memory": None, "size": [64, 48]}
+    whole = fsel.read_capture(capture, long_side=64)
+    chosen = fsel.select(whole, "auto", "every:6")
+    assert budget["gain"] == pytest.approx(chosen.budget.gain)  # of the points, which were read
+    assert [entry["name"] for entry in content["frames"]] == list(chosen.names)
+    assert budget["reason"] in capsys.readouterr().out
+    assert budget["reason"] in (out / "report.html").read_text()
+    assert f"{budget['gain']:.3f} dB" in budget["reason"]
+
+
+def test_a_number_of_frames_fits_the_memory(capture, tmp_path, capsys):
+    small = ["--threshold", 1e-6, "--memory", "26kB", "--long-side", 32]  # 24,576 bytes a frame
+    assert select(capture, "-k", "auto", *small, "-o", tmp_path / "one") == 1
+    assert "memory is 26000 bytes; allowed: 49152 or more" in capsys.readouterr().err
+    small[3] = "0.1MB"
+    assert select(capture, "-k", "auto", *small, "-o", tmp_path / "out") == 0
+    content = record_of(tmp_path / "out")
+    assert content["budget"]["frames"] == content["budget"]["within"] == len(content["frames"]) == 4
+    assert "fit 100,000 bytes" in content["budget"]["reason"]
+
+
+def test_rules_of_a_number_that_is_stated_are_refused(capture, tmp_path, capsys):
+    for option in (["--memory", "2GB"], ["--threshold", "0.1"]):
+        assert select(capture, "-k", 4, *option, "-o", tmp_path / "out") == 1
+        assert "-k auto alone, and k is 4. Hint" in capsys.readouterr().err
+    assert select(capture, "-k", "auto", "--method", "uniform", "-o", tmp_path / "out") == 1
+    assert "method is 'uniform'" in capsys.readouterr().err
+    for wrong in (["-k", "many"], ["-k", "auto", "--memory", "2XB"]):
+        with pytest.raises(SystemExit) as stop:
+            select(capture, *wrong, "-o", tmp_path / "out")
+        assert stop.value.code == 2

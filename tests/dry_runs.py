@@ -1,0 +1,46 @@
+"""Dry runs of the workflow: plans and refusals."""
+
+import os
+import re
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def dry_run(folder: Path, config: Path, *targets: str) -> subprocess.CompletedProcess:
+    """`snakemake --dry-run` in an empty folder."""
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
+    command += ["--configfile", str(config), "--dry-run", "--workflow-profile", "none", *targets]
+    return subprocess.run(
+        command,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONWARNINGS": "ignore"},
+    )
+
+
+def planned(result: subprocess.CompletedProcess) -> Counter:
+    """rule -> number of jobs."""
+    assert result.returncode == 0, result.stdout + result.stderr
+    stats = (result.stdout + result.stderr).split("Job stats:")[1]
+    return Counter({name: int(n) for name, n in re.findall(r"^(\w+) +(\d+)$", stats, re.M)})
+
+
+def changed(folder: Path, **changes) -> Path:
+    """The smoke config with some top-level keys replaced."""
+    config = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
+    path = folder / "config.yaml"
+    path.write_text(yaml.safe_dump(config | changes))
+    return path
+
+
+def refusal(folder: Path, config: Path) -> str:
+    result = dry_run(folder, config)
+    assert result.returncode != 0
+    return result.stdout + result.stderr

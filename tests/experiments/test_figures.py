@@ -1,0 +1,142 @@
+"""The paper's other figures: their numbers, on small captures."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from described_scene import write_scene
+from matplotlib.figure import Figure
+from selection_problems import random_capture
+
+from fsel.capture import Capture
+from fsel.evaluation import Evaluator
+from fsel.experiments.process import met_until, pipeline, training
+from fsel.experiments.showcase import picks_of, showcase
+from fsel.report.figures import footnote
+from fsel.report.plan import plan_positions
+from fsel.request.paths import upwards
+from fsel.stages.label import reconstructor_of
+from fsel.stages.split import split_from
+
+RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
+FACTS = {"embedded": ["DL3DV"], "real": [], "reconstructor": "splats", "long_side": 32}
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A small canonical capture with one draw of targets and two selections."""
+    folder = write_scene(tmp_path_factory.mktemp("scene"))
+    observed = np.setdiff1d(np.arange(40), targets_of(folder))
+    rows = [("all", 0, len(observed), i, f) for i, f in enumerate(observed)]
+    rows += [("uniform", s, 8, i, f) for s in (0, 1) for i, f in enumerate(observed[s::4][:8])]
+    columns = ["method", "seed", "k", "order", "frame"]
+    pd.DataFrame(rows, columns=columns).to_parquet(folder / "selections.parquet")
+    return folder
+
+
+def targets_of(folder):
+    return split_from(pd.read_parquet(folder / "split.parquet")).targets
+
+
+def outputs(folder):
+    return [folder / "f.pdf", folder / "f.png"], folder / "f.csv"
+
+
+def test_the_plan_keeps_horizontal_distances():
+    capture = random_capture(12)
+    places, up = plan_positions(capture), upwards(capture)
+    flat = capture.centers - np.outer(capture.centers @ up, up)
+    for i in range(1, 12):
+        expected = np.linalg.norm(flat[i] - flat[0])
+        assert np.linalg.norm(places[i] - places[0]) == pytest.approx(expected)
+    np.testing.assert_allclose(places.min(axis=0), -places.max(axis=0))
+
+
+def test_the_fittest_so_far_need_not_have_the_highest_psnr():
+    rows = {"generation": [0, 0, 1, 1], "psnr": [20.0, 22.0, 21.0, 25.0]}
+    found = met_until(pd.DataFrame(rows | {"fitness": [0.1, 0.5, 0.7, 0.6]}))
+    assert found["best"].tolist() == [20.0, 22.0, 21.0, 21.0]
+
+
+def test_a_seeds_picks_come_in_their_order():
+    rows = [("a", 2, 1, 5), ("a", 2, 0, 9), ("a", 3, 0, 1), ("all", 4, 0, 7)]
+    table = pd.DataFrame(rows, columns=["method", "k", "order", "frame"])
+    assert picks_of(table, "a", 2).tolist() == [9, 5]
+    assert picks_of(table, "all", 2).tolist() == [7]
+
+
+def test_shown_views_have_the_quality_that_an_evaluation_finds(scene, tmp_path):
+    figures, numbers = outputs(tmp_path)
+    paths = scene / "split.parquet", scene / "selections.parquet"
+    settings = {"methods": ["all", "uniform"], "views": 2, "k": 8}
+    showcase(
+        scene,
+        *paths,
+        figures,
+        numbers,
+        **settings,
+        reconstruction=RECONSTRUCTION,
+        facts=FACTS,
+    )
+    table, targets = pd.read_csv(numbers), targets_of(scene)
+    reconstructor = reconstructor_of(Capture.load(scene), RECONSTRUCTION)
+    evaluate = Evaluator.on_frames(reconstructor, targets)
+    picked = pd.read_parquet(paths[1]).query("seed == 0")
+    for method, part in table.groupby("method"):
+        frames = picked[picked["method"] == method]["frame"].to_numpy()
+        assert (part["k"] == len(frames)).all()
+        selected = part[part["role"] == "selected"]
+        assert selected["frame"].tolist() == frames.tolist()
+        shown = part[part["role"] == "target"]
+        assert shown["frame"].tolist() == targets.tolist()
+        np.testing.assert_allclose(shown["psnr"], evaluate.per_view(frames)[:, 0], atol=1e-5)
+    assert all(path.stat().st_size > 1000 for path in figures)
+
+
+def test_the_training_figures_numbers_are_the_logs(tmp_path):
+    paths = []
+    for seed in range(2):
+        rows = [(e, s, 5.0 - e + seed, 0.1 * e) for e in (0, 1) for s in ("train", "validation")]
+        paths.append(tmp_path / f"seed{seed}.parquet")
+        columns = ["epoch", "split", "loss", "agreement"]
+        pd.DataFrame(rows, columns=columns).to_parquet(paths[-1])
+    figures, numbers = outputs(tmp_path)
+    training(paths, figures, numbers, facts=FACTS)
+    table = pd.read_csv(numbers)
+    assert table.groupby("seed")["loss"].max().tolist() == [5.0, 6.0]
+    first = figures[1].read_bytes()
+    training(paths, figures, numbers, facts=FACTS)
+    assert figures[1].read_bytes() == first
+
+
+def test_the_plans_show_the_fittest_labels_of_three_levels(scene, tmp_path):
+    levels, picks = (25, 40, 60, 100), {}
+    table = pd.read_parquet(scene / "split.parquet")
+    splits = tmp_path / "splits.parquet"
+    pd.concat([table.assign(coverage=c) for c in levels]).to_parquet(splits)
+    subsets = pd.DataFrame({"generation": [0, 1], "psnr": [20.0, 21.0], "fitness": [0.0, 1.0]})
+    labels = {c: tmp_path / f"p{c}.parquet" for c in levels}
+    for c, path in labels.items():
+        subsets.assign(psnr=subsets["psnr"] + c).to_parquet(path)
+    rows = []
+    for scene_name in ("here", "elsewhere"):
+        for c in levels:
+            for rank in (0, 1):
+                picks[scene_name, c, rank] = [c % 7, 10 + rank, 20]
+                rows.append((scene_name, c, rank, picks[scene_name, c, rank]))
+    trajectories = tmp_path / "trajectories.parquet"
+    columns = ["scene", "coverage", "rank", "picks"]
+    pd.DataFrame(rows, columns=columns).to_parquet(trajectories)
+    figures, numbers = outputs(tmp_path)
+    pipeline(scene, splits, labels, trajectories, figures, numbers, scene="here", facts=FACTS)
+    found = pd.read_csv(numbers)
+    assert found.query("panel == 'population'")["psnr"].tolist() == [120.0, 121.0]
+    plans = found[found["panel"] == "plan"].groupby("coverage")["frame"].apply(list)
+    assert plans.to_dict() == {c: picks["here", c, 0] for c in (25, 60, 100)}
+
+
+def test_a_footnote_is_broken_to_the_figures_width():
+    figure = Figure(figsize=(2, 1))
+    footnote(figure, "word " * 30)
+    lines = figure.get_supxlabel().split("\n")
+    assert len(lines) > 3
+    assert max(map(len, lines)) <= 42

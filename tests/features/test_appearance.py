@@ -1,0 +1,129 @@
+"""Descriptors and sharpness: contracts, hand-worked values, what they should be blind to."""
+
+import sys
+
+import numpy as np
+import pytest
+from scipy.ndimage import convolve, gaussian_filter
+
+from fsel.features.appearance import descriptors
+from fsel.features.sharpness import sharpness
+
+
+def pictures(n=4, height=24, width=32, seed=0):
+    rng = np.random.default_rng(seed)
+    noise = gaussian_filter(rng.normal(size=(n, height, width, 3)), (0, 2, 2, 0))
+    spread = noise / np.abs(noise).max()
+    return (128 + 120 * spread).astype(np.uint8)
+
+
+def test_descriptors_are_unit_rows_one_image_at_a_time():
+    images = pictures()
+    rows = descriptors(images, "lab_hog")
+    assert rows.dtype == np.float32
+    np.testing.assert_allclose(np.linalg.norm(rows, axis=1), 1, atol=1e-6)
+    np.testing.assert_array_equal(rows[2:3], descriptors(images[2:3], "lab_hog"))
+
+
+@pytest.mark.parametrize("shape", [(128, 95), (54, 96), (37, 41)])
+def test_sizes_that_the_grid_does_not_divide(shape):
+    images = np.random.default_rng(0).integers(0, 256, (2, *shape, 3)).astype(np.uint8)
+    found = descriptors(images, "lab_hog")
+    assert np.isfinite(found).all()
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1, rtol=1e-6)
+
+
+def test_the_same_place_is_more_alike_than_another():
+    images = pictures(6)
+    nearly = np.roll(images, 1, axis=2)
+    likeness = descriptors(images, "lab_hog") @ descriptors(nearly, "lab_hog").T
+    np.testing.assert_array_equal(likeness.argmax(axis=1), np.arange(6))
+
+
+def test_opposite_gradients_are_one_edge():
+    step = np.zeros((1, 32, 32, 3), np.uint8)
+    step[:, :, 16:] = 200
+    ramp = descriptors(step, "lab_hog")[0, 48:]
+    mirrored = descriptors(step[:, :, ::-1], "lab_hog")[0, 48:]
+    np.testing.assert_allclose(
+        ramp / np.linalg.norm(ramp), mirrored / np.linalg.norm(mirrored), atol=1e-5
+    )
+
+
+@pytest.mark.parametrize("level", [0, 90, 255])
+def test_a_flat_image_has_a_finite_descriptor(level):
+    rows = descriptors(np.full((1, 24, 32, 3), level, np.uint8), "lab_hog")
+    assert np.isfinite(rows).all()
+    assert np.linalg.norm(rows) <= 1 + 1e-6
+
+
+def test_an_unknown_kind_is_refused_with_the_allowed_ones():
+    with pytest.raises(ValueError, match=r"'vgg'.*dinov2, lab_hog"):
+        descriptors(pictures(1), "vgg")
+
+
+def test_weights_without_use_are_refused():
+    with pytest.raises(ValueError, match="lab_hog has none"):
+        descriptors(pictures(1), "lab_hog", "weights.pth")
+
+
+@pytest.mark.parametrize("weights", [None, "no/such/file.pth"])
+def test_missing_weights_are_named(weights):
+    with pytest.raises(FileNotFoundError, match=r"appearance.weights.*lab_hog"):
+        descriptors(pictures(1), "dinov2", weights)
+
+
+def test_a_missing_package_is_named(tmp_path, monkeypatch):
+    checkpoint = tmp_path / "dino.pth"
+    checkpoint.write_bytes(b"")
+    monkeypatch.setitem(sys.modules, "timm", None)
+    with pytest.raises(ImportError, match=r"fsel\[weights\]"):
+        descriptors(pictures(1), "dinov2", str(checkpoint))
+
+
+def test_dinov2_hands_the_checkpoint_over_and_normalises(tmp_path, monkeypatch):
+    torch = pytest.importorskip("torch")
+    seen = {}
+
+    class Network(torch.nn.Module):
+        def forward(self, batch):
+            seen["batch"] = tuple(batch.shape[1:])
+            return batch.mean(dim=(2, 3))
+
+    class Timm:
+        @staticmethod
+        def create_model(name, **options):
+            seen.update(options, name=name)
+            return Network()
+
+    checkpoint = tmp_path / "dino.pth"
+    checkpoint.write_bytes(b"")
+    monkeypatch.setitem(sys.modules, "timm", Timm)
+    grey = np.full((2, 24, 32, 3), 255, np.uint8)
+    rows = descriptors(grey, "dinov2", str(checkpoint))
+    white = (1 - np.array([0.485, 0.456, 0.406])) / np.array([0.229, 0.224, 0.225])
+    np.testing.assert_allclose(rows, np.tile(white / np.linalg.norm(white), (2, 1)), atol=1e-6)
+    assert seen["name"] == "vit_small_patch14_dinov2.lvd142m"
+    assert seen["pretrained_cfg_overlay"] == {"file": str(checkpoint)}
+    assert seen["batch"] == (3, 224, 224)
+
+
+def test_sharpness_against_a_plain_convolution():
+    images = pictures(3, seed=5)
+    kernel = [[0, 1, 0], [1, -4, 1], [0, 1, 0]]
+    for image, value in zip(images, sharpness(images), strict=True):
+        luma = image @ np.array([0.299, 0.587, 0.114])
+        assert value == pytest.approx(convolve(luma, kernel, mode="mirror").var(), rel=1e-9)
+
+
+def test_sharpness_by_hand():
+    dot = np.zeros((1, 5, 5, 3), np.uint8)
+    dot[0, 2, 2] = 100  # the Laplacian is -400 at the dot and 100 at its four neighbours
+    assert sharpness(dot)[0] == pytest.approx((400**2 + 4 * 100**2) / 25)
+    assert sharpness(np.full((1, 5, 5, 3), 77, np.uint8))[0] == pytest.approx(0, abs=1e-20)
+
+
+def test_blur_lowers_sharpness():
+    image = pictures(1, seed=6)
+    blurred = gaussian_filter(image.astype(float), (0, 1, 1, 0)).astype(np.uint8)
+    assert sharpness(blurred)[0] < sharpness(image)[0]

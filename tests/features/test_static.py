@@ -1,0 +1,178 @@
+"""The static features: by hand, against a slow twin, and at degenerate poses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from selection_problems import capture_of, random_problem
+
+from fsel.experiments.hard_cases.worlds import moved
+from fsel.features.static import CONDITIONED, FEATURES, SIGNS, STATIC, mvsnet_score, static_features
+from fsel.problem import Problem
+
+
+def proxies_of(problem):
+    return problem.capture.view(problem.proxies)
+
+
+def angle(a, b):
+    return np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
+
+
+def slow_features(problem, pool, views):
+    """Appendix A.1 word by word: one candidate, one view at a time."""
+    capture = problem.capture
+    centroid = np.mean([capture.centers[i] for i in problem.candidates], axis=0)
+    points = []
+    for center, axis in zip(views.centers, views.axes, strict=True):
+        points.append(center + max(0.0, (centroid - center) @ axis) * axis)
+    rows = []
+    for i in pool:
+        center, axis = capture.centers[i], capture.axes[i]
+        distance, turn, tri, across, along, seen = [], [], [], [], [], []
+        for view, look, point in zip(views.centers, views.axes, points, strict=True):
+            distance.append(np.linalg.norm(center - view))
+            turn.append(angle(axis, look))
+            tri.append(angle(center - point, view - point) if (view != point).any() else np.pi / 2)
+            along.append((center - view) @ look)
+            across.append(np.linalg.norm(np.cross(center - view, look)))
+            seen.append(angle(point - center, axis) <= capture.views.half_fov[i])
+        rho = [
+            float(problem.descriptors[i].astype(float) @ problem.descriptors[o])
+            for o in problem.proxies
+        ]
+        degrees = np.degrees(tri)
+        score = [np.exp(-((d - 5) ** 2) / (2 * (1 if d <= 5 else 10) ** 2)) for d in degrees]
+        rows.append([
+            min(distance), np.mean(distance), np.percentile(distance, 25), min(turn),
+            np.mean(turn), max(rho), np.mean(rho), np.std(rho), max(score), np.mean(tri),
+            np.mean(across), np.mean(along), np.mean(seen), problem.sharpness[i],
+        ])  # fmt: skip
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("reference", ["proxies", "targets"])
+def test_features_against_the_slow_twin(seed, reference):
+    problem = random_problem(25, seed)
+    views = problem.targets if reference == "targets" else proxies_of(problem)
+    pool = problem.candidates
+    np.testing.assert_allclose(
+        static_features(problem, pool, views), slow_features(problem, pool, views), atol=1e-9
+    )
+
+
+def test_names_and_signs_are_the_papers():
+    assert len(STATIC) == 14
+    assert len(FEATURES) == 18
+    assert FEATURES[13:17] == CONDITIONED
+    assert (FEATURES[0], FEATURES[-1]) == ("d_min_o", "sharpness")
+    signs = dict(zip(FEATURES, SIGNS, strict=True))
+    assert signs["d_min_o"] == signs["gamma_mean_o"] == signs["rho_max_s"] == -1
+    assert signs["d_min_s"] == signs["rho_max_o"] == signs["sharpness"] == 1
+
+
+def by_hand():
+    """A proxy at (0, 0, -10) looking along z, candidates on a line through the origin."""
+    line = np.array([[0.0, 0, -10], [0, 0, -10.5], [-3, 0, 0], [3, 0, 0]])
+    capture = capture_of(line, np.tile(np.eye(3), (4, 1, 1)))
+    return Problem(
+        capture=capture,
+        candidates=np.array([2, 3]),
+        proxies=np.array([0]),
+        targets=capture.view(np.array([1])),
+        descriptors=np.eye(4, dtype=np.float32)[[0, 1, 0, 2]],
+        sharpness=np.array([0.0, 0, 5, 6]),
+    )
+
+
+def test_features_by_hand():
+    problem = by_hand()
+    table = static_features(problem, problem.candidates, proxies_of(problem))
+    values = dict(zip(STATIC, table[0], strict=True))
+    assert values["d_min_o"] == values["d_mean_o"] == values["d_p25_o"] == np.sqrt(109)
+    assert values["gamma_min_o"] == values["gamma_mean_o"] == 0
+    assert (values["rho_max_o"], values["rho_mean_o"], values["rho_std_o"]) == (1, 1, 0)
+    # the reference point is the origin: candidate along -x, proxy along -z
+    assert values["alpha_mean"] == pytest.approx(np.pi / 2)
+    assert values["tau_tri"] == pytest.approx(np.exp(-(85**2) / 200))
+    assert values["b_perp"] == 3
+    assert values["b_par"] == 10
+    assert values["c_vis"] == 0  # 90 degrees off the axis
+    assert values["sharpness"] == 5
+
+
+def test_the_mvsnet_score_by_hand():
+    degrees = np.array([5.0, 4.0, 3.0, 15.0, 25.0])
+    want = np.exp([0, -0.5, -2, -0.5, -2])
+    np.testing.assert_allclose(mvsnet_score(np.radians(degrees)), want)
+
+
+def test_a_proxy_among_the_rows_is_compared_with_itself():
+    problem = random_problem(20)
+    table = static_features(problem, problem.observed, proxies_of(problem))
+    own = np.isin(problem.observed, problem.proxies)
+    assert (table[own][:, STATIC.index("d_min_o")] == 0).all()
+    assert (table[own][:, STATIC.index("gamma_min_o")] == 0).all()
+    np.testing.assert_allclose(table[own][:, STATIC.index("rho_max_o")], 1, atol=1e-6)
+
+
+def test_targets_as_reference_keep_appearance_on_the_proxies():
+    problem = random_problem(20)
+    ours = static_features(problem, problem.candidates, proxies_of(problem))
+    theirs = static_features(problem, problem.candidates, problem.targets)
+    np.testing.assert_array_equal(ours[:, 5:8], theirs[:, 5:8])
+    assert (ours[:, 0] != theirs[:, 0]).all()
+
+
+def test_without_appearance_no_descriptor_is_read():
+    problem = random_problem(20)
+    blind = replace(problem, descriptors=np.full((20, 3), np.nan, np.float32))
+    table = static_features(blind, problem.candidates, proxies_of(problem), appearance=False)
+    full = static_features(problem, problem.candidates, proxies_of(problem))
+    np.testing.assert_array_equal(table[:, 5:8], 0)
+    np.testing.assert_array_equal(np.delete(table, [5, 6, 7], 1), np.delete(full, [5, 6, 7], 1))
+
+
+def test_cameras_in_one_place_have_finite_features():
+    capture = capture_of(np.zeros((12, 3)), np.tile(np.eye(3), (12, 1, 1)))
+    base = random_problem(12, targets=3)
+    problem = replace(base, capture=capture, targets=capture.view(np.arange(3)))
+    assert np.isfinite(static_features(problem, problem.observed, problem.targets)).all()
+
+
+def test_a_candidate_on_a_reference_point_has_finite_features():
+    problem = by_hand()
+    centers = problem.capture.centers.copy()
+    centers[2:] = [[0, 0, 0], [0, 1e-300, 0]]
+    capture = capture_of(centers, np.tile(np.eye(3), (4, 1, 1)))
+    moved_there = replace(problem, capture=capture)
+    table = static_features(moved_there, moved_there.observed, proxies_of(moved_there))
+    assert np.isfinite(table).all()
+
+
+def test_equal_frames_have_equal_features():
+    problem = random_problem(40, seed=3)
+    twin = np.arange(40)
+    first, second = problem.candidates[[2, -1]]
+    twin[second] = first
+    capture = replace(problem.capture, world_to_camera=problem.capture.world_to_camera[twin])
+    same = replace(
+        problem,
+        capture=capture,
+        descriptors=problem.descriptors[twin],
+        sharpness=problem.sharpness[twin],
+    )
+    table = static_features(same, same.candidates, proxies_of(same))
+    np.testing.assert_array_equal(table[2], table[-1])
+
+
+def test_a_moved_and_scaled_world_scales_lengths_and_nothing_else():
+    problem = random_problem(30, seed=1)
+    rotation = Rotation.random(rng=np.random.default_rng(0)).as_matrix()
+    other = moved(problem, rotation, np.array([3.0, -2, 7]), 2.5)
+    lengths = np.isin(STATIC, ["d_min_o", "d_mean_o", "d_p25_o", "b_perp", "b_par"])
+    before = static_features(problem, problem.candidates, proxies_of(problem))
+    after = static_features(other, other.candidates, proxies_of(other))
+    np.testing.assert_allclose(after, before * np.where(lengths, 2.5, 1), atol=1e-9)

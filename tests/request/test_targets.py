@@ -1,0 +1,291 @@
+"""Requests become views: every form, in the capture's world, about an object or not."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from selection_problems import capture_of
+from small_captures import ring
+
+from fsel.capture import Views
+from fsel.export.service import coverage_of, relative_sharpness
+from fsel.features.static import proxy_points
+from fsel.geometry import directions
+from fsel.problem import Problem
+from fsel.request import focus, paths
+from fsel.request.targets import sees, targets_of
+
+
+def around(poses, **more):
+    """A capture with the given world-to-camera poses."""
+    rotations = poses[:, :, :3]
+    centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
+    return capture_of(centers, rotations, size=(64, 48), **more)
+
+
+@pytest.fixture
+def circle():
+    return around(ring(24))
+
+
+def is_rotation(views):
+    rotation = views.world_to_camera[:, :, :3]
+    product = rotation @ np.swapaxes(rotation, 1, 2)
+    return np.allclose(product, np.eye(3)) and np.allclose(np.linalg.det(rotation), 1)
+
+
+def test_an_orbit_keeps_the_cameras_distance_and_height_and_looks_at_their_point(circle):
+    views = paths.orbit(circle, 12)
+    np.testing.assert_allclose(np.hypot(views.centers[:, 0], views.centers[:, 2]), 4)
+    np.testing.assert_allclose(views.centers[:, 1], -1)
+    np.testing.assert_allclose(views.axes, directions(np.zeros(3), views.centers), atol=1e-9)
+    turn = np.unwrap(np.arctan2(views.centers[:, 2], views.centers[:, 0]))
+    np.testing.assert_allclose(np.abs(np.diff(turn)), np.pi / 6)
+    assert is_rotation(views)
+    np.testing.assert_allclose(views.world_to_camera[:, 1, 1] > 0, True)  # upright: y is down
+
+
+def test_an_orbit_leaves_out_what_no_camera_filmed():
+    half = around(ring(24)[:13])
+    views = paths.orbit(half, 12)
+    ends = half.centers[[0, 12]]
+    gap = np.linalg.norm(views.centers[[0, -1], None] - ends, axis=2)
+    np.testing.assert_allclose(gap.min(axis=1), 0, atol=1e-9)
+    assert (views.centers[:, 2] > -1e-9).all()
+
+
+def test_up_is_upright_on_a_straight_track_and_on_one_side_of_an_object():
+    side = around(ring(24)[:5])
+    np.testing.assert_allclose(paths.upwards(side), [0, -1, 0], atol=1e-9)
+    tilt = cv2.Rodrigues(np.array([0.2, 0, 0]))[0]  # all look down alike: level is not known
+    track = capture_of(np.arange(15.0).reshape(5, 3), np.tile(tilt, (5, 1, 1)))
+    np.testing.assert_allclose(paths.upwards(track), -tilt[1], atol=1e-9)
+
+
+def test_cameras_without_a_common_point_have_no_orbit():
+    same = np.tile(np.eye(3), (5, 1, 1))
+    with pytest.raises(ValueError, match="parallel lines"):
+        targets_of(capture_of(np.arange(15.0).reshape(5, 3), same), "orbit")
+    outward = ring(24)
+    turned = np.diag([-1.0, 1, -1]) @ outward  # each about its own upright axis
+    with pytest.raises(ValueError, match="use `trajectory`"):
+        targets_of(around(turned), "orbit")
+
+
+def test_a_trajectory_is_the_smoothed_path_of_each_pass(circle):
+    views = paths.trajectory(circle, 50)
+    radius = np.hypot(views.centers[:, 0], views.centers[:, 2])
+    assert (np.abs(radius - 4) < 0.4).all()
+    assert is_rotation(views)
+    centers = np.zeros((20, 3))
+    centers[:, 0] = np.arange(20)
+    centers[10:, 1] = 100
+    apart = capture_of(centers, np.tile(np.eye(3), (20, 1, 1)), sequences=("a",) * 10 + ("b",) * 10)
+    heights = paths.trajectory(apart, 40).centers[:, 1]
+    assert np.isclose(heights, 0).sum() == np.isclose(heights, 100).sum() == 20
+
+
+def test_views_for_the_whole_capture_lie_among_the_cameras(circle):
+    targets = targets_of(circle, None)
+    assert targets.kind == "the whole capture"
+    assert len(targets.views) == 24
+    assert len(targets.frames) == 0
+    assert is_rotation(targets.views)
+    radius = np.hypot(targets.views.centers[:, 0], targets.views.centers[:, 2])
+    assert ((radius > 3.4) & (radius <= 4 + 1e-9)).all()
+
+
+def test_a_camera_path_is_read_back_in_the_captures_world(circle, tmp_path):
+    asked = ring(5)
+    rotation = cv2.Rodrigues(np.array([0.3, -0.2, 0.9]))[0]
+    transform = np.vstack([np.column_stack([rotation, [1.0, 2, 3]]), [0, 0, 0, 1]])
+    stated = []
+    for pose in asked:
+        matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
+        moved = transform @ matrix
+        moved[:3, 3] *= 0.25
+        stated.append({"camera_to_world": moved.ravel().tolist()})
+    (tmp_path / "path.json").write_text(json.dumps({"camera_path": stated}))
+    beside = {"transform": transform[:3].tolist(), "scale": 0.25}
+    (tmp_path / "dataparser_transforms.json").write_text(json.dumps(beside))
+    views = targets_of(circle, tmp_path / "path.json").views
+    np.testing.assert_allclose(views.world_to_camera, asked, atol=1e-9)
+
+
+def test_the_applied_transform_of_a_transforms_file_is_undone(circle, tmp_path):
+    applied = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
+    frames = []
+    for pose in ring(5):
+        matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
+        full = np.vstack([applied, [0, 0, 0, 1]]) @ matrix
+        frames.append({"transform_matrix": full.tolist()})
+    content = {"applied_transform": applied.tolist(), "frames": frames}
+    (tmp_path / "p.json").write_text(json.dumps(content))
+    views = targets_of(circle, tmp_path / "p.json").views
+    np.testing.assert_allclose(views.world_to_camera, ring(5), atol=1e-9)
+
+
+def test_a_long_path_is_thinned_evenly_with_both_ends(circle):
+    poses = ring(200)
+    targets = targets_of(circle, Views(poses, np.tile(circle.intrinsics[0], (200, 1)), (64, 48)))
+    assert len(targets.views) == 60
+    np.testing.assert_array_equal(targets.views.world_to_camera[[0, -1]], poses[[0, -1]])
+
+
+def test_frames_are_held_out_by_name_and_by_number(circle):
+    for request in (["frame_0005", "frame_0002"], [5, 2], np.array([2, 5, 5])):
+        targets = targets_of(circle, request)
+        np.testing.assert_array_equal(targets.frames, [2, 5])
+        np.testing.assert_array_equal(targets.views.world_to_camera, circle.world_to_camera[[2, 5]])
+        np.testing.assert_array_equal(
+            targets.pool(circle), [0, 1, 3, 4, *range(6, 24)], strict=False
+        )
+
+
+@pytest.mark.parametrize(
+    ("request_", "said"),
+    [
+        ([], "no frame"),
+        ([24], "24"),
+        ([-1], "-1"),
+        (["x.jpg"], "'x.jpg'; its names are like 'frame_0000'"),
+        (list(range(23)), "at least two must remain"),
+        ("spiral", "allowed: every:N, orbit"),
+        ("every:x", "allowed: every:N"),
+    ],
+)
+def test_requests_without_sense_are_refused(request_, said, circle):
+    with pytest.raises(ValueError, match=said):
+        targets_of(circle, request_)
+
+
+@pytest.mark.parametrize("content", [{}, {"camera_path": [{"camera_to_world": [1, 2]}]}])
+def test_a_path_of_another_kind_is_refused(content, circle, tmp_path):
+    (tmp_path / "p.json").write_text(json.dumps(content))
+    with pytest.raises(ValueError, match=r"p\.json: (expected|needs)"):
+        targets_of(circle, tmp_path / "p.json")
+
+
+def test_views_of_another_world_are_told(circle):
+    poses = ring(4)
+    poses[3, :, 3] += [0, 0, 50]
+    intrinsics = np.tile(circle.intrinsics[0], (4, 1))
+    targets = targets_of(circle, Views(poses, intrinsics, (64, 48)))
+    np.testing.assert_array_equal(targets.far, [False, False, False, True])
+    with pytest.raises(ValueError, match="another world frame"):
+        targets_of(circle, Views(poses[3:], intrinsics[3:], (64, 48)))
+
+
+def test_a_view_sees_what_lies_in_front_of_it_and_in_its_image():
+    views = Views(np.eye(4)[None, :3], np.array([[60.0, 60, 32, 24]]), (64, 48))
+    corner = [32 / 60, 24 / 60, 1]
+    points = np.array([[0.0, 0, 1], [0, 0, -1], corner, [0.54, 0, 1], [0, 0.41, 1]])
+    np.testing.assert_array_equal(sees(views, points), [[True, False, True, False, False]])
+
+
+def write_masks(folder, capture, point, ending=".png", wrong=()):
+    """A disc where a point is seen, in the corner for the frames in `wrong`."""
+    folder.mkdir()
+    for i, name in enumerate(capture.names):
+        local = capture.world_to_camera[i, :, :3] @ point + capture.world_to_camera[i, :, 3]
+        fx, fy, cx, cy = capture.intrinsics[i]
+        at = np.array([fx * local[0] / local[2] + cx, fy * local[1] / local[2] + cy]) - 0.5
+        at = np.array([3.0, 3.0]) if i in wrong else at
+        mask = np.zeros((192, 256), np.uint8)  # larger than the capture's images
+        cv2.circle(mask, tuple(np.round(4 * at + 1.5).astype(int).tolist()), 8, 255, -1)
+        cv2.imwrite(str(folder / f"{name}{ending}"), mask)
+
+
+@pytest.mark.parametrize("ending", [".png", ".jpg.png"])
+@pytest.mark.parametrize("wrong", [(), (3, 9)])
+def test_masks_say_where_the_object_is(ending, wrong, circle, tmp_path):
+    point = np.array([0.4, -0.2, 0.3])
+    if ending == ".jpg.png":
+        circle = type(circle)(
+            **{**vars(circle), "names": tuple(f"{name}.jpg" for name in circle.names)}
+        )
+    write_masks(tmp_path / "m", circle, point, ending.removeprefix(".jpg"), wrong)
+    found = focus.from_masks(circle, tmp_path / "m")
+    np.testing.assert_allclose(found.center, point, atol=0.03)
+
+
+def test_masks_that_show_nothing_are_refused(circle, tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such folder of masks"):
+        focus.from_masks(circle, tmp_path / "m")
+    (tmp_path / "m").mkdir()
+    cv2.imwrite(str(tmp_path / "m" / "frame_0001.png"), np.zeros((48, 64), np.uint8))
+    with pytest.raises(ValueError, match="0 masks show the object"):
+        focus.from_masks(circle, tmp_path / "m")
+
+
+def test_a_box_has_a_centre_and_corners():
+    found = focus.from_box(np.array([0.0, 0, 0, 2, 4, 6]))
+    np.testing.assert_array_equal(found.center, [1, 2, 3])
+    assert {tuple(corner) for corner in found.corners} == {
+        (1, 2, 3),
+        *((x, y, z) for x in (0, 2) for y in (0, 4) for z in (0, 6)),
+    }
+    for wrong in ([1, 2, 3], [1, 1, 1, 1, 1, 1], [0, 0, 0, 1, 1, np.nan]):
+        with pytest.raises(ValueError, match="two different corners"):
+            focus.from_box(np.array(wrong, float))
+
+
+def test_targets_that_miss_the_object_are_left_out(circle):
+    away = ring(24)
+    away[12:] = np.diag([-1.0, 1, -1]) @ away[12:]
+    mixed = around(away)
+    targets = targets_of(mixed, list(range(0, 24, 3)))
+    box = focus.from_box(np.array([-0.1, -0.1, -0.1, 0.1, 0.1, 0.1]))
+    kept = targets.seeing(box.corners)
+    np.testing.assert_allclose(kept.views.world_to_camera, away[[0, 3, 6, 9]], atol=1e-12)
+    np.testing.assert_array_equal(kept.frames, targets.frames)  # still never selected
+    with pytest.raises(ValueError, match="none of the 8 target views"):
+        targets.seeing(np.array([[0.0, 100, 0]]))
+
+
+def test_an_object_is_every_views_reference_point(circle):
+    center = np.array([0.3, 0.1, -0.2])
+    problem = Problem(
+        circle, np.arange(24), np.arange(4), circle.views, np.zeros((24, 0)), np.ones(24), center
+    )
+    np.testing.assert_array_equal(proxy_points(problem, circle.view(np.arange(4))), [center] * 4)
+
+
+def test_coverage_by_hand():
+    """Frames at 0, 1, 2, 10 on a line, all looking alike, and a view at 0."""
+    centers = np.zeros((4, 3))
+    centers[:, 0] = [0, 1, 2, 10]
+    line = capture_of(centers, np.tile(np.eye(3), (4, 1, 1)))
+    close = np.array([1, 0.7, 0.49, 0.343])  # by rank
+    whole = close @ [1, 1 / 2, 1 / 4, 1 / 8]
+    result = coverage_of(line, line.view(np.array([0])), np.arange(4), np.array([2, 0]))
+    expected = np.array([close[2], close[0] + close[2] / 2]) / whole
+    np.testing.assert_allclose(result.curve, expected)
+    np.testing.assert_allclose(result.gain, [expected[0], expected[1] - expected[0]])
+    third = [close[0] + close[1] / 2 + close[2] / 4, close[0] + close[2] / 2 + close[3] / 4]
+    np.testing.assert_allclose(
+        result.left, [0, third[0] / whole - expected[1], 0, *([third[1] / whole - expected[1]])]
+    )
+
+
+def test_coverage_rises_to_one_and_each_frame_adds_less(circle):
+    views = circle.view(np.array([1, 9, 17]))
+    pool = np.setdiff1d(np.arange(24), [1, 9, 17])
+    picks = np.array([2, 10, 18, *np.setdiff1d(pool, [2, 10, 18])])
+    result = coverage_of(circle, views, pool, picks)
+    np.testing.assert_array_equal(result.nearest_view[:3], [0, 1, 2])
+    assert result.curve[-1] == pytest.approx(1)
+    assert (result.gain >= -1e-12).all()
+    first, second = (coverage_of(circle, views, pool, picks[:k]) for k in (1, 2))
+    rows = np.searchsorted(pool, picks[:2])
+    assert first.left[rows[1]] == pytest.approx(second.gain[1])
+    assert (second.left <= first.left + 1e-12).all()
+
+
+def test_sharpness_is_relative_to_neighbours():
+    sharpness = np.array([100.0, 100, 100, 10, 100, 100, 900, 900, 900, 900, 900, 900])
+    relative = relative_sharpness(sharpness)
+    assert relative[3] == pytest.approx(0.1)
+    assert (relative[[0, 1, 2]] == 1).all()
+    np.testing.assert_array_equal(relative_sharpness(np.zeros(4)), np.ones(4))

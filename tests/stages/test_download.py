@@ -1,0 +1,236 @@
+"""Downloads from a server on loopback that cuts and changes its mind; archives of ill will."""
+
+import hashlib
+import io
+import stat
+import threading
+import zipfile
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import numpy as np
+import pytest
+
+from fsel.stages.download import download, unpack
+
+BODY = np.random.default_rng(0).integers(0, 256, 3_000_000, dtype=np.uint8).tobytes()
+DIGEST = hashlib.sha256(BODY).hexdigest()
+
+
+class Server:
+    """Serves `body` and keeps the ranges that it was asked for."""
+
+    def __init__(self):
+        self.body, self.etag, self.cuts, self.errors = BODY, '"one"', [], []
+        self.asked, self.ranges = [], True
+        outer = self
+
+        class Handler(BaseHTTPRequestHandler):
+            def log_message(self, *_):
+                pass
+
+            def do_GET(self):
+                outer.answer(self)
+
+        self._http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.url = f"http://127.0.0.1:{self._http.server_port}/scene.zip"
+        threading.Thread(target=self._http.serve_forever, daemon=True).start()
+
+    def answer(self, handler):
+        asked = handler.headers.get("Range")
+        self.asked.append(asked)
+        if self.errors:
+            handler.send_error(self.errors.pop(0))
+            return
+        start = 0
+        if asked and self.ranges and handler.headers.get("If-Range") == self.etag:
+            start = int(asked.removeprefix("bytes=").removesuffix("-"))
+            if start >= len(self.body):
+                handler.send_error(416)
+                return
+        rest = self.body[start:]
+        handler.send_response(206 if start else 200)
+        handler.send_header("Content-Length", str(len(rest)))
+        handler.send_header("ETag", self.etag)
+        handler.end_headers()
+        cut = self.cuts.pop(0) if self.cuts else len(rest)
+        handler.wfile.write(rest[:cut])  # then the connection closes, early or not
+
+    def close(self):
+        self._http.shutdown()
+        self._http.server_close()
+
+
+@pytest.fixture
+def server():
+    made = Server()
+    yield made
+    made.close()
+
+
+def fetch(server, path, sha256="", pause=0.0):
+    download(server.url, path, sha256, pause)
+
+
+def test_a_file_is_fetched_with_its_checksum_beside(server, tmp_path):
+    fetch(server, tmp_path / "new" / "scene.zip", DIGEST)
+    assert (tmp_path / "new" / "scene.zip").read_bytes() == BODY
+    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == [
+        "scene.zip",
+        "scene.zip.sha256",
+    ]
+
+
+def test_a_cut_connection_is_continued_where_it_was_cut(server, tmp_path):
+    server.cuts = [1_000_000, 500_000]
+    fetch(server, tmp_path / "scene.zip", DIGEST)
+    assert server.asked == [None, "bytes=1000000-", "bytes=1500000-"]
+    assert (tmp_path / "scene.zip").read_bytes() == BODY
+
+
+def test_another_run_goes_on_where_one_gave_up(server, tmp_path):
+    server.cuts = [1_000_000, 0, 0, 0, 0, 0]
+    with pytest.raises(OSError, match=r"cut 5 times .* 1000000 bytes are kept"):
+        fetch(server, tmp_path / "scene.zip")
+    assert not (tmp_path / "scene.zip").exists()
+    server.asked.clear()
+    fetch(server, tmp_path / "scene.zip")
+    assert server.asked == ["bytes=1000000-"]
+    assert (tmp_path / "scene.zip").read_bytes() == BODY
+
+
+def test_a_file_replaced_between_is_fetched_from_its_start(server, tmp_path):
+    server.cuts = [1_000_000, 0, 0, 0, 0, 0]
+    with pytest.raises(OSError, match="cut 5 times"):
+        fetch(server, tmp_path / "scene.zip")
+    server.body, server.etag = BODY[::-1], '"two"'
+    fetch(server, tmp_path / "scene.zip")
+    assert (tmp_path / "scene.zip").read_bytes() == BODY[::-1]
+
+
+@pytest.mark.parametrize("etag", ['"one"', 'W/"weak"'])
+def test_a_server_without_ranges_starts_anew(server, tmp_path, etag):
+    server.ranges, server.etag, server.cuts = False, etag, [2_000_000]
+    fetch(server, tmp_path / "scene.zip", DIGEST)
+    assert (tmp_path / "scene.zip").read_bytes() == BODY
+
+
+def test_a_part_that_is_already_whole(server, tmp_path):
+    (tmp_path / "scene.zip.part").write_bytes(BODY)
+    (tmp_path / "scene.zip.part.etag").write_text('"one"')
+    fetch(server, tmp_path / "scene.zip", DIGEST)
+    assert (tmp_path / "scene.zip").read_bytes() == BODY
+
+
+def test_a_busy_server_is_asked_again_and_a_missing_file_is_not(server, tmp_path):
+    server.errors = [503, 500]
+    fetch(server, tmp_path / "scene.zip", DIGEST)
+    server.errors, before = [404, 404], len(server.asked)
+    with pytest.raises(OSError, match="answers 404"):
+        fetch(server, tmp_path / "other.zip")
+    assert len(server.asked) == before + 1
+
+
+def test_a_wrong_checksum_leaves_nothing(server, tmp_path):
+    with pytest.raises(ValueError, match=f"sha256 is {DIGEST}, expected 00.*thrown away"):
+        fetch(server, tmp_path / "scene.zip", "00" * 32)
+    assert list(tmp_path.glob("scene.zip")) == list(tmp_path.glob("*.part")) == []
+
+
+def test_a_file_fetched_again_must_be_the_same(server, tmp_path):
+    fetch(server, tmp_path / "scene.zip")
+    (tmp_path / "scene.zip").unlink()
+    server.body, server.etag = BODY[::-1], '"two"'
+    with pytest.raises(ValueError, match=f"expected {DIGEST}"):
+        fetch(server, tmp_path / "scene.zip")
+
+
+def test_other_schemes_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="only http and https"):
+        download((tmp_path / "secret").as_uri(), tmp_path / "scene.zip")
+
+
+def archive(path, members, links=()):
+    with zipfile.ZipFile(path, "w") as file:
+        for name, content in members.items():
+            file.writestr(name, content)
+        for name in links:
+            info = zipfile.ZipInfo(name)
+            info.external_attr = (stat.S_IFLNK | 0o777) << 16
+            file.writestr(info, "/etc/passwd")
+    return path
+
+
+def test_one_folder_and_the_archives_in_it(tmp_path):
+    inner = archive(tmp_path / "inner.zip", {"seq-01/frame.txt": "pose"}).read_bytes()
+    members = {"chess/TrainSplit.txt": "sequence1", "chess/seq-01.zip": inner, "fire/x": "other"}
+    unpack(archive(tmp_path / "all.zip", members), "chess", tmp_path / "data" / "chess")
+    found = sorted(str(p.relative_to(tmp_path / "data")) for p in tmp_path.glob("data/**/*"))
+    assert found == ["chess", "chess/TrainSplit.txt", "chess/seq-01", "chess/seq-01/frame.txt"]
+    assert (tmp_path / "data/chess/seq-01/frame.txt").read_text() == "pose"
+
+
+@pytest.mark.parametrize(
+    "name", ["a/../../out.txt", "../out.txt", "/out.txt", "a\\..\\out.txt", "c:/out.txt"]
+)
+@pytest.mark.parametrize("nested", [False, True])
+def test_a_hostile_archive_writes_nothing(tmp_path, name, nested):
+    hostile = archive(tmp_path / "hostile.zip", {"a/good.txt": "good", name: "bad"})
+    if nested:
+        hostile = archive(tmp_path / "outer.zip", {"in.zip": hostile.read_bytes()})
+    before = sorted(tmp_path.parent.rglob("*"))
+    with pytest.raises(ValueError, match="leads out of the folder; refused"):
+        unpack(hostile, "", tmp_path / "scene")
+    assert sorted(tmp_path.parent.rglob("*")) == before
+
+
+def test_a_link_in_an_archive_is_refused(tmp_path):
+    path = archive(tmp_path / "links.zip", {"a/good.txt": "good"}, links=["a/link"])
+    with pytest.raises(ValueError, match="'a/link' is a link or device"):
+        unpack(path, "a", tmp_path / "scene")
+    assert not (tmp_path / "scene").exists()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.99])
+def test_a_truncated_archive_is_refused_and_the_former_folder_stays(tmp_path, share):
+    path = archive(tmp_path / "cut.zip", {f"a/{i}": BODY[:1000] for i in range(9)})
+    (tmp_path / "scene").mkdir()
+    (tmp_path / "scene" / "old").write_text("old")
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(ValueError, match=r"cut\.zip: cannot be unpacked .* fetch it again"):
+        unpack(path, "a", tmp_path / "scene")
+    assert [p.name for p in (tmp_path / "scene").iterdir()] == ["old"]
+
+
+def test_a_damaged_member_is_refused(tmp_path):
+    path = archive(tmp_path / "bad.zip", {"a/x": b"\0" * 5000})
+    content = bytearray(path.read_bytes())
+    content[60] ^= 255
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match="cannot be unpacked"):
+        unpack(path, "a", tmp_path / "scene")
+
+
+def test_an_archive_of_more_than_the_disk_holds(tmp_path, monkeypatch):
+    path = archive(tmp_path / "large.zip", {"a/x": b"\0" * 1000})
+    monkeypatch.setattr("shutil.disk_usage", lambda _: type("Usage", (), {"free": 999}))
+    with pytest.raises(ValueError, match=r"large\.zip: needs 1000 bytes in .*, 999 are free"):
+        unpack(path, "a", tmp_path / "scene")
+    assert not (tmp_path / "scene").exists()
+
+
+def test_a_member_larger_than_it_says_is_refused(tmp_path):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("a/x", b"\0" * 1_000_000)
+    lie = buffer.getvalue().replace((1_000_000).to_bytes(4, "little"), (10).to_bytes(4, "little"))
+    (tmp_path / "bomb.zip").write_bytes(lie)
+    with pytest.raises(ValueError, match=r"bomb\.zip: cannot be unpacked"):
+        unpack(tmp_path / "bomb.zip", "a", tmp_path / "scene")
+    assert not (tmp_path / "scene").exists()
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path):
+    path = archive(tmp_path / "all.zip", {"garden/x": "1", "stump/x": "1"})
+    with pytest.raises(ValueError, match=r"no folder 'gardn' in it, only \['garden', 'stump'\]"):
+        unpack(path, "gardn", tmp_path / "scene")

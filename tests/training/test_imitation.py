@@ -1,0 +1,60 @@
+"""Behaviour cloning learns what it is shown, reproducibly."""
+
+import numpy as np
+import pytest
+import torch
+
+from fsel.selector.scorer import INPUTS, PARAMETERS, Scorer
+from fsel.training.imitation import Trajectory, train
+
+
+def trajectories(count, seed):
+    """The label is always the selectable row with the largest fifth input."""
+    rng = np.random.default_rng(seed)
+    items = []
+    for _ in range(count):
+        features = rng.normal(size=(6, 20, INPUTS)).astype(np.float32)
+        selectable = np.ones((6, 20), bool)
+        selectable[3:, :3] = False
+        picks = np.where(selectable, features[:, :, 4], -np.inf).argmax(axis=1)
+        items.append(Trajectory(features, selectable, picks, 1.0))
+    return items
+
+
+def fit(seed=0, **settings):
+    options = {"epochs": 4, "learning_rate": 1e-3} | settings
+    return train(trajectories(60, 0), trajectories(10, 1), seed=seed, **options)
+
+
+def test_agreement_rises_on_unseen_items():
+    _, log = fit()
+    held = log[log["split"] == "validation"].set_index("epoch")
+    assert held.loc[0, "agreement"] < 0.3
+    assert held.loc[4, "agreement"] > 0.7
+    assert held.loc[4, "loss"] < held.loc[0, "loss"]
+
+
+def test_equal_seeds_equal_weights_and_others_differ():
+    first, second, other = fit(epochs=1)[0], fit(epochs=1)[0], fit(seed=1, epochs=1)[0]
+    for key, value in first.items():
+        np.testing.assert_array_equal(value, second[key])
+    assert np.abs(first["layer1.weight"] - other["layer1.weight"]).max() > 0.01
+
+
+def test_weights_fill_the_papers_network():
+    weights, _ = fit(epochs=1)
+    assert sum(w.size for w in weights.values()) == PARAMETERS == 5505
+    Scorer(weights, {"made_by": "test"})
+
+
+def test_zero_weight_trajectory_teaches_nothing():
+    items = [Trajectory(t.features, t.selectable, t.picks, 0.0) for t in trajectories(3, 0)]
+    _, log = train(items, [], seed=0, epochs=1, learning_rate=1e-3)
+    before, after = log["loss"]
+    assert after == pytest.approx(before, abs=1e-12)
+
+
+def test_float32_tracks_float64():
+    _, single = fit(epochs=2)
+    _, double = fit(epochs=2, dtype=torch.float64)
+    np.testing.assert_allclose(single["loss"], double["loss"], rtol=0.02)

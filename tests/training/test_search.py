@@ -1,0 +1,123 @@
+"""Searches: operators, budgets, replay, and what they optimise."""
+
+import numpy as np
+import pytest
+
+from fsel.training.search import (
+    GeneticSettings,
+    farthest_views,
+    fitness,
+    genetic_search,
+    initial_population,
+    random_search,
+    swap_search,
+)
+
+POOL = np.arange(0, 80, 2)
+CENTERS = np.random.default_rng(0).normal(size=(80, 3))
+
+
+def additive(subset):
+    """A landscape whose optimum is the ten largest frames of the pool."""
+    value = subset.sum() / 100
+    return np.array([value, value / 10, -value])
+
+
+def run(evaluate=additive, seed=0, **settings):
+    return genetic_search(
+        evaluate,
+        POOL,
+        POOL[:30],
+        CENTERS,
+        10,
+        np.random.default_rng(seed),
+        GeneticSettings(**settings),
+    )
+
+
+def test_fitness_by_hand():
+    metrics = np.array([[10.0, 0.5, 0.3], [20.0, 0.5, 0.1], [15.0, 0.5, 0.2]])
+    # SSIM is equal for all and counts 0; the others normalise to 0, 1, 1/2.
+    np.testing.assert_allclose(fitness(metrics), [0, 2 / 3, 1 / 3])
+
+
+def test_equal_metrics_have_equal_finite_fitness():
+    np.testing.assert_array_equal(fitness(np.ones((5, 3))), np.zeros(5))
+
+
+def test_initial_population_has_the_papers_composition():
+    region = POOL[5:35]
+    subsets = initial_population(
+        POOL, region, CENTERS, 10, np.random.default_rng(1), GeneticSettings()
+    )
+    assert len(subsets) == 40
+    for subset in subsets:
+        assert len(np.unique(subset)) == 10
+        assert np.isin(subset, region).all()
+    spacing = np.diff(np.searchsorted(region, subsets[16]))
+    assert set(spacing) <= {3}
+    assert len({tuple(s) for s in subsets[16:28]}) > 1
+
+
+def test_small_region_is_filled_from_the_pool():
+    subsets = initial_population(
+        POOL, POOL[:4], CENTERS, 10, np.random.default_rng(1), GeneticSettings()
+    )
+    for subset in subsets:
+        assert len(np.unique(subset)) == 10
+        assert np.isin(POOL[:4], subset).all() or np.isin(subset, POOL).all()
+
+
+def test_farthest_views_by_hand():
+    centers = np.array([[0, 0, 0], [1, 0, 0], [9, 0, 0], [5, 0, 0.0]])
+    np.testing.assert_array_equal(farthest_views(np.arange(4), centers, 3, 0), [0, 2, 3])
+
+
+def test_genetic_search_improves_and_keeps_every_subset():
+    result = run()
+    first = result.fitness[result.generation == 0].max()
+    assert result.fitness.max() > first + 0.2
+    assert result.generation.max() == 15
+    assert (np.diff(result.subsets, axis=1) > 0).all()
+    assert len(np.unique(result.subsets, axis=0)) == len(result.subsets)
+    assert np.isin(result.subsets, POOL).all()
+
+
+def test_without_variation_nothing_new_is_evaluated():
+    result = run(crossover=0.0, mutation=0.0)
+    assert result.generation.max() == 0
+
+
+def test_search_replays_from_remembered_metrics():
+    whole = run()
+    memory = {tuple(s): m for s, m in zip(whole.subsets[:200], whole.metrics, strict=False)}
+    fresh = []
+
+    def remembering(subset):
+        if tuple(subset) not in memory:
+            fresh.append(subset)
+            return additive(subset)
+        return memory[tuple(subset)]
+
+    again = run(remembering)
+    np.testing.assert_array_equal(again.subsets, whole.subsets)
+    assert len(fresh) == len(whole.subsets) - 200
+
+
+def test_random_search_meets_its_budget():
+    result = random_search(additive, POOL, 10, 100, np.random.default_rng(0))
+    assert len(result.subsets) == 100
+    tiny = random_search(additive, POOL[:4], 4, 100, np.random.default_rng(0))
+    assert len(tiny.subsets) == 1
+
+
+def test_swap_search_finds_the_optimum_and_beats_its_starts():
+    starts = [POOL[:10], POOL[10:20]]
+    result = swap_search(additive, POOL, starts, 1500, np.random.default_rng(0))
+    np.testing.assert_array_equal(result.subsets[result.best(1)[0]], POOL[-10:])
+
+
+@pytest.mark.parametrize("k", [0, 41])
+def test_impossible_size_is_refused(k):
+    with pytest.raises(ValueError, match="pool of 40"):
+        genetic_search(additive, POOL, POOL, CENTERS, k, np.random.default_rng(0))
