@@ -14,6 +14,10 @@ from fsel.reconstruct.splats import Splats
 
 DEPTH = 4.0
 SHARE = 20  # one point in so many lies at the odd depth
+# of the wall's depth: the gap between two depth planes there. The last bits of the matching costs
+# decide between neighbouring planes, and they differ between processors: the median error is
+# 0.017 where vectors hold eight float32, 0.022 where they hold sixteen
+PLANE = 0.027
 
 
 def wall(depth: float, odd: float | None = None) -> Capture:
@@ -92,9 +96,9 @@ def turned_about() -> Finding:
 
 
 CASES = (
-    Case("a scene with one depth", "that depth", lambda: of_depth(DEPTH, None, 0.02)),
-    Case("a scene at depth 1e-4", "that depth", lambda: of_depth(1e-4, None, 0.02)),
-    Case("a scene at depth 1e6", "that depth", lambda: of_depth(1e6, None, 0.02)),
+    Case("a scene with one depth", "that depth", lambda: of_depth(DEPTH, None, PLANE)),
+    Case("a scene at depth 1e-4", "that depth", lambda: of_depth(1e-4, None, PLANE)),
+    Case("a scene at depth 1e6", "that depth", lambda: of_depth(1e6, None, PLANE)),
     Case("a near plane of 1e-4", "the wall's depth", lambda: of_depth(DEPTH, 1e-4, 0.1)),
     Case("a far plane at 1e6", "the wall's depth", lambda: of_depth(DEPTH, 1e6, 0.1)),
     Case("two halves of a scene back to back", "neither harms the other", turned_about),
