@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import cv2
@@ -175,8 +176,7 @@ class Capture:
         Arrays that already are those files, streamed there while they were made, stay as they are.
         What was `found` while the capture was read goes into the metadata of frames.parquet.
         """
-        import pandas as pd  # here: it takes longer to import than a selection takes
-
+        pd = _pandas()
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         frames = pd.DataFrame({"frame": np.arange(len(self)), "name": self.names})
@@ -198,8 +198,7 @@ class Capture:
     @classmethod
     def load(cls, folder: str | Path) -> Capture:
         """Read what `save` wrote; images stay on disk until touched."""
-        import pandas as pd
-
+        pd = _pandas()
         folder = Path(folder)
         frames = pd.read_parquet(folder / "frames.parquet")
         poses = frames[[f"w2c_{r}{c}" for r in range(3) for c in range(4)]].to_numpy(np.float64)
@@ -239,10 +238,21 @@ def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) 
         )
 
 
+def _pandas() -> ModuleType:
+    """pandas; imported here since that takes longer than a selection, which does not need it."""
+    try:
+        import pandas
+    except ImportError as error:
+        raise ImportError(
+            "a saved capture consists of Parquet files, and pandas is not installed. "
+            "Hint: pip install 'fsel[workflow]', or pandas and pyarrow"
+        ) from error
+    return pandas
+
+
 def _points_frame(points: SparsePoints | None) -> pd.DataFrame:
     """One row a point; its track is the list of frames that saw it. No rows: no points."""
-    import pandas as pd
-
+    pd = _pandas()
     columns = ["x", "y", "z", "r", "g", "b", "track"]
     if points is None:
         return pd.DataFrame({c: pd.Series(dtype="float64") for c in columns[:-1]} | {"track": []})

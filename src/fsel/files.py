@@ -8,11 +8,12 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @contextmanager
@@ -65,6 +66,9 @@ def write_table(
     Raises:
         ValueError: when `units` names a column that is not there.
     """
+    import pyarrow as pa  # here: the command `fsel` writes no tables and is installed without it
+    import pyarrow.parquet as pq
+
     unknown = set(units) - set(frame.columns)
     if unknown:
         raise ValueError(f"{path}: units for {sorted(unknown)}, columns are {list(frame.columns)}")
@@ -77,6 +81,8 @@ def write_table(
 
 def table_metadata(path: str | Path) -> tuple[dict[str, str], str]:
     """The units and the config digest that `write_table` stored."""
+    import pyarrow.parquet as pq
+
     metadata = pq.read_schema(path).metadata
     return json.loads(metadata[b"units"]), metadata[b"config"].decode()
 

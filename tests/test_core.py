@@ -1,0 +1,122 @@
+"""The command and the Python calls need no package beyond the core dependencies of pyproject."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from small_captures import write_ring
+
+PYPROJECT = Path(__file__).resolve().parents[1] / "pyproject.toml"
+# refuses every package that is installed here for the workflow or the tests alone
+REFUSING = """
+import sys
+
+class Refusing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in REFUSED:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Refusing())
+sys.stderr.isatty = lambda: True  # bars are shown at terminals alone, and need tqdm
+"""
+COMMANDS = """
+from pathlib import Path
+from fsel.cli import main
+
+for line in [
+    "select ring -k 6 -o chosen --targets every:8",
+    "select ring -k auto -o few --memory 300kB",
+    "info ring --json",
+    "compare ring -k 4 --methods fsel,nearest,dpp -o compared",
+    "reconstruct ring --frames chosen/frames.txt -o ring.ply",
+]:
+    assert main(line.split()) == 0, line
+assert Path("ring.ply").stat().st_size and Path("compared/compare.txt").is_file()
+print(*{name.partition(".")[0] for name in sys.modules})
+"""
+CALLS = """
+import fsel
+
+capture = fsel.read_capture("ring", long_side=48)
+for method in fsel.METHODS:
+    chosen = fsel.select(capture, 4, targets="every:8", method=method)
+    assert len(chosen.indices) == 4, method
+model = fsel.reconstruct(capture, chosen.indices)
+assert fsel.evaluate(capture, model, range(0, len(capture), 8))["psnr"].min() > 0
+"""
+SAVE = """
+import fsel
+
+fsel.read_capture("ring", long_side=48).save("saved")
+"""
+
+
+def canonical(name):
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def core():
+    """Names of the distributions that `pip install .` brings, where they are installed."""
+    needed = tomllib.loads(PYPROJECT.read_text())["project"]["dependencies"]
+    found, open_ = set(), [Requirement(line) for line in needed]
+    while open_:
+        wanted = open_.pop()
+        name = canonical(wanted.name)
+        if name in found or (wanted.marker and not wanted.marker.evaluate({"extra": ""})):
+            continue
+        found.add(name)
+        try:
+            open_ += [Requirement(line) for line in requires(name) or []]
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+@pytest.fixture
+def program(tmp_path):
+    """Run a program beside a capture, every package being refused but the core."""
+    write_ring(tmp_path / "ring", frames=24)
+    kept = core() | {"fsel", "pip", "setuptools"}
+    refused = {
+        module
+        for module, homes in packages_distributions().items()
+        if not kept & {canonical(home) for home in homes}
+    }
+    assert {"pandas", "pyarrow", "torch", "snakemake", "matplotlib", "skimage"} <= refused
+    assert {"trimesh", "embreex", "cma"} <= refused
+
+    def run(code):
+        return subprocess.run(
+            [sys.executable, "-c", f"REFUSED = {refused!r}\n{REFUSING}\n{code}"],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+
+    return run
+
+
+def test_commands_run_on_the_core_alone_and_need_all_of_it(program):
+    done = program(COMMANDS)
+    assert done.returncode == 0, done.stderr
+    imported = set(done.stdout.splitlines()[-1].split())
+    homes = packages_distributions()
+    used = {canonical(home) for module in imported for home in homes.get(module, [])}
+    needed = tomllib.loads(PYPROJECT.read_text())["project"]["dependencies"]
+    assert {canonical(Requirement(line).name) for line in needed} <= used
+
+
+def test_calls_run_on_the_core_alone(program):
+    done = program(CALLS)
+    assert done.returncode == 0, done.stderr
+
+
+def test_saving_without_the_packages_for_tables_says_what_to_install(program):
+    done = program(SAVE)
+    assert done.returncode == 1
+    assert "pandas is not installed. Hint: pip install 'fsel[workflow]'" in done.stderr
