@@ -8,7 +8,7 @@ from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.experiments.ablation.variants import VARIANTS, blinded, hide
 from fsel.experiments.costs import mean_costs, steps
-from fsel.experiments.footprint import footprint, measured_alone
+from fsel.experiments.footprint import footprint, measure_alone
 from fsel.experiments.time_quality import _row, joined
 from fsel.features.static import FEATURES
 from fsel.report.latex import plain_table
@@ -71,8 +71,8 @@ def scene(tmp_path_factory):
 
 def test_a_reconstruction_alone_has_the_same_quality_and_its_own_memory(scene):
     frames, targets = np.arange(0, 36, 3), np.array([1, 20, 38])
-    few = measured_alone(scene, frames[:4], targets, RECONSTRUCTION)
-    many = measured_alone(scene, frames, targets, RECONSTRUCTION)
+    few = measure_alone(scene, frames[:4], targets, RECONSTRUCTION)
+    many = measure_alone(scene, frames, targets, RECONSTRUCTION)
     reconstructor = reconstructor_of(Capture.load(scene), RECONSTRUCTION)
     expected = Evaluator.on_frames(reconstructor, targets)(frames)[0]
     assert many["psnr"] == pytest.approx(expected, abs=1e-4)
@@ -82,7 +82,7 @@ def test_a_reconstruction_alone_has_the_same_quality_and_its_own_memory(scene):
 
 def test_a_reconstruction_that_fails_says_why(scene):
     with pytest.raises(RuntimeError, match=r"1 frames: .*need two or more distinct frames"):
-        measured_alone(scene, np.array([1]), np.array([2, 3]), RECONSTRUCTION)
+        measure_alone(scene, np.array([1]), np.array([2, 3]), RECONSTRUCTION)
     with pytest.raises(ValueError, match="need two or more"):
         footprint(str(scene), [1], [2, 3], RECONSTRUCTION)
 

@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fsel.experiments.comparisons import handsign, seedvar
-from fsel.experiments.ga_vs_learned import compared, ga_vs_learned
+from fsel.experiments.ga_vs_learned import compare_with_search, ga_vs_learned
+from fsel.experiments.handsign import handsign
+from fsel.experiments.seedvar import seedvar
 from fsel.metrics import METRICS
 from fsel.report.latex import difference
 from fsel.report.summary import seed_spread
-from fsel.stages.ksweep import Sweep
 
 FACTS = {
     "embedded": ["Tanks & Temples"],
@@ -64,7 +64,7 @@ def test_learned_minus_untrained(tmp_path):
     items = written(tmp_path, learned_and_not([-1.0, 0.0, 0.4]))
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
     settings = {"datasets": {"d": "A & B"}, "budgets": [10, 20], "bootstrap": BOOTSTRAP}
-    handsign(Sweep(items, **settings, facts=FACTS), *paths)
+    handsign(items, *paths, **settings, facts=FACTS)
     numbers = pd.read_csv(paths[1])
     np.testing.assert_allclose(numbers["mean"], [1.0, -0.2])
     assert numbers["reference"].unique().tolist() == ["untrained"]
@@ -93,7 +93,7 @@ def test_the_spread_is_read_against_the_distance_to_the_strongest_baseline(tmp_p
     items = written(tmp_path, {("s", "draw0"): runs | others})
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
     settings = {"datasets": {"d": "D"}, "budgets": [10, 20], "bootstrap": BOOTSTRAP}
-    seedvar(Sweep(items, **settings, facts=FACTS), *paths)
+    seedvar(items, *paths, **settings, facts=FACTS)
     numbers = pd.read_csv(paths[1])
     np.testing.assert_allclose(numbers["std"], [0.1, 2.0])
     np.testing.assert_allclose(numbers["margin"], [20.1 - 20.5, 22.0 - 20.5])
@@ -106,7 +106,7 @@ def test_the_spread_is_read_against_the_distance_to_the_strongest_baseline(tmp_p
 def test_one_seed_has_no_spread(tmp_path):
     items = written(tmp_path, {("s", "draw0"): {("ours", 0, 10): 20.0, ("fvs", 0, 10): 19.0}})
     settings = {"datasets": {"d": "D"}, "budgets": [10], "bootstrap": BOOTSTRAP}
-    seedvar(Sweep(items, **settings, facts=FACTS), tmp_path / "t.tex", tmp_path / "t.csv")
+    seedvar(items, tmp_path / "t.tex", tmp_path / "t.csv", **settings, facts=FACTS)
     assert r"D & 1 & -- \\" in (tmp_path / "t.tex").read_text()
 
 
@@ -127,7 +127,7 @@ def searched_cells() -> pd.DataFrame:
 
 
 def test_selectors_against_the_search_by_hand():
-    table = compared(searched_cells(), BOOTSTRAP).set_index("method")
+    table = compare_with_search(searched_cells(), BOOTSTRAP).set_index("method")
     assert "fvs" not in table.index
     assert table.loc["ours", ["mean", "difference", "ahead", "n"]].tolist() == [21.5, 0.0, 1, 2]
     assert table.loc["fsel", ["mean", "difference", "ahead"]].tolist() == [22.5, 1.0, 2]

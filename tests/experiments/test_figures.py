@@ -9,8 +9,9 @@ from selection_problems import random_capture
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.experiments.process import met_until, pipeline, training
-from fsel.experiments.showcase import picks_of, showcase
+from fsel.experiments.pipeline_figure import met_until, pipeline_figure
+from fsel.experiments.qualitative import picks_of, qualitative
+from fsel.experiments.training_figure import training_figure
 from fsel.report.figures import footnote
 from fsel.report.plan import plan_positions
 from fsel.request.paths import upwards
@@ -68,7 +69,7 @@ def test_shown_views_have_the_quality_that_an_evaluation_finds(scene, tmp_path):
     figures, numbers = outputs(tmp_path)
     paths = scene / "split.parquet", scene / "selections.parquet"
     settings = {"methods": ["all", "uniform"], "views": 2, "k": 8}
-    showcase(
+    qualitative(
         scene,
         *paths,
         figures,
@@ -100,11 +101,11 @@ def test_the_training_figures_numbers_are_the_logs(tmp_path):
         columns = ["epoch", "split", "loss", "agreement"]
         pd.DataFrame(rows, columns=columns).to_parquet(paths[-1])
     figures, numbers = outputs(tmp_path)
-    training(paths, figures, numbers, facts=FACTS)
+    training_figure(paths, figures, numbers, facts=FACTS)
     table = pd.read_csv(numbers)
     assert table.groupby("seed")["loss"].max().tolist() == [5.0, 6.0]
     first = figures[1].read_bytes()
-    training(paths, figures, numbers, facts=FACTS)
+    training_figure(paths, figures, numbers, facts=FACTS)
     assert figures[1].read_bytes() == first
 
 
@@ -127,7 +128,9 @@ def test_the_plans_show_the_fittest_labels_of_three_levels(scene, tmp_path):
     columns = ["scene", "coverage", "rank", "picks"]
     pd.DataFrame(rows, columns=columns).to_parquet(trajectories)
     figures, numbers = outputs(tmp_path)
-    pipeline(scene, splits, labels, trajectories, figures, numbers, scene="here", facts=FACTS)
+    pipeline_figure(
+        scene, splits, labels, trajectories, figures, numbers, scene="here", facts=FACTS
+    )
     found = pd.read_csv(numbers)
     assert found.query("panel == 'population'")["psnr"].tolist() == [120.0, 121.0]
     plans = found[found["panel"] == "plan"].groupby("coverage")["frame"].apply(list)

@@ -8,8 +8,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from fsel.capture import Capture
+from fsel.experiments.estimate_poses import estimate_poses
 from fsel.experiments.pose_errors import perturbed, pose_errors
-from fsel.experiments.pose_trials import SELECTORS, estimate, measure_estimated, measure_noise
+from fsel.experiments.pose_trials import SELECTORS, measure_estimated, measure_noise
 from fsel.experiments.poses import MARKED, changes, pose_noise, poses
 from fsel.layouts import sfm
 from fsel.metrics import METRICS
@@ -115,13 +116,13 @@ def test_both_captures_hold_the_frames_that_were_placed(tmp_path, monkeypatch):
         return kept, found, None
 
     monkeypatch.setattr(sfm, "estimate", placed)
-    reader = "fsel.experiments.pose_trials.read_folder"
+    reader = "fsel.experiments.estimate_poses.read_folder"
     monkeypatch.setattr(reader, lambda *_, **__: type("Found", (), {"capture": whole}))
     folders = tmp_path / "given", tmp_path / "estimated"
     sizes = {"frames": 12, "matching_side": 32, "long_side": 16}
     errors = tmp_path / "errors.parquet"
     settings = {**sizes, "reading": {}, "config": "c"}
-    estimate("raw", *folders, errors, at_least=10, **settings)
+    estimate_poses("raw", *folders, errors, at_least=10, **settings)
     given, estimated = (Capture.load(folder) for folder in folders)
     used = np.linspace(0, 23, 12).round().astype(int)[kept]
     assert given.names == estimated.names == tuple(whole.names[i] for i in used)
@@ -135,7 +136,7 @@ def test_both_captures_hold_the_frames_that_were_placed(tmp_path, monkeypatch):
     assert table["degrees"].notna().tolist() == table["placed"].tolist()
     assert 0 < table["degrees"].max() < 10
     with pytest.raises(ValueError, match="raw: COLMAP placed 10 of 12 frames, 11 are needed"):
-        estimate("raw", *folders, errors, at_least=11, **settings)
+        estimate_poses("raw", *folders, errors, at_least=11, **settings)
 
 
 def written(folder, scene, rows):

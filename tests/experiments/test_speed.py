@@ -14,9 +14,10 @@ from fsel.capture import Capture, Views
 from fsel.evaluation import Evaluator
 from fsel.experiments.bench import Bench, depth_error, halved, rendered_inverse_depth
 from fsel.experiments.economy import SAVINGS, economy
-from fsel.experiments.fisher_damping import damping_sweep
+from fsel.experiments.fisher_damping import fisher_damping
 from fsel.experiments.selection_time import problem_of_size, refilmed, selection_time, timed
-from fsel.experiments.speed_error import progress, settings_sweep, speed_error
+from fsel.experiments.speed_error import progress, speed_error
+from fsel.experiments.speed_settings import speed_settings
 from fsel.experiments.true_depth import true_depth
 from fsel.metrics import METRICS
 from fsel.reconstruct.normalisation import Frame
@@ -158,7 +159,7 @@ def swept(scene, tmp_path_factory):
     """The settings of the scene's reconstruction, measured."""
     path = tmp_path_factory.mktemp("swept") / "settings.csv"
     problem = {"folder": scene, "split": scene / "split.parquet", "generated": GENERATED}
-    settings_sweep([problem], path, k=8, reconstruction=RECONSTRUCTION)
+    speed_settings([problem], path, k=8, reconstruction=RECONSTRUCTION)
     return path
 
 
@@ -290,7 +291,7 @@ def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
 def test_the_default_lambda_of_the_sweep_is_the_comparisons_fisherrf(scene, tmp_path):
     problems = [{"dataset": "d", "folder": scene, "split": scene / "split.parquet"}]
     paths = [tmp_path / "f.tex", tmp_path / "f.csv"]
-    damping_sweep(problems, *paths, budgets=[6, 12], reconstruction=RECONSTRUCTION)
+    fisher_damping(problems, *paths, budgets=[6, 12], reconstruction=RECONSTRUCTION)
     table = pd.read_csv(paths[1])
     assert table["damping"].unique().tolist() == list(SWEEP)
     problem = load_problem(scene, scene / "split.parquet")

@@ -15,8 +15,15 @@ from small_captures import write_ring
 
 import fsel
 from fsel.capture import SparsePoints
-from fsel.experiments.budget import MEAN, at_same_number, budget_tables, means, measure_budgets
-from fsel.experiments.budget_curves import SHIFTS, compared, fit, fit_worth, measure_curves
+from fsel.experiments.budget import MEAN, at_same_number, means, measure_budgets
+from fsel.experiments.budget import budget as write_budget
+from fsel.experiments.budget_curves import (
+    SHIFTS,
+    compare_thresholds,
+    fit_budget,
+    fit_worth,
+    measure_curves,
+)
 from fsel.experiments.hard_cases.worlds import moved
 from fsel.request import budget
 from fsel.request.budget import Auto, enough, find, most, predicted, shifts, view_shift, within
@@ -222,12 +229,12 @@ def test_the_fit_finds_what_made_the_curves():
 
 
 def test_a_budget_of_its_own_pays_where_requests_differ():
-    alike = compared(curves_of({100: 12}), [0.01]).iloc[0]
+    alike = compare_thresholds(curves_of({100: 12}), [0.01]).iloc[0]
     assert alike["frames"] == 12
     assert alike["deviation"] == 0
     assert alike["lead"] == pytest.approx(0)
     # 4 and 12 frames reach all that there is to reach; 8 for both lack a third of the way for one
-    differing = compared(curves_of({25: 4, 100: 12}), [0.01]).iloc[0]
+    differing = compare_thresholds(curves_of({25: 4, 100: 12}), [0.01]).iloc[0]
     assert (differing["frames"], differing["deviation"]) == (8, 4)
     missing = WORTH @ [1 / 3, 1 / 9, 1 / 27]
     assert differing["lead"] == pytest.approx(missing / 2)
@@ -261,7 +268,7 @@ def test_from_a_capture_to_the_table(scene, tmp_path):
     table = pd.read_parquet(curves)
     assert table.groupby(["coverage", "repeat"])["psnr"].count().eq(9).all()  # 4 to 30 of 31
     item = {"dataset": "dl3dv", "scene": "train00", "path": curves}
-    fit([item], fitted, tmp_path / "choice.csv", config="c")
+    fit_budget([item], fitted, tmp_path / "choice.csv", config="c")
     worth = json.loads(fitted.read_text())["worth"]
     assert len(worth) == 3
     assert min(worth) >= 0
@@ -278,7 +285,7 @@ def test_from_a_capture_to_the_table(scene, tmp_path):
     assert (rows["bytes"] <= rows["k"] * 32 * 24 * 32).all()
     item = {"dataset": "dl3dv", "scene": "evaluation00", "path": measured}
     outputs = tmp_path / "budget.tex", tmp_path / "budget.csv"
-    budget_tables([item], *outputs, datasets={"dl3dv": "DL3DV"}, auto=auto, facts=FACTS)
+    write_budget([item], *outputs, datasets={"dl3dv": "DL3DV"}, auto=auto, facts=FACTS)
     text = outputs[0].read_text()
     assert text.count(r"\begin{table}") == 2
     assert "DL3DV, 00 & " in text

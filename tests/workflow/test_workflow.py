@@ -90,7 +90,7 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert asked["qualitative"] == 2
     assert asked["measure_crosscapture"] == 1  # of the rooms filmed in several passes
     assert asked["measure_objects"] == asked["ingest_masked"] == 2
-    assert asked["costs"] == asked["evaluate_geometry"] == 1
+    assert asked["measure_costs"] == asked["evaluate_geometry"] == 1
     assert asked["trial"] == 43 + 17
     assert asked["measure_trials"] == 2  # of one validation scene, for two tables
     # of each dataset's first evaluation scene, filmed anew with larger images

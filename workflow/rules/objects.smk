@@ -35,7 +35,7 @@ rule measure_objects:
             "baselines",
             "request/focus",
             "experiments/crosscapture",
-            "experiments/objects",
+            "experiments/objectcentric",
             "stages/label",
             "selector/policies",
         ),
@@ -71,7 +71,7 @@ rule objectcentric:
         lib=library(
             "report",
             "experiments/crosscapture",
-            "experiments/objects",
+            "experiments/objectcentric",
             "stages/ksweep",
         ),
     output:

@@ -24,7 +24,7 @@ rule handsign:
         evaluations=collect(
             "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
         ),
-        lib=library("report", "experiments/comparisons", "stages/ksweep"),
+        lib=library("report", "experiments/handsign", "stages/ksweep"),
     output:
         table=report(
             "<tables>/handsign.tex",
@@ -54,7 +54,7 @@ rule handsign:
     message:
         "Writing what learning adds"
     script:
-        "../scripts/comparison.py"
+        "../scripts/handsign.py"
 
 
 rule seedvar:
@@ -62,7 +62,7 @@ rule seedvar:
         evaluations=collect(
             "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
         ),
-        lib=library("report", "experiments/comparisons", "stages/ksweep"),
+        lib=library("report", "experiments/seedvar", "stages/ksweep"),
     output:
         table=report(
             "<tables>/seedvar.tex",
@@ -92,7 +92,7 @@ rule seedvar:
     message:
         "Writing how far training seeds spread"
     script:
-        "../scripts/comparison.py"
+        "../scripts/seedvar.py"
 
 
 rule measure_searched:
@@ -102,7 +102,9 @@ rule measure_searched:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library(*RECONSTRUCTION, *FILES, "experiments/ga_vs_learned", "stages/label"),
+        lib=library(
+            *RECONSTRUCTION, *FILES, "experiments/ga_vs_learned", "stages/label"
+        ),
     output:
         "<results>/{dataset}/{scene}/draw{draw}/searched.parquet",
     log:
@@ -166,7 +168,7 @@ rule ga_vs_learned:
 rule training_figure:
     input:
         logs=collect("<results>/selector/seed{seed}.parquet", seed=SEEDS),
-        lib=library("report", "experiments/process", "stages/ksweep"),
+        lib=library("report", "experiments/training_figure", "stages/ksweep"),
     output:
         figures=report(
             multiext("<figures>/training", ".pdf", ".png"),
@@ -208,7 +210,7 @@ rule pipeline_figure:
             "request/paths",
             "report",
             *FILES,
-            "experiments/process",
+            "experiments/pipeline_figure",
             "stages/ksweep",
         ),
     output:
@@ -251,14 +253,14 @@ rule qualitative:
             "request/paths",
             "report",
             *FILES,
-            "experiments/showcase",
+            "experiments/qualitative",
             "stages/label",
             "stages/ksweep",
         ),
     output:
         figures=report(
             multiext("<figures>/qualitative_{dataset}", ".pdf", ".png"),
-            caption="../report/showcase.rst",
+            caption="../report/qualitative.rst",
             category="Paper",
             labels={"figure": "Views on {dataset}"},
         ),
@@ -282,7 +284,7 @@ rule qualitative:
     message:
         "Drawing views of {wildcards.dataset}"
     script:
-        "../scripts/showcase.py"
+        "../scripts/qualitative.py"
 
 
 use rule qualitative as teaser with:
@@ -297,14 +299,14 @@ use rule qualitative as teaser with:
             "request/paths",
             "report",
             *FILES,
-            "experiments/showcase",
+            "experiments/qualitative",
             "stages/label",
             "stages/ksweep",
         ),
     output:
         figures=report(
             multiext("<figures>/teaser", ".pdf", ".png"),
-            caption="../report/showcase.rst",
+            caption="../report/qualitative.rst",
             category="Paper",
             labels={"figure": "Full sequence, Uniform, ours"},
         ),
@@ -408,7 +410,7 @@ rule evaluate_geometry:
         "../scripts/evaluate_variant.py"
 
 
-rule costs:
+rule measure_costs:
     input:
         split="<results>/{dataset}/{scene}/draw0/split.parquet",
         frames="<results>/{dataset}/{scene}/frames.parquet",
@@ -436,9 +438,9 @@ rule costs:
         costs="<results>/{dataset}/{scene}/costs.parquet",
         times="<results>/{dataset}/{scene}/times.parquet",
     log:
-        "<results>/logs/costs/{dataset}/{scene}.log",
+        "<results>/logs/measure_costs/{dataset}/{scene}.log",
     benchmark:
-        "<results>/benchmarks/costs/{dataset}/{scene}.jsonl"
+        "<results>/benchmarks/measure_costs/{dataset}/{scene}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -452,7 +454,7 @@ rule costs:
     message:
         "Measuring time and memory on {wildcards.dataset}/{wildcards.scene}"
     script:
-        "../scripts/costs.py"
+        "../scripts/measure_costs.py"
 
 
 rule saturation:

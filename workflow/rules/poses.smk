@@ -39,7 +39,12 @@ use rule generate as generate_large with:
 rule estimate_poses:
     input:
         capture=large_capture,
-        lib=library("capture", "experiments/pose_errors", "layouts/recording", "layouts", "experiments/pose_trials"),
+        lib=library(
+            "capture",
+            "experiments/pose_errors",
+            "layouts",
+            "experiments/estimate_poses",
+        ),
     output:
         given=multiext(
             "<results>/{dataset}/{scene}/poses/given/",
@@ -80,7 +85,9 @@ use rule describe as describe_posed with:
     input:
         frames="<results>/{dataset}/{scene}/poses/given/frames.parquet",
         images="<results>/{dataset}/{scene}/poses/given/images.npy",
-        lib=library("features/appearance", "capture", "features/sharpness", "stages/describe"),
+        lib=library(
+            "features/appearance", "capture", "features/sharpness", "stages/describe"
+        ),
     output:
         "<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
     log:

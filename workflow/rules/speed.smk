@@ -87,7 +87,7 @@ rule speed_settings:
         descriptors=[
             f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
         ],
-        lib=library(*JUDGED, "report", "experiments/speed_error", "stages/ksweep"),
+        lib=library(*JUDGED, "experiments/speed_settings"),
     output:
         "<results>/speed_settings.csv",
     log:

@@ -2,14 +2,14 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.budget import budget_tables
+from fsel.experiments.budget import budget
 from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 with job(snakemake):
-    budget_tables(
+    budget(
         [
             {"dataset": dataset, "scene": scene, "path": path}
             for (dataset, scene), path in zip(

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.fisher_damping import damping_sweep
+from fsel.experiments.fisher_damping import fisher_damping
 from fsel.stages.job import job
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ with job(snakemake):
     named = zip(
         snakemake.params.datasets, snakemake.input.frames, snakemake.input.splits, strict=True
     )
-    damping_sweep(
+    fisher_damping(
         [
             {"dataset": dataset, "folder": Path(frames).parent, "split": split}
             for dataset, frames, split in named

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.budget_curves import fit
+from fsel.experiments.budget_curves import fit_budget
 from fsel.stages.job import job
 
 if TYPE_CHECKING:
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 with job(snakemake) as digest:
     scenes = [name.split("/") for name in snakemake.params.scenes]
-    fit(
+    fit_budget(
         [
             {"dataset": dataset, "scene": scene, "path": path}
             for (dataset, scene), path in zip(scenes, snakemake.input.curves, strict=True)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.objects import TRAINED, measure_objects
+from fsel.experiments.objectcentric import TRAINED, measure_objects
 from fsel.stages.job import job
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.objects import objectcentric
+from fsel.experiments.objectcentric import objectcentric
 from fsel.stages.job import job
 
 if TYPE_CHECKING:

@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.process import pipeline
+from fsel.experiments.pipeline_figure import pipeline_figure
 from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 with job(snakemake):
-    pipeline(
+    pipeline_figure(
         Path(snakemake.input.frames).parent,
         snakemake.input.splits,
         dict(zip(snakemake.params.coverages, snakemake.input.labels, strict=True)),

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.speed_error import settings_sweep
+from fsel.experiments.speed_settings import speed_settings
 from fsel.stages.job import job
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ with job(snakemake):
     named = zip(
         snakemake.input.frames, snakemake.input.splits, snakemake.params.generated, strict=True
     )
-    settings_sweep(
+    speed_settings(
         [
             {"folder": Path(frames).parent, "split": split, "generated": generated}
             for frames, split, generated in named

@@ -2,14 +2,14 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.process import training
+from fsel.experiments.training_figure import training_figure
 from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 with job(snakemake):
-    training(
+    training_figure(
         snakemake.input.logs,
         snakemake.output.figures,
         snakemake.output.numbers,

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.ablation.trials import Case, run_trial
+from fsel.experiments.ablation.trials import Case, trial
 from fsel.stages.job import job, named
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ with job(snakemake) as digest:
     for i, scene in enumerate(params.scenes):
         scenes[scene] = {"folder": Path(given.frames[i]).parent, "splits": given.splits[i]}
     validation = named(params.problems, given.validation_splits)
-    run_trial(
+    trial(
         Case(**params.case),
         scenes,
         given.trajectories,

@@ -40,7 +40,7 @@ class Bench:
     depth: np.ndarray | None
 
 
-def bench(problem: Mapping, *, k: int, long_side: int) -> Bench:
+def bench_of(problem: Mapping, *, k: int, long_side: int) -> Bench:
     """The frames nearest to a draw's proxies, judged at its targets.
 
     Args:
@@ -62,7 +62,7 @@ def bench(problem: Mapping, *, k: int, long_side: int) -> Bench:
     )
 
 
-def measured(bench: Bench, reconstruction: Mapping, **changes) -> tuple[dict, SplatModel]:
+def measure_cold(bench: Bench, reconstruction: Mapping, **changes) -> tuple[dict, SplatModel]:
     """Reconstruct with nothing cached and judge.
 
     Args:
@@ -80,11 +80,11 @@ def measured(bench: Bench, reconstruction: Mapping, **changes) -> tuple[dict, Sp
     factory = RECONSTRUCTORS[reconstruction["name"]]
     models = [factory(capture, **settings).fit(bench.picks) for _ in range(REPEATS)]
     seconds = min(model.seconds for model in models)
-    return {"fit_seconds": seconds, **judged(bench, models[0])}, models[0]
+    return {"fit_seconds": seconds, **measure_model(bench, models[0])}, models[0]
 
 
-def judged(bench: Bench, model: SplatModel) -> dict:
-    """The numbers of `measured` for a model, but the fit's seconds."""
+def measure_model(bench: Bench, model: SplatModel) -> dict:
+    """The numbers of `measure_cold` for a model, but the fit's seconds."""
     taken = []
     for _ in range(REPEATS):
         started = time.perf_counter()

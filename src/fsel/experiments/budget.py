@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.capture import Capture
-from fsel.experiments.bench import Bench, measured
+from fsel.experiments.bench import Bench, measure_cold
 from fsel.files import write_table, write_text
 from fsel.problem import Problem
 from fsel.report.captions import made_by
@@ -52,7 +52,7 @@ def measure_budgets(
         folder: a canonical capture with its descriptors.
         splits: split.parquet, one a draw of the experiment.
         weights: the scorer.
-        record: what `fsel.experiments.budget_curves.fit` wrote.
+        record: what `fsel.experiments.budget_curves.fit_budget` wrote.
         output: receives coverage (0: a draw of the experiment), draw, rule (`auto`, `memory`: the
             same within a memory, `fixed`), k, psnr, seconds, bytes.
         budgets: fixed ones.
@@ -120,13 +120,13 @@ def _requests(
 def _cost(small: Capture, picks: np.ndarray, split: Split, reconstruction: Mapping) -> dict:
     truth = np.asarray(small.images[split.targets])
     place = Bench(small, np.sort(picks), small.view(split.targets), truth, None)
-    found, _ = measured(place, reconstruction)
+    found, _ = measure_cold(place, reconstruction)
     seconds = found["fit_seconds"] + found["render_seconds"]
     return {"psnr": found["psnr"], "seconds": seconds, "bytes": found["bytes"]}
 
 
-def budget_tables(
-    measured_budgets: Sequence[Mapping],
+def budget(
+    measured: Sequence[Mapping],
     table: str | Path,
     numbers: str | Path,
     *,
@@ -137,7 +137,7 @@ def budget_tables(
     """K, PSNR and seconds of both rules beside every fixed budget.
 
     Args:
-        measured_budgets: one mapping a scene: dataset, scene, and path of what `measure_budgets`
+        measured: one mapping a scene: dataset, scene, and path of what `measure_budgets`
             wrote.
         table: receives LaTeX.
         numbers: receives request, rule, k, psnr, seconds and bytes.
@@ -149,7 +149,7 @@ def budget_tables(
         pd.read_parquet(item["path"]).assign(
             scene=f"{datasets[item['dataset']]}, {item['scene'].removeprefix('evaluation')}"
         )
-        for item in measured_budgets
+        for item in measured
     )
     drawn, sized = rows[rows["coverage"] == 0], rows[rows["coverage"] > 0]
     parts = {"draws": means(drawn, "scene")}

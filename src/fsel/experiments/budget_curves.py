@@ -94,7 +94,7 @@ def fit_worth(curves: pd.DataFrame) -> np.ndarray:
     return nnls(-centred[:, :-1], centred[:, -1])[0]
 
 
-def compared(curves: pd.DataFrame, thresholds: Sequence[float]) -> pd.DataFrame:
+def compare_thresholds(curves: pd.DataFrame, thresholds: Sequence[float]) -> pd.DataFrame:
     """Budgets found under each threshold beside one number of frames for all requests.
 
     A dataset's requests are served by what was fitted to the others, where there are others.
@@ -127,7 +127,7 @@ def compared(curves: pd.DataFrame, thresholds: Sequence[float]) -> pd.DataFrame:
 def _beside_fixed(
     found: np.ndarray, levels: np.ndarray, weight: np.ndarray, thresholds: Sequence[float]
 ) -> pd.DataFrame:
-    """The table of `compared`.
+    """The table of `compare_thresholds`.
 
     Args:
         found: (R, L) frames of each request under each threshold.
@@ -155,7 +155,7 @@ def _beside_fixed(
     return pd.DataFrame(rows)
 
 
-def fit(
+def fit_budget(
     curves: Sequence[Mapping], record: str | Path, comparison: str | Path, *, config: str
 ) -> None:
     """Fit the prediction to all training scenes, and compare thresholds.
@@ -163,7 +163,7 @@ def fit(
     Args:
         curves: one mapping a scene: dataset, scene, and path of what `measure_curves` wrote.
         record: receives `worth` and where it comes from, as JSON.
-        comparison: receives the columns of `compared`.
+        comparison: receives the columns of `compare_thresholds`.
         config: digest of the parameters.
     """
     table = pd.concat(
@@ -180,7 +180,7 @@ def fit(
         "remade by": "make weights",
     }
     write_text(json.dumps(content, indent=2) + "\n", record)
-    found = compared(table, THRESHOLDS)
+    found = compare_thresholds(table, THRESHOLDS)
     with atomic(comparison) as temporary:
         found.to_csv(temporary, index=False, float_format="%.4f")
     logger.info("%s: %s\n%s", made, worth, found.to_string())

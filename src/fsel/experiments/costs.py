@@ -12,7 +12,7 @@ import pandas as pd
 
 from fsel.baselines import METHODS
 from fsel.experiments.ablation.variants import VARIANTS
-from fsel.experiments.footprint import measured_alone
+from fsel.experiments.footprint import measure_alone
 from fsel.experiments.selection_time import timed
 from fsel.features.appearance import descriptors
 from fsel.features.sharpness import sharpness
@@ -73,10 +73,10 @@ def measure_costs(
     for step, k in steps(len(problem.candidates), budgets).items():
         for name, method in methods.items():
             frames = checked_select(method, problem, k, np.random.default_rng(0))
-            cost = measured_alone(folder, frames, targets, reconstruction)
+            cost = measure_alone(folder, frames, targets, reconstruction)
             rows.append({"method": name, "step": step, "k": k, **cost})
             logger.info("%s", rows[-1])
-    cost = measured_alone(folder, problem.observed, targets, reconstruction)
+    cost = measure_alone(folder, problem.observed, targets, reconstruction)
     every = {"step": EVERY, "k": len(problem.observed), **cost}
     rows += [{"method": name, **every} for name in methods]
     write_table(pd.DataFrame(rows), costs, units=UNITS, config=config)

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.capture import Capture, Views
-from fsel.experiments.bench import Bench, bench, judged, measured
+from fsel.experiments.bench import Bench, bench_of, measure_cold, measure_model
 from fsel.experiments.selection_time import timed
 from fsel.features.appearance import descriptors
 from fsel.features.sharpness import sharpness
@@ -45,7 +45,7 @@ def economy(
     """Switch off each saving in turn.
 
     Args:
-        problems: see `fsel.experiments.bench.bench`.
+        problems: see `fsel.experiments.bench.bench_of`.
         table, numbers: receive LaTeX, and saving and primitives, bytes, seconds and psnr with it
             (`with_*`) and without it (`without_*`), means over the problems.
         k: frames reconstructed from.
@@ -53,8 +53,8 @@ def economy(
     """
     rows = []
     for problem in problems:
-        place = bench(problem, k=k, long_side=reconstruction["long_side"])
-        measured(place, reconstruction)  # compiles
+        place = bench_of(problem, k=k, long_side=reconstruction["long_side"])
+        measure_cold(place, reconstruction)  # compiles
         rows += _of_reconstruction(place, reconstruction)
         rows.append(_of_descriptors(place.capture, appearance))
         logger.info("%s: %d savings", problem["folder"], len(SAVINGS))
@@ -67,14 +67,14 @@ def economy(
 def _of_reconstruction(place: Bench, reconstruction: Mapping) -> list[dict]:
     """Planes, opacity and views; the default has the first two."""
     most = asdict(SplatSettings(**reconstruction["settings"]))["planes"][1]
-    usual, model = measured(place, reconstruction)
-    every, _ = measured(place, reconstruction, planes=(most, most))
-    clear, _ = measured(place, reconstruction, opacity=0.0)
+    usual, model = measure_cold(place, reconstruction)
+    every, _ = measure_cold(place, reconstruction, planes=(most, most))
+    clear, _ = measure_cold(place, reconstruction, opacity=0.0)
     rows = [_row("planes", usual, every), _row("opacity", usual, clear)]
     for saving, few in (("views", place), ("view", first_view(place))):
         fitted = {"fit_seconds": usual["fit_seconds"]}
         culled = {"fit_seconds": usual["fit_seconds"] + timed(partial(seen_by, model, few.views))}
-        whole, part = judged(few, model), judged(few, seen_by(model, few.views))
+        whole, part = measure_model(few, model), measure_model(few, seen_by(model, few.views))
         rows.append(_row(saving, culled | part, fitted | whole))
     return rows
 

@@ -20,7 +20,7 @@ from fsel.stages.split import load_problem, split_from
 logger = logging.getLogger(__name__)
 
 
-def damping_sweep(
+def fisher_damping(
     problems: Sequence[Mapping],
     table: str | Path,
     numbers: str | Path,

@@ -27,7 +27,7 @@ RESET = Path("/proc/self/clear_refs")
 RESET_PEAK = "5"  # proc(5): reset the peak resident set size
 
 
-def measured_alone(
+def measure_alone(
     folder: str | Path, frames: np.ndarray, targets: np.ndarray, reconstruction: Mapping
 ) -> dict[str, float]:
     """One reconstruction in a fresh process, so that no other's memory counts.
@@ -62,7 +62,7 @@ def measured_alone(
 def footprint(
     folder: str, frames: list[int], targets: list[int], reconstruction: Mapping
 ) -> dict[str, float]:
-    """What `measured_alone` returns, of this process."""
+    """What `measure_alone` returns, of this process."""
     capture = Capture.load(folder)
     views = capture.resized(reconstruction["long_side"]).view(np.array(targets))
     reconstructor_of(capture, reconstruction).fit(np.array(targets[:WARM])).render(views)

@@ -77,14 +77,14 @@ def ga_vs_learned(
     Args:
         evaluations: see `tables.sweep_cells`; those of the searches among them.
         searched: dataset, scene, draw, path of what `measure_searched` wrote.
-        table, numbers: receive LaTeX, and the columns of `compared`.
+        table, numbers: receive LaTeX, and the columns of `compare_with_search`.
         k: budget of the search.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
     cells = sweep_cells(evaluations)
     averages = pd.concat([_averages(item, k) for item in searched])
-    result = compared(pd.concat([averages, cells[cells["k"] == k]]), bootstrap)
+    result = compare_with_search(pd.concat([averages, cells[cells["k"] == k]]), bootstrap)
     write_csv(result, numbers)
     tried = pd.concat([pd.read_parquet(item["path"]) for item in searched])
     tried = len(tried[tried["method"] == SEARCH]) / len(searched)
@@ -100,7 +100,7 @@ def ga_vs_learned(
     write_text(plain_table(head, _rows(result), caption=text, label="tab:ga_vs_learned"), table)
 
 
-def compared(cells: pd.DataFrame, bootstrap: Mapping[str, int]) -> pd.DataFrame:
+def compare_with_search(cells: pd.DataFrame, bootstrap: Mapping[str, int]) -> pd.DataFrame:
     """Means of every row of the table, and their paired differences to the search's.
 
     Args:

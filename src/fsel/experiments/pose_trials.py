@@ -7,19 +7,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
 
 from fsel.baselines import FURTHER, PAPER
-from fsel.baselines.splat_views import part
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.experiments.crosscapture import budget_picks
-from fsel.experiments.pose_errors import perturbed, pose_errors
+from fsel.experiments.pose_errors import perturbed
 from fsel.files import write_table
-from fsel.layouts import read_folder, sfm
 from fsel.metrics import METRICS
 from fsel.problem import Method
 from fsel.reconstruct import Reconstructor
@@ -96,67 +93,6 @@ def judge_of(reconstructor: Reconstructor, targets: np.ndarray) -> Judge:
     evaluate = Evaluator.on_frames(reconstructor, targets)
     known = cache(lambda subset: evaluate(np.array(subset)))
     return lambda picks: known(tuple(np.sort(picks).tolist()))
-
-
-def estimate(
-    source: str | Path,
-    given: str | Path,
-    estimated: str | Path,
-    errors: str | Path,
-    *,
-    frames: int,
-    matching_side: int,
-    long_side: int,
-    at_least: int,
-    reading: Mapping,
-    config: str,
-) -> None:
-    """Two canonical captures of the frames that COLMAP places: given poses, and its own.
-
-    Both hold the same images, straightened by the given lens, and its intrinsics; COLMAP finds
-    poses and points from them. Points come with the poses.
-
-    Args:
-        source: folder as the dataset distributes it.
-        given, estimated: receive the captures.
-        errors: receives name, placed, degrees, percent: of every frame, see `pose_errors`.
-        frames: how many of the source's are used, evenly spaced.
-        matching_side: longer side in pixels of the images matched.
-        long_side: of the images stored.
-        at_least: frames that the experiment needs.
-        reading: further keywords of `fsel.layouts.read_folder`.
-        config: digest of the parameters.
-
-    Raises:
-        ValueError: when COLMAP places fewer frames than are needed.
-    """
-    capture = _straight(source, frames, matching_side, reading)
-    kept, poses, points = sfm.estimate(capture)
-    if len(kept) < at_least:
-        raise ValueError(
-            f"{source}: COLMAP placed {len(kept)} of {len(capture)} frames, {at_least} are needed "
-            "(targets, as many proxies, and the largest budget tried). Hint: raise `poses.frames`, "
-            "or `poses.width` and `poses.height`, or lower `targets`"
-        )
-    placed = part(capture, kept)
-    found = replace(placed, world_to_camera=poses, points=points)
-    placed.resized(long_side).save(given)
-    found.resized(long_side).save(estimated)
-    table = pd.DataFrame({"name": placed.names, "placed": True})
-    table["degrees"], table["percent"] = pose_errors(poses, placed.world_to_camera)
-    lost = [name for name in capture.names if name not in set(placed.names)]
-    table = pd.concat([table, pd.DataFrame({"name": lost, "placed": False})])
-    units = {"degrees": "degrees", "percent": "per cent of the scene's size"}
-    write_table(table, errors, units=units, config=config)
-    logger.info("%s: %d of %d frames\n%s", source, len(kept), len(capture), table.describe())
-
-
-def _straight(source: str | Path, frames: int, long_side: int, reading: Mapping) -> Capture:
-    """Frames of a capture, evenly spaced, undistorted, in memory."""
-    with TemporaryDirectory() as store:
-        whole = read_folder(source, long_side=long_side, store=Path(store), **reading).capture
-        count = min(frames, len(whole))
-        return part(whole, np.linspace(0, len(whole) - 1, count).round().astype(int))
 
 
 def measure_estimated(

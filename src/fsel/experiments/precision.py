@@ -81,7 +81,7 @@ def agreement(picks: np.ndarray, reference: np.ndarray) -> float:
     return float(np.isin(picks, reference).mean())
 
 
-def compared(
+def compare_arithmetic(
     problem: Problem, weights: Mapping[str, Weights], k: int, evaluate: Evaluator
 ) -> list[dict]:
     """One row a policy and arithmetic: agreement, PSNR in dB and its change, seconds."""
@@ -101,13 +101,13 @@ def compared(
 
 
 def hard_cases(weights: Mapping[str, Weights], k: int) -> list[dict]:
-    """`compared` on every hard case that has a selection problem."""
+    """`compare_arithmetic` on every hard case that has a selection problem."""
     rows = []
     for case in CASES.values():
         if case.make is not None:
             problem = case.make()
             evaluate = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
-            found = compared(problem, weights, k, evaluate)
+            found = compare_arithmetic(problem, weights, k, evaluate)
             rows += [{"part": HARD, "name": case.name, **row} for row in found]
     return rows
 
@@ -169,7 +169,7 @@ def precision(
         targets = split_from(pd.read_parquet(item["split"])).targets
         evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, reconstruction), targets)
         place = {"part": item["label"], "name": item["name"]}
-        rows += [place | row for row in compared(problem, arrays, k, evaluate)]
+        rows += [place | row for row in compare_arithmetic(problem, arrays, k, evaluate)]
         place = {"part": TRAINING, "name": item["name"]}
         retrained += [place | row for row in _retrained(problem, trained, seconds, k, evaluate)]
         logger.info("%s: %s", item["name"], rows[-1])

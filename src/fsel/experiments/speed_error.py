@@ -2,84 +2,20 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from fsel.experiments.bench import bench, halved, judged, measured
 from fsel.files import atomic, write_text
-from fsel.reconstruct.splats import SplatSettings
 from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
 from fsel.selector.policies import POLICIES
 from fsel.stages.ksweep import BASELINES, LEARNED, sweep_cells
 
-logger = logging.getLogger(__name__)
-
-PLANES = (8, 16, 32, 64, 96)
-PARTNERS = (1, 2, 3, 4)
-OPACITY = (0.0, 0.1, 0.25, 0.4, 0.6)
-RESOLUTION = (0.5, 0.75, 1.0, 1.5, 2.0)  # of the configured longer side
 COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
 STEP = 10  # evaluations between points of a curve
-
-
-def settings_sweep(
-    problems: Sequence[Mapping], numbers: str | Path, *, k: int, reconstruction: Mapping
-) -> None:
-    """Measure the reconstructor with one setting changed at a time.
-
-    Args:
-        problems: see `fsel.experiments.bench.bench`.
-        numbers: receives setting, value, default, and means over the problems of what
-            `fsel.experiments.bench.measured` returns, `seconds` being fit and rendering together.
-        k: frames reconstructed from.
-        reconstruction: the config's section.
-    """
-    rows = []
-    for problem in problems:
-        place = bench(problem, k=k, long_side=reconstruction["long_side"])
-        measured(place, reconstruction)  # compiles
-        usual, model = measured(place, reconstruction)
-        for setting, value, default, changes in variants(reconstruction, place.capture.size):
-            found = usual if default else measured(place, reconstruction, **changes)[0]
-            rows.append({"setting": setting, "value": value, "default": default, **found})
-        rounded = {"setting": "precision", "value": "float16", "default": False}
-        rows.append(rounded | usual | judged(place, halved(model)))
-        logger.info("%s: %d variants", problem["folder"], len(rows))
-    table = pd.DataFrame(rows)
-    table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
-    means = table.groupby(["setting", "value", "default"], sort=False).mean().reset_index()
-    with atomic(numbers) as temporary:
-        means.to_csv(temporary, index=False, float_format="%.6f")
-
-
-def variants(
-    reconstruction: Mapping, size: tuple[int, int]
-) -> Iterator[tuple[str, str, bool, dict]]:
-    """(setting, printed value, whether it is the default, changes).
-
-    Args:
-        reconstruction: the config's section.
-        size: (width, height) of the stored images, which no variant enlarges.
-    """
-    usual = asdict(SplatSettings(**reconstruction["settings"]))
-    least, most = usual["planes"]
-    for count in PLANES:
-        yield "planes", str(count), False, {"planes": (count, count)}
-    yield "planes", f"{least}-{most}", True, {}
-    for setting, values in (("partners", PARTNERS), ("opacity", OPACITY)):
-        for value in sorted({*values, usual[setting]}):
-            yield setting, f"{value:g}", value == usual[setting], {setting: value}
-    for share in RESOLUTION:
-        side = round(share * reconstruction["long_side"])
-        if side <= max(size):
-            yield "resolution", str(side), share == 1, {"long_side": side}
-    yield "precision", "float32", True, {}
 
 
 def speed_error(
@@ -95,7 +31,7 @@ def speed_error(
 
     Args:
         times: what `fsel.experiments.selection_time` wrote; its smallest pool is drawn.
-        settings: what `settings_sweep` wrote.
+        settings: what `speed_settings` wrote.
         evaluations: see `tables.sweep_cells`, those of the searches among them.
         searches: `oracles` and `labels`: paths of searched subsets.
         outputs: `table`, `numbers`, `pdf` and `png`.

@@ -124,6 +124,32 @@ def plain_table(
     return "\n".join(lines)
 
 
+def dataset_table(
+    texts: Mapping[tuple[str, int], str],
+    counts: Mapping[str, int],
+    datasets: Mapping[str, str],
+    budgets: Sequence[int],
+    *,
+    caption: str,
+    label: str,
+) -> str:
+    """A row a dataset, a column a budget.
+
+    Args:
+        texts: (dataset, budget) -> cell.
+        counts: dataset -> its scenes.
+        datasets: name -> printed label, in order.
+        budgets: columns.
+        caption, label: see `plain_table`.
+    """
+    head = ["Dataset", "$n$", *(f"$K{{=}}{k}$" for k in budgets)]
+    rows = [
+        [tex(title), str(counts[name]), *(texts[name, k] for k in budgets)]
+        for name, title in datasets.items()
+    ]
+    return plain_table(head, rows, caption=caption, label=label)
+
+
 class _Sheet:
     """Formats cells of one summary."""
 

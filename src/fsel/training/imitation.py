@@ -62,9 +62,9 @@ def train(
     log = []
     steps = passes(network, data, _cost, seed=seed, epochs=epochs, learning_rate=learning_rate)
     for epoch, met in steps:
-        values = {"train": met or measured(network, data, _cost)}
+        values = {"train": met or mean_cost(network, data, _cost)}
         if held_out:
-            values["validation"] = measured(network, held_out, _cost)
+            values["validation"] = mean_cost(network, held_out, _cost)
         for split, (loss, agreement) in values.items():
             log.append({"epoch": epoch, "split": split, "loss": loss, "agreement": agreement})
     return _weights(network), pd.DataFrame(log)
@@ -107,7 +107,7 @@ def passes(
         yield epoch, torch.stack(met).mean(dim=0).tolist()
 
 
-def measured(network: torch.nn.Module, data: Sequence[tuple], cost: Cost) -> tuple[float, float]:
+def mean_cost(network: torch.nn.Module, data: Sequence[tuple], cost: Cost) -> tuple[float, float]:
     """Mean loss in nats and mean agreement over trajectories, unweighted."""
     with torch.no_grad():
         values = [torch.stack(cost(network, *item[:-1])) for item in data]

@@ -11,7 +11,7 @@ import yaml
 from fsel.experiments.ablation.architectures import MODULES
 from fsel.experiments.ablation.architectures.steps import Steps
 from fsel.experiments.ablation.trials import parameters
-from fsel.training.imitation import imitation, measured, passes
+from fsel.training.imitation import imitation, mean_cost, passes
 
 ROOT = Path(__file__).resolve().parents[3]
 SCORERS = yaml.safe_load((ROOT / "config" / "scorers.yaml").read_text())
@@ -201,9 +201,9 @@ def test_it_learns_a_rule_from_a_few_examples(name):
     data = [(toy(seed), 1.0) for seed in range(40)]
     held = [(toy(seed), 1.0) for seed in range(40, 60)]
     net = network(name)
-    before, _ = measured(net, held, cost)
+    before, _ = mean_cost(net, held, cost)
     for _ in passes(net, data, cost, seed=0, epochs=8, learning_rate=3e-3):
         pass
-    after, agreement = measured(net, held, cost)
+    after, agreement = mean_cost(net, held, cost)
     assert after < 0.6 * before
     assert agreement > 0.5

@@ -15,12 +15,12 @@ from fsel.experiments.ablation.architectures import MODULES
 from fsel.experiments.ablation.extras import EXTRAS
 from fsel.experiments.ablation.tables import (
     SYMBOLS,
-    compared,
+    compare_trials,
     feature_sweep,
     scorer_arch,
     trial_cells,
 )
-from fsel.experiments.ablation.trials import Case, measure_trials, run_trial
+from fsel.experiments.ablation.trials import Case, measure_trials, trial
 from fsel.features.static import FEATURES
 from fsel.metrics import METRICS
 from fsel.split import coverage_split
@@ -153,7 +153,7 @@ def tried(labelled, output, seeds=2, k=4, **case):
         for n, path in enumerate(splits)
     ]
     settings = {"module": "perceptron", "settings": {"width": 64}, "shown": FEATURES, "added": None}
-    run_trial(
+    trial(
         Case(**settings | case),
         {"s": {"folder": folder, "splits": folder / "splits.parquet"}},
         folder / "trajectories.parquet",
@@ -267,7 +267,7 @@ def test_differences_to_the_reference_by_hand(tmp_path):
         "rnn": shifted(-1.0, 0.0, 1.0, 2.0),
     }
     measured, trials = results(tmp_path, psnr)
-    table = compared(trial_cells(measured), trials, "ours", BOOTSTRAP).set_index("method")
+    table = compare_trials(trial_cells(measured), trials, "ours", BOOTSTRAP).set_index("method")
     assert list(table.index) == ["wider", "ours", "rnn"]
     np.testing.assert_allclose(table["mean"], [21.0, 20.0, 20.5])
     np.testing.assert_allclose(table["difference"], [1.0, np.nan, 0.5])

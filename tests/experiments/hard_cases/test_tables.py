@@ -59,7 +59,7 @@ def test_agreement_forgets_the_order():
 def test_every_arithmetic_is_measured_against_float64():
     problem = world()
     evaluate = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
-    rows = precision.compared(problem, {"ours": random_weights(0)}, 6, evaluate)
+    rows = precision.compare_arithmetic(problem, {"ours": random_weights(0)}, 6, evaluate)
     assert [row["arithmetic"] for row in rows] == ["float64", "float32", "kernel"]
     assert rows[0]["agreement"] == rows[2]["agreement"] == 1
     picks = precision.selections(problem, "ours", random_weights(0), 6)["float64"][0]

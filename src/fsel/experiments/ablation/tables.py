@@ -55,14 +55,14 @@ def feature_sweep(
     Args:
         measured: dataset, scene, and path of what `trials.measure_trials` wrote, of every
             validation scene.
-        trials: name -> what `trials.run_trial` wrote, in the table's order.
-        table, numbers: receive LaTeX, and the columns of `compared`.
+        trials: name -> what `trials.trial` wrote, in the table's order.
+        table, numbers: receive LaTeX, and the columns of `compare_trials`.
         reference: name of the trial to compare with.
         cases: name -> its `shown` and `added`.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`; and `epochs` of the training.
     """
-    result = compared(trial_cells(measured), trials, reference, bootstrap)
+    result = compare_trials(trial_cells(measured), trials, reference, bootstrap)
     write_csv(result, numbers)
     text = (
         r"\textbf{Tested features.} Each row is one feature configuration: a mark means that the "
@@ -105,7 +105,7 @@ def scorer_arch(
         measured, trials, table, numbers, reference, bootstrap, facts: as in `feature_sweep`.
         labels: name -> how to print it.
     """
-    result = compared(trial_cells(measured), trials, reference, bootstrap)
+    result = compare_trials(trial_cells(measured), trials, reference, bootstrap)
     write_csv(result, numbers)
     text = (
         r"\textbf{Scorer architectures.} All are trained by the same loop on the same "
@@ -130,7 +130,7 @@ def trial_cells(measured: Sequence[tuple[str, str, str | Path]]) -> pd.DataFrame
     return pd.concat(tables, ignore_index=True)
 
 
-def compared(
+def compare_trials(
     cells: pd.DataFrame,
     trials: Mapping[str, str | Path],
     reference: str,
@@ -140,7 +140,7 @@ def compared(
 
     Args:
         cells: see `trial_cells`.
-        trials: name -> what `trials.run_trial` wrote, in order.
+        trials: name -> what `trials.trial` wrote, in order.
         reference: name of a trial.
         bootstrap: its `resamples` and `seed`.
 

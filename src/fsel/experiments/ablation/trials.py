@@ -25,7 +25,7 @@ from fsel.selector.policies import POLICIES
 from fsel.stages.label import METRIC_UNITS, reconstructor_of
 from fsel.stages.split import load_problem, split_from
 from fsel.stages.train import labelled_problems
-from fsel.training.imitation import imitation, measured, passes
+from fsel.training.imitation import imitation, mean_cost, passes
 
 logger = logging.getLogger(__name__)
 
@@ -54,7 +54,7 @@ class Case:
         return Walk(prepared, scene, self.shown, extra)
 
 
-def run_trial(
+def trial(
     case: Case,
     scenes: Mapping[str, Mapping],
     trajectories: str | Path,
@@ -86,7 +86,7 @@ def run_trial(
     rows = []
     for seed in range(seeds):
         network = trained(case, data, seed=seed, epochs=epochs, learning_rate=learning_rate)
-        loss, agreement = measured(network, data, _cost)
+        loss, agreement = mean_cost(network, data, _cost)
         record = {
             "seed": seed,
             "parameters": parameters(network),
@@ -175,7 +175,7 @@ def measure_trials(
     Args:
         folder: its canonical capture.
         splits: split.parquet, one a draw.
-        trials: name -> what `run_trial` wrote.
+        trials: name -> what `trial` wrote.
         output: receives method (the name), seed, draw, k, metrics averaged over the targets.
         dataset, scene: which picks are its own.
         reconstruction: the config's section.

@@ -53,7 +53,7 @@ def wall(depth: float, odd: float | None = None) -> Capture:
     )
 
 
-def measured(capture: Capture) -> tuple[float, float]:
+def measure_quality(capture: Capture) -> tuple[float, float]:
     """PSNR in dB of every fourth frame from the others, and the splats' median depth error,
     relative, the plane being at the farthest of the most common depths."""
     held = np.arange(1, len(capture), 4)
@@ -68,8 +68,8 @@ def measured(capture: Capture) -> tuple[float, float]:
 
 def of_depth(depth: float, odd: float | None, allowed: float) -> Finding:
     """Depth error of the wall; PSNR against the same wall with all points on it."""
-    usual, _ = measured(wall(DEPTH))
-    psnr, error = measured(wall(depth, odd))
+    usual, _ = measure_quality(wall(DEPTH))
+    psnr, error = measure_quality(wall(depth, odd))
     return Finding(f"PSNR {psnr:.2f} dB, plain wall {usual:.2f}", error, allowed)
 
 

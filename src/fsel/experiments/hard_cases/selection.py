@@ -30,7 +30,7 @@ def scorers() -> dict[str, dict[str, np.ndarray]]:
     return {"ours": worlds.random_weights(0), "fsel": pretrained.scorer().weights}
 
 
-def compared(problem: Problem, reference: Problem, k: int) -> tuple[int, int, float]:
+def compare_picks(problem: Problem, reference: Problem, k: int) -> tuple[int, int, float]:
     """Picks of the compiled loop that the plain float64 loop makes on the reference, picks, and
     the largest difference of their scores, relative."""
     same, total, error = 0, 0, 0.0
@@ -61,7 +61,7 @@ def run(
     for method in METHODS.values():
         for budget in (k, len(problem.pool(method.pool))):
             checked_select(method, problem, budget, np.random.default_rng(0))
-    same, total, error = compared(problem, reference or problem, k)
+    same, total, error = compare_picks(problem, reference or problem, k)
     told = f"{same} of {total} picks; {len(METHODS)} methods return; PSNR {rendered(problem):.2f}"
     change = 0.0
     if reference is not None:

@@ -24,7 +24,7 @@ LABELS = {name: method.label for name, method in {**METHODS, **POLICIES}.items()
 WARM = 4  # frames of a reconstruction that only compiles
 
 
-def showcase(
+def qualitative(
     folder: str | Path,
     split: str | Path,
     selections: str | Path,
@@ -61,7 +61,7 @@ def showcase(
     columns, tables = [], []
     for method in methods:
         frames = picks_of(picked, method, k)
-        rendered, scores, seconds = measured(capture, frames, targets, reconstruction)
+        rendered, scores, seconds = render_cold(capture, frames, targets, reconstruction)
         cost = f"{len(frames)} frames, {seconds:.2f} s"
         title = f"{LABELS[method]}\n{cost}\n{scores[:, 0].mean():.2f} dB"
         columns.append(Shown(title, rendered[drawn], scores[drawn, 0], frames))
@@ -88,7 +88,7 @@ def picks_of(picked: pd.DataFrame, method: str, k: int) -> np.ndarray:
     return part.sort_values("order")["frame"].to_numpy(np.int64)
 
 
-def measured(
+def render_cold(
     capture: Capture, frames: np.ndarray, targets: np.ndarray, reconstruction: Mapping
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Targets rendered from frames by a reconstructor that has cached nothing yet.

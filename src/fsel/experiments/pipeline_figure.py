@@ -1,4 +1,4 @@
-"""Figures of how the selector is made: search, labels, training."""
+"""How labels are made: the population of a search, and the labels it leads to (paper, Figure 2)."""
 
 from __future__ import annotations
 
@@ -16,28 +16,7 @@ from fsel.stages.ksweep import write_csv
 from fsel.stages.split import split_from
 
 
-def training(
-    logs: Sequence[str | Path],
-    figures: Sequence[str | Path],
-    numbers: str | Path,
-    *,
-    facts: Mapping,
-) -> None:
-    """Loss and agreement with the labels over epochs.
-
-    Args:
-        logs: what `selectors.clone` logged, one a seed in order.
-        figures: paths; their endings choose the format.
-        numbers: receives seed, epoch, split, loss, agreement.
-        facts: see `captions.note`.
-    """
-    tables = [pd.read_parquet(path).assign(seed=seed) for seed, path in enumerate(logs)]
-    log = pd.concat(tables)[["seed", "epoch", "split", "loss", "agreement"]]
-    write_csv(log, numbers)
-    curves.training(log, figures, f"{len(tables)} seeds; {note(facts)}")
-
-
-def pipeline(
+def pipeline_figure(
     folder: str | Path,
     splits: str | Path,
     labels: Mapping[int, str | Path],

@@ -9,14 +9,14 @@ from selection_problems import capture_of
 from small_captures import ring
 
 from fsel.capture import Capture
-from fsel.experiments.objects import (
+from fsel.experiments.objectcentric import (
     SHOWN,
     TRAINED,
     UNTRAINED,
     measure_objects,
     object_split,
 )
-from fsel.experiments.objects import (
+from fsel.experiments.objectcentric import (
     objectcentric as write_objectcentric,
 )
 from fsel.layouts import LAYOUTS, read_capture

@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.experiments.showcase import showcase
+from fsel.experiments.qualitative import qualitative
 from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 with job(snakemake):
-    showcase(
+    qualitative(
         Path(snakemake.input.frames).parent,
         snakemake.input.split,
         snakemake.input.selections,
