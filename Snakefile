@@ -18,14 +18,17 @@ if "datasets" not in config:
 report: "workflow/report/workflow.rst"
 
 
+# the config, checked, and what all rules use
 include: "workflow/rules/sources.smk"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/cases.smk"
+# the experiment, stage by stage: captures, labels, selectors, the budget sweep
 include: "workflow/rules/downloads.smk"
 include: "workflow/rules/captures.smk"
 include: "workflow/rules/labels.smk"
 include: "workflow/rules/selectors.smk"
 include: "workflow/rules/sweep.smk"
+# when asked for: other tables and figures, by name or all of the paper's by `paper`
 include: "workflow/rules/speed.smk"
 include: "workflow/rules/budget.smk"
 include: "workflow/rules/numerics.smk"
@@ -40,6 +43,7 @@ rule all:
     input:
         "<tables>/ksweep.tex",
         "<figures>/heatmap.pdf",
+        # for inspection: every candidate's features; selectors compute their own
         features=collect(
             "<results>/{problem}/features.parquet", problem=problems(config["draws"])
         ),

@@ -19,7 +19,7 @@ print(f"{len(capture)} frames, {len(held_out)} held out")
 # The same request to several methods. `fsel` picks best first, so the first j are its picks at j.
 for method in ("fsel", "nearest", "uniform"):
     chosen = fsel.select(capture, k, targets=held_out, method=method)
-    model = fsel.reconstruct(capture, chosen.indices)
+    model = fsel.fit(capture, chosen.indices)
     psnr = fsel.evaluate(capture, model, held_out)["psnr"].mean()
     print(f"{method:8} {psnr:6.2f} dB from {chosen.names[0]}, {chosen.names[1]}, ...")
 

@@ -1,5 +1,6 @@
 """The library's face: `import fsel` is enough."""
 
+import ast
 import hashlib
 import json
 import subprocess
@@ -38,6 +39,16 @@ def test_importing_costs_nothing_and_every_name_is_there():
         getattr(fsel, unknown)
 
 
+def test_type_checkers_see_every_name_where_it_lives():
+    tree = ast.parse(Path(fsel.__file__).read_text())
+    guarded = next(node for node in tree.body if isinstance(node, ast.If))
+    stated = {
+        alias.name: line.module for line in guarded.body for alias in line.names if line.module
+    }
+    assert stated == fsel._HOMES
+    assert sorted(stated) == sorted(fsel.__all__)
+
+
 def test_registries_name_what_may_be_asked_for():
     assert {"fsel", "uniform", "fvs", "nearest", "random"} <= set(fsel.METHODS)
     assert {"colmap", "nerfstudio"} <= set(fsel.LAYOUTS)
@@ -50,7 +61,7 @@ def test_from_a_folder_to_metrics_in_four_calls(folder, tmp_path):
     assert chosen.names == tuple(capture.names[i] for i in chosen.indices)
     assert not set(chosen.indices) & {0, 6, 12, 18}
     assert np.isfinite(chosen.scores).all()
-    model = fsel.reconstruct(capture, chosen.indices)
+    model = fsel.fit(capture, chosen.indices)
     scores = fsel.evaluate(capture, model, np.array([0, 6, 12, 18]))
     assert {name: values.shape for name, values in scores.items()} == {
         "psnr": (4,),
@@ -91,7 +102,7 @@ def test_requests_that_cannot_be_met_are_refused(arguments, said, folder):
 
 def test_an_unknown_reconstructor_is_refused(folder):
     with pytest.raises(ValueError, match="allowed: splats"):
-        fsel.reconstruct(fsel.read_capture(folder), [0, 1], "nerf")
+        fsel.fit(fsel.read_capture(folder), [0, 1], "nerf")
 
 
 def test_the_shipped_scorer_is_what_its_record_says():

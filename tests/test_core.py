@@ -46,7 +46,7 @@ capture = fsel.read_capture("ring", long_side=48)
 for method in fsel.METHODS:
     chosen = fsel.select(capture, 4, targets="every:8", method=method)
     assert len(chosen.indices) == 4, method
-model = fsel.reconstruct(capture, chosen.indices)
+model = fsel.fit(capture, chosen.indices)
 assert fsel.evaluate(capture, model, range(0, len(capture), 8))["psnr"].min() > 0
 """
 SAVE = """

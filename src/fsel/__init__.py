@@ -4,7 +4,7 @@
 
     capture = fsel.read_capture("captures/garden")
     chosen = fsel.select(capture, 30, targets="every:8")
-    model = fsel.reconstruct(capture, chosen.indices)
+    model = fsel.fit(capture, chosen.indices)
     model.export_ply("garden.ply")
 
 `METHODS`, `LAYOUTS` and `RECONSTRUCTORS` are the registries. Everything is imported when first
@@ -12,6 +12,14 @@ used, so that `import fsel` costs nothing.
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # the same names, for type checkers and editors
+    from fsel.api import Selection, evaluate, fit, select
+    from fsel.layouts import LAYOUTS, read_capture
+    from fsel.methods import METHODS
+    from fsel.reconstruct import RECONSTRUCTORS
+    from fsel.request.budget import Auto
 
 _HOMES = {
     "read_capture": "fsel.layouts",
@@ -19,17 +27,26 @@ _HOMES = {
     "select": "fsel.api",
     "Selection": "fsel.api",
     "Auto": "fsel.request.budget",
+    "fit": "fsel.api",
     "evaluate": "fsel.api",
     "METHODS": "fsel.methods",
     "RECONSTRUCTORS": "fsel.reconstruct",
 }
 
-__all__ = [*_HOMES, "reconstruct"]
+__all__ = [
+    "LAYOUTS",
+    "METHODS",
+    "RECONSTRUCTORS",
+    "Auto",
+    "Selection",
+    "evaluate",
+    "fit",
+    "read_capture",
+    "select",
+]
 
 
-def __getattr__(name: str):
-    if name == "reconstruct":
-        return import_module("fsel.reconstruct")
+def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'fsel' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)

@@ -1,25 +1,28 @@
-"""The library's face: select and evaluate; `fsel.reconstruct` lies between them."""
+"""The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
 from fsel.capture import Capture
 from fsel.features.sharpness import sharpness as measure_sharpness
 from fsel.geometry import pose_distance
-from fsel.problem import Problem, checked_select
+from fsel.problem import Method, Problem, checked_select
 from fsel.request import budget
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
 from fsel.request.targets import Request, Targets, targets_of
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from fsel.reconstruct import Model
+    from fsel.reconstruct.splats.reconstructor import SplatModel
 
 LEAST_FRAMES = 3
 SHIPPED = "fsel"  # the method whose weights come with the package
@@ -86,29 +89,29 @@ def select(
         sharpness = measure_sharpness(capture.images)
     seen = None if method == SHIPPED else _described(capture)
     ranked = _ranked_by(method, seed)
-    auto = auto_of(k)
+    asked = number_of(k)
     started = time.perf_counter()
     problem = _problem(capture, targets, sharpness, focus, seen)
     found = None
-    if auto is None:
-        frames, scores = ranked(problem, k)
+    if isinstance(asked, Auto):
+        frames, scores, found = _enough(problem, ranked, asked)
     else:
-        frames, scores, found = _enough(problem, ranked, auto)
+        frames, scores = ranked(problem, asked)
     seconds = time.perf_counter() - started
     return Selection(tuple(capture.names[i] for i in frames), frames, scores, seconds, found)
 
 
-def auto_of(k: int | str | Auto) -> Auto | None:
-    """What k asks to be found; None where it is a number.
+def number_of(k: int | str | Auto) -> int | Auto:
+    """The number of frames, or how it is to be found.
 
     Raises:
         ValueError: for another word than `auto`.
     """
-    if isinstance(k, str):
-        if k != AUTO:
-            raise ValueError(f"k is {k!r}; allowed: a number of frames, or {AUTO!r}")
-        return Auto()
-    return k if isinstance(k, Auto) else None
+    if not isinstance(k, str):
+        return k
+    if k != AUTO:
+        raise ValueError(f"k is {k!r}; allowed: a number of frames, or {AUTO!r}")
+    return Auto()
 
 
 def _enough(problem: Problem, ranked: Ranked, auto: Auto) -> tuple[np.ndarray, np.ndarray, Budget]:
@@ -148,7 +151,7 @@ def checked_request(
 
     Arguments and errors are those of `select`.
     """
-    auto = auto_of(k)
+    asked = number_of(k)
     if method != SHIPPED:
         _method(method)
     if len(capture) < LEAST_FRAMES:
@@ -159,15 +162,15 @@ def checked_request(
     targets = targets_of(capture, request)
     if focus is not None:
         targets = targets.seeing(focus.corners)
-    if auto is not None:
-        _check_auto(auto, method, capture)
+    if isinstance(asked, Auto):
+        _check_auto(asked, method, capture)
         return targets
     most = len(targets.pool(capture))
-    if not 1 <= k <= most:
+    if not 1 <= asked <= most:
         held = f", {len(targets.frames)} being held out as targets" if len(targets.frames) else ""
         raise ValueError(
-            f"k is {k}; allowed: 1 to {most}, the frames of {capture.source} that may be selected"
-            f"{held}"
+            f"k is {asked}; allowed: 1 to {most}, the frames of {capture.source} that may be "
+            f"selected{held}"
         )
     return targets
 
@@ -186,7 +189,7 @@ def _check_auto(auto: Auto, method: str, capture: Capture) -> None:
         )
 
 
-def _method(name: str):
+def _method(name: str) -> Method:
     from fsel.methods import METHODS
 
     if name not in METHODS:
@@ -226,12 +229,52 @@ def _problem(
     )
 
 
-def evaluate(capture: Capture, model: Model, targets: np.ndarray) -> dict[str, np.ndarray]:
+@overload
+def fit(
+    capture: Capture,
+    frames: ArrayLike,
+    reconstructor: Literal["splats"] = "splats",
+    **settings: Any,
+) -> SplatModel: ...
+
+
+@overload
+def fit(capture: Capture, frames: ArrayLike, reconstructor: str, **settings: Any) -> Model: ...
+
+
+def fit(
+    capture: Capture, frames: ArrayLike, reconstructor: str = "splats", **settings: Any
+) -> Model:
+    """Reconstruct a capture's scene from some of its frames.
+
+    Args:
+        capture: at the size to reconstruct at: the `long_side` of `fsel.read_capture`.
+        frames: numbers of two or more distinct frames.
+        reconstructor: a key of `RECONSTRUCTORS`.
+        settings: of the reconstructor.
+
+    Returns:
+        A model: `render(views)` gives (T, h, w, 3) float32 images; that of `splats` also has
+        `export_ply(path)`, which writes standard Gaussian splats.
+
+    Raises:
+        ValueError: for an unknown reconstructor, fewer than two frames, or repeated ones.
+    """
+    from fsel.reconstruct import RECONSTRUCTORS
+
+    if reconstructor not in RECONSTRUCTORS:
+        raise ValueError(
+            f"reconstructor is {reconstructor!r}; allowed: {', '.join(RECONSTRUCTORS)}"
+        )
+    return RECONSTRUCTORS[reconstructor](capture, **settings).fit(np.asarray(frames, np.int64))
+
+
+def evaluate(capture: Capture, model: Model, targets: ArrayLike) -> dict[str, np.ndarray]:
     """Compare a model's renderings with frames that it was not made from.
 
     Args:
         capture: what the model was made from, at the same size.
-        model: what `reconstruct` returns.
+        model: what `fit` returns.
         targets: (T,) numbers of held-out frames.
 
     Returns:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -170,7 +170,7 @@ class Capture:
             masks=masks,
         )
 
-    def save(self, folder: str | Path, **found) -> None:
+    def save(self, folder: str | Path, **found: Any) -> None:
         """Write frames.parquet, points.parquet, images.npy (and masks.npy) into `folder`.
 
         Arrays that already are those files, streamed there while they were made, stay as they are.

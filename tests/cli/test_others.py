@@ -123,7 +123,7 @@ def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
             picks = np.array([whole.names.index(frame) for frame in names])
             assert len(picks) == k
             assert not set(picks) & set(held)
-            model = fsel.reconstruct(whole, np.sort(picks))
+            model = fsel.fit(whole, np.sort(picks))
             found.append(fsel.evaluate(whole, model, held)["psnr"].mean())
         assert row["psnr"] == pytest.approx(np.mean(found), abs=1e-4)
     table = (out / "compare.txt").read_text().splitlines()
@@ -172,7 +172,7 @@ def test_reconstruct_writes_splats_that_an_independent_reader_reads(capture, tmp
     assert color.max() < 1 + 1e-4
     assert np.ptp(color) > 0.5
     whole = fsel.read_capture(capture, long_side=64)
-    model = fsel.reconstruct(whole, np.array([3, 9, 5, 4]))
+    model = fsel.fit(whole, np.array([3, 9, 5, 4]))
     opacity = 1 / (1 + np.exp(-vertex["opacity"].astype(float)))
     assert opacity.min() >= 0.25 - 1e-4  # what the reconstructor keeps
     extent = np.linalg.norm(np.stack([vertex[axis] for axis in "xyz"]), axis=0)

@@ -191,7 +191,7 @@ def test_what_is_kept_fits_the_memory(ring):
     memory = 5 * 64 * 48 * budget.SPLAT + 7
     chosen = fsel.select(ring, fsel.Auto(1e-6, memory))
     assert len(chosen.names) == 5
-    model = fsel.reconstruct(ring, chosen.indices, opacity=0.0)
+    model = fsel.fit(ring, chosen.indices, opacity=0.0)
     assert model.bytes == budget.SPLAT * model.primitives
     assert 0.5 * memory < model.bytes <= memory
 

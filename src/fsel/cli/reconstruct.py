@@ -24,7 +24,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
         with console.clock("reconstructing"):
-            model = fsel.reconstruct(loaded, np.arange(len(frames)))
+            model = fsel.fit(loaded, np.arange(len(frames)))
         model.export_ply(stage)
     console.say(
         "written", f"{asked.out}: {model.primitives} splats, fitted in {model.seconds:.1f} s"

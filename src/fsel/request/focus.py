@@ -80,9 +80,12 @@ def from_capture(capture: Capture, frames: np.ndarray) -> Focus:
         frames: (n,) the frames whose masks may be used.
 
     Raises:
-        ValueError: when fewer than two of them show the object.
+        ValueError: when the capture has no masks, or fewer than two of these show the object.
     """
-    masks = ((int(row), np.asarray(capture.masks[row])) for row in frames)
+    if capture.masks is None:
+        raise ValueError(f"{capture.source}: has no masks. Hint: give a box, or a folder of masks")
+    stored = capture.masks
+    masks = ((int(row), np.asarray(stored[row])) for row in frames)
     hint = f"{len(frames)} frames were looked at"
     return _seen_in(capture, masks, capture.source, hint)
 

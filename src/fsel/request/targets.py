@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -118,7 +119,9 @@ def named_in(path: Path, capture: Capture) -> np.ndarray:
     return _numbers(capture, [name for name in names if name], path)
 
 
-def _numbers(capture: Capture, asked: Sequence, path: Path | None = None) -> np.ndarray:
+def _numbers(
+    capture: Capture, asked: Sequence[Any] | np.ndarray, path: Path | None = None
+) -> np.ndarray:
     """Frames by name or number, each once, in the order asked for."""
     where = f"{path}: " if path else ""
     if not len(asked):
@@ -195,7 +198,7 @@ def camera_path(path: Path, capture: Capture) -> Views:
     return Views(inverse, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
 
 
-def _undone(poses: np.ndarray, path: Path, content: dict) -> np.ndarray:
+def _undone(poses: np.ndarray, path: Path, content: dict[str, Any]) -> np.ndarray:
     """Camera-to-world poses without the world transform that the file or its neighbour states."""
     beside = path.with_name("dataparser_transforms.json")
     scale, transform = 1.0, content.get("applied_transform")
