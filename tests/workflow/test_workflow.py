@@ -1,6 +1,5 @@
 """The workflow's plan and its refusals, by dry runs; scripts stay thin."""
 
-import ast
 import json
 import re
 
@@ -9,18 +8,6 @@ import yaml
 from dry_runs import ROOT, changed, dry_run, planned, refusal
 
 from fsel.layouts import LAYOUTS
-
-
-def test_selecting_rules_watch_every_module_that_the_selector_imports():
-    rules = (ROOT / "workflow" / "rules" / "common.smk").read_text()
-    watched = re.findall(r'"(.+?)"', re.search(r"FEATURES = \((.*?)\n\)", rules, re.DOTALL)[1])
-    found, asked = set(), ["selector", "greedy_kernel"]
-    while asked:
-        found.add(module := asked.pop())
-        for node in ast.walk(ast.parse((ROOT / "src" / "fsel" / f"{module}.py").read_text())):
-            if isinstance(node, ast.ImportFrom) and node.module.startswith("fsel."):
-                asked += {node.module.removeprefix("fsel.")} - found
-    assert found <= set(watched)
 
 
 def test_default_config_plans_every_job(tmp_path):

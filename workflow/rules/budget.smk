@@ -13,16 +13,7 @@ rule measure_curves:
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         weights="<results>/selector/fsel/seed0.safetensors",
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            *FILES,
-            "request/budget",
-            "request/scene_depth",
-            "experiments/budget_curves",
-            "stages/label",
-            "selector/policies",
-        ),
+        lib=library("measure_curves"),
     output:
         "<results>/{dataset}/{scene}/curves.parquet",
     log:
@@ -48,7 +39,7 @@ rule measure_curves:
 rule fit_budget:
     input:
         curves=collect("<results>/{scene}/curves.parquet", scene=PRACTISED),
-        lib=library("request/budget", *FILES, "experiments/budget_curves"),
+        lib=library("fit_budget"),
     output:
         record="<results>/selector/budget.json",
         comparison="<results>/selector/budget.csv",
@@ -82,16 +73,7 @@ rule measure_budgets:
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         weights="<results>/selector/fsel/seed0.safetensors",
         record="<results>/selector/budget.json",
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            *FILES,
-            "request/budget",
-            "request/scene_depth",
-            "experiments/budget",
-            "selector/policies",
-            "experiments/bench",
-        ),
+        lib=library("measure_budgets"),
     output:
         "<results>/{dataset}/{scene}/budgets.parquet",
     log:
@@ -119,7 +101,7 @@ rule measure_budgets:
 rule budget:
     input:
         measured=[f"<results>/{d}/{s}/budgets.parquet" for d, s in evaluation_scenes()],
-        lib=library("report", "experiments/budget", "stages/ksweep"),
+        lib=library("budget"),
     output:
         table=report(
             "<tables>/budget.tex",

@@ -8,7 +8,7 @@ Outputs: <results>/{dataset}/{scene}/{frames,points,descriptors}.parquet and ima
 
 rule generate:
     input:
-        lib=library("layouts/recording", "layouts", "synthesis", "stages/generate"),
+        lib=library("generate"),
     output:
         directory("<results>/data/{dataset}/{scene}"),
     log:
@@ -39,7 +39,7 @@ rule generate:
 rule ingest:
     input:
         capture=raw_capture,
-        lib=library("capture", "geometry", "layouts/recording", "layouts", "stages/ingest"),
+        lib=library("ingest"),
     output:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
@@ -70,7 +70,7 @@ rule describe:
     input:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library("features/appearance", "capture", "features/sharpness", "stages/describe"),
+        lib=library("describe"),
     output:
         "<results>/{dataset}/{scene}/descriptors.parquet",
     log:
@@ -95,7 +95,7 @@ rule split:
     input:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library("capture", "geometry", "split", *FILES),
+        lib=library("split"),
     output:
         expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
@@ -129,7 +129,7 @@ rule features:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        lib=library("capture", "features", "geometry", "problem", *FILES),
+        lib=library("features"),
     output:
         expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/features.parquet",

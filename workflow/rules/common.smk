@@ -20,7 +20,6 @@ READING = {
 # kernel each time and ask for them anew, 8 % of a search; bytes, inherited by every job
 for threshold in ("MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"):
     os.environ.setdefault(threshold, str(32 << 20))
-LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
 
 
 def refuse(message, hint):
@@ -399,17 +398,6 @@ def large_capture(wildcards):
     return raw_capture(wildcards)
 
 
-def library(*parts):
-    """Sources under src/fsel as inputs, so that an edit reruns what it may change."""
-    found = []
-    for part in parts:
-        path = LIBRARY / part
-        found += (
-            sorted(path.glob("*.py")) if path.is_dir() else [path.with_suffix(".py")]
-        )
-    return [str(path) for path in found]
-
-
 check_experiment()
 
 TRAINED = config["training"]["dataset"]
@@ -421,21 +409,6 @@ PRACTISED = [
     for d in config["datasets"]
     for s in scenes(d, "train")[: config["refinement"]["scenes"]]
 ]
-RECONSTRUCTION = ("capture", "evaluation", "metrics", "reconstruct")
-FEATURES = (
-    "capture",
-    "features/conditioned",
-    "features/conditioned",
-    "features",
-    "geometry",
-    "selector/compiled",
-    "selector/screening",
-    "problem",
-    "selector/scorer",
-    "selector/greedy",
-    "split",
-)
-FILES = ("files", "stages/journal", "stages/split")
 
 
 wildcard_constraints:

@@ -12,15 +12,7 @@ rule label:
         points=f"<results>/{TRAINED}/{{scene}}/points.parquet",
         images=f"<results>/{TRAINED}/{{scene}}/images.npy",
         descriptors=f"<results>/{TRAINED}/{{scene}}/descriptors.parquet",
-        lib=library(
-            "baselines/nearest",
-            "geometry",
-            "training/search",
-            "split",
-            *RECONSTRUCTION,
-            *FILES,
-            "stages/label",
-        ),
+        lib=library("label"),
     output:
         labels=expand(
             "<results>/labels/{{scene}}/p{coverage}.parquet",
@@ -58,7 +50,7 @@ rule trajectories:
             scene=LABELLED,
             coverage=config["coverages"],
         ),
-        lib=library("capture", "geometry", "training/ordering", *FILES, "stages/label"),
+        lib=library("trajectories"),
     output:
         "<results>/trajectories.parquet",
     log:

@@ -8,23 +8,7 @@ Outputs: <tables>/{stability,precision}.{tex,csv}.
 
 rule stability:
     input:
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            "features/appearance",
-            "baselines",
-            "experiments/stability",
-            "selector/plain",
-            "methods",
-            "training/ordering",
-            "selector/policies",
-            "report",
-            "training/search",
-            "features/sharpness",
-            "selector/pretrained",
-            "experiments/hard_cases",
-            "training/imitation",
-        ),
+        lib=library("stability"),
     output:
         table=report(
             "<tables>/stability.tex",
@@ -75,18 +59,7 @@ rule precision:
         trained_splits=collect(
             "<results>/labels/{scene}/splits.parquet", scene=LABELLED
         ),
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            "experiments/precision",
-            "selector/plain",
-            *FILES,
-            "selector/policies",
-            "stages/train",
-            "report",
-            "experiments/hard_cases",
-            "training/imitation",
-        ),
+        lib=library("precision"),
     output:
         table=report(
             "<tables>/precision.tex",

@@ -28,17 +28,7 @@ rule measure_objects:
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         ours=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
         fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            *FILES,
-            "baselines",
-            "request/focus",
-            "experiments/crosscapture",
-            "experiments/objectcentric",
-            "stages/label",
-            "selector/policies",
-        ),
+        lib=library("measure_objects"),
     output:
         "<results>/{dataset}/{scene}/objects.parquet",
     log:
@@ -68,12 +58,7 @@ rule measure_objects:
 rule objectcentric:
     input:
         measured=of_objects("objects.parquet"),
-        lib=library(
-            "report",
-            "experiments/crosscapture",
-            "experiments/objectcentric",
-            "stages/ksweep",
-        ),
+        lib=library("objectcentric"),
     output:
         table=report(
             "<tables>/objectcentric.tex",

@@ -24,7 +24,7 @@ rule handsign:
         evaluations=collect(
             "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
         ),
-        lib=library("report", "experiments/handsign", "stages/ksweep"),
+        lib=library("handsign"),
     output:
         table=report(
             "<tables>/handsign.tex",
@@ -62,7 +62,7 @@ rule seedvar:
         evaluations=collect(
             "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
         ),
-        lib=library("report", "experiments/seedvar", "stages/ksweep"),
+        lib=library("seedvar"),
     output:
         table=report(
             "<tables>/seedvar.tex",
@@ -102,9 +102,7 @@ rule measure_searched:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library(
-            *RECONSTRUCTION, *FILES, "experiments/ga_vs_learned", "stages/label"
-        ),
+        lib=library("measure_searched"),
     output:
         "<results>/{dataset}/{scene}/draw{draw}/searched.parquet",
     log:
@@ -130,7 +128,7 @@ rule ga_vs_learned:
         evaluations=of_held_out("evaluation.parquet"),
         oracles=of_held_out("oracle.parquet"),
         searched=of_held_out("searched.parquet"),
-        lib=library("report", "experiments/ga_vs_learned", "stages/ksweep"),
+        lib=library("ga_vs_learned"),
     output:
         table=report(
             "<tables>/ga_vs_learned.tex",
@@ -168,7 +166,7 @@ rule ga_vs_learned:
 rule training_figure:
     input:
         logs=collect("<results>/selector/seed{seed}.parquet", seed=SEEDS),
-        lib=library("report", "experiments/training_figure", "stages/ksweep"),
+        lib=library("training_figure"),
     output:
         figures=report(
             multiext("<figures>/training", ".pdf", ".png"),
@@ -205,14 +203,7 @@ rule pipeline_figure:
             coverage=config["coverages"],
         ),
         trajectories="<results>/trajectories.parquet",
-        lib=library(
-            "capture",
-            "request/paths",
-            "report",
-            *FILES,
-            "experiments/pipeline_figure",
-            "stages/ksweep",
-        ),
+        lib=library("pipeline_figure"),
     output:
         figures=report(
             multiext("<figures>/pipeline", ".pdf", ".png"),
@@ -248,15 +239,7 @@ rule qualitative:
         images=first_scene("images.npy"),
         split=first_scene("draw0/split.parquet"),
         selections=first_scene("draw0/selections.parquet"),
-        lib=library(
-            *RECONSTRUCTION,
-            "request/paths",
-            "report",
-            *FILES,
-            "experiments/qualitative",
-            "stages/label",
-            "stages/ksweep",
-        ),
+        lib=library("qualitative"),
     output:
         figures=report(
             multiext("<figures>/qualitative_{dataset}", ".pdf", ".png"),
@@ -294,15 +277,7 @@ use rule qualitative as teaser with:
         images=f"<results>/{TIMED}/images.npy",
         split=f"<results>/{TIMED}/draw0/split.parquet",
         selections=f"<results>/{TIMED}/draw0/selections.parquet",
-        lib=library(
-            *RECONSTRUCTION,
-            "request/paths",
-            "report",
-            *FILES,
-            "experiments/qualitative",
-            "stages/label",
-            "stages/ksweep",
-        ),
+        lib=library("qualitative"),
     output:
         figures=report(
             multiext("<figures>/teaser", ".pdf", ".png"),
@@ -333,14 +308,7 @@ rule train_geometry:
             f"<results>/{TRAINED}/{{scene}}/descriptors.parquet", scene=LABELLED
         ),
         splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
-        lib=library(
-            *FEATURES,
-            "training/imitation",
-            *FILES,
-            "experiments/ablation/variants",
-            "selector/policies",
-            "stages/train",
-        ),
+        lib=library("train_variant"),
     output:
         "<results>/selector/geometry/seed{seed}.safetensors",
     log:
@@ -377,14 +345,7 @@ rule evaluate_geometry:
         weights=collect(
             "<results>/selector/geometry/seed{seed}.safetensors", seed=SEEDS
         ),
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            *FILES,
-            "experiments/ablation/variants",
-            "stages/label",
-            "selector/policies",
-        ),
+        lib=library("evaluate_variant"),
     output:
         expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/geometry.parquet",
@@ -420,20 +381,7 @@ rule measure_costs:
         ours="<results>/selector/seed0.safetensors",
         ours_no_appearance="<results>/selector/no_appearance/seed0.safetensors",
         ours_geometry="<results>/selector/geometry/seed0.safetensors",
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            *FILES,
-            "features/appearance",
-            "features/sharpness",
-            "baselines/uniform",
-            "experiments/costs",
-            "experiments/footprint",
-            "experiments/ablation/variants",
-            "stages/label",
-            "selector/policies",
-            "experiments/selection_time",
-        ),
+        lib=library("measure_costs"),
     output:
         costs="<results>/{dataset}/{scene}/costs.parquet",
         times="<results>/{dataset}/{scene}/times.parquet",
@@ -460,7 +408,7 @@ rule measure_costs:
 rule saturation:
     input:
         costs=of_held_out_scenes("costs.parquet"),
-        lib=library("report", "experiments/costs", "stages/ksweep"),
+        lib=library("saturation"),
     output:
         figures=report(
             multiext("<figures>/saturation", ".pdf", ".png"),
@@ -493,13 +441,7 @@ rule time_quality:
         variant=of_held_out_scenes("geometry.parquet", range(config["draws"])),
         costs=of_held_out_scenes("costs.parquet"),
         times=of_held_out_scenes("times.parquet"),
-        lib=library(
-            "report",
-            "experiments/costs",
-            "experiments/time_quality",
-            "experiments/ablation/variants",
-            "stages/ksweep",
-        ),
+        lib=library("time_quality"),
     output:
         table=report(
             "<tables>/time_quality.tex",
@@ -549,15 +491,7 @@ rule measure_crosscapture:
             "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
         ),
         fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            *FILES,
-            "baselines",
-            "experiments/crosscapture",
-            "stages/label",
-            "selector/policies",
-        ),
+        lib=library("measure_crosscapture"),
     output:
         "<results>/{dataset}/{scene}/crosscapture.parquet",
     log:
@@ -583,7 +517,7 @@ rule measure_crosscapture:
 rule crosscapture:
     input:
         measured=of_rooms("crosscapture.parquet"),
-        lib=library("report", "experiments/crosscapture", "stages/ksweep"),
+        lib=library("crosscapture"),
     output:
         table=report(
             "<tables>/crosscapture.tex",

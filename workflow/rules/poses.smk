@@ -39,12 +39,7 @@ use rule generate as generate_large with:
 rule estimate_poses:
     input:
         capture=large_capture,
-        lib=library(
-            "capture",
-            "experiments/pose_errors",
-            "layouts",
-            "experiments/estimate_poses",
-        ),
+        lib=library("estimate_poses"),
     output:
         given=multiext(
             "<results>/{dataset}/{scene}/poses/given/",
@@ -85,9 +80,7 @@ use rule describe as describe_posed with:
     input:
         frames="<results>/{dataset}/{scene}/poses/given/frames.parquet",
         images="<results>/{dataset}/{scene}/poses/given/images.npy",
-        lib=library(
-            "features/appearance", "capture", "features/sharpness", "stages/describe"
-        ),
+        lib=library("describe"),
     output:
         "<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
     log:
@@ -102,16 +95,7 @@ rule measure_estimated:
         given=rules.estimate_poses.output.given,
         estimated=rules.estimate_poses.output.estimated,
         descriptors="<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            *FILES,
-            "baselines",
-            "experiments/crosscapture",
-            "experiments/pose_trials",
-            "stages/label",
-            "selector/policies",
-        ),
+        lib=library("measure_estimated"),
     output:
         "<results>/{dataset}/{scene}/poses/estimated.parquet",
     log:
@@ -144,17 +128,7 @@ rule measure_noise:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            *FILES,
-            "baselines",
-            "experiments/crosscapture",
-            "experiments/pose_trials",
-            "stages/label",
-            "selector/policies",
-            "experiments/pose_errors",
-        ),
+        lib=library("measure_noise"),
     output:
         "<results>/{dataset}/{scene}/poses/noise.parquet",
     log:
@@ -186,9 +160,7 @@ rule poses:
         estimated=of_posed("estimated.parquet"),
         noise=of_posed("noise.parquet"),
         errors=of_posed("errors.parquet"),
-        lib=library(
-            "report", "experiments/pose_trials", "experiments/poses", "stages/ksweep"
-        ),
+        lib=library("poses"),
     output:
         table=report(
             "<tables>/poses.tex",
@@ -226,9 +198,7 @@ rule poses:
 rule pose_noise:
     input:
         noise=of_posed("noise.parquet"),
-        lib=library(
-            "report", "experiments/pose_trials", "experiments/poses", "stages/ksweep"
-        ),
+        lib=library("pose_noise"),
     output:
         figures=report(
             multiext("<figures>/pose_noise", ".pdf", ".png"),

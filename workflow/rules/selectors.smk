@@ -15,9 +15,7 @@ rule train:
             f"<results>/{TRAINED}/{{scene}}/descriptors.parquet", scene=LABELLED
         ),
         splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
-        lib=library(
-            *FEATURES, "training/imitation", *FILES, "selector/policies", "stages/train"
-        ),
+        lib=library("train"),
     output:
         # all seeds in one job: they share the trajectories' inputs, and the import of torch
         weights=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
@@ -66,14 +64,7 @@ rule refine:
         points=collect("<results>/{scene}/points.parquet", scene=PRACTISED),
         images=collect("<results>/{scene}/images.npy", scene=PRACTISED),
         descriptors=collect("<results>/{scene}/descriptors.parquet", scene=PRACTISED),
-        lib=library(
-            *FEATURES,
-            *RECONSTRUCTION,
-            "training/refinement",
-            *FILES,
-            "selector/policies",
-            "stages/train",
-        ),
+        lib=library("refine"),
     output:
         weights="<results>/selector/fsel/seed{seed}.safetensors",
         log="<results>/selector/fsel/seed{seed}.parquet",

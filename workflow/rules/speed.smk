@@ -8,17 +8,6 @@ Outputs: <tables>/{selection_time,speed_error,economy,fisher_damping}.{tex,csv},
 TIMED = "/".join(evaluation_scenes()[0])
 MEASURED = problems(config["oracle"]["draws"])
 SWEPT = problems(1)
-JUDGED = (
-    *RECONSTRUCTION,
-    "baselines/nearest",
-    "geometry",
-    "problem",
-    "split",
-    "synthesis",
-    *FILES,
-    "experiments/true_depth",
-    "experiments/bench",
-)
 
 
 rule selection_time:
@@ -31,19 +20,7 @@ rule selection_time:
             "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
         ),
         fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
-        lib=library(
-            *FEATURES,
-            "features/appearance",
-            "baselines",
-            "reconstruct",
-            "report",
-            "training/search",
-            "features/sharpness",
-            *FILES,
-            "selector/policies",
-            "stages/ksweep",
-            "experiments/selection_time",
-        ),
+        lib=library("selection_time"),
     output:
         table=report(
             "<tables>/selection_time.tex",
@@ -87,7 +64,7 @@ rule speed_settings:
         descriptors=[
             f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
         ],
-        lib=library(*JUDGED, "experiments/speed_settings"),
+        lib=library("speed_settings"),
     output:
         "<results>/speed_settings.csv",
     log:
@@ -119,15 +96,7 @@ rule economy:
         descriptors=[
             f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
         ],
-        lib=library(
-            *JUDGED,
-            "features/appearance",
-            "reconstruct/splats/culling",
-            "report",
-            "features/sharpness",
-            "experiments/economy",
-            "experiments/selection_time",
-        ),
+        lib=library("economy"),
     output:
         table=report(
             "<tables>/economy.tex",
@@ -174,13 +143,7 @@ rule speed_error:
             scene=LABELLED,
             coverage=config["coverages"],
         ),
-        lib=library(
-            "baselines",
-            "report",
-            "selector/policies",
-            "experiments/speed_error",
-            "stages/ksweep",
-        ),
+        lib=library("speed_error"),
     output:
         table=report(
             "<tables>/speed_error.tex",
@@ -234,16 +197,7 @@ rule fisher_damping:
         descriptors=[
             f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
         ],
-        lib=library(
-            *RECONSTRUCTION,
-            "baselines",
-            "problem",
-            "report",
-            "training/search",
-            *FILES,
-            "experiments/fisher_damping",
-            "stages/label",
-        ),
+        lib=library("fisher_damping"),
     output:
         table=report(
             "<tables>/fisher_damping.tex",

@@ -22,15 +22,7 @@ rule select:
             "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
         ),
         fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
-        lib=library(
-            *FEATURES,
-            "baselines",
-            "reconstruct",
-            "training/search",
-            *FILES,
-            "selector/policies",
-            "stages/select",
-        ),
+        lib=library("select"),
     output:
         expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/selections.parquet",
@@ -70,7 +62,7 @@ rule evaluate:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library(*RECONSTRUCTION, *FILES, "stages/label", "stages/select"),
+        lib=library("evaluate"),
     output:
         expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/evaluation.parquet",
@@ -101,9 +93,7 @@ rule search_oracle:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        lib=library(
-            *RECONSTRUCTION, "training/search", *FILES, "stages/label", "stages/select"
-        ),
+        lib=library("search_oracle"),
     output:
         subsets="<results>/{dataset}/{scene}/draw{draw}/subsets.parquet",
         oracle="<results>/{dataset}/{scene}/draw{draw}/oracle.parquet",
@@ -136,9 +126,7 @@ rule ksweep:
             "<results>/{problem}/oracle.parquet",
             problem=problems(config["oracle"]["draws"]),
         ),
-        lib=library(
-            "metrics", "report", "baselines", "selector/policies", "stages/ksweep"
-        ),
+        lib=library("ksweep"),
     output:
         table=report(
             "<tables>/ksweep.tex",
@@ -185,7 +173,7 @@ rule heatmap:
     input:
         summary="<tables>/ksweep.csv",
         differences="<tables>/ksweep_differences.csv",
-        lib=library("report", "baselines", "selector/policies", "stages/ksweep"),
+        lib=library("heatmap"),
     output:
         report(
             multiext("<figures>/heatmap", ".pdf", ".png"),

@@ -22,18 +22,7 @@ rule trial:
         validation_frames=of_validation_scenes("frames.parquet"),
         validation_descriptors=of_validation_scenes("descriptors.parquet"),
         validation_splits=of_validation_scenes("split.parquet", range(config["draws"])),
-        lib=library(
-            *FEATURES,
-            *FILES,
-            "experiments/ablation/architectures",
-            "baselines/dpp",
-            "experiments/ablation/trials",
-            "experiments/ablation/extras",
-            "selector/policies",
-            "stages/train",
-            "training/imitation",
-            "experiments/ablation/walk",
-        ),
+        lib=library("trial"),
     output:
         "<results>/trials/{table}/{trial}.parquet",
     log:
@@ -74,7 +63,7 @@ rule measure_trials:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         trials=lambda wildcards: of_trials(wildcards.table)(wildcards),
-        lib=library(*RECONSTRUCTION, *FILES, "experiments/ablation/trials", "stages/label"),
+        lib=library("measure_trials"),
     output:
         "<results>/{dataset}/{scene}/{table}.parquet",
     log:
@@ -100,7 +89,7 @@ rule feature_sweep:
     input:
         measured=of_validation_scenes("feature_sweep.parquet"),
         trials=of_trials("feature_sweep"),
-        lib=library("report", "experiments/ablation/tables", "experiments/ablation/extras", "stages/ksweep"),
+        lib=library("feature_sweep"),
     output:
         table=report(
             "<tables>/feature_sweep.tex",
@@ -139,7 +128,7 @@ rule scorer_arch:
     input:
         measured=of_validation_scenes("scorer_arch.parquet"),
         trials=of_trials("scorer_arch"),
-        lib=library("report", "experiments/ablation/tables", "experiments/ablation/extras", "stages/ksweep"),
+        lib=library("scorer_arch"),
     output:
         table=report(
             "<tables>/scorer_arch.tex",

@@ -1,0 +1,28 @@
+"""The library as input: an edit reruns exactly what it may change."""
+
+import sys
+
+LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
+sys.path.insert(0, str(Path(workflow.basedir, "src")))
+
+from fsel.stages.dependencies import dependencies
+
+try:
+    NEEDED = dependencies(
+        LIBRARY,
+        LIBRARY / "../../workflow/scripts",
+        Path(".snakemake", "library.json"),
+        using={"fsel.reconstruct:RECONSTRUCTORS": [config["reconstruction"]["name"]]},
+    )
+except ValueError as error:
+    raise WorkflowError(f"{error}\nHint: the workflow's scripts or the library name it")
+
+
+def library(script):
+    """Files of the library that a script in workflow/scripts needs, as inputs of its rule."""
+    if script not in NEEDED:
+        raise WorkflowError(
+            f"there is no workflow/scripts/{script}.py\n"
+            f"Hint: `library` takes the name of a script; there are {', '.join(NEEDED)}"
+        )
+    return [str(LIBRARY / path) for path in NEEDED[script]]
