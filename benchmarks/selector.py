@@ -21,10 +21,10 @@ import numpy as np
 from fsel.baselines.dpp import JITTER, greedy_map
 from fsel.baselines.kmedoids import distances, fasterpam
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL
+from fsel.geometry import farthest_views
 from fsel.selector import pretrained
 from fsel.selector.greedy import DYNAMIC, Prepared, greedy, standardise
 from fsel.selector.scorer import SHAPES, Scorer
-from fsel.training.search import farthest_views
 
 BOUNDS = {130: 3.0, 1_000: 15.0, 10_000: 100.0}  # milliseconds
 POOLS = (*BOUNDS, 100_000)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,21 +13,43 @@ from fsel.metrics import score_views
 from fsel.reconstruct import Reconstructor
 
 
+class Measured(NamedTuple):
+    """What a subset is worth on the views of an `Evaluator`, and what it cost.
+
+    Attributes:
+        scores: (T, 3) float64, a row a view; columns as `fsel.metrics.METRICS`.
+        fit_seconds, render_seconds: of the reconstruction, and of rendering all views.
+        primitives, bytes: of the model.
+    """
+
+    scores: np.ndarray
+    fit_seconds: float
+    render_seconds: float
+    primitives: int
+    bytes: int
+
+
+COSTS = Measured._fields[1:]
+
+
 @dataclass(frozen=True)
 class Evaluator:
-    """Scores subsets of one capture on fixed views.
+    """Scores subsets of one capture on frames of it, reconstructing each distinct subset once.
 
     Attributes:
         reconstructor: bound to the capture; its caches serve every subset.
-        views: T poses to render.
-        truth: (T, h, w, 3) uint8 images at those poses, at the reconstruction size.
+        frames: (T,) int64 the frames to render.
+        views: their poses.
+        truth: (T, h, w, 3) uint8 their images, at the reconstruction size.
         masks: (T, h, w) bool, the pixels that count; None for all.
     """
 
     reconstructor: Reconstructor
+    frames: np.ndarray
     views: Views
     truth: np.ndarray
     masks: np.ndarray | None = None
+    _known: dict[tuple[int, ...], Measured] = field(default_factory=dict, repr=False)
 
     @classmethod
     def on_frames(
@@ -41,13 +65,23 @@ class Evaluator:
         capture = reconstructor.capture
         truth = np.asarray(capture.images[frames])
         masks = np.asarray(capture.masks[frames]) if masked else None
-        return cls(reconstructor, capture.view(frames), truth, masks)
+        return cls(reconstructor, frames, capture.view(frames), truth, masks)
 
-    def per_view(self, subset: np.ndarray) -> np.ndarray:
-        """(T, 3) metrics of every view; columns as `fsel.metrics.METRICS`."""
-        model = self.reconstructor.fit(np.sort(subset))
-        return score_views(model.render(self.views), self.truth, self.masks)
+    def measure(self, subset: np.ndarray) -> Measured:
+        """Scores and costs of (K,) distinct frames, in any order."""
+        key = tuple(np.sort(subset).tolist())
+        if key not in self._known:
+            self._known[key] = self._reconstructed(np.array(key))
+        return self._known[key]
 
     def __call__(self, subset: np.ndarray) -> np.ndarray:
         """(3,) metrics averaged over the views."""
-        return self.per_view(subset).mean(axis=0)
+        return self.measure(subset).scores.mean(axis=0)
+
+    def _reconstructed(self, subset: np.ndarray) -> Measured:
+        model = self.reconstructor.fit(subset)
+        started = time.perf_counter()
+        rendered = model.render(self.views)
+        seconds = time.perf_counter() - started
+        scores = score_views(rendered, self.truth, self.masks)
+        return Measured(scores, model.seconds, seconds, model.primitives, model.bytes)

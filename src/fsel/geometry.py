@@ -104,3 +104,16 @@ def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray
     along = np.einsum("oi,oi->o", centroid - centers, axes)
     least = ROUNDING * np.abs(centers).max(initial=0.0)
     return centers + np.where(along > least, along, 0.0)[:, None] * axes
+
+
+def farthest_views(region: np.ndarray, centers: np.ndarray, k: int, start: int) -> np.ndarray:
+    """Farthest-point sampling of camera centres from a start; at most len(region) frames."""
+    chosen = [start]
+    gap = np.linalg.norm(centers[region] - centers[start], axis=1)
+    taken = region == start
+    while len(chosen) < min(k, len(region)):
+        best = int(np.argmax(np.where(taken, -1.0, gap)))
+        taken[best] = True
+        chosen.append(int(region[best]))
+        gap = np.minimum(gap, np.linalg.norm(centers[region] - centers[region[best]], axis=1))
+    return np.array(chosen)

@@ -10,6 +10,7 @@ import numba
 import numpy as np
 
 METRICS = ("psnr", "ssim", "gmsd")
+METRIC_UNITS = {"psnr": "dB"}  # the others have none
 HIGHER_IS_BETTER = {"psnr": True, "ssim": True, "gmsd": False}
 SSIM_WINDOW = 7
 MARGIN = SSIM_WINDOW // 2  # pixels along the edge around which no whole window fits

@@ -5,10 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fsel.capture import Capture, Views
+from fsel.split import Split
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,33 @@ class Problem:
     descriptors: np.ndarray
     sharpness: np.ndarray
     focus: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
+        """The selection problem of a split.
+
+        Args:
+            capture: the capture.
+            split: of its frames.
+            described: `descriptor` and `sharpness` of all frames, in order.
+        """
+        return cls(
+            capture=capture,
+            candidates=split.candidates,
+            proxies=split.proxies,
+            targets=capture.view(split.targets),
+            descriptors=np.stack(described["descriptor"].to_list()).astype(np.float32),
+            sharpness=described["sharpness"].to_numpy(np.float64),
+        )
+
+    @classmethod
+    def load(cls, folder: str | Path, split: str | Path) -> Problem:
+        """The problem of a split.parquet and the folder of a canonical capture, described."""
+        import pandas as pd  # here: it takes longer to import than a selection takes
+
+        folder = Path(folder)
+        described = pd.read_parquet(folder / "descriptors.parquet")
+        return cls.of(Capture.load(folder), Split.load(split), described)
 
     @cached_property
     def observed(self) -> np.ndarray:

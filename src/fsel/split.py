@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fsel.capture import Capture
 from fsel.geometry import pairwise_distances, pose_distance
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 COVERAGES = (25, 40, 60, 80, 100)
 
@@ -27,6 +33,45 @@ class Split:
     proxies: np.ndarray
     candidates: np.ndarray
     region: np.ndarray
+
+    def table(self, names: Sequence[str]) -> pd.DataFrame:
+        """One row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region."""
+        import pandas as pd  # here: it takes longer to import than a selection takes
+
+        role = np.full(len(names), "candidate", dtype=object)
+        proxy_of = np.full(len(names), -1)
+        role[self.targets], role[self.proxies] = "target", "proxy"
+        proxy_of[self.proxies] = self.targets
+        frames = np.arange(len(names))
+        return pd.DataFrame(
+            {
+                "frame": frames,
+                "name": names,
+                "role": role,
+                "proxy_of": proxy_of,
+                "in_region": np.isin(frames, self.region),
+            }
+        )
+
+    @classmethod
+    def from_table(cls, table: pd.DataFrame) -> Split:
+        """What `table` wrote down, its rows in any order."""
+        table = table.sort_values("frame")
+        frame, role = table["frame"].to_numpy(np.int64), table["role"]
+        proxies = table[role == "proxy"].sort_values("proxy_of")["frame"].to_numpy(np.int64)
+        return cls(
+            targets=frame[role == "target"],
+            proxies=proxies,
+            candidates=frame[role == "candidate"],
+            region=frame[table["in_region"]],
+        )
+
+    @classmethod
+    def load(cls, path: str | Path) -> Split:
+        """Read a split.parquet."""
+        import pandas as pd
+
+        return cls.from_table(pd.read_parquet(path))
 
 
 def evaluation_split(

@@ -11,10 +11,10 @@ from fsel.experiments.costs import mean_costs, steps
 from fsel.experiments.footprint import footprint, measure_alone
 from fsel.experiments.time_quality import _row, joined
 from fsel.features.static import FEATURES
+from fsel.reconstruct import reconstructor_of
 from fsel.report.latex import plain_table
 from fsel.report.summary import ALL_FRAMES
 from fsel.selector.scorer import SHAPES, Scorer
-from fsel.stages.label import reconstructor_of
 from fsel.synthesis import record
 from fsel.training.imitation import Trajectory, train
 

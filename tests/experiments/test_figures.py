@@ -12,11 +12,11 @@ from fsel.evaluation import Evaluator
 from fsel.experiments.pipeline_figure import met_until, pipeline_figure
 from fsel.experiments.qualitative import picks_of, qualitative
 from fsel.experiments.training_figure import training_figure
+from fsel.reconstruct import reconstructor_of
 from fsel.report.figures import footnote
 from fsel.report.plan import plan_positions
 from fsel.request.paths import upwards
-from fsel.stages.label import reconstructor_of
-from fsel.stages.split import split_from
+from fsel.split import Split
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 FACTS = {"embedded": ["DL3DV"], "real": [], "reconstructor": "splats", "long_side": 32}
@@ -35,7 +35,7 @@ def scene(tmp_path_factory):
 
 
 def targets_of(folder):
-    return split_from(pd.read_parquet(folder / "split.parquet")).targets
+    return Split.load(folder / "split.parquet").targets
 
 
 def outputs(folder):
@@ -89,7 +89,7 @@ def test_shown_views_have_the_quality_that_an_evaluation_finds(scene, tmp_path):
         assert selected["frame"].tolist() == frames.tolist()
         shown = part[part["role"] == "target"]
         assert shown["frame"].tolist() == targets.tolist()
-        np.testing.assert_allclose(shown["psnr"], evaluate.per_view(frames)[:, 0], atol=1e-5)
+        np.testing.assert_allclose(shown["psnr"], evaluate.measure(frames).scores[:, 0], atol=1e-5)
     assert all(path.stat().st_size > 1000 for path in figures)
 
 

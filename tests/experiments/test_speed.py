@@ -20,13 +20,14 @@ from fsel.experiments.speed_error import progress, speed_error
 from fsel.experiments.speed_settings import speed_settings
 from fsel.experiments.true_depth import true_depth
 from fsel.metrics import METRICS
+from fsel.problem import Problem
+from fsel.reconstruct import reconstructor_of
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import SplatModel
 from fsel.reconstruct.splats.culling import seen_by
 from fsel.report.latex import plain_table
 from fsel.report.speed import gaps, incumbent
-from fsel.stages.label import reconstructor_of
-from fsel.stages.split import load_problem, split_from
+from fsel.split import Split
 from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
@@ -294,8 +295,8 @@ def test_the_default_lambda_of_the_sweep_is_the_comparisons_fisherrf(scene, tmp_
     fisher_damping(problems, *paths, budgets=[6, 12], reconstruction=RECONSTRUCTION)
     table = pd.read_csv(paths[1])
     assert table["damping"].unique().tolist() == list(SWEEP)
-    problem = load_problem(scene, scene / "split.parquet")
-    targets = split_from(pd.read_parquet(scene / "split.parquet")).targets
+    problem = Problem.load(scene, scene / "split.parquet")
+    targets = Split.load(scene / "split.parquet").targets
     evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, RECONSTRUCTION), targets)
     picks = METHODS["fisher_rf"].select(problem, 12, np.random.default_rng(0))
     found = table[table["damping"] == SWEEP[0]].set_index("k")["psnr"]

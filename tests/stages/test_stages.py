@@ -1,7 +1,5 @@
 """Stages: tables on disk, the journal, and small captures through every adapter."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -9,17 +7,18 @@ import pytest
 from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.files import atomic, digest, fingerprint, table_metadata, write_table
+from fsel.problem import Problem
+from fsel.report.numbers import read_csv
 from fsel.split import Split
 from fsel.stages.describe import describe
 from fsel.stages.ingest import ingest
-from fsel.stages.job import job
-from fsel.stages.journal import Journal
-from fsel.stages.ksweep import Sweep, caption, ksweep, read_csv
+from fsel.stages.ksweep import Sweep, caption, ksweep
 from fsel.stages.label import label, trajectories
 from fsel.stages.select import evaluate, search_oracle, select
-from fsel.stages.split import load_problem, split, split_from, split_table
+from fsel.stages.split import split
 from fsel.stages.train import clone, refined
 from fsel.synthesis import record
+from fsel.training.journal import Journal
 
 SEARCH = {
     "labeller": "genetic",
@@ -133,7 +132,7 @@ def test_a_journal_of_other_inputs_is_not_read(tmp_path):
 
 def test_split_survives_its_table():
     parts = Split(np.array([1, 4]), np.array([5, 0]), np.array([2, 3]), np.array([3]))
-    table = split_table(parts, list("abcdef"))
+    table = parts.table(list("abcdef"))
     assert table["role"].tolist() == [
         "proxy",
         "target",
@@ -143,22 +142,9 @@ def test_split_survives_its_table():
         "proxy",
     ]
     assert table["proxy_of"].tolist() == [4, -1, -1, -1, -1, 1]
-    again = split_from(table.sample(frac=1, random_state=0))
+    again = Split.from_table(table.sample(frac=1, random_state=0))
     for name in ("targets", "proxies", "candidates", "region"):
         np.testing.assert_array_equal(getattr(again, name), getattr(parts, name))
-
-
-def fake_job(folder, params: dict) -> SimpleNamespace:
-    return SimpleNamespace(log=[str(folder / "logs" / "a.log")], threads=1, params=params)
-
-
-def test_a_job_logs_and_digests_its_parameters(tmp_path):
-    with job(fake_job(tmp_path, {"a": 1})) as found:
-        assert found == digest({"a": 1})
-    assert "done in" in (tmp_path / "logs" / "a.log").read_text()
-    with pytest.raises(ValueError, match="wrong"), job(fake_job(tmp_path, {})):
-        raise ValueError("wrong")
-    assert "ValueError: wrong" in (tmp_path / "logs" / "a.log").read_text()
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +202,7 @@ def test_labels_rank_subsets_and_trajectories_order_the_best(labelled):
 
 
 def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelled, tmp_path):
-    scenes = {"s": {"folder": scene, "splits": labelled / "splits.parquet"}}
+    scenes = {"s": (scene, labelled / "splits.parquet")}
     for name, seeds in (("a", 2), ("b", 1)):
         clone(
             scenes,
@@ -286,13 +272,13 @@ def swept(scene, tmp_path_factory):
         for name in ("split", "selections", "evaluation")
     )
     split(scene, splits, targets=4, seed=1, config="c")
-    select(scene, splits, {}, picks, budgets=[3, 5], seeds=[2, 2], config="c")
+    select(scene, splits, [], picks, budgets=[3, 5], seeds=[2, 2], config="c")
     evaluate(scene, splits, picks, outputs, reconstruction=RECONSTRUCTION, config="c")
     return draws
 
 
 def test_selections_nest_and_spare_the_targets(scene, swept):
-    problem = load_problem(scene, swept[0] / "split.parquet")
+    problem = Problem.load(scene, swept[0] / "split.parquet")
     assert len(problem.candidates) == 32
     picks = pd.read_parquet(swept[0] / "selections.parquet").sort_values("order")
     nearest = picks[picks["method"] == "nearest"].groupby("k")["frame"].agg(list)
@@ -304,7 +290,7 @@ def test_selections_nest_and_spare_the_targets(scene, swept):
     assert proxies & set(picks.loc[picks["pool"] == "observed", "frame"]) == proxies
     assert not proxies & set(picks.loc[picks["pool"] == "candidates", "frame"])
     assert picks.loc[picks["method"] == "random", "seed"].nunique() == 3
-    targets = split_from(pd.read_parquet(swept[0] / "split.parquet")).targets
+    targets = Split.load(swept[0] / "split.parquet").targets
     assert not set(targets.tolist()) & set(picks["frame"])
     evaluation = pd.read_parquet(swept[0] / "evaluation.parquet")
     assert len(evaluation) == 4 * len(picks[["method", "seed", "k"]].drop_duplicates())

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from fsel.geometry import farthest_views
 from fsel.training.search import (
     GeneticSettings,
-    farthest_views,
     fitness,
     genetic_search,
     initial_population,

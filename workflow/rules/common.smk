@@ -404,6 +404,11 @@ TRAINED = config["training"]["dataset"]
 LABELLED = {s: r for r in ("train", "validation") for s in scenes(TRAINED, r)}
 SEEDS = range(config["training"]["seeds"])
 REFINED = range(config["refinement"]["seeds"])
+SCORERS = [
+    *collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
+    *collect("<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS),
+    *collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+]
 PRACTISED = [
     f"{d}/{s}"
     for d in config["datasets"]

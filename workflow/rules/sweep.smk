@@ -17,11 +17,7 @@ rule select:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        ours=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
-        ours_no_appearance=collect(
-            "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
-        ),
-        fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+        weights=SCORERS,
         lib=library("select"),
     output:
         expand(

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 from fsel.experiments.ga_vs_learned import ga_vs_learned
-from fsel.stages.job import job, named
+from fsel.report.sweep import named
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.stages.job import job, named
+from fsel.report.sweep import named
+from fsel.stages.job import job
 from fsel.stages.ksweep import Sweep, ksweep
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ with job(snakemake):
         )
     ]
     named = zip(asked.scenes, given.trained_frames, given.trained_splits, strict=True)
-    scenes = {s: {"folder": Path(frames).parent, "splits": split} for s, frames, split in named}
+    scenes = {s: (Path(frames).parent, split) for s, frames, split in named}
     precision(
         problems,
         {"ours": given.ours, "fsel": given.fsel},

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 from fsel.experiments.seedvar import seedvar
-from fsel.stages.job import job, named
+from fsel.report.sweep import named
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

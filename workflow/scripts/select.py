@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fsel.selector.policies import POLICIES
 from fsel.stages.job import job
 from fsel.stages.select import select
 
@@ -14,7 +13,7 @@ with job(snakemake) as digest:
     select(
         Path(snakemake.input.frames).parent,
         snakemake.input.splits,
-        {name: list(snakemake.input[name]) for name in POLICIES},
+        snakemake.input.weights,
         snakemake.output,
         budgets=snakemake.params.budgets,
         seeds=snakemake.params.seeds,

@@ -13,7 +13,7 @@ with job(snakemake) as digest:
     scenes = {}
     for i, scene in enumerate(snakemake.params.scenes):
         folder = Path(snakemake.input.frames[i]).parent
-        scenes[scene] = {"folder": folder, "splits": snakemake.input.splits[i]}
+        scenes[scene] = (folder, snakemake.input.splits[i])
     train_variant(
         scenes,
         snakemake.input.trajectories,

@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fsel.experiments.ablation.trials import Case, trial
-from fsel.stages.job import job, named
+from fsel.report.sweep import named
+from fsel.stages.job import job
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -13,7 +14,7 @@ with job(snakemake) as digest:
     given, params = snakemake.input, snakemake.params
     scenes = {}
     for i, scene in enumerate(params.scenes):
-        scenes[scene] = {"folder": Path(given.frames[i]).parent, "splits": given.splits[i]}
+        scenes[scene] = (Path(given.frames[i]).parent, given.splits[i])
     validation = named(params.problems, given.validation_splits)
     trial(
         Case(**params.case),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.geometry import farthest_views
 from fsel.problem import Method, Problem
-from fsel.training.search import farthest_views
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:

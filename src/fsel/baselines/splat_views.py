@@ -15,10 +15,9 @@ import numpy as np
 from fsel.baselines.covisibility import grouped
 from fsel.baselines.greedy import most_central
 from fsel.capture import Capture
-from fsel.geometry import centered
+from fsel.geometry import centered, farthest_views
 from fsel.problem import Problem
 from fsel.reconstruct.splats import Splats
-from fsel.training.search import farthest_views
 
 FIT_SIDE = 32  # pixels of the longer side, of fitted images and of views
 START = 4  # farthest views before the first reconstruction, as in FisherRF's schedule

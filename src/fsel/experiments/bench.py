@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from fsel.baselines.nearest import nearest
 from fsel.capture import Capture, Views
 from fsel.experiments.true_depth import true_depth
 from fsel.metrics import score_views
+from fsel.problem import Problem
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.splats import SplatModel
-from fsel.stages.split import load_problem, split_from
+from fsel.split import Split
 
 REPEATS = 3  # the least of three times: other work on the machine only adds
 
@@ -49,8 +49,8 @@ def bench_of(problem: Mapping, *, k: int, long_side: int) -> Bench:
         k: frames to reconstruct from.
         long_side: pixels at which images are compared.
     """
-    posed = load_problem(Path(problem["folder"]), problem["split"])
-    targets = split_from(pd.read_parquet(problem["split"])).targets
+    posed = Problem.load(Path(problem["folder"]), problem["split"])
+    targets = Split.load(problem["split"]).targets
     small = posed.capture.resized(long_side)
     generated = problem["generated"]
     return Bench(

@@ -16,13 +16,12 @@ from fsel.files import write_table, write_text
 from fsel.problem import Problem
 from fsel.report.captions import made_by
 from fsel.report.latex import plain_table, tex
+from fsel.report.numbers import write_csv
 from fsel.request.budget import Auto, find, most, view_shift
 from fsel.selector.greedy import greedy
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Scorer
 from fsel.split import Split, coverage_split
-from fsel.stages.ksweep import write_csv
-from fsel.stages.split import problem_of, split_from
 
 logger = logging.getLogger(__name__)
 
@@ -71,7 +70,7 @@ def measure_budgets(
     rows = []
     for coverage, draw, split in _requests(capture, splits, coverages, seed):
         picks, kept = kept_of(
-            problem_of(capture, split, described), scorer, rules, max(budgets), worth, small.size
+            Problem.of(capture, split, described), scorer, rules, max(budgets), worth, small.size
         )
         asked = [*zip(RULES, kept, strict=True), *(("fixed", k) for k in budgets)]
         known = {k: _cost(small, picks[:k], split, reconstruction) for k in {k for _, k in asked}}
@@ -112,7 +111,7 @@ def _requests(
 ) -> Iterator[tuple[int, int, Split]]:
     """(coverage, draw, split): the experiment's draws, then requests of several sizes."""
     for draw, path in enumerate(splits):
-        yield 0, draw, split_from(pd.read_parquet(path))
+        yield 0, draw, Split.load(path)
     for coverage in coverages:
         yield coverage, 0, coverage_split(capture, coverage, seed)
 

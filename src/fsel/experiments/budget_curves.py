@@ -14,13 +14,13 @@ from scipy.optimize import nnls
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.files import atomic, write_table, write_text
+from fsel.problem import Problem
+from fsel.reconstruct import reconstructor_of
 from fsel.request.budget import enough, predicted, shifts, view_shift
 from fsel.selector.greedy import greedy
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Scorer
 from fsel.split import coverage_split
-from fsel.stages.label import reconstructor_of
-from fsel.stages.split import problem_of
 
 logger = logging.getLogger(__name__)
 
@@ -62,7 +62,7 @@ def measure_curves(
     for coverage in coverages:
         for repeat in range(REPEATS):
             split = coverage_split(capture, coverage, seed + repeat)
-            problem = problem_of(capture, split, described)
+            problem = Problem.of(capture, split, described)
             prepared = POLICIES["fsel"].prepare(problem)
             counts = [k for k in COUNTS if k <= len(prepared.pool)]
             picks = prepared.pool[greedy(prepared, scorer.weights, counts[-1])[0]]

@@ -20,9 +20,9 @@ from fsel.files import write_table
 from fsel.problem import Problem, checked_select
 from fsel.report import curves
 from fsel.report.captions import note
+from fsel.report.numbers import write_csv
 from fsel.selector.scorer import Scorer
-from fsel.stages.ksweep import write_csv
-from fsel.stages.split import load_problem, split_from
+from fsel.split import Split
 
 logger = logging.getLogger(__name__)
 
@@ -63,8 +63,8 @@ def measure_costs(
         appearance, reconstruction: the config's sections.
         config: digest of the parameters.
     """
-    problem = load_problem(folder, split)
-    targets = split_from(pd.read_parquet(split)).targets
+    problem = Problem.load(folder, split)
+    targets = Split.load(split).targets
     methods = {
         "ours": VARIANTS["ours"].method(Scorer.load(weights["ours"])),
         "uniform": METHODS["uniform"],

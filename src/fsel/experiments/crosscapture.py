@@ -15,17 +15,18 @@ from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.files import write_table, write_text
 from fsel.geometry import pose_distance
-from fsel.metrics import HIGHER_IS_BETTER, METRICS
+from fsel.metrics import HIGHER_IS_BETTER, METRIC_UNITS, METRICS
 from fsel.problem import Method, Problem, checked_select
+from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
 from fsel.report.latex import number, plain_table
+from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
+from fsel.report.sweep import LEARNED
+from fsel.seeds import name_seed
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Scorer
 from fsel.split import Split
-from fsel.stages.ksweep import LEARNED, write_csv
-from fsel.stages.label import METRIC_UNITS, name_seed, reconstructor_of
-from fsel.stages.split import problem_of
 
 logger = logging.getLogger(__name__)
 
@@ -91,12 +92,12 @@ def measure_crosscapture(
     for held_out in dict.fromkeys(capture.sequences):
         split = cross_split(capture, held_out)
         evaluate = Evaluator.on_frames(reconstructor, split.targets)
-        problem = problem_of(capture, split, described)
+        problem = Problem.of(capture, split, described)
         for method, s in runs:
             for k, picks in budget_picks(problem, method, budgets, [seed, s, name_seed(held_out)]):
                 head = {"held_out": held_out, "method": method.name, "seed": s, "k": k}
                 table = pd.DataFrame({**head, "target": split.targets})
-                table[list(METRICS)] = evaluate.per_view(picks)
+                table[list(METRICS)] = evaluate.measure(picks).scores
                 tables.append(table)
         logger.info("%s: %d targets held out", held_out, len(split.targets))
     write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)

@@ -12,10 +12,10 @@ import pandas as pd
 from fsel.baselines.fisher_rf import DAMPING, SWEEP, fisher_rf
 from fsel.evaluation import Evaluator
 from fsel.files import atomic, write_text
-from fsel.problem import checked_select
+from fsel.problem import Problem, checked_select
+from fsel.reconstruct import reconstructor_of
 from fsel.report.latex import number, plain_table
-from fsel.stages.label import reconstructor_of
-from fsel.stages.split import load_problem, split_from
+from fsel.split import Split
 
 logger = logging.getLogger(__name__)
 
@@ -39,8 +39,8 @@ def fisher_damping(
     """
     rows = []
     for item in problems:
-        problem = load_problem(item["folder"], item["split"])
-        targets = split_from(pd.read_parquet(item["split"])).targets
+        problem = Problem.load(item["folder"], item["split"])
+        targets = Split.load(item["split"]).targets
         evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, reconstruction), targets)
         for damping in SWEEP:
             method = fisher_rf(damping, "fisher_rf", "FisherRF")

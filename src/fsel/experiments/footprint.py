@@ -17,8 +17,7 @@ import numpy as np
 
 from fsel.capture import Capture, Views
 from fsel.metrics import score_views
-from fsel.reconstruct import Reconstructor
-from fsel.stages.label import reconstructor_of
+from fsel.reconstruct import Reconstructor, reconstructor_of
 
 REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles

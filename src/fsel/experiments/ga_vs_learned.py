@@ -12,13 +12,14 @@ import pandas as pd
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.files import write_table, write_text
-from fsel.metrics import METRICS
+from fsel.metrics import METRIC_UNITS, METRICS
+from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, difference, number, plain_table
+from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
-from fsel.stages.ksweep import sweep_cells, write_csv
-from fsel.stages.label import METRIC_UNITS, reconstructor_of
-from fsel.stages.split import split_from
+from fsel.report.sweep import sweep_cells
+from fsel.split import Split
 
 logger = logging.getLogger(__name__)
 
@@ -54,7 +55,7 @@ def measure_searched(
         config: digest of the parameters.
     """
     table = pd.read_parquet(subsets)
-    targets = split_from(pd.read_parquet(split)).targets
+    targets = Split.load(split).targets
     evaluate = Evaluator.on_frames(reconstructor_of(Capture.load(folder), reconstruction), targets)
     measured = table[["method", "generation"]].copy()
     measured[list(METRICS)] = [evaluate(np.array(subset)) for subset in table["subset"]]

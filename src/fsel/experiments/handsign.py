@@ -8,8 +8,9 @@ from pathlib import Path
 from fsel.files import write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import dataset_table, difference
+from fsel.report.numbers import write_csv
 from fsel.report.summary import differences
-from fsel.stages.ksweep import sweep_cells, write_csv
+from fsel.report.sweep import sweep_cells
 
 LEARNED, UNTRAINED = "ours", "untrained"
 
@@ -27,7 +28,7 @@ def handsign(
     """PSNR of the learned scorer minus that of the untrained sum (paper, Table 7).
 
     Args:
-        evaluations: see `fsel.stages.ksweep.sweep_cells`.
+        evaluations: see `fsel.report.sweep.sweep_cells`.
         table, numbers: receive LaTeX, and dataset, k, mean, ci_low, ci_high, n (scenes).
         datasets: name -> printed label, in order.
         budgets: columns.

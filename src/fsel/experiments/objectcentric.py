@@ -15,16 +15,16 @@ from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.experiments.crosscapture import BASELINES, contenders, leaders
 from fsel.files import write_table, write_text
-from fsel.metrics import HIGHER_IS_BETTER, METRICS, inside
+from fsel.metrics import HIGHER_IS_BETTER, METRIC_UNITS, METRICS, inside
 from fsel.problem import Problem, checked_select
+from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
 from fsel.report.latex import number, plain_table, tex
+from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
+from fsel.report.sweep import LEARNED
 from fsel.request.focus import from_capture
 from fsel.split import Split, evaluation_split
-from fsel.stages.ksweep import LEARNED, write_csv
-from fsel.stages.label import METRIC_UNITS, reconstructor_of
-from fsel.stages.split import problem_of
 
 logger = logging.getLogger(__name__)
 
@@ -69,7 +69,7 @@ def object_problem(capture: Capture, split: Split, described: pd.DataFrame) -> P
 
     The centre is found from the masks of frames that may be used, never from the targets'.
     """
-    problem = problem_of(capture, split, described)
+    problem = Problem.of(capture, split, described)
     return replace(problem, focus=from_capture(capture, problem.observed).center)
 
 
@@ -111,7 +111,7 @@ def measure_objects(
             picks = checked_select(method, problem, k, np.random.default_rng([seed, draw, s, k]))
             head = {"draw": draw, "method": method.name, "seed": s, "k": k}
             table = pd.DataFrame({**head, "target": split.targets})
-            table[list(METRICS)] = evaluate.per_view(picks)
+            table[list(METRICS)] = evaluate.measure(picks).scores
             tables.append(table)
         logger.info("draw %d: the object's centre is %s", draw, problem.focus.round(3))
     write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)

@@ -11,9 +11,9 @@ import pandas as pd
 from fsel.capture import Capture
 from fsel.report import curves
 from fsel.report.captions import note
+from fsel.report.numbers import write_csv
 from fsel.report.plan import plan_positions
-from fsel.stages.ksweep import write_csv
-from fsel.stages.split import split_from
+from fsel.split import Split
 
 
 def pipeline_figure(
@@ -51,7 +51,7 @@ def pipeline_figure(
     capture, table = Capture.load(folder), pd.read_parquet(splits)
     places, plans = plan_positions(capture), {}
     for coverage, picks in zip(ordered["coverage"], ordered["picks"], strict=True):
-        split = split_from(table[table["coverage"] == coverage])
+        split = Split.from_table(table[table["coverage"] == coverage])
         picks = np.array(picks)
         title = f"coverage {coverage} %"
         plans[title] = {"places": places, "targets": split.targets, "picks": picks}

@@ -17,14 +17,12 @@ from fsel.evaluation import Evaluator
 from fsel.experiments.crosscapture import budget_picks
 from fsel.experiments.pose_errors import perturbed
 from fsel.files import write_table
-from fsel.metrics import METRICS
-from fsel.problem import Method
-from fsel.reconstruct import Reconstructor
+from fsel.metrics import METRIC_UNITS, METRICS
+from fsel.problem import Method, Problem
+from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Scorer
 from fsel.split import evaluation_split
-from fsel.stages.label import METRIC_UNITS, reconstructor_of
-from fsel.stages.split import problem_of
 
 logger = logging.getLogger(__name__)
 
@@ -78,7 +76,7 @@ class Trial:
             draw, method, seed, k, scope, metrics.
         """
         split = evaluation_split(seen, draw, self.split_seed, self.targets)
-        problem = problem_of(seen, split, self.described)
+        problem = Problem.of(seen, split, self.described)
         rows = [
             (draw, method.name, s, k, scope, *judge(picks))
             for method, s in self.runs

@@ -12,9 +12,10 @@ from fsel.files import write_text
 from fsel.report import curves
 from fsel.report.captions import made_by, note
 from fsel.report.latex import difference, number, plain_table
+from fsel.report.numbers import write_csv
 from fsel.report.summary import summarise
+from fsel.report.sweep import LEARNED
 from fsel.selector.policies import POLICIES
-from fsel.stages.ksweep import LEARNED, write_csv
 
 LABELS = {name: method.label for name, method in SELECTORS.items()} | LEARNED
 PLAIN = {name: m.label for name, m in {**SELECTORS, **POLICIES}.items()}

@@ -18,6 +18,7 @@ from fsel.experiments.hard_cases import CASES
 from fsel.experiments.selection_time import timed
 from fsel.files import atomic, write_text
 from fsel.problem import Problem
+from fsel.reconstruct import reconstructor_of
 from fsel.reconstruct.splats import Splats
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, plain_table, tex
@@ -25,10 +26,9 @@ from fsel.selector import plain
 from fsel.selector.greedy import Prepared, greedy
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Scorer
-from fsel.stages.label import reconstructor_of
-from fsel.stages.split import load_problem, split_from
-from fsel.stages.train import training_data
+from fsel.split import Split
 from fsel.training.imitation import train
+from fsel.training.labelled import training_data
 
 logger = logging.getLogger(__name__)
 
@@ -165,8 +165,8 @@ def precision(
     trained, curves, seconds = trainings(**training)
     rows, retrained = [], []
     for item in problems:
-        problem = load_problem(item["folder"], item["split"])
-        targets = split_from(pd.read_parquet(item["split"])).targets
+        problem = Problem.load(item["folder"], item["split"])
+        targets = Split.load(item["split"]).targets
         evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, reconstruction), targets)
         place = {"part": item["label"], "name": item["name"]}
         rows += [place | row for row in compare_arithmetic(problem, arrays, k, evaluate)]

@@ -12,13 +12,13 @@ import pandas as pd
 from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.metrics import METRICS, score_views
+from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import note
+from fsel.report.numbers import write_csv
 from fsel.report.plan import plan_positions
 from fsel.report.views import Shown, draw
 from fsel.selector.policies import POLICIES
-from fsel.stages.ksweep import write_csv
-from fsel.stages.label import reconstructor_of
-from fsel.stages.split import split_from
+from fsel.split import Split
 
 LABELS = {name: method.label for name, method in {**METHODS, **POLICIES}.items()}
 WARM = 4  # frames of a reconstruction that only compiles
@@ -54,7 +54,7 @@ def qualitative(
         facts: see `captions.note`.
     """
     capture = Capture.load(folder)
-    targets = split_from(pd.read_parquet(split)).targets
+    targets = Split.load(split).targets
     drawn = np.linspace(0, len(targets) - 1, min(views, len(targets))).round().astype(int)
     reconstructor_of(capture, reconstruction).fit(targets[:WARM]).render(capture.view(targets))
     picked, places = pd.read_parquet(selections).query("seed == 0"), plan_positions(capture)

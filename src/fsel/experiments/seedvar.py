@@ -10,8 +10,9 @@ import pandas as pd
 from fsel.files import write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, dataset_table
+from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES, seed_spread, summarise
-from fsel.stages.ksweep import BASELINES, sweep_cells, write_csv
+from fsel.report.sweep import BASELINES, sweep_cells
 
 LEARNED = "ours"
 
@@ -29,7 +30,7 @@ def seedvar(
     """Spread of the dataset mean over training seeds, in dB.
 
     Args:
-        evaluations: see `fsel.stages.ksweep.sweep_cells`.
+        evaluations: see `fsel.report.sweep.sweep_cells`.
         table, numbers: receive LaTeX, and dataset, k, std, seeds, n (scenes), and margin:
             how far the method's mean is from that of the strongest baseline, which the spread is to
             be read against.

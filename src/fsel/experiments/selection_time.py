@@ -20,10 +20,10 @@ from fsel.features.sharpness import sharpness
 from fsel.files import atomic, write_text
 from fsel.problem import Method, Problem, checked_select
 from fsel.report.latex import plain_table, tex
+from fsel.report.sweep import BASELINES, LEARNED
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Scorer
 from fsel.split import evaluation_split
-from fsel.stages.ksweep import BASELINES, LEARNED
 
 logger = logging.getLogger(__name__)
 

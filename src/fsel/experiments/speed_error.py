@@ -11,8 +11,8 @@ import pandas as pd
 from fsel.files import atomic, write_text
 from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
+from fsel.report.sweep import BASELINES, LEARNED, sweep_cells
 from fsel.selector.policies import POLICIES
-from fsel.stages.ksweep import BASELINES, LEARNED, sweep_cells
 
 COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
 STEP = 10  # evaluations between points of a curve

@@ -13,8 +13,9 @@ from fsel.experiments.costs import EVERY, mean_costs
 from fsel.files import write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, number, plain_table
+from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES, differences, summarise
-from fsel.stages.ksweep import sweep_cells, write_csv
+from fsel.report.sweep import sweep_cells
 
 ALL = "all"
 

@@ -9,7 +9,7 @@ import pandas as pd
 
 from fsel.report import curves
 from fsel.report.captions import note
-from fsel.stages.ksweep import write_csv
+from fsel.report.numbers import write_csv
 
 
 def training_figure(

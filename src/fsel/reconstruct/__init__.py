@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -43,3 +43,15 @@ class Reconstructor(Protocol):
 
 RECONSTRUCTORS: dict[str, Callable[..., Reconstructor]] = {"splats": Splats}
 """By name: `factory(capture, **settings)`, the capture being at the reconstruction size."""
+
+
+def reconstructor_of(capture: Capture, reconstruction: Mapping[str, Any]) -> Reconstructor:
+    """The configured reconstructor, bound to the capture at the reconstruction's size.
+
+    Args:
+        capture: the capture, at any size.
+        reconstruction: the config's section: name, long_side, settings.
+    """
+    factory = RECONSTRUCTORS[reconstruction["name"]]
+    resized = capture.resized(reconstruction["long_side"])
+    return factory(resized, **reconstruction["settings"])

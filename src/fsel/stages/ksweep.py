@@ -6,26 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import pandas as pd
-
-from fsel.baselines import FURTHER, METHODS, PAPER
-from fsel.files import atomic, write_text
+from fsel.files import write_text
 from fsel.metrics import HIGHER_IS_BETTER, METRICS
 from fsel.report import heatmap as heatmaps
 from fsel.report.captions import made_by
 from fsel.report.latex import sweep_table, tex
-from fsel.report.summary import ALL_FRAMES, differences, draw_means, summarise
+from fsel.report.numbers import read_csv, write_csv
+from fsel.report.summary import differences, summarise
+from fsel.report.sweep import BASELINES, LEARNED, row_groups, sweep_cells
 from fsel.selector.policies import POLICIES
 
-BASELINES = {name: method.label for name, method in {**PAPER, **FURTHER}.items()}
-LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.items()}
-REFERENCES = {
-    "search": r"\textit{Genetic search}",
-    "random_search": r"\textit{Random search}",
-    "all": METHODS["all"].label,
-}
 PANELS = ("fsel", "ours")
-DECIMALS = 6
 
 
 @dataclass(frozen=True)
@@ -75,30 +66,6 @@ def ksweep(sweep: Sweep, table: str | Path, summary: str | Path, paired: str | P
     write_text(text, table)
 
 
-def sweep_cells(evaluations: Sequence[Mapping]) -> pd.DataFrame:
-    """dataset, scene, draw, method, k, metrics: means over targets and seeds of each file."""
-    order = {name: i for i, name in enumerate([*BASELINES, *LEARNED, *REFERENCES])}
-    tables = []
-    for item in evaluations:
-        table = draw_means(pd.read_parquet(item["path"]), METRICS)
-        tables.append(table.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"]))
-    cells = pd.concat(tables)
-    cells["place"] = cells["method"].map(order)
-    datasets = {name: i for i, name in enumerate(cells["dataset"].unique())}
-    cells["block"] = cells["dataset"].map(datasets)
-    cells = cells.sort_values(["block", "place", "k", "scene", "draw"], kind="stable")
-    return cells.drop(columns=["block", "place"]).reset_index(drop=True)
-
-
-def row_groups(cells: pd.DataFrame, budgets: Sequence[int]) -> list[dict[str, str]]:
-    """Method -> label of the rows between two rules, for methods with a number to print."""
-    shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
-    labels = {**BASELINES, **LEARNED, **REFERENCES}
-    groups = (PAPER, FURTHER, LEARNED, REFERENCES)
-    found = [{name: labels[name] for name in group if name in shown} for group in groups]
-    return [group for group in found if group]
-
-
 def caption(facts: Mapping) -> str:
     """Which captures, reconstructor, descriptor and metric made the table, in LaTeX.
 
@@ -121,20 +88,6 @@ def caption(facts: Mapping) -> str:
         f"each column is in bold. {made_by(facts)} Between rules: the paper's "
         f"baselines, further ones, the learned selectors, and for reference {references}"
     )
-
-
-def write_csv(table: pd.DataFrame, path: str | Path) -> None:
-    """Six decimals; the budget of a method that takes every frame is written `all`."""
-    if "k" in table:
-        table = table.assign(k=table["k"].astype(object).where(table["k"] != ALL_FRAMES, "all"))
-    with atomic(path) as temporary:
-        table.to_csv(temporary, index=False, float_format=f"%.{DECIMALS}f")
-
-
-def read_csv(path: str | Path) -> pd.DataFrame:
-    """What `write_csv` wrote, budgets as numbers again."""
-    table = pd.read_csv(path, dtype={"k": str})
-    return table.assign(k=table["k"].replace("all", str(ALL_FRAMES)).astype(int))
 
 
 def heatmap(

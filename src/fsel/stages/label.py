@@ -3,97 +3,25 @@
 from __future__ import annotations
 
 import logging
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from fsel.baselines.nearest import nearest
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import fingerprint, subsets_column, write_table
+from fsel.files import fingerprint, write_table
 from fsel.geometry import pairwise_distances, pose_distance
-from fsel.metrics import METRICS
+from fsel.metrics import METRIC_UNITS
 from fsel.problem import Problem
-from fsel.reconstruct import RECONSTRUCTORS, Reconstructor
+from fsel.reconstruct import reconstructor_of
 from fsel.split import Split, coverage_split
-from fsel.stages.journal import Journal
-from fsel.stages.split import problem_of, split_from, split_table
+from fsel.training.journal import Journal
+from fsel.training.labelling import search_subsets, search_table
 from fsel.training.ordering import order_subset, trajectory_weights
-from fsel.training.search import (
-    Evaluate,
-    GeneticSettings,
-    SearchResult,
-    genetic_search,
-    random_search,
-    swap_search,
-)
 
 logger = logging.getLogger(__name__)
-
-METRIC_UNITS = {"psnr": "dB"}
-GENETIC = (
-    "population",
-    "farthest",
-    "uniform",
-    "generations",
-    "elites",
-    "tournament",
-    "crossover",
-    "mutation",
-)
-
-
-def reconstructor_of(capture: Capture, reconstruction: Mapping) -> Reconstructor:
-    """The configured reconstructor, bound to the capture at the reconstruction's size."""
-    factory = RECONSTRUCTORS[reconstruction["name"]]
-    resized = capture.resized(reconstruction["long_side"])
-    return factory(resized, **reconstruction["settings"])
-
-
-def search_subsets(
-    evaluate: Evaluate,
-    problem: Problem,
-    split: Split,
-    labeller: str,
-    search: Mapping,
-    rng: np.random.Generator,
-) -> SearchResult:
-    """Search the candidates for subsets of search["k"] frames.
-
-    Args:
-        evaluate: (K,) frames -> (3,) metrics on the proxies.
-        problem: the selection problem.
-        split: of the problem; its region feeds the genetic search's first population.
-        labeller: `genetic` (the paper's), `swap` (hill climbing from the nearest frames) or
-            `random`.
-        search: the config's section of that name.
-        rng: the only source of chance.
-    """
-    pool, k = split.candidates, search["k"]
-    if labeller == "random":
-        return random_search(evaluate, pool, k, search["evaluations"], rng)
-    if labeller == "swap":
-        starts = [nearest(problem, pool, k)]
-        return swap_search(evaluate, pool, starts, search["evaluations"], rng)
-    settings = GeneticSettings(**{key: search[key] for key in GENETIC})
-    return genetic_search(evaluate, pool, split.region, problem.capture.centers, k, rng, settings)
-
-
-def search_table(result: SearchResult, stored: int) -> pd.DataFrame:
-    """One row a distinct subset, in the order of evaluation; `rank` 0 is the fittest.
-
-    `rank` is -1 beyond the `stored` fittest.
-    """
-    table = pd.DataFrame({"generation": result.generation})
-    table["subset"] = subsets_column(result.subsets)
-    table[list(METRICS)] = result.metrics
-    table["fitness"] = result.fitness
-    table["rank"] = -1
-    table.loc[result.best(stored), "rank"] = np.arange(min(stored, len(table)))
-    return table
 
 
 def label(
@@ -127,12 +55,12 @@ def label(
             split = coverage_split(capture, coverage, seed)
             evaluator = Evaluator.on_frames(reconstructor, split.proxies)
             evaluate = journal.remember(f"p{coverage}", evaluator)
-            problem = problem_of(capture, split, described)
+            problem = Problem.of(capture, split, described)
             rng = np.random.default_rng([seed, coverage])
             result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
             table = search_table(result, search["stored"])
             write_table(table, output, units=METRIC_UNITS, config=config)
-            parts.append(split_table(split, capture.names).assign(coverage=coverage))
+            parts.append(split.table(capture.names).assign(coverage=coverage))
             logger.info("p%d: %d subsets\n%s", coverage, len(table), table[table["rank"] == 0])
         write_table(pd.concat(parts), splits, units={"coverage": "percent"}, config=config)
 
@@ -152,7 +80,7 @@ def trajectories(scenes: Sequence[Mapping], output: str | Path, *, kept: int, co
         capture = Capture.load(item["folder"])
         splits = pd.read_parquet(item["splits"])
         for coverage, path in item["labels"].items():
-            split = split_from(splits[splits["coverage"] == coverage])
+            split = Split.from_table(splits[splits["coverage"] == coverage])
             labelled = pd.read_parquet(path).query("0 <= rank < @kept").sort_values("rank")
             weights = trajectory_weights(labelled["fitness"].to_numpy())
             for row, weight in zip(labelled.itertuples(), weights, strict=True):
@@ -175,8 +103,3 @@ def ordered(capture: Capture, split: Split, subset: np.ndarray) -> np.ndarray:
     centers, axes = capture.centers[subset], capture.axes[subset]
     distances = pairwise_distances(centers, capture.centers[split.proxies])
     return subset[order_subset(distances, pose_distance(centers, axes, centers, axes))]
-
-
-def name_seed(*parts: object) -> int:
-    """A seed from names and numbers, the same on every machine."""
-    return zlib.crc32("/".join(map(str, parts)).encode())

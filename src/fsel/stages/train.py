@@ -12,17 +12,17 @@ import pandas as pd
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.features.static import FEATURES
-from fsel.files import atomic, fingerprint, write_table
+from fsel.files import fingerprint, write_table
 from fsel.problem import Problem
-from fsel.selector.greedy import COVERAGE_INPUT, Prepared, greedy, trajectory_inputs
+from fsel.reconstruct import reconstructor_of
+from fsel.selector.greedy import COVERAGE_INPUT, Prepared, greedy
 from fsel.selector.policies import POLICIES, Policy
-from fsel.selector.scorer import Scorer
 from fsel.split import evaluation_split
-from fsel.stages.journal import Journal
-from fsel.stages.label import reconstructor_of
-from fsel.stages.split import problem_of, split_from
-from fsel.training.imitation import Trajectory, train
+from fsel.training.imitation import train
+from fsel.training.journal import Journal
+from fsel.training.labelled import Scenes, training_data
 from fsel.training.refinement import Objective, RefineSettings, linear_weights, refine
+from fsel.training.scorers import save_scorer
 from fsel.training.search import Evaluate
 
 logger = logging.getLogger(__name__)
@@ -33,7 +33,7 @@ COVERAGE = 150.0
 
 
 def clone(
-    scenes: Mapping[str, Mapping],
+    scenes: Scenes,
     trajectories: str | Path,
     weights: Sequence[str | Path],
     logs: Sequence[str | Path],
@@ -46,7 +46,7 @@ def clone(
     """Train a policy by imitation (paper, section 3.5), once a seed: 0, 1, ...
 
     Args:
-        scenes: scene -> mapping with its `folder` and `splits`.
+        scenes: see `fsel.training.labelled.Scenes`.
         trajectories: what `fsel.stages.label.trajectories` wrote.
         weights: receive the scorers.
         logs: receive loss and agreement by epoch and split.
@@ -66,37 +66,6 @@ def clone(
         save_scorer(arrays, policy, made, seed, config, path)
         write_table(record, log, units={"loss": "nats"}, config=config)
         logger.info("%s, seed %d: %s\n%s", policy, seed, made, record.tail(2).to_string())
-
-
-def training_data(
-    table: pd.DataFrame, scenes: Mapping[str, Mapping], policy: Policy
-) -> list[Trajectory]:
-    """The trajectories' inputs as the policy will see them."""
-    data = []
-    for problem, part in labelled_problems(table, scenes):
-        prepared = policy.prepare(problem)
-        for row in part.itertuples():
-            picks = np.searchsorted(prepared.pool, np.array(row.picks))
-            features, selectable = trajectory_inputs(prepared, picks)
-            data.append(Trajectory(features, selectable, picks, row.weight))
-    return data
-
-
-def labelled_problems(
-    table: pd.DataFrame, scenes: Mapping[str, Mapping]
-) -> Iterator[tuple[Problem, pd.DataFrame]]:
-    """The problem of every scene and coverage level, and its rows of the table, best first.
-
-    Args:
-        table: of what `fsel.stages.label.trajectories` wrote.
-        scenes: scene -> mapping with its `folder` and `splits`.
-    """
-    for (scene, coverage), part in table.groupby(["scene", "coverage"], sort=True):
-        folder = Path(scenes[scene]["folder"])
-        splits = pd.read_parquet(scenes[scene]["splits"])
-        split = split_from(splits[splits["coverage"] == coverage])
-        described = pd.read_parquet(folder / "descriptors.parquet")
-        yield problem_of(Capture.load(folder), split, described), part.sort_values("rank")
 
 
 class _Practice:
@@ -167,7 +136,7 @@ def _practices(
     for draw in range(settings["draws"]):
         split = evaluation_split(capture, draw, settings["seed"], settings["targets"])
         evaluator = Evaluator.on_frames(reconstructor, split.targets)
-        prepared = policy.prepare(problem_of(capture, split, described))
+        prepared = policy.prepare(Problem.of(capture, split, described))
         yield _Practice(
             prepared, journal.remember(f"{scene}/{draw}", evaluator), settings["budgets"]
         )
@@ -220,17 +189,3 @@ def start_of() -> tuple[np.ndarray, np.ndarray]:
     free = start != 0
     start[COVERAGE_INPUT] = COVERAGE
     return start, free
-
-
-def save_scorer(
-    arrays: Mapping[str, np.ndarray],
-    policy: str,
-    made_by: str,
-    seed: int,
-    config: str,
-    path: str | Path,
-) -> None:
-    """Write a scorer with its provenance, whole or not at all."""
-    provenance = {"policy": policy, "made by": made_by, "seed": str(seed), "config": config}
-    with atomic(path) as temporary:
-        Scorer(arrays, provenance).save(temporary)

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fsel.geometry import farthest_views
+
 Evaluate = Callable[[np.ndarray], np.ndarray]
 
 
@@ -153,19 +155,6 @@ def initial_population(
     for _ in range(settings.population - settings.farthest - settings.uniform):
         subsets.append(rng.permutation(region)[:k])
     return [_filled(subset, pool, k, rng) for subset in subsets]
-
-
-def farthest_views(region: np.ndarray, centers: np.ndarray, k: int, start: int) -> np.ndarray:
-    """Farthest-point sampling of camera centres from a start; at most len(region) frames."""
-    chosen = [start]
-    gap = np.linalg.norm(centers[region] - centers[start], axis=1)
-    taken = region == start
-    while len(chosen) < min(k, len(region)):
-        best = int(np.argmax(np.where(taken, -1.0, gap)))
-        taken[best] = True
-        chosen.append(int(region[best]))
-        gap = np.minimum(gap, np.linalg.norm(centers[region] - centers[region[best]], axis=1))
-    return np.array(chosen)
 
 
 def _child(population, score, pool, k, rng, settings) -> np.ndarray:

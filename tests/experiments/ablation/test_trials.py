@@ -23,9 +23,10 @@ from fsel.experiments.ablation.tables import (
 from fsel.experiments.ablation.trials import Case, measure_trials, trial
 from fsel.features.static import FEATURES
 from fsel.metrics import METRICS
-from fsel.split import coverage_split
-from fsel.stages.label import reconstructor_of, trajectories
-from fsel.stages.split import split, split_from, split_table
+from fsel.reconstruct import reconstructor_of
+from fsel.split import Split, coverage_split
+from fsel.stages.label import trajectories
+from fsel.stages.split import split
 from fsel.synthesis import record
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -136,7 +137,7 @@ def labelled(tmp_path_factory):
         pd.DataFrame({"subset": subsets, "fitness": [0.6, 0.5], "rank": [0, 1]}).to_parquet(
             labels[coverage]
         )
-        parts.append(split_table(drawn, capture.names).assign(coverage=coverage))
+        parts.append(drawn.table(capture.names).assign(coverage=coverage))
     pd.concat(parts).to_parquet(folder / "splits.parquet")
     item = {"scene": "s", "role": "train", "folder": folder, "labels": labels}
     item["splits"] = folder / "splits.parquet"
@@ -155,7 +156,7 @@ def tried(labelled, output, seeds=2, k=4, **case):
     settings = {"module": "perceptron", "settings": {"width": 64}, "shown": FEATURES, "added": None}
     trial(
         Case(**settings | case),
-        {"s": {"folder": folder, "splits": folder / "splits.parquet"}},
+        {"s": (folder, folder / "splits.parquet")},
         folder / "trajectories.parquet",
         problems,
         output,
@@ -186,7 +187,7 @@ def test_every_kind_of_case_picks_candidates(labelled, tmp_path, case):
     for row, path in zip(table.itertuples(), labelled[2], strict=True):
         picks = np.array(row.picks)
         assert len(set(row.picks)) == 4
-        assert np.isin(picks, split_from(pd.read_parquet(path)).candidates).all()
+        assert np.isin(picks, Split.load(path).candidates).all()
     assert np.isfinite(table["loss"]).all()
     assert table["agreement"].between(0, 1).all()
 
@@ -214,7 +215,7 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
     reconstructor = reconstructor_of(capture, RECONSTRUCTION)
     for draw, path in enumerate(splits):
         picks = pd.read_parquet(paths["a"]).loc[draw, "picks"]
-        evaluate = Evaluator.on_frames(reconstructor, split_from(pd.read_parquet(path)).targets)
+        evaluate = Evaluator.on_frames(reconstructor, Split.load(path).targets)
         np.testing.assert_allclose(
             found.loc[("a", draw), list(METRICS)].astype(float), evaluate(np.array(picks))
         )

@@ -12,8 +12,8 @@ from fsel.features.static import FEATURES
 from fsel.files import write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import difference, plain_table, tex
+from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
-from fsel.stages.ksweep import write_csv
 
 VALIDATION = "validation"  # all scenes together, whatever their dataset
 SYMBOLS = {

@@ -18,14 +18,14 @@ from fsel.experiments.ablation.architectures.steps import Steps
 from fsel.experiments.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.ablation.walk import Walk, follow, pick, view_inputs
 from fsel.files import write_table
-from fsel.metrics import METRICS
+from fsel.metrics import METRIC_UNITS, METRICS
 from fsel.problem import Problem
+from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared
 from fsel.selector.policies import POLICIES
-from fsel.stages.label import METRIC_UNITS, reconstructor_of
-from fsel.stages.split import load_problem, split_from
-from fsel.stages.train import labelled_problems
+from fsel.split import Split
 from fsel.training.imitation import imitation, mean_cost, passes
+from fsel.training.labelled import Scenes, labelled_problems
 
 logger = logging.getLogger(__name__)
 
@@ -56,7 +56,7 @@ class Case:
 
 def trial(
     case: Case,
-    scenes: Mapping[str, Mapping],
+    scenes: Scenes,
     trajectories: str | Path,
     validation: Sequence[Mapping],
     output: str | Path,
@@ -71,8 +71,8 @@ def trial(
 
     Args:
         case: what to train.
-        scenes: scene -> mapping with its `folder` and `splits`, of all label items.
-        trajectories: what `fsel.stages.label.trajectories` wrote.
+        scenes: see `fsel.training.labelled.Scenes`, of all label items.
+        trajectories: what `fsel.stages.order` wrote.
         validation: one mapping a problem: dataset, scene, draw, path of its split, folder.
         output: receives seed, dataset, scene, draw, picks, and of the training: parameters, loss
             and agreement on the training trajectories after the last pass.
@@ -82,7 +82,7 @@ def trial(
     """
     table = pd.read_parquet(trajectories).query("role == 'train'")
     data = training_steps(case, table, scenes)
-    problems = [load_problem(item["folder"], item["path"]) for item in validation]
+    problems = [Problem.load(item["folder"], item["path"]) for item in validation]
     rows = []
     for seed in range(seeds):
         network = trained(case, data, seed=seed, epochs=epochs, learning_rate=learning_rate)
@@ -101,9 +101,7 @@ def trial(
     write_table(pd.DataFrame(rows), output, units={"loss": "nats"}, config=config)
 
 
-def training_steps(
-    case: Case, table: pd.DataFrame, scenes: Mapping[str, Mapping]
-) -> list[tuple[Steps, float]]:
+def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tuple[Steps, float]]:
     """Every trajectory as the case sees it, and its weight."""
     data = []
     for problem, part in labelled_problems(table, scenes):
@@ -186,7 +184,7 @@ def measure_trials(
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     rows = []
     for draw, path in enumerate(splits):
-        targets = split_from(pd.read_parquet(path)).targets
+        targets = Split.load(path).targets
         evaluate = Evaluator.on_frames(reconstructor, targets)
         known: dict[tuple, np.ndarray] = {}
         for row in picks[picks["draw"] == f"draw{draw}"].itertuples():

@@ -13,14 +13,15 @@ import pandas as pd
 from fsel.evaluation import Evaluator
 from fsel.features.static import FEATURES
 from fsel.files import write_table
-from fsel.metrics import METRICS
-from fsel.problem import Method, checked_select
+from fsel.metrics import METRIC_UNITS, METRICS
+from fsel.problem import Method, Problem, checked_select
+from fsel.reconstruct import reconstructor_of
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Scorer
-from fsel.stages.label import METRIC_UNITS, reconstructor_of
-from fsel.stages.split import load_problem, split_from
-from fsel.stages.train import save_scorer, training_data
+from fsel.split import Split
 from fsel.training.imitation import Trajectory, train
+from fsel.training.labelled import Scenes, training_data
+from fsel.training.scorers import save_scorer
 
 logger = logging.getLogger(__name__)
 
@@ -76,7 +77,7 @@ def blinded(weights: Mapping[str, np.ndarray], hidden: Sequence[str]) -> dict[st
 
 
 def train_variant(
-    scenes: Mapping[str, Mapping],
+    scenes: Scenes,
     trajectories: str | Path,
     weights: str | Path,
     *,
@@ -89,8 +90,8 @@ def train_variant(
     """Behaviour cloning as of `selectors.clone`, some features at zero.
 
     Args:
-        scenes: scene -> mapping with its `folder` and `splits`.
-        trajectories: what `fsel.stages.label.trajectories` wrote.
+        scenes: see `fsel.training.labelled.Scenes`.
+        trajectories: what `fsel.stages.order` wrote.
         weights: receives the scorer.
         name: key of `VARIANTS`.
         seed, epochs, learning_rate: of the training.
@@ -131,7 +132,7 @@ def evaluate_variant(
     methods = [VARIANTS[name].method(Scorer.load(path)) for path in weights]
     reconstructor = None
     for path, output in zip(splits, outputs, strict=True):
-        problem, targets = load_problem(folder, path), split_from(pd.read_parquet(path)).targets
+        problem, targets = Problem.load(folder, path), Split.load(path).targets
         reconstructor = reconstructor or reconstructor_of(problem.capture, reconstruction)
         evaluate = Evaluator.on_frames(reconstructor, targets)
         tables = []
@@ -139,6 +140,6 @@ def evaluate_variant(
             picks = checked_select(method, problem, max(budgets), np.random.default_rng(0))
             for k in budgets:
                 table = pd.DataFrame({"method": name, "seed": seed, "k": k, "target": targets})
-                table[list(METRICS)] = evaluate.per_view(picks[:k])
+                table[list(METRICS)] = evaluate.measure(picks[:k]).scores
                 tables.append(table)
         write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)

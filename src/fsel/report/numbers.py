@@ -1,0 +1,26 @@
+"""The numbers of a table as CSV."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from fsel.files import atomic
+from fsel.report.summary import ALL_FRAMES
+
+DECIMALS = 6
+
+
+def write_csv(table: pd.DataFrame, path: str | Path) -> None:
+    """Six decimals; the budget of a method that takes every frame is written `all`."""
+    if "k" in table:
+        table = table.assign(k=table["k"].astype(object).where(table["k"] != ALL_FRAMES, "all"))
+    with atomic(path) as temporary:
+        table.to_csv(temporary, index=False, float_format=f"%.{DECIMALS}f")
+
+
+def read_csv(path: str | Path) -> pd.DataFrame:
+    """What `write_csv` wrote, budgets as numbers again."""
+    table = pd.read_csv(path, dtype={"k": str})
+    return table.assign(k=table["k"].replace("all", str(ALL_FRAMES)).astype(int))

@@ -1,0 +1,62 @@
+"""The cells of the budget sweep, and the labels of its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import pandas as pd
+
+from fsel.baselines import FURTHER, METHODS, PAPER
+from fsel.metrics import METRICS
+from fsel.report.summary import ALL_FRAMES, draw_means
+from fsel.selector.policies import POLICIES
+
+BASELINES = {name: method.label for name, method in {**PAPER, **FURTHER}.items()}
+LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.items()}
+REFERENCES = {
+    "search": r"\textit{Genetic search}",
+    "random_search": r"\textit{Random search}",
+    "all": METHODS["all"].label,
+}
+
+
+def named(problems: Iterable[str], paths: Iterable[str]) -> list[dict[str, str]]:
+    """One mapping a file of a problem: dataset, scene, draw, path.
+
+    Args:
+        problems: `dataset/scene/draw0` of each file.
+        paths: of the files.
+    """
+    keys = ("dataset", "scene", "draw")
+    return [
+        dict(zip(keys, problem.split("/"), strict=True), path=path)
+        for problem, path in zip(problems, paths, strict=True)
+    ]
+
+
+def sweep_cells(evaluations: Sequence[Mapping]) -> pd.DataFrame:
+    """dataset, scene, draw, method, k, metrics: means over targets and seeds of each file.
+
+    Args:
+        evaluations: one mapping a file, see `named`.
+    """
+    order = {name: i for i, name in enumerate([*BASELINES, *LEARNED, *REFERENCES])}
+    tables = []
+    for item in evaluations:
+        table = draw_means(pd.read_parquet(item["path"]), METRICS)
+        tables.append(table.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"]))
+    cells = pd.concat(tables)
+    cells["place"] = cells["method"].map(order)
+    datasets = {name: i for i, name in enumerate(cells["dataset"].unique())}
+    cells["block"] = cells["dataset"].map(datasets)
+    cells = cells.sort_values(["block", "place", "k", "scene", "draw"], kind="stable")
+    return cells.drop(columns=["block", "place"]).reset_index(drop=True)
+
+
+def row_groups(cells: pd.DataFrame, budgets: Sequence[int]) -> list[dict[str, str]]:
+    """Method -> label of the rows between two rules, for methods with a number to print."""
+    shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
+    labels = {**BASELINES, **LEARNED, **REFERENCES}
+    groups = (PAPER, FURTHER, LEARNED, REFERENCES)
+    found = [{name: labels[name] for name in group if name in shown} for group in groups]
+    return [group for group in found if group]

@@ -1,0 +1,48 @@
+"""Labelled problems and their trajectories, read from what the workflow wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.capture import Capture
+from fsel.problem import Problem
+from fsel.selector.greedy import trajectory_inputs
+from fsel.selector.policies import Policy
+from fsel.split import Split
+from fsel.training.imitation import Trajectory
+
+Scenes = Mapping[str, tuple[str | Path, str | Path]]
+"""Scene -> folder of its canonical capture, and path of the splits of all its coverage levels."""
+
+
+def labelled_problems(
+    trajectories: pd.DataFrame, scenes: Scenes
+) -> Iterator[tuple[Problem, pd.DataFrame]]:
+    """The problem of every scene and coverage level, and its rows of the table, best first.
+
+    Args:
+        trajectories: what `fsel.stages.order` wrote.
+        scenes: see `Scenes`.
+    """
+    for (scene, coverage), part in trajectories.groupby(["scene", "coverage"], sort=True):
+        folder, splits = scenes[scene]
+        table = pd.read_parquet(splits)
+        split = Split.from_table(table[table["coverage"] == coverage])
+        described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+        yield Problem.of(Capture.load(folder), split, described), part.sort_values("rank")
+
+
+def training_data(trajectories: pd.DataFrame, scenes: Scenes, policy: Policy) -> list[Trajectory]:
+    """The trajectories' inputs as the policy will see them; arguments as `labelled_problems`."""
+    data = []
+    for problem, part in labelled_problems(trajectories, scenes):
+        prepared = policy.prepare(problem)
+        for row in part.itertuples():
+            picks = np.searchsorted(prepared.pool, np.array(row.picks))
+            features, selectable = trajectory_inputs(prepared, picks)
+            data.append(Trajectory(features, selectable, picks, row.weight))
+    return data

@@ -1,0 +1,76 @@
+"""The search that labels a problem, as the config asks for it, and its table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from fsel.baselines.nearest import nearest
+from fsel.files import subsets_column
+from fsel.metrics import METRICS
+from fsel.problem import Problem
+from fsel.split import Split
+from fsel.training.search import (
+    Evaluate,
+    GeneticSettings,
+    SearchResult,
+    genetic_search,
+    random_search,
+    swap_search,
+)
+
+GENETIC = (
+    "population",
+    "farthest",
+    "uniform",
+    "generations",
+    "elites",
+    "tournament",
+    "crossover",
+    "mutation",
+)
+
+
+def search_subsets(
+    evaluate: Evaluate,
+    problem: Problem,
+    split: Split,
+    labeller: str,
+    search: Mapping,
+    rng: np.random.Generator,
+) -> SearchResult:
+    """Search the candidates for subsets of search["k"] frames.
+
+    Args:
+        evaluate: (K,) frames -> (3,) metrics on the proxies.
+        problem: the selection problem.
+        split: of the problem; its region feeds the genetic search's first population.
+        labeller: `genetic` (the paper's), `swap` (hill climbing from the nearest frames) or
+            `random`.
+        search: the config's section of that name.
+        rng: the only source of chance.
+    """
+    pool, k = split.candidates, search["k"]
+    if labeller == "random":
+        return random_search(evaluate, pool, k, search["evaluations"], rng)
+    if labeller == "swap":
+        starts = [nearest(problem, pool, k)]
+        return swap_search(evaluate, pool, starts, search["evaluations"], rng)
+    settings = GeneticSettings(**{key: search[key] for key in GENETIC})
+    return genetic_search(evaluate, pool, split.region, problem.capture.centers, k, rng, settings)
+
+
+def search_table(result: SearchResult, stored: int) -> pd.DataFrame:
+    """One row a distinct subset, in the order of evaluation; `rank` 0 is the fittest.
+
+    `rank` is -1 beyond the `stored` fittest.
+    """
+    table = pd.DataFrame({"generation": result.generation})
+    table["subset"] = subsets_column(result.subsets)
+    table[list(METRICS)] = result.metrics
+    table["fitness"] = result.fitness
+    table["rank"] = -1
+    table.loc[result.best(stored), "rank"] = np.arange(min(stored, len(table)))
+    return table
