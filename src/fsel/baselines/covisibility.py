@@ -103,7 +103,8 @@ def _predicted(problem: Problem, pool: np.ndarray) -> tuple[np.ndarray, np.ndarr
     xyz = xyz[far[np.linspace(0, len(xyz) - 1, count).astype(np.int64)]]
     half_fov = capture.views.half_fov[pool]
     seen = [viewing_angles(directions(point, centers), axes) <= half_fov for point in xyz]
-    return xyz, *np.nonzero(np.stack(seen))
+    point, row = np.nonzero(np.stack(seen))
+    return xyz, point, row
 
 
 @_jit

@@ -20,6 +20,13 @@ from fsel.layouts.recording import Camera
 from fsel.request.focus import load_white, mask_file
 
 WRITTEN = ("transforms.json", "sparse_pc.ply", "images", "masks", "sparse")
+NO_POINTS = RawPoints(
+    xyz=np.empty((0, 3)),
+    rgb=np.empty((0, 3), np.uint8),
+    track_point=np.empty(0, np.int64),
+    track_frame=np.empty(0, np.int64),
+    track_xy=np.empty((0, 2)),
+)
 LEAST_TRACK = 2  # selected frames that see a point: fewer could not have triangulated it
 FILM = ".jpg"  # ending of images that are frames of a video
 SIMPLE = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE")
@@ -74,8 +81,8 @@ def write(
     Raises:
         ValueError: for a frame whose name leads out of the folder, or an unreadable image.
     """
-    train, held = np.sort(picks).tolist(), np.sort(held).tolist()
-    used = sorted(train + held)
+    train, kept_back = np.sort(picks).tolist(), np.sort(held).tolist()
+    used = sorted(train + kept_back)
     names = {i: _file_name(opened.raw, i) for i in used}
     for i, name in names.items():
         _place(opened.raw.images[i], _inside(stage / "images", name), copy)
@@ -83,7 +90,7 @@ def write(
     model = _model(opened.raw.subset(train), [names[i] for i in train], [cameras[i] for i in train])
     (stage / "sparse" / "0").mkdir(parents=True)
     model.write_binary(str(stage / "sparse" / "0"))
-    content = _transforms(opened, train, held, names, cameras)
+    content = _transforms(opened, train, kept_back, names, cameras)
     if shapes is not None or opened.raw.masks is not None:
         for frame, (i, name) in zip(content["frames"], sorted(names.items()), strict=True):
             mask = _mask(opened.raw, i, shapes, (cameras[i].width, cameras[i].height))
@@ -125,11 +132,12 @@ def _place(file: images.Image, path: Path, copy: bool) -> None:
 
 def _mask(raw: RawCapture, frame: int, shapes: Path | None, size: tuple[int, int]) -> np.ndarray:
     """(h, w) uint8 0 or 255 at (width, height) `size`."""
-    if shapes is None:
-        mask = images.load_mask(raw.masks[frame], raw.mask_values)
-    else:
+    mask = np.zeros(size[::-1], bool)
+    if shapes is not None:
         file = mask_file(shapes, raw.names[frame])
-        mask = load_white(file) if file else np.zeros(size[::-1], bool)
+        mask = load_white(file) if file else mask
+    elif raw.masks is not None:
+        mask = images.load_mask(raw.masks[frame], raw.mask_values)
     return cv2.resize(mask.astype(np.uint8) * 255, size, interpolation=cv2.INTER_NEAREST_EXACT)
 
 
@@ -162,18 +170,17 @@ def _model(
         numbered = camera.colmap
         numbered.camera_id = number
         model.add_camera_with_trivial_rig(numbered)
-    points = raw.sparse()
+    points = raw.sparse() or NO_POINTS
     shared = _shared(points, len(names))
     tracks: dict[int, pycolmap.Track] = {}
     for i, (name, camera, pose) in enumerate(zip(names, cameras, raw.world_to_camera, strict=True)):
         stated = np.array([raw.cameras[i].width, raw.cameras[i].height])
         rows = shared[i]
-        keypoints = points.track_xy[rows] if len(rows) else np.empty((0, 2))
         image = pycolmap.Image(
             image_id=i + 1,
             name=name,
             camera_id=numbers[camera],
-            keypoints=keypoints * ([camera.width, camera.height] / stated),
+            keypoints=points.track_xy[rows] * ([camera.width, camera.height] / stated),
         )
         rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
         model.add_image_with_trivial_frame(image, rigid)
@@ -185,10 +192,8 @@ def _model(
     return model
 
 
-def _shared(points: RawPoints | None, frames: int) -> list[np.ndarray]:
+def _shared(points: RawPoints, frames: int) -> list[np.ndarray]:
     """For each frame the rows of the tracks of points that enough frames see."""
-    if points is None:
-        return [np.empty(0, np.int64)] * frames
     seen = np.bincount(points.track_point, minlength=len(points.xyz))
     enough = seen[points.track_point] >= LEAST_TRACK
     return [np.flatnonzero(enough & (points.track_frame == i)) for i in range(frames)]

@@ -15,8 +15,11 @@ from fsel.report.figures import footnote, save
 from fsel.report.plan import draw_cameras
 
 SPLITS = {"train": "tab:blue", "validation": "tab:orange"}
-COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:brown", "tab:purple", "tab:olive")
-COLORS += ("tab:pink", "tab:red")  # grey is for the rest
+# grey is for the rest
+COLORS = (
+    *("tab:blue", "tab:orange", "tab:green", "tab:brown"),
+    *("tab:purple", "tab:olive", "tab:pink", "tab:red"),
+)
 PANELS = {"loss": "loss (nats)", "agreement": "steps that agree with the label"}
 
 
@@ -157,8 +160,9 @@ def _population(axis: Axes, population: pd.DataFrame) -> None:
 def _trajectory(axis: Axes, title: str, plan: Mapping):
     places, picks = plan["places"], plan["picks"]
     draw_cameras(axis, places, plan["targets"])
-    axis.plot(*places[picks].T, "-", color="0.5", linewidth=0.4, zorder=2)
+    x, y = places[picks].T
+    axis.plot(x, y, "-", color="0.5", linewidth=0.4, zorder=2)
     steps = np.arange(1, len(picks) + 1)
-    shown = axis.scatter(*places[picks].T, c=steps, cmap="viridis", s=18, zorder=4)
+    shown = axis.scatter(x, y, c=steps, cmap="viridis", s=18, zorder=4)
     axis.set_title(title, fontsize=8)
     return shown

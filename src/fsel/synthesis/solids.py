@@ -106,8 +106,8 @@ class Scene:
         paler = saturation * (0.5 if dark else 0.9)
         third = hsv(hue + rng.normal(0, accent), paler, min(value * contrast, 0.95))
         # tints are as displayed; the sensor squares them back
-        colours = [np.square(colour) for colour in (first, second, third)]
-        return tx.material(kind, *colours, scale, int(rng.integers(1, 10_000)), gloss)
+        first, second, third = np.square(first), np.square(second), np.square(third)
+        return tx.material(kind, first, second, third, scale, int(rng.integers(1, 10_000)), gloss)
 
     def pick(self, choices):
         """One of the choices."""
