@@ -1,38 +1,147 @@
-"""The standard 3D Gaussian splatting `.ply` (Kerbl et al. 2023)."""
+"""The standard `.ply` of 3D Gaussian splatting (Kerbl et al. 2023), through plyfile."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from plyfile import PlyData, PlyElement, PlyParseError
 
-FIELDS = (
-    *("x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"),
-    *("scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"),
-)
+POSITION = ("x", "y", "z")
+NORMAL = ("nx", "ny", "nz")  # written as zeros: viewers expect the columns
+CONSTANT = ("f_dc_0", "f_dc_1", "f_dc_2")
+SCALE = ("scale_0", "scale_1", "scale_2")
+TURN = ("rot_0", "rot_1", "rot_2", "rot_3")
+RESTS = (0, 9, 24, 45)  # columns of the higher harmonics, by degree
+BACKGROUND = "background"  # the comment that holds the colour behind the Gaussians
 SH_CONSTANT = 0.28209479177387814  # of the degree-zero spherical harmonic
 
 
-def write(
+@dataclass(frozen=True)
+class Cloud:
+    """What such a file holds.
+
+    Attributes:
+        xyz: (n, 3) positions, world units.
+        harmonics: (n, (degree + 1)^2, 3) coefficients of the colour's spherical harmonics.
+        logit: (n,) of the opacities.
+        log_scale: (n, 3) logarithms of the standard deviations, world units.
+        turn: (n, 4) quaternions w, x, y, z.
+        background: (3,) colour in [0, 1] behind the Gaussians, black unless the file says it.
+    """
+
+    xyz: np.ndarray
+    harmonics: np.ndarray
+    logit: np.ndarray
+    log_scale: np.ndarray
+    turn: np.ndarray
+    background: np.ndarray = field(default_factory=lambda: np.zeros(3, np.float32))
+
+    @property
+    def degree(self) -> int:
+        """Of the harmonics."""
+        return RESTS.index(3 * (self.harmonics.shape[1] - 1))
+
+
+def write(path: str | Path, cloud: Cloud) -> None:
+    """Write a cloud, binary little-endian, all numbers float32."""
+    count, rests = len(cloud.xyz), RESTS[cloud.degree]
+    # the file holds all coefficients of red, then of green, then of blue
+    rest = cloud.harmonics[:, 1:].transpose(0, 2, 1).reshape(count, rests)
+    columns = {
+        POSITION: cloud.xyz,
+        NORMAL: np.zeros((count, 3)),
+        CONSTANT: cloud.harmonics[:, 0],
+        _rest_names(rests): rest,
+        ("opacity",): cloud.logit[:, None],
+        SCALE: cloud.log_scale,
+        TURN: cloud.turn,
+    }
+    names = [name for group in columns for name in group]
+    vertices = np.empty(count, [(name, "<f4") for name in names])
+    for group, values in columns.items():
+        for name, column in zip(group, values.T, strict=True):
+            vertices[name] = column
+    red, green, blue = (float(c) for c in cloud.background)
+    comments = [f"{BACKGROUND} {red:.9g} {green:.9g} {blue:.9g}"]
+    element = PlyElement.describe(vertices, "vertex")
+    PlyData([element], byte_order="<", comments=comments).write(str(path))
+
+
+def write_round(
     path: str | Path, xyz: np.ndarray, rgb: np.ndarray, opacity: np.ndarray, scale: np.ndarray
 ) -> None:
-    """Write isotropic Gaussians, binary little-endian.
+    """Write isotropic Gaussians of one colour each.
 
     Args:
         path: file to write.
         xyz: (n, 3) positions, world units.
         rgb: (n, 3) in [0, 1].
-        opacity: (n,) in (0, 1), stored as a logit.
-        scale: (n,) standard deviation, world units, stored as a logarithm.
+        opacity: (n,) in (0, 1).
+        scale: (n,) standard deviation, world units.
     """
-    table = np.zeros((len(xyz), len(FIELDS)), "<f4")
     clipped = np.clip(opacity, 1e-4, 1 - 1e-4)
-    table[:, :3] = xyz
-    table[:, 6:9] = (rgb - 0.5) / SH_CONSTANT
-    table[:, 9] = np.log(clipped / (1 - clipped))
-    table[:, 10:13] = np.log(np.maximum(scale, 1e-12))[:, None]
-    table[:, 13] = 1
-    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(xyz)}"]
-    lines += [f"property float {field}" for field in FIELDS]
-    header = "\n".join([*lines, "end_header", ""])
-    Path(path).write_bytes(header.encode("ascii") + table.tobytes())
+    log_scale = np.log(np.maximum(scale, 1e-12))
+    write(
+        path,
+        Cloud(
+            xyz=xyz,
+            harmonics=((rgb - 0.5) / SH_CONSTANT)[:, None],
+            logit=np.log(clipped / (1 - clipped)),
+            log_scale=np.repeat(log_scale[:, None], 3, axis=1),
+            turn=np.tile([1.0, 0, 0, 0], (len(xyz), 1)),
+        ),
+    )
+
+
+def read(path: str | Path) -> Cloud:
+    """Read a standard `.ply` of Gaussians, binary or text, harmonics to degree three.
+
+    Raises:
+        ValueError: naming the file, for what is no such file, or values that are not finite.
+    """
+    try:
+        data = PlyData.read(str(path))
+    except (PlyParseError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: no .ply file: {error}") from error
+    if "vertex" not in data:
+        raise ValueError(f"{path}: no element 'vertex'")
+    vertices = data["vertex"].data
+    names = vertices.dtype.names
+    rests = sum(name.startswith("f_rest_") for name in names)
+    needed = (*POSITION, *CONSTANT, *_rest_names(rests), "opacity", *SCALE, *TURN)
+    missing = [name for name in needed if name not in names]
+    if missing or rests not in RESTS:
+        what = f"lacks {', '.join(missing)}" if missing else f"has {rests} columns f_rest_*"
+        raise ValueError(
+            f"{path}: no Gaussians: {what}. Allowed: the columns of Kerbl et al. 2023, with "
+            f"{', '.join(map(str, RESTS))} columns f_rest_* (degrees 0 to 3)"
+        )
+    values = np.stack([vertices[name].astype(np.float64) for name in needed], axis=1)
+    for row, column in np.argwhere(~np.isfinite(values))[:1]:
+        raise ValueError(f"{path}: {needed[column]} of Gaussian {row} is {values[row, column]}")
+    return _cloud(values, rests, _background(data.comments, path))
+
+
+def _cloud(values: np.ndarray, rests: int, background: np.ndarray) -> Cloud:
+    xyz, constant, rest, logit, scale, turn = np.split(values, np.cumsum([3, 3, rests, 1, 3]), 1)
+    turn[~turn.any(axis=1), 0] = 1  # no rotation is written as zeros by some
+    rest = rest.reshape(len(values), 3, rests // 3).transpose(0, 2, 1)
+    harmonics = np.concatenate([constant[:, None], rest], axis=1)
+    return Cloud(xyz, harmonics, logit[:, 0], scale, turn, background)
+
+
+def _rest_names(count: int) -> tuple[str, ...]:
+    return tuple(f"f_rest_{k}" for k in range(count))
+
+
+def _background(comments: list[str], path: str | Path) -> np.ndarray:
+    for comment in comments:
+        words = comment.split()
+        if words[:1] == [BACKGROUND] and len(words) == 4:
+            try:
+                return np.array(words[1:], np.float32)
+            except ValueError as error:
+                raise ValueError(f"{path}: comment {comment!r} holds no colour") from error
+    return np.zeros(3, np.float32)

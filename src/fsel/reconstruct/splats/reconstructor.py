@@ -248,7 +248,7 @@ class SplatModel:
         """Write the splats as a standard 3D Gaussian splatting `.ply`."""
         opacity, depth = self.splats[3:]
         scale = depth * (self.frame.unit * self.pixel / 2)
-        ply.write(path, self.positions, self.colors / 255, opacity, scale)
+        ply.write_round(path, self.positions, self.colors / 255, opacity, scale)
 
 
 def _rays(capture: Capture) -> np.ndarray:

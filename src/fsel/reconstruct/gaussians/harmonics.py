@@ -1,0 +1,47 @@
+"""Real spherical harmonics to degree three, with the signs and the order of Kerbl et al. 2023."""
+
+from __future__ import annotations
+
+from fsel.reconstruct.gaussians.table import jit
+
+C0 = 0.28209479177387814  # sqrt(1 / (4 pi))
+C1 = 0.4886025119029199  # sqrt(3 / (4 pi))
+C2 = (1.0925484305920792, 0.31539156525252005, 0.5462742152960396)
+C3 = (
+    *(0.5900435899266435, 2.890611442640554, 0.4570457994644658),
+    *(0.3731763325901154, 1.445305721320277),
+)
+
+
+@jit
+def basis(degree, x, y, z, out):
+    """Fill `out` (16,) with the (degree + 1)^2 harmonics of the unit direction x, y, z."""
+    out[0] = C0
+    if degree > 0:
+        out[1], out[2], out[3] = -C1 * y, C1 * z, -C1 * x
+    if degree > 1:
+        xx, yy, zz = x * x, y * y, z * z
+        out[4], out[5], out[7] = C2[0] * x * y, -C2[0] * y * z, -C2[0] * x * z
+        out[6], out[8] = C2[1] * (2 * zz - xx - yy), C2[2] * (xx - yy)
+        if degree > 2:
+            out[9], out[10] = -C3[0] * y * (3 * xx - yy), C3[1] * x * y * z
+            out[11], out[12] = -C3[2] * y * (4 * zz - xx - yy), C3[3] * z * (2 * zz - 3 * xx - 3 * yy)
+            out[13], out[14] = -C3[2] * x * (4 * zz - xx - yy), C3[4] * z * (xx - yy)
+            out[15] = -C3[0] * x * (xx - 3 * yy)
+
+
+@jit
+def slope(degree, x, y, z, pull):
+    """Gradient of `sum(pull * basis)` with respect to x, y and z, to degree two: what is trained.
+
+    Args:
+        pull: (9,) gradient with respect to each harmonic.
+    """
+    dx, dy, dz = 0.0, 0.0, 0.0
+    if degree > 0:
+        dx, dy, dz = -C1 * pull[3], -C1 * pull[1], C1 * pull[2]
+    if degree > 1:
+        dx += C2[0] * (y * pull[4] - z * pull[7]) + 2 * x * (C2[2] * pull[8] - C2[1] * pull[6])
+        dy += C2[0] * (x * pull[4] - z * pull[5]) - 2 * y * (C2[2] * pull[8] + C2[1] * pull[6])
+        dz += -C2[0] * (y * pull[5] + x * pull[7]) + 4 * C2[1] * z * pull[6]
+    return dx, dy, dz

@@ -1,0 +1,114 @@
+"""What the optimisation starts from: only what the selected frames give."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fsel.capture import Capture, SparsePoints
+from fsel.reconstruct.frame import Frame
+from fsel.reconstruct.gaussians.harmonics import C0
+from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
+from fsel.reconstruct.splats import Splats
+
+OPACITY = 0.5  # at the start (Kheradmand et al. 2024)
+NEIGHBOURS = 3  # whose distances give a Gaussian its size (Kerbl et al. 2023)
+STEREO_SIDE = 128  # pixels of the longer side at which stereo runs
+SMALLEST = 1e-4  # standard deviation, where the neighbours are in the same place
+
+
+def restricted(capture: Capture, frames: np.ndarray) -> Capture:
+    """The capture of the given frames alone, with the points that at least two of them see.
+
+    Args:
+        capture: any.
+        frames: (K,) int64, distinct.
+    """
+    masks = None if capture.masks is None else np.asarray(capture.masks[frames])
+    return replace(
+        capture,
+        names=tuple(capture.names[i] for i in frames),
+        world_to_camera=capture.world_to_camera[frames],
+        intrinsics=capture.intrinsics[frames],
+        images=np.asarray(capture.images[frames]),
+        sequences=tuple(capture.sequences[i] for i in frames),
+        points=_shared_points(capture.points, frames, len(capture)),
+        masks=masks,
+    )
+
+
+def _shared_points(points: SparsePoints | None, frames: np.ndarray, count: int):
+    if points is None:
+        return None
+    number = np.full(count, -1)
+    number[frames] = np.arange(len(frames))
+    within = number[points.track_frame] >= 0
+    track = np.unique(
+        np.stack([points.track_point[within], number[points.track_frame[within]]]), axis=1
+    )
+    kept = np.bincount(track[0], minlength=len(points.xyz)) >= 2
+    row = np.cumsum(kept) - 1
+    track = track[:, kept[track[0]]]
+    return SparsePoints(points.xyz[kept], points.rgb[kept], row[track[0]], track[1])
+
+
+def from_splats(capture: Capture) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n, 3) and colours (n, 3) in [0, 1] of the splats of a capture's frames."""
+    small = capture.resized(STEREO_SIDE)
+    model = Splats(small).fit(np.arange(len(small)))
+    return model.positions, model.colors.astype(np.float64) / 255
+
+
+def from_points(capture: Capture) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n, 3) and colours (n, 3) in [0, 1] of a capture's sparse points.
+
+    Raises:
+        ValueError: when it has none.
+    """
+    if capture.points is None or not len(capture.points.xyz):
+        raise ValueError(
+            f"{capture.source}: no sparse point is seen by two of the {len(capture)} selected "
+            "frames. Hint: initial: splats"
+        )
+    return capture.points.xyz, capture.points.rgb / 255
+
+
+def table_of(
+    xyz: np.ndarray, rgb: np.ndarray, frame: Frame, degree: int, budget: int, seed: int
+) -> np.ndarray:
+    """Gaussians at some of the positions, round, as large as the way to their neighbours.
+
+    Args:
+        xyz: (n, 3) world units.
+        rgb: (n, 3) in [0, 1].
+        frame: the normalised frame.
+        degree: of the harmonics; all but the first start at zero.
+        budget: of them are drawn where there are more.
+        seed: of the draw.
+
+    Returns:
+        (min(n, budget), c) float32 parameters.
+    """
+    if len(xyz) > budget:
+        drawn = np.random.default_rng(seed).choice(len(xyz), budget, replace=False)
+        drawn.sort()
+        xyz, rgb = xyz[drawn], rgb[drawn]
+    local = (xyz - frame.origin) / frame.unit
+    table = np.zeros((len(xyz), width_of(degree)), np.float32)
+    table[:, MEAN] = local
+    table[:, SCALE] = np.log(_spacing(local))[:, None]
+    table[:, TURN.start] = 1
+    table[:, LOGIT] = np.log(OPACITY / (1 - OPACITY))
+    table[:, COLOR : COLOR + 3] = (rgb - 0.5) / C0
+    return table
+
+
+def _spacing(points: np.ndarray) -> np.ndarray:
+    """(n,) root mean square distance to the three nearest others."""
+    if len(points) < 2:
+        return np.full(len(points), 0.1)
+    nearest = min(NEIGHBOURS, len(points) - 1)
+    gaps = cKDTree(points).query(points, nearest + 1)[0][:, 1:]
+    return np.maximum(np.sqrt((gaps**2).mean(axis=1)), SMALLEST)

@@ -1,0 +1,41 @@
+"""The most memory that a piece of work took."""
+
+from __future__ import annotations
+
+import re
+import resource
+import sys
+from pathlib import Path
+
+
+class Peak:
+    """Resident memory of this process at its highest, above what it held at the start.
+
+    On Linux the kernel's own record is started anew; elsewhere it cannot be, and only what goes
+    beyond the process's highest so far is counted.
+    """
+
+    def __init__(self) -> None:
+        try:
+            Path("/proc/self/clear_refs").write_text("5")  # forget the highest so far
+        except OSError:
+            self._start = _highest()
+        else:
+            self._start = _resident("VmRSS")
+
+    @property
+    def bytes(self) -> int:
+        """Since the start."""
+        return max(_highest() - self._start, 0)
+
+
+def _highest() -> int:
+    if sys.platform == "linux":
+        return _resident("VmHWM")
+    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return largest if sys.platform == "darwin" else largest * 1024
+
+
+def _resident(field: str) -> int:
+    found = re.search(rf"{field}:\s+(\d+) kB", Path("/proc/self/status").read_text())
+    return int(found[1]) * 1024

@@ -1,0 +1,126 @@
+"""Adam on the visible Gaussians, the learning rates of Kerbl et al. 2023, and the penalties and the
+noise of 3DGS-MCMC (Kheradmand et al. 2024).
+
+Only the Gaussians that a step's views see are updated, as in Taming 3DGS (Mallick et al. 2024) and
+gsplat's `visible_adam`; each counts its own steps for Adam's bias corrections.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, jit, width_of
+
+MEAN_RATES = (1.6e-4, 1.6e-6)  # first and last, times the scene's extent
+RATES = {"scale": 5e-3, "turn": 1e-3, "logit": 5e-2, "color": 2.5e-3, "harmonics": 1.25e-4}
+EXTENT = 1.1  # in the normalised frame the farthest camera is at 1, and Kerbl et al. add a tenth
+DECAYS = (0.9, 0.999)
+TINY = 1e-15  # Kerbl et al.: gradients are far below Adam's usual epsilon
+NOISE = 5e5  # times the means' rate: the noise's size (Kheradmand et al. 2024)
+FAINT, SHARP = 0.005, 100.0  # opacity at which the noise is halved, and how fast it falls above
+SILENT = 0.1  # opacity above which the noise is below 1e-4 of its size
+
+
+class Adam:
+    """The state of the optimiser.
+
+    Args:
+        table: (n, c) parameters, updated in place.
+        steps: of the whole training: the means' rate falls exponentially over them.
+    """
+
+    def __init__(self, table: np.ndarray, degree: int, steps: int) -> None:
+        self.table, self.steps = table, steps
+        self.first, self.second = np.zeros_like(table), np.zeros_like(table)
+        self.count = np.zeros(len(table), np.int64)
+        self.rates = np.empty(width_of(degree), table.dtype)
+        self.rates[SCALE], self.rates[TURN] = RATES["scale"], RATES["turn"]
+        self.rates[LOGIT], self.rates[COLOR : COLOR + 3] = RATES["logit"], RATES["color"]
+        self.rates[COLOR + 3 :] = RATES["harmonics"]
+        past = np.arange(1, steps + 2)
+        self.corrections = np.stack([1 - decay**past for decay in DECAYS]).astype(table.dtype)
+
+    def mean_rate(self, step: int) -> float:
+        """Of the means at a step: from the first to the last, exponentially."""
+        first, last = MEAN_RATES
+        return EXTENT * first * (last / first) ** (step / self.steps)
+
+    def step(self, grad: np.ndarray, touched: np.ndarray, step: int) -> None:
+        """Update the touched rows, and clear their gradients."""
+        self.rates[MEAN] = self.mean_rate(step)
+        _update(
+            self.table,
+            grad,
+            self.first,
+            self.second,
+            self.count,
+            touched,
+            self.rates,
+            self.corrections,
+        )
+
+    def forget(self, rows: np.ndarray) -> None:
+        """Start anew with some rows."""
+        self.first[rows], self.second[rows], self.count[rows] = 0, 0, 0
+
+
+@jit
+def _update(table, grad, first, second, count, touched, rates, corrections):
+    kind = table.dtype.type
+    keep1, keep2, one = kind(DECAYS[0]), kind(DECAYS[1]), kind(1)
+    tiny, none = kind(TINY), kind(0)
+    for i in touched:
+        size = kind(1) / corrections[0, count[i]]
+        spread = kind(1) / np.sqrt(corrections[1, count[i]])
+        count[i] = min(count[i] + 1, corrections.shape[1] - 1)
+        row, slope, mean, square = table[i], grad[i], first[i], second[i]
+        for c in range(len(rates)):
+            g = slope[c]
+            m = keep1 * mean[c] + (one - keep1) * g
+            v = keep2 * square[c] + (one - keep2) * g * g
+            mean[c], square[c], slope[c] = m, v, none
+            row[c] -= rates[c] * size * m / (np.sqrt(v) * spread + tiny)
+
+
+@jit
+def penalise(table, grad, touched, opacity, scale):
+    """Add the gradients of `opacity` times the mean opacity and `scale` times the mean standard
+    deviation, of the touched rows; the means are over all."""
+    opacity, scale = opacity / len(table), scale / (3 * len(table))
+    for i in touched:
+        value = 1 / (1 + math.exp(-table[i, LOGIT]))
+        grad[i, LOGIT] += opacity * value * (1 - value)
+        for axis in range(3, 6):
+            grad[i, axis] += scale * math.exp(table[i, axis])
+
+
+@jit
+def shake(table, touched, rng, size):
+    """Move faint Gaussians at random, along their own axes, the farther the fainter."""
+    for i in touched:
+        opacity = 1 / (1 + math.exp(-table[i, LOGIT]))
+        if opacity < SILENT:
+            reach = size / (1 + math.exp(SHARP * (opacity - FAINT)))
+            _shift(table[i], rng, reach)
+
+
+@jit
+def _shift(row, rng, reach):
+    """Add the covariance times a normal vector."""
+    w, x, y, z = row[6], row[7], row[8], row[9]
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w / norm, x / norm, y / norm, z / norm
+    a, b, c = rng.standard_normal(), rng.standard_normal(), rng.standard_normal()
+    axes = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
+        (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
+        (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)),
+    )
+    for k in range(3):
+        axis = axes[k]
+        along = axis[0] * a + axis[1] * b + axis[2] * c
+        step = reach * math.exp(2 * row[3 + k]) * along
+        for d in range(3):
+            row[d] += step * axis[d]

@@ -1,0 +1,215 @@
+"""Compositing of sorted Gaussians tile by tile, front to back, and its gradients (Kerbl et al. 2023).
+
+The gradients also go front to back: what lies behind a Gaussian is the pixel's whole colour less
+what was met so far. So the same Gaussians are skipped as in the rendering, and nothing is kept.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+
+from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, U, V, XX, XY, YY
+from fsel.reconstruct.gaussians.table import jit
+from fsel.reconstruct.gaussians.tiles import TILE
+
+PIXELS = TILE * TILE
+LARGEST_ALPHA = 0.99
+LEAST_LIGHT = 1e-4  # a pixel is finished when less would pass
+FLOOR = math.log(LEAST_ALPHA) - 0.1  # exponents below it are as good as it: the pixel is skipped
+CHECKED = 8  # Gaussians between two looks at whether a tile is finished
+# 2^f for f from -1/2 to 1/2, to 8e-8 of the value
+POWERS = (1.00000007, 0.69314695, 0.24022122, 0.05550743, 0.00967546, 0.0013267)
+
+
+def exponential(x):
+    """exp(x) for x of -6 to 1: exact for float64; for float32 to 2e-7, and in vectors."""
+    return math.exp(x)
+
+
+@overload(exponential, jit_options={"fastmath": {"reassoc", "contract"}})
+def _exponential(x):
+    if x == types.float32:
+        f, i = np.float32, np.int32
+        c0, c1, c2, c3, c4, c5 = (np.float32(c) for c in POWERS)
+        binary = np.float32(math.log2(math.e))
+
+        def short(x):
+            y = x * binary
+            n = i(y - f(0.5))
+            g = y - f(n)
+            power = ((((c5 * g + c4) * g + c3) * g + c2) * g + c1) * g + c0
+            return power * i((n + i(127)) << i(23)).view(f)
+
+        return short
+    return lambda x: math.exp(x)
+
+
+@jit
+def composite(rows, starts, members, background, image, rest):
+    """Render tiles.
+
+    Args:
+        rows: (v, COLUMNS) projected Gaussians, nearest first.
+        starts, members: as `tiles.assign` gives them.
+        background: (3,) colour behind everything.
+        image: (3, h, w), filled.
+        rest: (h, w), filled with the light that passes all Gaussians.
+    """
+    height, width = rest.shape
+    across = (width + TILE - 1) // TILE
+    # of each pixel: light that still passes (0 when finished), light at the end, red, green, blue
+    state, at = np.empty(5 * PIXELS, rows.dtype), _centres(rows)
+    for t in range(len(starts) - 1):
+        left, top = (t % across) * TILE, (t // across) * TILE
+        wide, high = min(width - left, TILE), min(height - top, TILE)
+        _open(state, wide, high)
+        for n in range(starts[t], starts[t + 1]):
+            if (n - starts[t]) % CHECKED == CHECKED - 1 and _finished(state):
+                break
+            _add(state, at, rows[members[n]], left, top)
+        for y in range(high):
+            for x in range(wide):
+                p = y * TILE + x
+                passed = state[PIXELS + p]
+                rest[top + y, left + x] = passed
+                for c in range(3):
+                    image[c, top + y, left + x] = (
+                        state[(2 + c) * PIXELS + p] + background[c] * passed
+                    )
+
+
+@jit
+def _centres(rows):
+    """x, then y, of a tile's pixel centres from its corner."""
+    at = np.empty(2 * PIXELS, rows.dtype)
+    for p in range(PIXELS):
+        at[p] = 0.5 + p % TILE
+        at[PIXELS + p] = 0.5 + p // TILE
+    return at
+
+
+@jit
+def _open(state, wide, high):
+    """Start a tile; pixels beyond the image are finished."""
+    for p in range(PIXELS):
+        state[p] = 1 if p % TILE < wide and p // TILE < high else 0
+        state[PIXELS + p] = 1
+        for c in range(2, len(state) // PIXELS):
+            state[c * PIXELS + p] = 0
+
+
+@jit
+def _finished(state):
+    light = state[0]
+    for p in range(1, PIXELS):
+        light = max(light, state[p])
+    return light == 0
+
+
+@jit
+def _add(state, at, row, left, top):
+    """One Gaussian onto one tile."""
+    kind = row.dtype.type
+    none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
+    floor, faintest = kind(FLOOR), kind(LEAST_ALPHA)
+    u, v = row[U] - kind(left), row[V] - kind(top)
+    xx, xy, yy, peak = row[XX], row[XY], row[YY], row[PEAK]
+    red, green, blue = row[RED], row[RED + 1], row[RED + 2]
+    for p in range(PIXELS):
+        dx, dy = at[p] - u, at[PIXELS + p] - v
+        exponent = peak + (xx * dx + xy * dy) * dx + yy * dy * dy
+        alpha = min(exponential(max(exponent, floor)), most)
+        alpha = alpha if alpha >= faintest else none
+        light = state[p]
+        after = light * (one - alpha)
+        goes = after >= least
+        weight = alpha * light if goes else none
+        state[p] = after if goes else none
+        state[PIXELS + p] = after if goes else state[PIXELS + p]
+        state[2 * PIXELS + p] += weight * red
+        state[3 * PIXELS + p] += weight * green
+        state[4 * PIXELS + p] += weight * blue
+
+
+@jit
+def backward(rows, starts, members, image, pull, pulls):
+    """Gradients of what the image's gradient pulls on, summed over each Gaussian's pixels.
+
+    Args:
+        rows, starts, members: as in `composite`.
+        image: (3, h, w) as `composite` filled it.
+        pull: (3, h, w) gradient with respect to it.
+        pulls: (v, 9) zeros, filled: see `projection.backward`.
+    """
+    height, width = image.shape[1:]
+    across = (width + TILE - 1) // TILE
+    # of each pixel: light that still passes, what lies behind times its gradient, the gradient
+    state, at = np.empty(5 * PIXELS, rows.dtype), _centres(rows)
+    for t in range(len(starts) - 1):
+        left, top = (t % across) * TILE, (t // across) * TILE
+        wide, high = min(width - left, TILE), min(height - top, TILE)
+        _open(state, wide, high)
+        for y in range(high):
+            for x in range(wide):
+                p, behind = y * TILE + x, rows.dtype.type(0)
+                for c in range(3):
+                    gradient = pull[c, top + y, left + x]
+                    state[(2 + c) * PIXELS + p] = gradient
+                    behind += gradient * image[c, top + y, left + x]
+                state[PIXELS + p] = behind
+        for n in range(starts[t], starts[t + 1]):
+            if (n - starts[t]) % CHECKED == CHECKED - 1 and _finished(state):
+                break
+            _pull(state, at, rows[members[n]], left, top, pulls[members[n]])
+
+
+@jit
+def _pull(state, at, row, left, top, out):
+    """The gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
+    kind = row.dtype.type
+    none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
+    floor, faintest = kind(FLOOR), kind(LEAST_ALPHA)
+    u, v = row[U] - kind(left), row[V] - kind(top)
+    xx, xy, yy, peak = row[XX], row[XY], row[YY], row[PEAK]
+    red, green, blue = row[RED], row[RED + 1], row[RED + 2]
+    s0, s1, s2, s3, s4, s5, s6, s7, s8 = (none, none, none, none, none, none, none, none, none)
+    for p in range(PIXELS):
+        dx, dy = at[p] - u, at[PIXELS + p] - v
+        exponent = peak + (xx * dx + xy * dy) * dx + yy * dy * dy
+        raw = exponential(max(exponent, floor))
+        alpha = min(raw, most)
+        alpha = alpha if alpha >= faintest else none
+        light = state[p]
+        after = light * (one - alpha)
+        goes = after >= least
+        weight = alpha * light if goes else none
+        state[p] = after if goes else none
+        gr, gg, gb = state[2 * PIXELS + p], state[3 * PIXELS + p], state[4 * PIXELS + p]
+        shown = red * gr + green * gg + blue * gb
+        behind = state[PIXELS + p] - weight * shown
+        state[PIXELS + p] = behind
+        s0 += weight * gr
+        s1 += weight * gg
+        s2 += weight * gb
+        # with respect to the exponent; where alpha is held at its largest it does not move
+        moved = weight * shown - behind * alpha / (one - alpha)
+        moved = moved if goes and raw < most else none
+        s3 += moved
+        s4 += moved * dx
+        s5 += moved * dy
+        s6 += moved * dx * dx
+        s7 += moved * dx * dy
+        s8 += moved * dy * dy
+    out[0] += s0
+    out[1] += s1
+    out[2] += s2
+    out[3] += s3
+    out[4] += s4
+    out[5] += s5
+    out[6] += s6
+    out[7] += s7
+    out[8] += s8

@@ -1,0 +1,76 @@
+"""One view of a table of Gaussians, and the gradients of its parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.reconstruct.gaussians import projection, rasterize, tiles
+
+NEAREST = 0.01  # depth in the normalised frame below which a Gaussian is not drawn
+
+
+def camera_of(
+    world_to_camera: np.ndarray, intrinsics: np.ndarray, size: tuple[int, int], near: float
+) -> np.ndarray:
+    """(22,) float64 numbers of a camera in the order that `projection.project` reads them.
+
+    Args:
+        world_to_camera: (3, 4), in the frame of the Gaussians.
+        intrinsics: (4,) fx, fy, cx, cy, pixels.
+        size: (width, height), pixels.
+        near: least depth.
+    """
+    center = -world_to_camera[:, :3].T @ world_to_camera[:, 3]
+    return np.concatenate([world_to_camera.ravel(), center, intrinsics, size, [near]])
+
+
+class Canvas:
+    """Renders views of one size, one after the other, in buffers of its own.
+
+    Args:
+        most: Gaussians that a table may have.
+        size: (width, height), pixels.
+        background: (3,) colour behind everything.
+        dtype: of the kernels: float32, or float64 in tests.
+    """
+
+    def __init__(self, most: int, size: tuple[int, int], background, dtype=np.float32) -> None:
+        self.width, self.height = size
+        self.background = np.asarray(background, dtype)
+        self.image = np.empty((3, self.height, self.width), dtype)
+        self.rest = np.empty((self.height, self.width), dtype)
+        self._rows = np.empty((most, projection.COLUMNS), dtype)
+        self._source = np.empty(most, np.int32)
+
+    def draw(self, table: np.ndarray, degree: int, factor: np.ndarray, camera: np.ndarray):
+        """Render into `image`, and the light that passes everything into `rest`.
+
+        Args:
+            table: (n, c) parameters.
+            degree: of the harmonics in use.
+            factor: (n,) factors of the opacities.
+            camera: as `camera_of` gives it.
+
+        Returns:
+            (v,) int32 rows of the table that the camera sees.
+        """
+        count, depth = projection.project(
+            table, degree, factor, camera, self._rows, self._source
+        )
+        self.rows, self.source = tiles.sort_rows(
+            depth[:count], self._rows[:count], self._source[:count]
+        )
+        self.tiles = tiles.assign(self.rows, self.width, self.height)
+        rasterize.composite(self.rows, *self.tiles, self.background, self.image, self.rest)
+        return self.source
+
+    def pull(self, table, degree, camera, gradient, grad) -> None:
+        """Add the parameters' gradients of the last drawing to `grad`, like `table`.
+
+        Args:
+            table, degree, camera: what was drawn.
+            gradient: (3, h, w) of the image.
+        """
+        pulls = np.zeros((len(self.rows), 9), table.dtype)
+        rasterize.backward(self.rows, *self.tiles, self.image, gradient, pulls)
+        projection.backward(table, degree, camera, self.rows, self.source, pulls, grad)

@@ -1,0 +1,64 @@
+"""Settings of the reconstructor `gaussians`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+INITIAL = ("splats", "points")
+BACKGROUNDS = ("mean", "black")
+
+
+@dataclass(frozen=True)
+class GaussianSettings:
+    """Settings of the optimisation; all are free of the scene.
+
+    Attributes:
+        steps: of Adam.
+        gaussians: the budget: no more are ever held.
+        seed: of the order of the views, the relocation, the noise and the dropout.
+        degree: of the spherical harmonics, 0 to 2.
+        initial: what the Gaussians start from: `splats` (the stereo reconstruction of the selected
+            frames) or `points` (sparse points that at least two of them see).
+        views: images that a step's gradient is summed over.
+        opacity_penalty: weight of the mean opacity in the loss (3DGS-MCMC).
+        scale_penalty: weight of the mean standard deviation in the loss, which is 1 for the
+            distance of the farthest selected camera from their middle (3DGS-MCMC).
+        noise: whether faint Gaussians move at random (3DGS-MCMC).
+        dropout: share of the Gaussians that the last step leaves out, growing from zero with the
+            steps; the others' opacities are raised to make up for it (DropGaussian, Park et al.
+            2025).
+        background: colour where nothing was reconstructed: the `mean` of the selected frames'
+            pixels, or `black`.
+    """
+
+    steps: int = 2000
+    gaussians: int = 20_000
+    seed: int = 0
+    degree: int = 2
+    initial: str = "splats"
+    views: int = 1
+    opacity_penalty: float = 0.01
+    scale_penalty: float = 0.01
+    noise: bool = True
+    dropout: float = 0.0
+    background: str = "mean"
+
+    def __post_init__(self) -> None:
+        for name, least in {"steps": 0, "gaussians": 1, "seed": 0, "degree": 0, "views": 1}.items():
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise ValueError(f"{name} must be an integer of at least {least}, got {value!r}")
+        if self.degree > 2:
+            raise ValueError(f"degree must be 0, 1 or 2, got {self.degree}")
+        for name in ("opacity_penalty", "scale_penalty"):
+            if not 0 <= getattr(self, name) < float("inf"):
+                raise ValueError(f"{name} must be zero or more, got {getattr(self, name)!r}")
+        if not 0 <= self.dropout < 1:
+            raise ValueError(f"dropout must be at least 0 and below 1, got {self.dropout!r}")
+        if not isinstance(self.noise, bool):
+            raise ValueError(f"noise must be true or false, got {self.noise!r}")
+        for name, allowed in {"initial": INITIAL, "background": BACKGROUNDS}.items():
+            if getattr(self, name) not in allowed:
+                raise ValueError(
+                    f"{name} must be one of {', '.join(allowed)}, got {getattr(self, name)!r}"
+                )
