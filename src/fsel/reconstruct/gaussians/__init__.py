@@ -9,12 +9,12 @@ from collections.abc import Callable
 import numpy as np
 
 from fsel.capture import Capture
-from fsel.reconstruct.frame import Frame
 from fsel.reconstruct.gaussians import initial
 from fsel.reconstruct.gaussians.memory import Peak
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import GaussianSettings
 from fsel.reconstruct.gaussians.training import Training
+from fsel.reconstruct.normalisation import Frame
 
 __all__ = ["GaussianModel", "GaussianSettings", "Gaussians"]
 

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fsel.capture import Capture, SparsePoints
-from fsel.reconstruct.frame import Frame
 from fsel.reconstruct.gaussians.harmonics import C0
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
+from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import Splats
 
 OPACITY = 0.5  # at the start (Kheradmand et al. 2024)

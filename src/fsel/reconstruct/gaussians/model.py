@@ -9,9 +9,9 @@ import numpy as np
 
 from fsel.capture import Views
 from fsel.reconstruct import ply
-from fsel.reconstruct.frame import Frame
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, degree_of, width_of
+from fsel.reconstruct.normalisation import Frame
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,11 @@ import math
 import numpy as np
 
 from fsel.reconstruct.gaussians.harmonics import basis, slope
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT, jit
+from fsel.reconstruct.gaussians.table import COLOR, LOGIT, inlined, jit
 
 LOW_PASS = 0.3  # pixels^2 added to the projected variances
 LEAST_ALPHA = 1 / 255  # below it a Gaussian adds nothing to a pixel
+FAINTEST = math.log(LEAST_ALPHA)
 BEYOND = 0.3  # half fields of view past the edge where the linearised projection stays as it is
 
 # columns of a projected Gaussian: the pixel, the exponent's three coefficients and its value in
@@ -42,13 +43,13 @@ def project(table, degree, factor, camera, rows, source):
     width, height, near = camera[19], camera[20], camera[21]
     count = 0
     for i in range(len(table)):
-        x, y, z = _seen(table[i], camera)
+        x, y, z = _seen(table, i, camera)
         if z < near or factor[i] <= 0:
             continue
         opacity = factor[i] / (1 + math.exp(-table[i, LOGIT]))
         if opacity <= LEAST_ALPHA:
             continue
-        a, b, c = _flattened(table[i], camera, x, y, z)[0]
+        a, b, c = _flattened(table, i, camera, x, y, z)[0]
         spread = 2 * math.log(opacity / LEAST_ALPHA)
         u, v = camera[15] * x / z + camera[17], camera[16] * y / z + camera[18]
         half_x, half_y = math.sqrt(spread * a), math.sqrt(spread * c)
@@ -56,20 +57,21 @@ def project(table, degree, factor, camera, rows, source):
             continue
         if v + half_y < 0.5 or v - half_y > height - 0.5:
             continue
-        row = rows[count]
-        row[U], row[V], row[RANGE], row[PEAK] = u, v, spread, math.log(opacity)
-        row[HALF_X], row[HALF_Y], row[LEAN] = half_x, half_y, b / a
+        rows[count, U], rows[count, V], rows[count, RANGE] = u, v, spread
+        rows[count, PEAK] = 0.5 * spread + FAINTEST
+        rows[count, HALF_X], rows[count, HALF_Y], rows[count, LEAN] = half_x, half_y, b / a
         inverse = 1 / (a * c - b * b)
-        row[XX], row[XY], row[YY] = -0.5 * c * inverse, b * inverse, -0.5 * a * inverse
-        _shade(table[i], degree, camera, values, row)
+        rows[count, XX], rows[count, YY] = -0.5 * c * inverse, -0.5 * a * inverse
+        rows[count, XY] = b * inverse
+        _shade(table, i, degree, camera, values, rows, count)
         source[count], depth[count] = i, z
         count += 1
     return count, depth
 
 
-@jit
-def _seen(row, camera):
-    x, y, z = float(row[0]), float(row[1]), float(row[2])
+@inlined
+def _seen(table, i, camera):
+    x, y, z = float(table[i, 0]), float(table[i, 1]), float(table[i, 2])
     return (
         camera[0] * x + camera[1] * y + camera[2] * z + camera[3],
         camera[4] * x + camera[5] * y + camera[6] * z + camera[7],
@@ -77,10 +79,10 @@ def _seen(row, camera):
     )
 
 
-@jit
-def _rotation(row):
-    """Matrix of a row's quaternion, row by row, the unit quaternion, and one over its length."""
-    w, x, y, z = float(row[6]), float(row[7]), float(row[8]), float(row[9])
+@inlined
+def _rotation(table, i):
+    """Matrix of row i's quaternion, row by row, the unit quaternion, and one over its length."""
+    w, x, y, z = float(table[i, 6]), float(table[i, 7]), float(table[i, 8]), float(table[i, 9])
     scale = 1 / math.sqrt(w * w + x * x + y * y + z * z)
     w, x, y, z = w * scale, x * scale, y * scale, z * scale
     matrix = (
@@ -91,7 +93,7 @@ def _rotation(row):
     return matrix, (w, x, y, z), scale
 
 
-@jit
+@inlined
 def _tilts(camera, x, y, z):
     """x / z and y / z kept within the widened field of view, where the projection is linearised."""
     fx, fy, cx, cy = camera[15], camera[16], camera[17], camera[18]
@@ -102,8 +104,8 @@ def _tilts(camera, x, y, z):
     return tilt_x, tilt_y
 
 
-@jit
-def _flattened(row, camera, x, y, z):
+@inlined
+def _flattened(table, i, camera, x, y, z):
     """Covariance a, b, c on the image, and what the gradients need of how it came about."""
     tilt_x, tilt_y = _tilts(camera, x, y, z)
     j, k = camera[15] / z, camera[16] / z
@@ -113,8 +115,8 @@ def _flattened(row, camera, x, y, z):
         *(j * (camera[2] - tilt_x * camera[10]), k * (camera[4] - tilt_y * camera[8])),
         *(k * (camera[5] - tilt_y * camera[9]), k * (camera[6] - tilt_y * camera[10])),
     )
-    r = _rotation(row)[0]
-    sx, sy, sz = math.exp(row[3]), math.exp(row[4]), math.exp(row[5])
+    r = _rotation(table, i)[0]
+    sx, sy, sz = math.exp(table[i, 3]), math.exp(table[i, 4]), math.exp(table[i, 5])
     # times the Gaussian's axes, each as long as its standard deviation
     t = (
         sx * (m[0] * r[0] + m[1] * r[3] + m[2] * r[6]),
@@ -130,24 +132,25 @@ def _flattened(row, camera, x, y, z):
     return (a, b, c), m, t, (sx, sy, sz)
 
 
-@jit
-def _direction(row, camera):
+@inlined
+def _direction(table, i, camera):
     """Unit vector from the camera to the Gaussian, and one over the distance."""
-    x, y, z = row[0] - camera[12], row[1] - camera[13], row[2] - camera[14]
+    x, y, z = table[i, 0] - camera[12], table[i, 1] - camera[13], table[i, 2] - camera[14]
     inverse = 1 / math.sqrt(max(x * x + y * y + z * z, 1e-30))
     return x * inverse, y * inverse, z * inverse, inverse
 
 
-@jit
-def _shade(row, degree, camera, values, out):
-    x, y, z, _ = _direction(row, camera)
+@inlined
+def _shade(table, i, degree, camera, values, rows, n):
+    x, y, z, _ = _direction(table, i, camera)
     basis(degree, x, y, z, values)
     red, green, blue = 0.5, 0.5, 0.5
     for k in range((degree + 1) * (degree + 1)):
-        red += values[k] * row[COLOR + 3 * k]
-        green += values[k] * row[COLOR + 3 * k + 1]
-        blue += values[k] * row[COLOR + 3 * k + 2]
-    out[RED], out[RED + 1], out[RED + 2] = max(red, 0.0), max(green, 0.0), max(blue, 0.0)
+        red += values[k] * table[i, COLOR + 3 * k]
+        green += values[k] * table[i, COLOR + 3 * k + 1]
+        blue += values[k] * table[i, COLOR + 3 * k + 2]
+    rows[n, RED], rows[n, RED + 1] = max(red, 0.0), max(green, 0.0)
+    rows[n, RED + 2] = max(blue, 0.0)
 
 
 @jit
@@ -165,61 +168,60 @@ def backward(table, degree, camera, rows, source, pulls, grad):
     """
     values, weights = np.empty(16), np.empty(16)
     for n in range(len(rows)):
-        row, pull, i = rows[n], pulls[n], source[n]
-        own, out = table[i], grad[i]
-        _shade_back(own, degree, camera, row, pull, values, weights, out)
-        out[LOGIT] += pull[3] / (1 + math.exp(own[LOGIT]))
-        x, y, z = _seen(own, camera)
-        a, b, c = -2.0 * row[XX], -1.0 * row[XY], -2.0 * row[YY]  # the inverse covariance
-        du, dv = a * pull[4] + b * pull[5], b * pull[4] + c * pull[5]
+        i = source[n]
+        _shade_back(table, i, degree, camera, rows, n, pulls, values, weights, grad)
+        grad[i, LOGIT] += pulls[n, 3] / (1 + math.exp(table[i, LOGIT]))
+        x, y, z = _seen(table, i, camera)
+        a, b, c = -2.0 * rows[n, XX], -1.0 * rows[n, XY], -2.0 * rows[n, YY]  # the inverse covariance
+        du, dv = a * pulls[n, 4] + b * pulls[n, 5], b * pulls[n, 4] + c * pulls[n, 5]
         # gradient with respect to the covariance: half of inverse, second moments, inverse
-        p, q = a * pull[6] + b * pull[7], a * pull[7] + b * pull[8]
-        r, s = b * pull[6] + c * pull[7], b * pull[7] + c * pull[8]
+        p, q = a * pulls[n, 6] + b * pulls[n, 7], a * pulls[n, 7] + b * pulls[n, 8]
+        r, s = b * pulls[n, 6] + c * pulls[n, 7], b * pulls[n, 7] + c * pulls[n, 8]
         ga, gb, gc = 0.5 * (p * a + q * b), 0.5 * (p * b + q * c), 0.5 * (r * b + s * c)
-        dx, dy, dz = _flattened_back(own, camera, (x, y, z), (ga, gb, gc), out)
+        dx, dy, dz = _flattened_back(table, i, camera, (x, y, z), (ga, gb, gc), grad)
         j, k = camera[15] / z, camera[16] / z
         dx, dy = dx + du * j, dy + dv * k
         dz -= (du * j * x + dv * k * y) / z
-        out[0] += camera[0] * dx + camera[4] * dy + camera[8] * dz
-        out[1] += camera[1] * dx + camera[5] * dy + camera[9] * dz
-        out[2] += camera[2] * dx + camera[6] * dy + camera[10] * dz
+        grad[i, 0] += camera[0] * dx + camera[4] * dy + camera[8] * dz
+        grad[i, 1] += camera[1] * dx + camera[5] * dy + camera[9] * dz
+        grad[i, 2] += camera[2] * dx + camera[6] * dy + camera[10] * dz
 
 
-@jit
-def _shade_back(own, degree, camera, row, pull, values, weights, out):
-    x, y, z, inverse = _direction(own, camera)
+@inlined
+def _shade_back(table, i, degree, camera, rows, n, pulls, values, weights, grad):
+    x, y, z, inverse = _direction(table, i, camera)
     basis(degree, x, y, z, values)
-    red = pull[0] if row[RED] > 0 else 0.0  # a colour below zero was cut, and does not move
-    green = pull[1] if row[RED + 1] > 0 else 0.0
-    blue = pull[2] if row[RED + 2] > 0 else 0.0
+    red = pulls[n, 0] if rows[n, RED] > 0 else 0.0  # a colour below zero was cut, and does not move
+    green = pulls[n, 1] if rows[n, RED + 1] > 0 else 0.0
+    blue = pulls[n, 2] if rows[n, RED + 2] > 0 else 0.0
     for k in range((degree + 1) * (degree + 1)):
         at = COLOR + 3 * k
-        weights[k] = red * own[at] + green * own[at + 1] + blue * own[at + 2]
-        out[at] += values[k] * red
-        out[at + 1] += values[k] * green
-        out[at + 2] += values[k] * blue
+        weights[k] = red * table[i, at] + green * table[i, at + 1] + blue * table[i, at + 2]
+        grad[i, at] += values[k] * red
+        grad[i, at + 1] += values[k] * green
+        grad[i, at + 2] += values[k] * blue
     if degree > 0:
         dx, dy, dz = slope(degree, x, y, z, weights)
         along = dx * x + dy * y + dz * z  # the length of the direction is always one
-        out[0] += (dx - along * x) * inverse
-        out[1] += (dy - along * y) * inverse
-        out[2] += (dz - along * z) * inverse
+        grad[i, 0] += (dx - along * x) * inverse
+        grad[i, 1] += (dy - along * y) * inverse
+        grad[i, 2] += (dz - along * z) * inverse
 
 
-@jit
-def _flattened_back(own, camera, point, pull, out):
-    """Gradients through the covariance: scales and rotation into `out`, and the point's."""
+@inlined
+def _flattened_back(table, i, camera, point, pull, grad):
+    """Gradients through the covariance: scales and rotation into `grad`, and the point's."""
     x, y, z = point
     ga, gb, gc = pull
-    _, m, t, s = _flattened(own, camera, x, y, z)
+    _, m, t, s = _flattened(table, i, camera, x, y, z)
     d = (
         *(2 * (ga * t[0] + gb * t[3]), 2 * (ga * t[1] + gb * t[4]), 2 * (ga * t[2] + gb * t[5])),
         *(2 * (gb * t[0] + gc * t[3]), 2 * (gb * t[1] + gc * t[4]), 2 * (gb * t[2] + gc * t[5])),
     )
-    r, turn, shrink = _rotation(own)
+    r, turn, shrink = _rotation(table, i)
     for axis in range(3):
-        out[3 + axis] += t[axis] * d[axis] + t[3 + axis] * d[3 + axis]
-    _rotation_back(m, d, s, turn, shrink, out)
+        grad[i, 3 + axis] += t[axis] * d[axis] + t[3 + axis] * d[3 + axis]
+    _rotation_back(m, d, s, turn, shrink, grad, i)
     first = (d[0] * s[0], d[1] * s[1], d[2] * s[2])
     second = (d[3] * s[0], d[4] * s[1], d[5] * s[2])
     # gradients with respect to the two rows of the projection's derivative, in the world's axes
@@ -234,7 +236,7 @@ def _flattened_back(own, camera, point, pull, out):
     return _tilt_back(camera, x, y, z, m, n)
 
 
-@jit
+@inlined
 def _tilt_back(camera, x, y, z, m, n):
     """Gradients of the point from those of the projection's derivative."""
     tilt_x, tilt_y = _tilts(camera, x, y, z)
@@ -253,8 +255,8 @@ def _tilt_back(camera, x, y, z, m, n):
     return dx, dy, dz
 
 
-@jit
-def _rotation_back(m, d, s, turn, shrink, out):
+@inlined
+def _rotation_back(m, d, s, turn, shrink, grad, i):
     """Gradient of the quaternion, through its matrix and its normalisation."""
     g = (
         *((m[0] * d[0] + m[3] * d[3]) * s[0], (m[0] * d[1] + m[3] * d[4]) * s[1]),
@@ -269,7 +271,7 @@ def _rotation_back(m, d, s, turn, shrink, out):
     dy = 2 * (x * (g[1] + g[3]) + z * (g[5] + g[7]) + w * (g[2] - g[6]) - 2 * y * (g[0] + g[8]))
     dz = 2 * (x * (g[2] + g[6]) + y * (g[5] + g[7]) + w * (g[3] - g[1]) - 2 * z * (g[0] + g[4]))
     along = dw * w + dx * x + dy * y + dz * z
-    out[6] += (dw - along * w) * shrink
-    out[7] += (dx - along * x) * shrink
-    out[8] += (dy - along * y) * shrink
-    out[9] += (dz - along * z) * shrink
+    grad[i, 6] += (dw - along * w) * shrink
+    grad[i, 7] += (dx - along * x) * shrink
+    grad[i, 8] += (dy - along * y) * shrink
+    grad[i, 9] += (dz - along * z) * shrink

@@ -12,7 +12,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, U, V, XX, XY, YY
+from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, XX, XY, YY, U, V
 from fsel.reconstruct.gaussians.table import jit
 from fsel.reconstruct.gaussians.tiles import TILE
 
@@ -70,7 +70,7 @@ def composite(rows, starts, members, background, image, rest):
         for n in range(starts[t], starts[t + 1]):
             if (n - starts[t]) % CHECKED == CHECKED - 1 and _finished(state):
                 break
-            _add(state, at, rows[members[n]], left, top)
+            _add(state, at, rows, members[n], left, top)
         for y in range(high):
             for x in range(wide):
                 p = y * TILE + x
@@ -111,14 +111,14 @@ def _finished(state):
 
 
 @jit
-def _add(state, at, row, left, top):
+def _add(state, at, rows, i, left, top):
     """One Gaussian onto one tile."""
-    kind = row.dtype.type
+    kind = rows.dtype.type
     none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
     floor, faintest = kind(FLOOR), kind(LEAST_ALPHA)
-    u, v = row[U] - kind(left), row[V] - kind(top)
-    xx, xy, yy, peak = row[XX], row[XY], row[YY], row[PEAK]
-    red, green, blue = row[RED], row[RED + 1], row[RED + 2]
+    u, v = rows[i, U] - kind(left), rows[i, V] - kind(top)
+    xx, xy, yy, peak = rows[i, XX], rows[i, XY], rows[i, YY], rows[i, PEAK]
+    red, green, blue = rows[i, RED], rows[i, RED + 1], rows[i, RED + 2]
     for p in range(PIXELS):
         dx, dy = at[p] - u, at[PIXELS + p] - v
         exponent = peak + (xx * dx + xy * dy) * dx + yy * dy * dy
@@ -164,18 +164,18 @@ def backward(rows, starts, members, image, pull, pulls):
         for n in range(starts[t], starts[t + 1]):
             if (n - starts[t]) % CHECKED == CHECKED - 1 and _finished(state):
                 break
-            _pull(state, at, rows[members[n]], left, top, pulls[members[n]])
+            _pull(state, at, rows, members[n], left, top, pulls)
 
 
 @jit
-def _pull(state, at, row, left, top, out):
+def _pull(state, at, rows, i, left, top, out):
     """The gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
-    kind = row.dtype.type
+    kind = rows.dtype.type
     none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
     floor, faintest = kind(FLOOR), kind(LEAST_ALPHA)
-    u, v = row[U] - kind(left), row[V] - kind(top)
-    xx, xy, yy, peak = row[XX], row[XY], row[YY], row[PEAK]
-    red, green, blue = row[RED], row[RED + 1], row[RED + 2]
+    u, v = rows[i, U] - kind(left), rows[i, V] - kind(top)
+    xx, xy, yy, peak = rows[i, XX], rows[i, XY], rows[i, YY], rows[i, PEAK]
+    red, green, blue = rows[i, RED], rows[i, RED + 1], rows[i, RED + 2]
     s0, s1, s2, s3, s4, s5, s6, s7, s8 = (none, none, none, none, none, none, none, none, none)
     for p in range(PIXELS):
         dx, dy = at[p] - u, at[PIXELS + p] - v
@@ -204,12 +204,12 @@ def _pull(state, at, row, left, top, out):
         s6 += moved * dx * dx
         s7 += moved * dx * dy
         s8 += moved * dy * dy
-    out[0] += s0
-    out[1] += s1
-    out[2] += s2
-    out[3] += s3
-    out[4] += s4
-    out[5] += s5
-    out[6] += s6
-    out[7] += s7
-    out[8] += s8
+    out[i, 0] += s0
+    out[i, 1] += s1
+    out[i, 2] += s2
+    out[i, 3] += s3
+    out[i, 4] += s4
+    out[i, 5] += s5
+    out[i, 6] += s6
+    out[i, 7] += s7
+    out[i, 8] += s8

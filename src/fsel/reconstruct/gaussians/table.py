@@ -17,7 +17,9 @@ LOGIT = 10  # of the opacity
 COLOR = 11  # first of the harmonics' coefficients: (count, 3), all three channels of one together
 
 # sums may be taken in any order, or they would not vectorise
-jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})
+_options = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"reassoc", "contract"}}
+jit = numba.njit(**_options)
+inlined = numba.njit(inline="always", **_options)
 
 
 def width_of(degree: int) -> int:

@@ -9,15 +9,15 @@ from fsel.reconstruct.gaussians.projection import (
     HALF_Y,
     LEAN,
     RANGE,
-    U,
-    V,
     XX,
     XY,
     YY,
+    U,
+    V,
 )
 from fsel.reconstruct.gaussians.table import jit
 
-TILE = 8  # pixels; 4 and 16 were slower (benchmarks/gaussians.py)
+TILE = 8  # pixels
 SLACK = 0.01  # pixels by which spans are widened: a pair too many costs time, one too few an error
 DIGIT = 11  # bits sorted at a time
 

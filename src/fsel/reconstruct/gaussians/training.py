@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from fsel.capture import Capture
-from fsel.reconstruct.frame import Frame
 from fsel.reconstruct.gaussians import densify, losses, optimiser
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of
 from fsel.reconstruct.gaussians.settings import GaussianSettings
 from fsel.reconstruct.gaussians.table import LOGIT
+from fsel.reconstruct.normalisation import Frame
 
 RELOCATED = 100  # steps between relocations
 SETTLED = 5 / 6  # share of the steps after which nothing is relocated (Kheradmand et al. 2024)

@@ -1,0 +1,119 @@
+"""The standard `.ply` of Gaussians: written, read, and refused by name."""
+
+import numpy as np
+import pytest
+from plyfile import PlyData, PlyElement
+
+from fsel.capture import Views
+from fsel.reconstruct import ply
+from fsel.reconstruct.gaussians import GaussianModel
+from fsel.reconstruct.gaussians.table import width_of
+from fsel.reconstruct.normalisation import Frame
+
+STANDARD = [
+    *("x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"),
+    *(f"f_rest_{k}" for k in range(24)),
+    *("opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"),
+]
+
+
+def cloud(degree, count=7):
+    rng = np.random.default_rng(degree)
+    return ply.Cloud(
+        xyz=rng.normal(size=(count, 3)),
+        harmonics=rng.normal(size=(count, (degree + 1) ** 2, 3)),
+        logit=rng.normal(size=count),
+        log_scale=rng.normal(size=(count, 3)),
+        turn=rng.normal(size=(count, 4)),
+        background=np.float32([0.25, 0.5, 1 / 3]),
+    )
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+def test_what_is_written_is_read(tmp_path, degree):
+    written = cloud(degree)
+    ply.write(tmp_path / "a.ply", written)
+    read = ply.read(tmp_path / "a.ply")
+    assert read.degree == degree
+    for name in ("xyz", "harmonics", "logit", "log_scale", "turn", "background"):
+        expected = getattr(written, name).astype(np.float32)
+        np.testing.assert_array_equal(getattr(read, name).astype(np.float32), expected)
+
+
+def test_the_layout_is_the_standard_one(tmp_path):
+    written = cloud(2)
+    ply.write(tmp_path / "a.ply", written)
+    data = PlyData.read(tmp_path / "a.ply")
+    assert [p.name for p in data["vertex"].properties] == STANDARD
+    assert (data.byte_order, data.text) == ("<", False)
+    # all higher coefficients of red, then of green, then of blue
+    assert data["vertex"]["f_rest_0"][3] == np.float32(written.harmonics[3, 1, 0])
+    assert data["vertex"]["f_rest_7"][3] == np.float32(written.harmonics[3, 8, 0])
+    assert data["vertex"]["f_rest_8"][3] == np.float32(written.harmonics[3, 1, 1])
+    assert data["vertex"]["f_dc_2"][3] == np.float32(written.harmonics[3, 0, 2])
+
+
+def test_text_files_of_doubles_are_read_and_black_is_the_background(tmp_path):
+    values = np.zeros(2, [(name, "f8") for name in STANDARD])
+    values["x"] = [1.5, 2.5]
+    element = PlyElement.describe(values, "vertex")
+    PlyData([element], text=True).write(str(tmp_path / "a.ply"))
+    read = ply.read(tmp_path / "a.ply")
+    assert read.xyz[:, 0].tolist() == [1.5, 2.5]
+    assert read.background.tolist() == [0, 0, 0]
+    assert read.turn.tolist() == [[1, 0, 0, 0]] * 2
+
+
+@pytest.mark.parametrize("lost", ["opacity", "f_rest_11", "rot_3"])
+def test_a_missing_column_is_named(tmp_path, lost):
+    values = np.zeros(2, [(name, "f4") for name in STANDARD if name != lost])
+    PlyData([PlyElement.describe(values, "vertex")]).write(str(tmp_path / "a.ply"))
+    with pytest.raises(ValueError, match=rf"a\.ply: no Gaussians: (lacks .*{lost}|has 23 columns)"):
+        ply.read(tmp_path / "a.ply")
+
+
+def test_a_value_that_is_not_finite_is_named(tmp_path):
+    values = np.zeros(3, [(name, "f4") for name in STANDARD])
+    values["scale_1"][2] = np.inf
+    PlyData([PlyElement.describe(values, "vertex")]).write(str(tmp_path / "a.ply"))
+    with pytest.raises(ValueError, match=r"a\.ply: scale_1 of Gaussian 2 is inf"):
+        ply.read(tmp_path / "a.ply")
+
+
+@pytest.mark.parametrize("content", [b"", b"ply\nformat nonsense 1.0\nend_header\n", b"\xff\xfe\x00"])
+def test_what_is_no_ply_is_refused_by_name(tmp_path, content):
+    (tmp_path / "a.ply").write_bytes(content)
+    with pytest.raises(ValueError, match=r"a\.ply: no "):
+        ply.read(tmp_path / "a.ply")
+
+
+def test_a_truncated_file_is_refused_by_name(tmp_path):
+    ply.write(tmp_path / "a.ply", cloud(1))
+    content = (tmp_path / "a.ply").read_bytes()
+    (tmp_path / "a.ply").write_bytes(content[:-9])
+    with pytest.raises(ValueError, match=r"a\.ply: no "):
+        ply.read(tmp_path / "a.ply")
+
+
+@pytest.mark.parametrize("degree", [0, 2, 3])
+def test_an_exported_model_renders_the_same_when_read(tmp_path, degree):
+    rng = np.random.default_rng(0)
+    table = rng.normal(0, 0.2, (40, width_of(degree))).astype(np.float32)
+    table[:, :3] += [0, 0, 0.5]
+    table[:, 3:6] -= 2.5
+    table[:, 6] += 1
+    unit, origin = 3.0, np.array([20.0, -10.0, 5.0])
+    model = GaussianModel(Frame(origin, unit), table, np.float32([0.1, 0.2, 0.3]))
+    model.export_ply(tmp_path / "a.ply")
+    back = origin - [0, 0, 2 * unit]
+    views = Views(
+        np.column_stack([np.eye(3), -back])[None],
+        np.array([[30.0, 30.0, 16.0, 12.0]]),
+        (32, 24),
+    )
+    image = model.render(views)
+    assert image.std() > 0.02
+    read = GaussianModel.read_ply(tmp_path / "a.ply")
+    assert (read.primitives, read.degree) == (40, degree)
+    np.testing.assert_allclose(read.render(views), image, atol=2e-5)
+    np.testing.assert_allclose(read.positions, model.positions, atol=2e-6)
