@@ -80,7 +80,9 @@ def test_a_value_that_is_not_finite_is_named(tmp_path):
         ply.read(tmp_path / "a.ply")
 
 
-@pytest.mark.parametrize("content", [b"", b"ply\nformat nonsense 1.0\nend_header\n", b"\xff\xfe\x00"])
+@pytest.mark.parametrize(
+    "content", [b"", b"ply\nformat nonsense 1.0\nend_header\n", b"\xff\xfe\x00"]
+)
 def test_what_is_no_ply_is_refused_by_name(tmp_path, content):
     (tmp_path / "a.ply").write_bytes(content)
     with pytest.raises(ValueError, match=r"a\.ply: no "):

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fsel.capture import Capture, Views
+from fsel.reconstruct.gaussians import Gaussians
 from fsel.reconstruct.splats import Splats
 
 
@@ -41,7 +42,10 @@ class Reconstructor(Protocol):
         """Reconstruct from (K,) int64 distinct frames."""
 
 
-RECONSTRUCTORS: dict[str, Callable[..., Reconstructor]] = {"splats": Splats}
+RECONSTRUCTORS: dict[str, Callable[..., Reconstructor]] = {
+    "splats": Splats,
+    "gaussians": Gaussians,
+}
 """By name: `factory(capture, **settings)`, the capture being at the reconstruction size."""
 
 

@@ -163,8 +163,8 @@ def test_every_tile_lists_the_gaussians_that_reach_its_pixels_nearest_first():
         opacity = rng.uniform(1.01 / 255, 1)
         reach = 2 * math.log(255 * opacity)
         row[projection.U], row[projection.V] = rng.uniform([-9, -9], [54, 39])
-        row[[projection.XX, projection.XY, projection.YY]] = (
-            np.array([-c / 2, b, -a / 2]) / (a * c - b * b)
+        row[[projection.XX, projection.XY, projection.YY]] = np.array([-c / 2, b, -a / 2]) / (
+            a * c - b * b
         )
         row[projection.PEAK], row[projection.RANGE] = math.log(opacity), reach
         row[projection.HALF_X], row[projection.HALF_Y] = math.sqrt(reach * a), math.sqrt(reach * c)

@@ -43,9 +43,7 @@ def _coefficients() -> np.ndarray:
     return table
 
 
-def relocate(
-    table: np.ndarray, alive: int, rng: np.random.Generator
-) -> tuple[int, np.ndarray]:
+def relocate(table: np.ndarray, alive: int, rng: np.random.Generator) -> tuple[int, np.ndarray]:
     """Move dead Gaussians onto living ones, and add new ones while the budget lasts.
 
     Args:

@@ -25,7 +25,8 @@ def basis(degree, x, y, z, out):
         out[6], out[8] = C2[1] * (2 * zz - xx - yy), C2[2] * (xx - yy)
         if degree > 2:
             out[9], out[10] = -C3[0] * y * (3 * xx - yy), C3[1] * x * y * z
-            out[11], out[12] = -C3[2] * y * (4 * zz - xx - yy), C3[3] * z * (2 * zz - 3 * xx - 3 * yy)
+            out[11] = -C3[2] * y * (4 * zz - xx - yy)
+            out[12] = C3[3] * z * (2 * zz - 3 * xx - 3 * yy)
             out[13], out[14] = -C3[2] * x * (4 * zz - xx - yy), C3[4] * z * (xx - yy)
             out[15] = -C3[0] * x * (xx - 3 * yy)
 

@@ -17,7 +17,7 @@ STABLE = (0.01**2, 0.03**2)
 
 
 def window(dtype) -> np.ndarray:
-    """(6,) weights of the middle pixel and of those one to five pixels away; all eleven add to 1."""
+    """(6,) weights of the middle pixel and of those 1 to 5 pixels away; all eleven add to 1."""
     weights = np.exp(-(np.arange(REACH + 1) ** 2) / (2 * SIGMA**2))
     return (weights / (2 * weights.sum() - weights[0])).astype(dtype)
 
@@ -26,8 +26,7 @@ def window(dtype) -> np.ndarray:
 def loss_gradient(image, truth, mask, weights, pull):
     """Loss of an image against the truth and its gradient.
 
-    Where the mask is False the image is taken to be the truth: the loss and the gradient there are
-    zero, and a window on the mask's edge sees no difference from outside.
+    Where the mask is False both are taken to be black, as beyond the image: nothing there counts.
 
     Args:
         image: (3, h, w).
@@ -65,11 +64,11 @@ def loss_gradient(image, truth, mask, weights, pull):
 @jit
 def _moments(image, truth, mask, maps):
     """The image, the truth, both squares and the product."""
-    grey, masked = image.dtype.type(1 / 255), len(mask) > 0
+    grey, none, masked = image.dtype.type(1 / 255), image.dtype.type(0), len(mask) > 0
     for y in range(image.shape[0]):
         for x in range(image.shape[1]):
-            b = truth[y, x] * grey
-            a = b if masked and not mask[y, x] else image[y, x]
+            hidden = masked and not mask[y, x]
+            a, b = none if hidden else image[y, x], none if hidden else truth[y, x] * grey
             maps[0, y, x], maps[1, y, x] = a, b
             maps[2, y, x], maps[3, y, x], maps[4, y, x] = a * a, b * b, a * b
 

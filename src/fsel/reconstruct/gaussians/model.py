@@ -80,7 +80,7 @@ class GaussianModel:
             path,
             ply.Cloud(
                 xyz=self.positions,
-                harmonics=self.table[:, COLOR:].reshape(self.primitives, -1, 3),
+                harmonics=self.table[:, COLOR:].reshape(self.primitives, (self.degree + 1) ** 2, 3),
                 logit=self.table[:, LOGIT],
                 log_scale=self.table[:, SCALE] + np.log(self.frame.unit),
                 turn=turn / np.linalg.norm(turn, axis=1, keepdims=True),
@@ -105,5 +105,5 @@ class GaussianModel:
         table[:, MEAN] = cloud.xyz - origin
         table[:, SCALE], table[:, TURN] = cloud.log_scale, cloud.turn
         table[:, LOGIT] = cloud.logit
-        table[:, COLOR:] = cloud.harmonics.reshape(len(table), -1)
+        table[:, COLOR:] = cloud.harmonics.reshape(len(table), width_of(cloud.degree) - COLOR)
         return cls(Frame(origin, 1.0), table, cloud.background, near=near)

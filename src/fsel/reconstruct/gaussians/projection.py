@@ -172,7 +172,8 @@ def backward(table, degree, camera, rows, source, pulls, grad):
         _shade_back(table, i, degree, camera, rows, n, pulls, values, weights, grad)
         grad[i, LOGIT] += pulls[n, 3] / (1 + math.exp(table[i, LOGIT]))
         x, y, z = _seen(table, i, camera)
-        a, b, c = -2.0 * rows[n, XX], -1.0 * rows[n, XY], -2.0 * rows[n, YY]  # the inverse covariance
+        # the inverse covariance
+        a, b, c = -2.0 * rows[n, XX], -1.0 * rows[n, XY], -2.0 * rows[n, YY]
         du, dv = a * pulls[n, 4] + b * pulls[n, 5], b * pulls[n, 4] + c * pulls[n, 5]
         # gradient with respect to the covariance: half of inverse, second moments, inverse
         p, q = a * pulls[n, 6] + b * pulls[n, 7], a * pulls[n, 7] + b * pulls[n, 8]

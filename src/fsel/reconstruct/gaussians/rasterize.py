@@ -1,4 +1,4 @@
-"""Compositing of sorted Gaussians tile by tile, front to back, and its gradients (Kerbl et al. 2023).
+"""Compositing tile by tile, front to back, and its gradients, as in Kerbl et al. 2023.
 
 The gradients also go front to back: what lies behind a Gaussian is the pixel's whole colour less
 what was met so far. So the same Gaussians are skipped as in the rendering, and nothing is kept.
@@ -13,7 +13,7 @@ from numba import types
 from numba.extending import overload
 
 from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, XX, XY, YY, U, V
-from fsel.reconstruct.gaussians.table import jit
+from fsel.reconstruct.gaussians.table import FAST, jit
 from fsel.reconstruct.gaussians.tiles import TILE
 
 PIXELS = TILE * TILE
@@ -30,7 +30,7 @@ def exponential(x):
     return math.exp(x)
 
 
-@overload(exponential, jit_options={"fastmath": {"reassoc", "contract"}})
+@overload(exponential, jit_options={"fastmath": FAST})
 def _exponential(x):
     if x == types.float32:
         f, i = np.float32, np.int32

@@ -54,9 +54,7 @@ class Canvas:
         Returns:
             (v,) int32 rows of the table that the camera sees.
         """
-        count, depth = projection.project(
-            table, degree, factor, camera, self._rows, self._source
-        )
+        count, depth = projection.project(table, degree, factor, camera, self._rows, self._source)
         self.rows, self.source = tiles.sort_rows(
             depth[:count], self._rows[:count], self._source[:count]
         )

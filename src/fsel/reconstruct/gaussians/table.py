@@ -17,9 +17,9 @@ LOGIT = 10  # of the opacity
 COLOR = 11  # first of the harmonics' coefficients: (count, 3), all three channels of one together
 
 # sums may be taken in any order, or they would not vectorise
-_options = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"reassoc", "contract"}}
-jit = numba.njit(**_options)
-inlined = numba.njit(inline="always", **_options)
+FAST = {"reassoc", "contract"}
+jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+inlined = numba.njit(inline="always", nogil=True, error_model="numpy", fastmath=FAST)
 
 
 def width_of(degree: int) -> int:

@@ -1,0 +1,286 @@
+"""The reconstructor: what it depends on, what it refuses, and that it learns."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fsel.capture import Capture, SparsePoints, Views
+from fsel.metrics import score_views
+from fsel.reconstruct import RECONSTRUCTORS
+from fsel.reconstruct.gaussians import Gaussians, initial
+
+QUICK = {"steps": 60, "gaussians": 800}
+
+
+def wall(frames=8, size=(40, 30), depth=4.0, step=0.25, seed=0):
+    """Cameras in a row before a smoothly coloured wall, with points that neighbours see."""
+    rng = np.random.default_rng(seed)
+    waves, phases = rng.uniform(1, 5, (12, 2)), rng.uniform(0, 6, (12, 3))
+    width, height, focal = *size, 36.0
+    poses, images = np.tile(np.eye(3, 4), (frames, 1, 1)), []
+    x = (np.arange(width) + 0.5 - width / 2) / focal * depth
+    y = (np.arange(height) + 0.5 - height / 2) / focal * depth
+    for i in range(frames):
+        poses[i, 0, 3] = -(i - frames / 2) * step
+        at = x[None, :] - poses[i, 0, 3], y[:, None]
+        angles = waves[:, 0, None, None] * at[0] + waves[:, 1, None, None] * at[1]
+        light = np.sin(angles[..., None] + phases[:, None, None]).sum(axis=0)
+        images.append(np.clip(128 + 25 * light, 0, 255).astype(np.uint8))
+    count = 30
+    xyz = np.column_stack([rng.uniform(-2, 2, count), rng.uniform(-1, 1, count), [depth] * count])
+    xyz[::2, 2] *= 0.6
+    seen = np.arange(count)[:, None] % frames == np.arange(frames)
+    seen |= np.roll(seen, 1, axis=1) | np.roll(seen, 2, axis=1)
+    seen[:10] = True
+    track = np.argwhere(seen)
+    return Capture(
+        names=tuple(f"{i}" for i in range(frames)),
+        world_to_camera=poses,
+        intrinsics=np.tile([focal, focal, width / 2, height / 2], (frames, 1)),
+        images=np.array(images),
+        sequences=("a",) * frames,
+        points=SparsePoints(xyz, np.full((count, 3), 90, np.uint8), track[:, 0], track[:, 1]),
+        source="wall",
+    )
+
+
+def psnr(model, capture, frames):
+    rendered = model.render(capture.view(frames))
+    return score_views(rendered, capture.images[frames])[:, 0].mean()
+
+
+@pytest.fixture(scope="module")
+def capture():
+    return wall()
+
+
+def test_training_and_held_out_views_are_learned(capture):
+    frames, held_out = np.array([0, 1, 3, 4, 6, 7]), np.array([2, 5])
+    losses = []
+    settings = {"steps": 500, "gaussians": 1500}
+    model = Gaussians(capture, **settings).fit(frames, lambda *a: losses.append(a))
+    assert [a[:2] for a in losses] == [(i + 1, 500) for i in range(500)]
+    assert losses[-1][2] < losses[0][2] / 4
+    assert psnr(model, capture, frames) > 30
+    assert psnr(model, capture, held_out) > 28
+    splats = RECONSTRUCTORS["splats"](capture).fit(frames)
+    assert psnr(model, capture, held_out) > psnr(splats, capture, held_out) + 1
+    assert 0 < model.primitives <= 1500
+    assert model.bytes == model.primitives * (11 + 27) * 4
+    assert (model.steps, model.device) == (500, "cpu")
+    assert model.seconds > 0
+    assert model.peak_bytes >= 0
+
+
+def test_the_model_is_the_same_each_time_and_in_any_order_but_not_for_another_seed(capture):
+    frames = np.array([0, 2, 5, 7])
+    tables = [Gaussians(capture, **QUICK).fit(f).table for f in (frames, frames[::-1])]
+    np.testing.assert_array_equal(*tables)
+    other = Gaussians(capture, **QUICK, seed=1).fit(frames).table
+    assert other.shape != tables[0].shape or (other != tables[0]).any()
+
+
+@pytest.mark.parametrize("begin", ["splats", "points"])
+def test_what_is_not_selected_changes_nothing(capture, begin):
+    frames = np.array([1, 3, 6])
+    rest = np.setdiff1d(np.arange(8), frames)
+    rng = np.random.default_rng(0)
+    images, poses = capture.images.copy(), capture.world_to_camera.copy()
+    ks = capture.intrinsics.copy()
+    images[rest] = rng.integers(0, 256, images[rest].shape)
+    poses[rest, :, 3] += rng.normal(0, 40, (len(rest), 3))
+    ks[rest] *= 1.7
+    points = capture.points
+    chosen = np.isin(points.track_frame, frames)
+    shared = np.bincount(points.track_point[chosen], minlength=len(points.xyz)) >= 2
+    assert 5 < shared.sum() < len(points.xyz)
+    xyz, rgb = points.xyz.copy(), points.rgb.copy()
+    xyz[~shared], rgb[~shared] = rng.normal(0, 100, ((~shared).sum(), 3)), 255
+    # tracks in other frames move too, and new points are seen there
+    track = np.where(chosen, points.track_frame, rest[0])
+    points = SparsePoints(
+        np.concatenate([xyz, rng.normal(0, 9, (5, 3))]),
+        np.concatenate([rgb, np.zeros((5, 3), np.uint8)]),
+        np.concatenate([points.track_point, np.arange(5) + len(xyz)]),
+        np.concatenate([track, np.full(5, rest[1])]),
+    )
+    changed = replace(capture, images=images, world_to_camera=poses, intrinsics=ks, points=points)
+    models = [Gaussians(c, **QUICK, initial=begin).fit(frames) for c in (capture, changed)]
+    assert models[0].primitives > 10
+    np.testing.assert_array_equal(models[0].table, models[1].table)
+    np.testing.assert_array_equal(models[0].background, models[1].background)
+    np.testing.assert_array_equal(models[0].frame.origin, models[1].frame.origin)
+    assert models[0].frame.unit == models[1].frame.unit
+
+
+def test_points_are_shared_by_two_selected_frames(capture):
+    frames = np.array([1, 3, 6])
+    own = initial.restricted(capture, frames)
+    points = capture.points
+    seen = np.zeros((len(points.xyz), 8), bool)
+    seen[points.track_point, points.track_frame] = True
+    kept = seen[:, frames].sum(axis=1) >= 2
+    np.testing.assert_array_equal(own.points.xyz, points.xyz[kept])
+    again = np.zeros((kept.sum(), 3), bool)
+    again[own.points.track_point, own.points.track_frame] = True
+    np.testing.assert_array_equal(again, seen[kept][:, frames])
+
+
+def test_the_budget_holds_and_growth_fills_it(capture):
+    model = Gaussians(capture, steps=400, gaussians=40, initial="points").fit(np.arange(8))
+    assert 30 < model.primitives <= 40
+
+
+def test_stop_keeps_the_model_so_far(capture):
+    done = []
+    model = Gaussians(capture, **QUICK).fit(
+        np.arange(4), lambda step, *_: done.append(step), lambda: len(done) == 7
+    )
+    assert (model.steps, done) == (7, [1, 2, 3, 4, 5, 6, 7])
+    whole = Gaussians(capture, **QUICK).fit(np.arange(4), stop=lambda: False)
+    assert whole.steps == 60
+    assert psnr(whole, capture, np.arange(4)) > psnr(model, capture, np.arange(4))
+
+
+def test_the_world_may_be_far_away_and_of_any_unit(capture):
+    moved = replace(
+        capture,
+        world_to_camera=np.concatenate(
+            [
+                capture.world_to_camera[:, :, :3],
+                (1e-3 * capture.world_to_camera[:, :, 3] - [4e6, -3e6, 5e6])[:, :, None],
+            ],
+            axis=2,
+        ),
+        points=replace(capture.points, xyz=1e-3 * capture.points.xyz + [4e6, -3e6, 5e6]),
+    )
+    frames = np.array([0, 2, 4, 6])
+    scores = [psnr(Gaussians(c, **QUICK).fit(frames), c, np.arange(8)) for c in (capture, moved)]
+    assert scores[0] == pytest.approx(scores[1], abs=0.5)
+
+
+@pytest.mark.parametrize(
+    "settings", [{"views": 3}, {"dropout": 0.3}, {"degree": 0}, {"noise": False}]
+)
+def test_every_variant_learns(capture, settings):
+    frames = np.arange(0, 8, 2)
+    start = Gaussians(capture, **QUICK | {"steps": 0}).fit(frames)
+    model = Gaussians(capture, **QUICK, **settings).fit(frames)
+    assert psnr(model, capture, frames) > psnr(start, capture, frames) + 3
+
+
+def test_one_colour_everywhere_is_rendered(capture):
+    grey = replace(capture, images=np.full_like(capture.images, 77))
+    model = Gaussians(grey, **QUICK).fit(np.arange(4))
+    np.testing.assert_allclose(model.render(grey.view(np.array([6]))), 77 / 255, atol=0.02)
+
+
+def test_a_mask_that_hides_everything_leaves_a_finite_model(capture):
+    hidden = replace(capture, masks=np.zeros(capture.images.shape[:3], bool))
+    model = Gaussians(hidden, **QUICK).fit(np.arange(4))
+    assert np.isfinite(model.render(hidden.view(np.array([6])))).all()
+
+
+def test_nothing_outside_the_masks_is_learned(capture):
+    masks = np.zeros(capture.images.shape[:3], bool)
+    masks[:, :, :20] = True
+    spoilt = capture.images.copy()
+    spoilt[:, :, 20:] = 255 - spoilt[:, :, 20:]
+    settings = QUICK | {"initial": "points", "background": "black"}
+    tables = [
+        Gaussians(replace(capture, images=images, masks=masks), **settings).fit(np.arange(8)).table
+        for images in (capture.images, spoilt)
+    ]
+    np.testing.assert_array_equal(*tables)
+
+
+def test_cameras_in_one_place_give_finite_images():
+    still = wall(step=0.0)
+    model = Gaussians(still, **QUICK).fit(np.arange(4))
+    assert np.isfinite(model.render(still.view(np.array([5])))).all()
+
+
+def test_frames_that_see_nothing_in_common_give_finite_images(capture):
+    poses = capture.world_to_camera.copy()
+    poses[1] = np.diag([-1.0, 1, -1]) @ poses[1]
+    apart = replace(capture, world_to_camera=poses)
+    model = Gaussians(apart, **QUICK).fit(np.array([0, 1]))
+    assert np.isfinite(model.render(apart.view(np.array([0, 1, 2])))).all()
+
+
+def test_an_empty_start_renders_the_background(capture, monkeypatch, caplog):
+    nothing = np.zeros((0, 3))
+    monkeypatch.setattr(initial, "from_splats", lambda capture: (nothing, nothing))
+    model = Gaussians(capture, **QUICK).fit(np.arange(4))
+    assert (model.primitives, model.steps) == (0, 0)
+    expected = capture.images[:4].mean(axis=(0, 1, 2)) / 255
+    image = model.render(capture.view(np.array([6])))
+    np.testing.assert_allclose(image, np.broadcast_to(expected, image.shape), atol=1e-6)
+    assert "wall: stereo finds no surface" in caplog.text
+
+
+def test_an_empty_model_is_written_and_read(capture, tmp_path, monkeypatch):
+    nothing = np.zeros((0, 3))
+    monkeypatch.setattr(initial, "from_splats", lambda capture: (nothing, nothing))
+    model = Gaussians(capture, **QUICK).fit(np.arange(4))
+    model.export_ply(tmp_path / "a.ply")
+    read = type(model).read_ply(tmp_path / "a.ply")
+    view = capture.view(np.array([6]))
+    np.testing.assert_allclose(read.render(view), model.render(view), atol=1e-6)
+
+
+def test_a_view_from_behind_sees_the_background(capture):
+    model = Gaussians(capture, **QUICK).fit(np.arange(4))
+    behind = Views(
+        np.array([[[-1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0]]]), capture.intrinsics[:1], (40, 30)
+    )
+    image = model.render(behind)
+    np.testing.assert_allclose(image, np.broadcast_to(model.background, image.shape), atol=1e-6)
+
+
+@pytest.mark.parametrize("frames", [[3], [], [3, 3]])
+def test_fewer_than_two_frames_are_refused(capture, frames):
+    with pytest.raises(ValueError, match="two or more distinct"):
+        Gaussians(capture, **QUICK).fit(np.array(frames))
+
+
+@pytest.mark.parametrize("lost", ["all", "shared"])
+def test_no_shared_points_are_refused_with_a_hint(capture, lost):
+    points = None
+    if lost == "shared":
+        alone = capture.points.track_frame < 1
+        points = replace(
+            capture.points,
+            track_point=capture.points.track_point[alone],
+            track_frame=capture.points.track_frame[alone],
+        )
+    bare = replace(capture, points=points)
+    with pytest.raises(ValueError, match=r"wall: no sparse point .* Hint: initial: splats"):
+        Gaussians(bare, **QUICK, initial="points").fit(np.arange(4))
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [
+        *(("steps", v) for v in (-1, 1.5, True, "many")),
+        *(("gaussians", v) for v in (0, 2.0)),
+        ("seed", -1),
+        *(("degree", v) for v in (-1, 3)),
+        ("views", 0),
+        ("initial", "random"),
+        ("background", "white"),
+        *(("opacity_penalty", v) for v in (-0.1, float("nan"), float("inf"))),
+        ("scale_penalty", -1),
+        *(("dropout", v) for v in (-0.1, 1.0, float("nan"))),
+        ("noise", 1),
+    ],
+)
+def test_bad_settings_are_refused_by_name(capture, setting, value):
+    with pytest.raises(ValueError, match=f"{setting} must be"):
+        Gaussians(capture, **{setting: value})
+
+
+def test_an_unknown_setting_is_refused(capture):
+    with pytest.raises(TypeError, match="colour"):
+        Gaussians(capture, colour=1)
