@@ -18,8 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.baselines.dpp import JITTER, greedy_map
+from fsel.baselines.dpp import greedy_map
 from fsel.baselines.kmedoids import distances, fasterpam
+from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL
 from fsel.geometry import farthest_views
 from fsel.selector import pretrained
@@ -123,7 +124,7 @@ def calls(prepared: Prepared, fresh: dict[str, np.ndarray]) -> dict[str, Callabl
         "fsel, shipped scorer": lambda: greedy(prepared, own, K),
         "plain, fresh network": lambda: recomputed(prepared, fresh, K),
         "FVS": lambda: farthest_views(rows, prepared.centers, K, 0),
-        "DPP": lambda: greedy_map(prepared.descriptors.astype(np.float64), JITTER, K),
+        "DPP": lambda: greedy_map(prepared.descriptors.astype(np.float64), KERNEL_JITTER, K),
         "k-medoids": lambda: kmedoids(prepared),
     }
 

@@ -7,8 +7,9 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from fsel.geometry import invert_pose
 from fsel.layouts import LAYOUTS, colmap, images
-from fsel.layouts.base import invert_pose, natural
+from fsel.layouts.base import natural
 from fsel.layouts.recording import Camera, Recording
 from fsel.synthesis.lens import project
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import Capture
+from fsel.points import SparsePoints
 from fsel.problem import Problem
 from fsel.split import evaluation_split
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import Capture
+from fsel.points import SparsePoints, grouped_rows
 
 
 def capture(n=5, seed=0):
@@ -47,6 +48,31 @@ def test_saved_and_loaded_is_the_same(tmp_path):
         np.testing.assert_array_equal(getattr(again, field), getattr(first, field))
     for field in ("xyz", "rgb", "track_point", "track_frame"):
         np.testing.assert_array_equal(getattr(again.points, field), getattr(first.points, field))
+
+
+def test_a_subset_has_its_frames_in_order_and_what_they_observe():
+    first = capture()
+    masks = np.arange(first.images[..., 0].size).reshape(first.images.shape[:3]) % 3 == 0
+    part = replace(first, masks=masks).subset(np.array([3, 0]))
+    assert part.names == (first.names[3], first.names[0])
+    for field in ("world_to_camera", "intrinsics", "images"):
+        np.testing.assert_array_equal(getattr(part, field), getattr(first, field)[[3, 0]])
+    np.testing.assert_array_equal(part.masks, masks[[3, 0]])
+    # point 0 is seen by the old frame 0, point 2 by the old frames 0 and 3; all points stay
+    assert part.points.track_point.tolist() == [0, 2, 2]
+    assert part.points.track_frame.tolist() == [1, 1, 0]
+    np.testing.assert_array_equal(part.points.xyz, first.points.xyz)
+    np.testing.assert_array_equal(part.views.centers, first.views.subset([3, 0]).centers)
+
+
+def test_a_subset_takes_images_that_are_in_memory():
+    images = np.zeros((2, 48, 64, 3), np.uint8)
+    assert capture().subset(np.array([1, 2]), images).images is images
+
+
+def test_rows_of_every_key():
+    rows = grouped_rows(np.array([2, 0, 2, 3]), 5)
+    assert [row.tolist() for row in rows] == [[1], [], [0, 2], [3], []]
 
 
 def test_masks_of_a_former_capture_do_not_stay(tmp_path):

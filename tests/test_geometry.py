@@ -2,12 +2,18 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from fsel.geometry import (
+    camera_centers,
     directions,
+    invert_pose,
+    line_equations,
     pairwise_angles,
     pairwise_distances,
+    pixel_rays,
     pose_distance,
+    poses_at,
     reference_points,
     viewing_angles,
 )
@@ -74,3 +80,33 @@ def test_reference_point_against_a_dense_search():
 def test_a_point_at_the_origin_has_no_direction():
     found = directions(np.array([[1.0, 1, 1], [1, 1, 3]]), np.ones(3))
     np.testing.assert_array_equal(found, [[0, 0, 0], [0, 0, 1]])
+
+
+def test_a_pose_put_together_is_where_it_was_put():
+    quarter = Rotation.from_euler("y", 90, degrees=True).as_matrix()
+    pose = poses_at(np.array([[1.0, 2, 3]]), quarter[None])
+    np.testing.assert_allclose(pose[0, :, 3], [-3, -2, 1], atol=1e-12)
+    np.testing.assert_allclose(camera_centers(pose), [[1, 2, 3]], atol=1e-12)
+    np.testing.assert_allclose(invert_pose(pose)[0, :, 3], [1, 2, 3], atol=1e-12)
+    np.testing.assert_allclose(invert_pose(pose[0])[:, :3], quarter.T, atol=1e-12)
+
+
+def test_centres_keep_float32():
+    poses = np.eye(3, 4, dtype=np.float32)[None]
+    assert camera_centers(poses).dtype == np.float32
+
+
+def test_rays_go_through_the_middles_of_pixels():
+    rays = pixel_rays(np.array([2.0, 4.0, 1.0, 0.5]), 3, 2)
+    np.testing.assert_array_equal(rays[0, 0], [-0.25, 0, 1])
+    np.testing.assert_array_equal(rays[1, 2], [0.75, 0.25, 1])
+
+
+def test_the_point_nearest_to_lines_by_hand():
+    """Lines along x at height 0 and along y at height 3: midway, or nearer the heavier one."""
+    points, axes = np.array([[5.0, 0, 0], [0, 7, 3]]), np.array([[1.0, 0, 0], [0, 1, 0]])
+    matrix, right, across = line_equations(points, axes)
+    np.testing.assert_allclose(np.linalg.solve(matrix, right), [0, 0, 1.5], atol=1e-12)
+    np.testing.assert_array_equal(across[0], np.diag([0.0, 1, 1]))
+    matrix, right, _ = line_equations(points, axes, np.array([2.0, 1]))
+    np.testing.assert_allclose(np.linalg.solve(matrix, right), [0, 0, 1], atol=1e-12)

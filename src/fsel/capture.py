@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import cv2
 import numpy as np
 
-from fsel.geometry import merged
-
-if TYPE_CHECKING:
-    import pandas as pd
+from fsel.geometry import camera_centers, merged
+from fsel.points import SparsePoints, points_from_table, points_table
 
 ROTATION_TOLERANCE = 1e-6
 
@@ -38,8 +36,7 @@ class Views:
     @cached_property
     def centers(self) -> np.ndarray:
         """(T, 3) camera centres, world units."""
-        rotation = self.world_to_camera[:, :, :3]
-        return merged(-np.einsum("nij,ni->nj", rotation, self.world_to_camera[:, :, 3]))
+        return merged(camera_centers(self.world_to_camera))
 
     @property
     def axes(self) -> np.ndarray:
@@ -54,22 +51,9 @@ class Views:
     def __len__(self) -> int:
         return len(self.world_to_camera)
 
-
-@dataclass(frozen=True)
-class SparsePoints:
-    """Structure-from-motion points with their tracks.
-
-    Attributes:
-        xyz: (M, 3) float64, world units.
-        rgb: (M, 3) uint8.
-        track_point: (L,) int64, index into `xyz` of each observation.
-        track_frame: (L,) int64, index of the observing frame.
-    """
-
-    xyz: np.ndarray
-    rgb: np.ndarray
-    track_point: np.ndarray
-    track_frame: np.ndarray
+    def subset(self, rows: np.ndarray | slice) -> Views:
+        """The views at some rows, in that order."""
+        return Views(self.world_to_camera[rows], self.intrinsics[rows], self.size)
 
 
 @dataclass(frozen=True)
@@ -150,7 +134,25 @@ class Capture:
 
     def view(self, frames: np.ndarray) -> Views:
         """Poses of the given frames, without their images."""
-        return Views(self.world_to_camera[frames], self.intrinsics[frames], self.size)
+        return self.views.subset(frames)
+
+    def subset(self, frames: np.ndarray, images: np.ndarray | None = None) -> Capture:
+        """A capture of some of the frames, in the given order, and of what they observe.
+
+        Args:
+            frames: (n,) distinct frames.
+            images: (n, h, w, 3) uint8 of theirs, where they are in memory already.
+        """
+        return replace(
+            self,
+            names=tuple(self.names[frame] for frame in frames),
+            world_to_camera=self.world_to_camera[frames],
+            intrinsics=self.intrinsics[frames],
+            images=np.asarray(self.images[frames]) if images is None else images,
+            sequences=tuple(self.sequences[frame] for frame in frames),
+            points=None if self.points is None else self.points.seen_from(frames, len(self)),
+            masks=None if self.masks is None else np.asarray(self.masks[frames]),
+        )
 
     def resized(self, long_side: int) -> Capture:
         """The same capture with its images reduced to `long_side` pixels, by area means."""
@@ -188,7 +190,7 @@ class Capture:
             frames[label] = self.intrinsics[:, column]
         frames.attrs |= {"source": self.source, **found}
         frames.to_parquet(folder / "frames.parquet", index=False)
-        _points_frame(self.points).to_parquet(folder / "points.parquet", index=False)
+        points_table(self.points).to_parquet(folder / "points.parquet", index=False)
         _save_array(self.images, folder / "images.npy")
         if self.masks is not None:
             _save_array(self.masks, folder / "masks.npy")
@@ -209,7 +211,7 @@ class Capture:
             intrinsics=frames[["fx", "fy", "cx", "cy"]].to_numpy(np.float64),
             images=np.load(folder / "images.npy", mmap_mode="r"),
             sequences=tuple(frames["sequence"]),
-            points=_points_from(pd.read_parquet(folder / "points.parquet")),
+            points=points_from_table(pd.read_parquet(folder / "points.parquet")),
             masks=np.load(masks, mmap_mode="r") if masks.exists() else None,
             source=frames.attrs.get("source", str(folder)),
         )
@@ -248,33 +250,6 @@ def _pandas() -> ModuleType:
             "Hint: pip install 'fsel[workflow]', or pandas and pyarrow"
         ) from error
     return pandas
-
-
-def _points_frame(points: SparsePoints | None) -> pd.DataFrame:
-    """One row a point; its track is the list of frames that saw it. No rows: no points."""
-    pd = _pandas()
-    columns = ["x", "y", "z", "r", "g", "b", "track"]
-    if points is None:
-        return pd.DataFrame({c: pd.Series(dtype="float64") for c in columns[:-1]} | {"track": []})
-    order = np.argsort(points.track_point, kind="stable")
-    bounds = np.searchsorted(points.track_point[order], np.arange(1, len(points.xyz)))
-    tracks = np.split(points.track_frame[order], bounds)
-    table = pd.DataFrame(np.asarray(points.xyz), columns=columns[:3])
-    table[columns[3:6]] = np.asarray(points.rgb)
-    table["track"] = tracks
-    return table
-
-
-def _points_from(table: pd.DataFrame) -> SparsePoints | None:
-    if table.empty:
-        return None
-    lengths = table["track"].map(len).to_numpy()
-    return SparsePoints(
-        xyz=table[["x", "y", "z"]].to_numpy(np.float64),
-        rgb=table[["r", "g", "b"]].to_numpy(np.uint8),
-        track_point=np.repeat(np.arange(len(table)), lengths),
-        track_frame=np.concatenate(table["track"].to_list()).astype(np.int64),
-    )
 
 
 def _save_array(array: np.ndarray, path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 ROUNDING = 2.0**-46  # of the largest coordinate: what turning and shifting poses may leave behind
+OPENGL_TO_OPENCV = np.diag([1.0, -1.0, -1.0])  # camera axes; its own inverse
 SAME_AXIS = 4 * ROUNDING  # unit vectors closer than this are one
 
 
@@ -29,6 +30,63 @@ def centered(points: np.ndarray) -> np.ndarray:
     always x."""
     offset = points - points[0]
     return offset - offset.mean(axis=0)
+
+
+def camera_centers(world_to_camera: np.ndarray) -> np.ndarray:
+    """(N, 3) centres of (N, 3, 4) world-to-camera poses, in world units; of the poses' dtype."""
+    return -np.einsum("nij,ni->nj", world_to_camera[:, :, :3], world_to_camera[:, :, 3])
+
+
+def pose_matrices(rotations: np.ndarray, translations: np.ndarray) -> np.ndarray:
+    """(N, 3, 4) world-to-camera of (N, 3, 3) rotations and (N, 3) translations."""
+    return np.concatenate([rotations, translations[..., None]], axis=2)
+
+
+def poses_at(centers: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """(N, 3, 4) world-to-camera of cameras at (N, 3) centres with (N, 3, 3) rotations."""
+    return pose_matrices(rotations, -np.einsum("nij,nj->ni", rotations, centers))
+
+
+def invert_pose(pose: np.ndarray) -> np.ndarray:
+    """(..., 3, 4) inverse of (..., 3+, 4) rigid poses, by transposing their rotations."""
+    rotation = np.swapaxes(pose[..., :3, :3], -1, -2)
+    return np.concatenate([rotation, -rotation @ pose[..., :3, 3:]], axis=-1)
+
+
+def pixel_centers(width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
+    """Two (h, w) arrays of the pixels' x and y; the top-left one's are 0.5."""
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    return x, y
+
+
+def pixel_rays(intrinsics: np.ndarray, width: int, height: int) -> np.ndarray:
+    """(h, w, 3) rays through the pixels' centres in the camera's axes, with z = 1.
+
+    Args:
+        intrinsics: (4,) fx, fy, cx, cy in pixels.
+        width, height: of the image.
+    """
+    x, y = pixel_centers(width, height)
+    fx, fy, cx, cy = intrinsics
+    return np.stack([(x - cx) / fx, (y - cy) / fy, np.ones_like(x)], axis=-1)
+
+
+def line_equations(
+    points: np.ndarray, axes: np.ndarray, weights: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The normal equations of the point nearest to lines, by weighted squared distances.
+
+    Args:
+        points, axes: (n, 3) a point of each line and its unit direction.
+        weights: (n,) of the squared distances; None for equal ones.
+
+    Returns:
+        (3, 3) matrix and (3,) right side of the equations, and the (n, 3, 3) projections across
+        the lines.
+    """
+    across = np.eye(3) - axes[:, :, None] * axes[:, None]
+    weighted = across if weights is None else weights[:, None, None] * across
+    return weighted.sum(axis=0), np.einsum("nij,nj->i", weighted, points), across
 
 
 def lengths(vectors: np.ndarray) -> np.ndarray:

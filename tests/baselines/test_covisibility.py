@@ -15,7 +15,7 @@ from fsel.baselines.covisibility import (
     shared_points,
     tracks,
 )
-from fsel.capture import SparsePoints
+from fsel.points import SparsePoints
 
 
 def select(name, problem, k):

@@ -12,10 +12,11 @@ from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, random_problem
 
 from fsel.baselines import METHODS
-from fsel.baselines.dpp import JITTER, greedy_map
+from fsel.baselines.dpp import greedy_map
 from fsel.baselines.greedy import lazy_greedy, locate, most_central
 from fsel.baselines.kmedoids import distances, fasterpam
 from fsel.baselines.long_lrm import lloyd, snapped
+from fsel.features.appearance import KERNEL_JITTER
 from fsel.geometry import pairwise_angles, pairwise_distances
 
 
@@ -98,8 +99,8 @@ def test_dpp_by_hand():
 @pytest.mark.parametrize("seed", range(4))
 def test_dpp_takes_the_largest_determinant_at_every_step(seed):
     rows = unit_rows(np.random.default_rng(seed), 25, 30)
-    kernel = rows @ rows.T + JITTER * np.eye(25)
-    picks = greedy_map(rows, JITTER, 12)
+    kernel = rows @ rows.T + KERNEL_JITTER * np.eye(25)
+    picks = greedy_map(rows, KERNEL_JITTER, 12)
     assert picks[0] == np.argmax(kernel.sum(axis=1))
     for step in range(1, 12):
         left = np.setdiff1d(np.arange(25), picks[:step])
@@ -111,14 +112,14 @@ def test_dpp_takes_the_largest_determinant_at_every_step(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_dpp_is_within_its_bound_of_the_best_subset(seed):
     rows = unit_rows(np.random.default_rng(seed), 9, 9)
-    kernel = rows @ rows.T + JITTER * np.eye(9)
+    kernel = rows @ rows.T + KERNEL_JITTER * np.eye(9)
 
     def determinant(s):
         return np.linalg.det(kernel[np.ix_(s, s)])
 
     for k in (2, 3, 4):
         best = max(determinant(list(s)) for s in combinations(range(9), k))
-        got = determinant(greedy_map(rows, JITTER, k))
+        got = determinant(greedy_map(rows, KERNEL_JITTER, k))
         # Civril and Magdon-Ismail 2009: greedy volume is at least 1/k! of the largest
         assert best / factorial(k) ** 2 <= got <= best * (1 + 1e-9)
 
@@ -126,7 +127,7 @@ def test_dpp_is_within_its_bound_of_the_best_subset(seed):
 def test_dpp_beyond_the_rank_goes_on_in_order():
     # the jitter leaves a second copy 2 parts in a million of its length, a third copy 1.5
     rows = np.repeat(np.eye(3), 3, axis=0)
-    assert greedy_map(rows, JITTER, 9).tolist() == [0, 3, 6, 1, 4, 7, 2, 5, 8]
+    assert greedy_map(rows, KERNEL_JITTER, 9).tolist() == [0, 3, 6, 1, 4, 7, 2, 5, 8]
 
 
 def slow_distances(problem):

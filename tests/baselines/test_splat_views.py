@@ -11,8 +11,9 @@ from fsel.baselines import METHODS
 from fsel.baselines.cover import BINS, _Coverage, fibonacci_sphere
 from fsel.baselines.fisher_rf import _Information, fisher_rf
 from fsel.baselines.splat_views import START, Blends, blend, greedy_on_splats
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import Capture
 from fsel.experiments.hard_cases.worlds import moved
+from fsel.points import SparsePoints
 from fsel.problem import checked_select
 from fsel.synthesis import record
 

@@ -12,10 +12,10 @@ from selection_problems import capture_of
 from small_captures import ring, write_ring
 
 import fsel
-from fsel.capture import SparsePoints
 from fsel.cli import console, main
 from fsel.cli.console import Console
 from fsel.layouts import images
+from fsel.points import SparsePoints
 from fsel.request.scene_depth import viewing_distance, worth_keeping
 
 

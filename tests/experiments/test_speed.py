@@ -26,7 +26,7 @@ from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import SplatModel
 from fsel.reconstruct.splats.culling import seen_by
 from fsel.report.latex import plain_table
-from fsel.report.speed import gaps, incumbent
+from fsel.report.speed import gaps
 from fsel.split import Split
 from fsel.synthesis import record
 
@@ -128,12 +128,6 @@ def test_the_gap_to_the_search_by_hand():
     assert found.to_dict("records") == [{"method": "fvs", "gap": 0.75}]
     with pytest.raises(ValueError, match=r"no PSNR of 'search' .* Hint: set oracle.draws"):
         gaps(cells[cells["method"] == "fvs"], reference="search", methods=["fvs"])
-
-
-def test_the_fittest_so_far_need_not_have_the_highest_psnr():
-    # the fittest so far: rows 0, 0, 2, 2, 4
-    found = incumbent(np.array([0.5, 0.4, 0.6, 0.6, 0.9]), np.array([20.0, 30, 24, 10, 23]))
-    assert found.tolist() == [20, 20, 24, 24, 23]
 
 
 def searched(psnr, method=None):

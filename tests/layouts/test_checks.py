@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from layout_recordings import recording
 
+from fsel.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.layouts import LAYOUTS, read_folder, read_raw
-from fsel.layouts.base import OLD_APPLIED_TRANSFORM, OPENGL_TO_OPENCV, invert_pose
 from fsel.layouts.checks import measure, reprojection_errors
 from fsel.layouts.ingest import in_order
 from fsel.layouts.matching import agreeing, choose_pairs, epipolar_distances, focal_from_poses
+from fsel.layouts.nerfstudio import OLD_APPLIED_TRANSFORM
 
 CAPTURES = Path(__file__).parents[3] / "shared" / "captures"
 REAL = pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")

@@ -8,8 +8,8 @@ import pytest
 from layout_recordings import full, recording, write_colmap, write_film
 from scipy.spatial.transform import Rotation
 
+from fsel.geometry import invert_pose
 from fsel.layouts import LAYOUTS, images, read_capture, read_raw, recognise
-from fsel.layouts.base import invert_pose
 from fsel.layouts.seven_scenes import DEPTH_TO_COLOR
 
 

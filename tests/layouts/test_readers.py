@@ -8,8 +8,8 @@ import pycolmap
 import pytest
 from layout_recordings import OPENCV, PINHOLE, full, recording, write_colmap
 
+from fsel.geometry import OPENGL_TO_OPENCV
 from fsel.layouts import LAYOUTS, colmap, images, read_capture, read_raw, recognise
-from fsel.layouts.base import OPENGL_TO_OPENCV
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from layout_recordings import full
 from scipy.spatial.transform import Rotation
 
 from fsel.capture import Capture
+from fsel.geometry import OPENGL_TO_OPENCV
 from fsel.layouts import colmap, images, read_capture, read_folder
-from fsel.layouts.base import OPENGL_TO_OPENCV
 from fsel.layouts.sfm import estimate, neighbours
 
 SIZE = (320, 240)

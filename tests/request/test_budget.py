@@ -14,7 +14,6 @@ from selection_problems import capture_of, random_problem, with_points
 from small_captures import write_ring
 
 import fsel
-from fsel.capture import SparsePoints
 from fsel.experiments.budget import MEAN, at_same_number, means, measure_budgets
 from fsel.experiments.budget import budget as write_budget
 from fsel.experiments.budget_curves import (
@@ -25,6 +24,7 @@ from fsel.experiments.budget_curves import (
     measure_curves,
 )
 from fsel.experiments.hard_cases.worlds import moved
+from fsel.points import SparsePoints
 from fsel.request import budget
 from fsel.request.budget import Auto, enough, find, most, predicted, shifts, view_shift, within
 from fsel.selector.pretrained import FOLDER, WEIGHTS

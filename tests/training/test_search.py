@@ -7,6 +7,7 @@ from fsel.geometry import farthest_views
 from fsel.training.search import (
     GeneticSettings,
     fitness,
+    fittest_so_far,
     genetic_search,
     initial_population,
     random_search,
@@ -71,6 +72,10 @@ def test_small_region_is_filled_from_the_pool():
 def test_farthest_views_by_hand():
     centers = np.array([[0, 0, 0], [1, 0, 0], [9, 0, 0], [5, 0, 0.0]])
     np.testing.assert_array_equal(farthest_views(np.arange(4), centers, 3, 0), [0, 2, 3])
+
+
+def test_the_fittest_so_far_is_the_first_of_equals():
+    assert fittest_so_far(np.array([0.5, 0.4, 0.6, 0.6, 0.9, 0.1])).tolist() == [0, 0, 2, 2, 4, 4]
 
 
 def test_genetic_search_improves_and_keeps_every_subset():

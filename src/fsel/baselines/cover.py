@@ -7,6 +7,7 @@ import numpy as np
 
 from fsel.baselines.covisibility import grouped
 from fsel.baselines.splat_views import Blends, greedy_on_splats, held_by
+from fsel.geometry import camera_centers
 from fsel.problem import Method, Problem
 
 BINS = 128  # directions on the sphere
@@ -35,8 +36,7 @@ class _Coverage:
         self.blends = blends
         self.directions = fibonacci_sphere(BINS)
         self.known = np.zeros((blends.splats.shape[1], BINS), np.bool_)
-        rotation = blends.poses[:, :, :3]
-        self.centers = -np.einsum("vij,vi->vj", rotation, blends.poses[:, :, 3])
+        self.centers = camera_centers(blends.poses)
         # entries by splat, not by view: a pick concerns some splats in many views
         self.start, order = grouped(blends.index, blends.splats.shape[1])
         self.views = np.repeat(np.arange(len(blends.covered)), np.diff(blends.start))[order]

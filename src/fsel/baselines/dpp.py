@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.features.appearance import KERNEL_JITTER
 from fsel.problem import Method, Problem
-
-JITTER = 1e-6  # added to the kernel's diagonal, so that no kernel is singular
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -15,7 +14,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     described = problem.descriptors[pool].astype(np.float64)
     length = np.linalg.norm(described, axis=1, keepdims=True)
     described = np.divide(described, length, out=np.zeros_like(described), where=length > 0)
-    return pool[greedy_map(described, JITTER, k)]
+    return pool[greedy_map(described, KERNEL_JITTER, k)]
 
 
 def greedy_map(described: np.ndarray, jitter: float, k: int) -> np.ndarray:

@@ -15,7 +15,7 @@ import numpy as np
 from fsel.baselines.covisibility import grouped
 from fsel.baselines.greedy import most_central
 from fsel.capture import Capture
-from fsel.geometry import centered, farthest_views
+from fsel.geometry import centered, farthest_views, pose_matrices
 from fsel.problem import Problem
 from fsel.reconstruct.splats import Splats
 
@@ -98,7 +98,7 @@ def greedy_on_splats(
 
 def _blends(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
     """Fit the picked rows of the pool, and blend the splats into every view of the pool."""
-    picked = part(capture, pool[rows]).resized(FIT_SIDE)
+    picked = capture.subset(pool[rows]).resized(FIT_SIDE)
     model = Splats(picked).fit(np.arange(len(rows)))
     splats = np.vstack([model.positions.T, model.splats[3]]).astype(np.float32)
     poses = capture.world_to_camera[pool].astype(np.float32)
@@ -121,32 +121,7 @@ def _canonical(capture: Capture, pool: np.ndarray, origin: int) -> Capture:
     points = capture.points
     if points is not None:
         points = replace(points, xyz=(points.xyz @ base[:, :3].T + base[:, 3]) / unit)
-    poses = np.concatenate([turned, shift[..., None]], axis=2)
-    return replace(capture, world_to_camera=poses, points=points)
-
-
-def part(capture: Capture, frames: np.ndarray) -> Capture:
-    """A capture of some of the frames, in the given order, and of what they observe."""
-    points = capture.points
-    if points is not None:
-        place = np.full(len(capture), -1)
-        place[frames] = np.arange(len(frames))
-        seen = place[points.track_frame] >= 0
-        points = replace(
-            points,
-            track_point=points.track_point[seen],
-            track_frame=place[points.track_frame[seen]],
-        )
-    return replace(
-        capture,
-        names=tuple(capture.names[frame] for frame in frames),
-        world_to_camera=capture.world_to_camera[frames],
-        intrinsics=capture.intrinsics[frames],
-        images=np.asarray(capture.images[frames]),
-        sequences=tuple(capture.sequences[frame] for frame in frames),
-        points=points,
-        masks=None if capture.masks is None else np.asarray(capture.masks[frames]),
-    )
+    return replace(capture, world_to_camera=pose_matrices(turned, shift), points=points)
 
 
 def held_by(blends: Blends, row: int) -> np.ndarray:

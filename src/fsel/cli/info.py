@@ -6,15 +6,15 @@ import argparse
 
 import numpy as np
 
-from fsel.capture import SparsePoints
 from fsel.cli.console import Console
 from fsel.cli.request import reasons
 from fsel.export.service import BLURRED, relative_sharpness
 from fsel.geometry import lengths
 from fsel.layouts import MAX_ERROR
 from fsel.layouts.checks import measure
-from fsel.layouts.opening import Opened, open_capture, seen
+from fsel.layouts.opening import Opened, open_capture
 from fsel.layouts.previews import sharpness_of_files
+from fsel.points import SparsePoints
 from fsel.request.scene_depth import viewing_distance, worth_keeping
 
 
@@ -26,7 +26,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         drawn, sample = opened.sample()
         agreement = measure(sample, MAX_ERROR)
         points = sample.sparse()
-    result = described(opened, sharpness, drawn, None if points is None else seen(points))
+    result = described(opened, sharpness, drawn, points and points.without_pixels())
     frames, kept = result["frames"], len(result["worth_keeping"])
     console.say("capture", f"{frames} frames, {opened.layout}, passes: {result['passes']}")
     console.say("cameras", ", ".join(result["cameras"]))

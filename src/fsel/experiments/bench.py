@@ -116,7 +116,7 @@ def rendered_inverse_depth(model: SplatModel, views: Views) -> np.ndarray:
         depth = pose[2, :3] @ model.splats[:3] + pose[2, 3]
         share = np.clip(model.near / np.maximum(depth, model.near), 0, 1)
         paint = np.repeat(255 * share[:, None].astype(np.float32), 3, axis=1)
-        alone = Views(views.world_to_camera[t : t + 1], views.intrinsics[t : t + 1], views.size)
+        alone = views.subset(slice(t, t + 1))
         out[t] = replace(model, colors=paint).render(alone)[0, :, :, 0] / (
             model.near * model.frame.unit
         )

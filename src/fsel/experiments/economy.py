@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fsel.capture import Capture, Views
+from fsel.capture import Capture
 from fsel.experiments.bench import Bench, bench_of, measure_cold, measure_model
 from fsel.experiments.selection_time import timed
 from fsel.features.appearance import descriptors
@@ -81,10 +81,9 @@ def _of_reconstruction(place: Bench, reconstruction: Mapping) -> list[dict]:
 
 def first_view(place: Bench) -> Bench:
     """The bench with its first target alone."""
-    views = place.views
     return replace(
         place,
-        views=Views(views.world_to_camera[:1], views.intrinsics[:1], views.size),
+        views=place.views.subset(slice(1)),
         truth=place.truth[:1],
         depth=None if place.depth is None else place.depth[:1],
     )

@@ -11,7 +11,6 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
-from fsel.baselines.splat_views import part
 from fsel.capture import Capture
 from fsel.experiments.pose_errors import pose_errors
 from fsel.files import write_table
@@ -60,7 +59,7 @@ def estimate_poses(
             "(targets, as many proxies, and the largest budget tried). Hint: raise `poses.frames`, "
             "or `poses.width` and `poses.height`, or lower `targets`"
         )
-    placed = part(capture, kept)
+    placed = capture.subset(kept)
     found = replace(placed, world_to_camera=poses, points=points)
     placed.resized(long_side).save(given)
     found.resized(long_side).save(estimated)
@@ -78,4 +77,4 @@ def _straight(source: str | Path, frames: int, long_side: int, reading: Mapping)
     with TemporaryDirectory() as store:
         whole = read_folder(source, long_side=long_side, store=Path(store), **reading).capture
         count = min(frames, len(whole))
-        return part(whole, np.linspace(0, len(whole) - 1, count).round().astype(int))
+        return whole.subset(np.linspace(0, len(whole) - 1, count).round().astype(int))

@@ -14,6 +14,7 @@ from fsel.report.captions import note
 from fsel.report.numbers import write_csv
 from fsel.report.plan import plan_positions
 from fsel.split import Split
+from fsel.training.search import fittest_so_far
 
 
 def pipeline_figure(
@@ -67,9 +68,5 @@ def pipeline_figure(
 def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
     """generation, psnr, fitness of each subset, and the PSNR of the fittest met until then."""
     table = subsets[["generation", "psnr", "fitness"]].reset_index(drop=True)
-    fittest, best = -np.inf, []
-    for psnr, fitness in table[["psnr", "fitness"]].to_numpy():
-        if fitness > fittest:
-            fittest, leading = fitness, psnr
-        best.append(leading)
-    return table.assign(best=best)
+    fittest = fittest_so_far(table["fitness"].to_numpy())
+    return table.assign(best=table["psnr"].to_numpy()[fittest])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from fsel.geometry import camera_centers
+
 
 def scene_size(world_to_camera: np.ndarray) -> float:
     """Largest distance of a camera centre from the mean of all, world units.
@@ -12,7 +14,7 @@ def scene_size(world_to_camera: np.ndarray) -> float:
     Args:
         world_to_camera: (N, 3, 4).
     """
-    centers = _centers(world_to_camera)
+    centers = camera_centers(world_to_camera)
     return float(np.linalg.norm(centers - centers.mean(axis=0), axis=1).max())
 
 
@@ -61,7 +63,7 @@ def pose_errors(found: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.nd
     """
     import pycolmap  # here: selecting from noisy poses does not need it
 
-    centers, wanted = _centers(found), _centers(given)
+    centers, wanted = camera_centers(found), camera_centers(given)
     fit = pycolmap.estimate_sim3d(centers, wanted)
     if fit is None:
         raise ValueError(f"{len(found)} camera centres on a line or point fix no similarity")
@@ -70,8 +72,3 @@ def pose_errors(found: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.nd
     laid = fit.scale * centers @ fit.rotation.matrix().T + fit.translation
     distance = np.linalg.norm(laid - wanted, axis=1)
     return np.degrees(off), 100 * distance / scene_size(given)
-
-
-def _centers(world_to_camera: np.ndarray) -> np.ndarray:
-    """(N, 3) camera centres."""
-    return -np.einsum("nij,ni->nj", world_to_camera[:, :, :3], world_to_camera[:, :, 3])

@@ -18,6 +18,8 @@ from fsel.capture import Capture
 from fsel.features.appearance import descriptors
 from fsel.features.sharpness import sharpness
 from fsel.files import atomic, write_text
+from fsel.geometry import poses_at
+from fsel.points import grouped_rows
 from fsel.problem import Method, Problem, checked_select
 from fsel.report.latex import plain_table, tex
 from fsel.report.sweep import BASELINES, LEARNED
@@ -68,11 +70,10 @@ def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
     centers = (1 - share) * capture.centers[before] + share * capture.centers[after]
     turns = Rotation.from_matrix(capture.world_to_camera[:, :, :3])
     rotations = Slerp(np.arange(len(capture)), turns)(when).as_matrix()
-    shift = -np.einsum("nij,nj->ni", rotations, centers)
     dense = replace(
         capture,
         names=tuple(f"{i:06d}" for i in range(frames)),
-        world_to_camera=np.concatenate([rotations, shift[..., None]], axis=2),
+        world_to_camera=poses_at(centers, rotations),
         intrinsics=capture.intrinsics[nearest],
         images=_Repeated(capture.images, nearest),
         sequences=tuple(capture.sequences[i] for i in nearest),
@@ -87,9 +88,8 @@ def _tracked(capture: Capture, nearest: np.ndarray):
     points = capture.points
     if points is None:
         return None
-    order = np.argsort(points.track_frame, kind="stable")
-    bounds = np.searchsorted(points.track_frame[order], np.arange(len(capture) + 1))
-    seen = [points.track_point[order[bounds[i] : bounds[i + 1]]] for i in nearest]
+    rows = grouped_rows(points.track_frame, len(capture))
+    seen = [points.track_point[rows[i]] for i in nearest]
     frame = np.repeat(np.arange(len(nearest)), [len(part) for part in seen])
     return replace(points, track_point=np.concatenate(seen), track_frame=frame)
 

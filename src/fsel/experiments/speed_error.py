@@ -13,6 +13,7 @@ from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
 from fsel.report.sweep import BASELINES, LEARNED, sweep_cells
 from fsel.selector.policies import POLICIES
+from fsel.training.search import fittest_so_far
 
 COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
 STEP = 10  # evaluations between points of a curve
@@ -97,7 +98,8 @@ def progress(searches: Mapping[str, Sequence[str | Path]]) -> pd.DataFrame:
 
 
 def _incumbent(run: pd.DataFrame) -> np.ndarray:
-    return speed.incumbent(run["fitness"].to_numpy(), run["psnr"].to_numpy())
+    """(n,) PSNR of the fittest subset so far."""
+    return run["psnr"].to_numpy()[fittest_so_far(run["fitness"].to_numpy())]
 
 
 def _tables(

@@ -7,6 +7,7 @@ from pathlib import PurePath
 import numpy as np
 
 from fsel.capture import Capture
+from fsel.geometry import camera_centers, pixel_rays
 from fsel.synthesis.record import clear_shot
 from fsel.synthesis.sensor import exact_depth
 
@@ -39,14 +40,12 @@ def true_depth(
             f"are like {shot.names[0]!r}. Hint: was the capture generated with another config?"
         )
     poses = shot.poses(np.zeros(recorded))[[rows[name] for name in stems]]
-    centers = -np.einsum("nij,ni->nj", poses[:, :, :3], poses[:, :, 3])
+    centers = camera_centers(poses)
     unit = _unit(capture, centers)
     width, height = capture.size
-    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     depth = np.empty((len(frames), height, width))
     for t, frame in enumerate(frames):
-        fx, fy, cx, cy = capture.intrinsics[frame]
-        rays = np.stack([(x - cx) / fx, (y - cy) / fy, np.ones_like(x)], axis=-1).reshape(-1, 3)
+        rays = pixel_rays(capture.intrinsics[frame], width, height).reshape(-1, 3)
         depth[t] = exact_depth(caster, poses[[frame]], rays).reshape(height, width)
     return unit * depth
 

@@ -11,6 +11,7 @@ GRID = 4
 BINS = 8
 DINOV2 = "vit_small_patch14_dinov2.lvd142m"
 DINOV2_SIDE = 224
+KERNEL_JITTER = 1e-6  # added to the diagonal of a kernel of descriptors, which may be singular
 IMAGENET = np.array([[0.485, 0.456, 0.406], [0.229, 0.224, 0.225]], np.float32)
 
 

@@ -14,12 +14,7 @@ import numpy as np
 
 from fsel.layouts.images import Image
 from fsel.layouts.recording import Camera, Recording
-
-OPENGL_TO_OPENCV = np.diag([1.0, -1.0, -1.0])
-OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
-"""World rotation of nerfstudio's COLMAP import before January 2024."""
-NEW_APPLIED_TRANSFORM = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]])
-"""And since."""
+from fsel.points import SparsePoints
 
 
 @dataclass(frozen=True)
@@ -39,6 +34,10 @@ class RawPoints:
     track_point: np.ndarray
     track_frame: np.ndarray
     track_xy: np.ndarray
+
+    def without_pixels(self) -> SparsePoints:
+        """The points without the places in the images that they were seen at."""
+        return SparsePoints(self.xyz, self.rgb, self.track_point, self.track_frame)
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ def read_text(path: Path) -> str:
         raise ValueError(f"{path}: not readable as text ({error})") from error
 
 
-def field(entry: object, key: str, path: Path, where: str = "") -> object:
+def member(entry: object, key: str, path: Path, where: str = "") -> object:
     """A value of a JSON object, naming file and field when it is not there."""
     if not isinstance(entry, dict) or entry.get(key) is None:
         raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} is missing")
@@ -125,7 +124,7 @@ def field(entry: object, key: str, path: Path, where: str = "") -> object:
 
 def text(entry: object, key: str, path: Path, where: str = "") -> str:
     """The same for a value that must be a string."""
-    value = field(entry, key, path, where)
+    value = member(entry, key, path, where)
     if not isinstance(value, str):
         raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} must be a string")
     return value
@@ -206,9 +205,3 @@ def matched(names: list[str], others: list[str]) -> dict[str, int]:
 def natural(name: str) -> list:
     """Sort key: digit runs compare as numbers."""
     return [(int(p), "") if p.isdigit() else (-1, p) for p in re.split(r"(\d+)", name) if p]
-
-
-def invert_pose(camera_to_world: np.ndarray) -> np.ndarray:
-    """(3, 4) world-to-camera of a (3+, 4) rigid camera-to-world, by transposing its rotation."""
-    rotation, center = camera_to_world[:3, :3].T, camera_to_world[:3, 3]
-    return np.concatenate([rotation, (-rotation @ center)[:, None]], axis=1)

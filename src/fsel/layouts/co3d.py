@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, field, inside, number, numbers, text
+from fsel.layouts.base import Layout, RawCapture, inside, member, number, numbers, text
 from fsel.layouts.recording import Camera, Recording
 
 FRAMES = "frame_annotations.jgz"
@@ -45,7 +45,7 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
         raise FileNotFoundError(f"{folder}: no {FRAMES} in the category's folder, {folder.parent}")
     root = path.parent.parent
     frames = _read_list(path)
-    names = {str(field(frame, "sequence_name", path)) for frame in frames}
+    names = {str(member(frame, "sequence_name", path)) for frame in frames}
     name = folder.name if path.parent == folder.parent else next(iter(names), "")
     if name not in names or (path.parent != folder.parent and len(names) > 1):
         raise ValueError(
@@ -56,7 +56,7 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
         (frame for frame in frames if frame["sequence_name"] == name),
         key=lambda frame: number(frame.get("frame_number"), path, "frame_number"),
     )
-    files = [text(field(frame, "image", path), "path", path, "image") for frame in own]
+    files = [text(member(frame, "image", path), "path", path, "image") for frame in own]
     dropped = {file: _missing(frame, root, path) for frame, file in zip(own, files, strict=True)}
     kept = [frame for frame, file in zip(own, files, strict=True) if not dropped[file]]
     if not kept:
@@ -114,8 +114,8 @@ def _missing(frame: dict, root: Path, path: Path) -> str:
 def _pose(frame: dict, path: Path) -> np.ndarray:
     """World-to-camera with OpenCV axes of Xc = Xw R + T with x to the left and y up."""
     viewpoint = frame["viewpoint"]
-    rotation = (numbers(field(viewpoint, "R", path), (3, 3), path, "viewpoint.R") * AXES).T
-    translation = numbers(field(viewpoint, "T", path), (3,), path, "viewpoint.T") * AXES
+    rotation = (numbers(member(viewpoint, "R", path), (3, 3), path, "viewpoint.R") * AXES).T
+    translation = numbers(member(viewpoint, "T", path), (3,), path, "viewpoint.T") * AXES
     return np.column_stack([rotation, translation])
 
 

@@ -13,6 +13,7 @@ from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, RawPoints, inside, matched, read_text
 from fsel.layouts.binary import check_whole
 from fsel.layouts.recording import Camera, Recording
+from fsel.points import grouped_rows
 
 MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0", "colmap", "dense/sparse", ".")
 IMAGE_FOLDERS = ("images", "images_2", "images_4", "images_8", "input")
@@ -186,11 +187,10 @@ def build_model(recording: Recording, camera: Camera, names: list[str], keep: np
     lens.camera_id = 1
     model.add_camera_with_trivial_rig(lens)
     scale = camera.width / recording.camera.width
-    order = np.argsort(recording.track_frame, kind="stable")
-    starts = np.searchsorted(recording.track_frame[order], np.arange(len(names) + 1))
+    observed = grouped_rows(recording.track_frame, len(names))
     tracks = [pycolmap.Track() for _ in recording.xyz]
     for i in np.flatnonzero(keep):
-        rows = order[starts[i] : starts[i + 1]]
+        rows = observed[i]
         pose = recording.world_to_camera[i]
         rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
         image = pycolmap.Image(

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.layouts import colmap, images, nerfstudio
-from fsel.layouts.base import OLD_APPLIED_TRANSFORM, Layout, RawCapture
+from fsel.layouts.base import Layout, RawCapture
 from fsel.layouts.recording import Recording
 
 FACTOR = 4
@@ -47,7 +47,7 @@ def read(folder: Path) -> RawCapture:
             "of the release have none: leave this one out"
         )
     raw = nerfstudio.from_json(
-        root / "transforms.json", root, undo=OLD_APPLIED_TRANSFORM, copies=COPIES
+        root / "transforms.json", root, undo=nerfstudio.OLD_APPLIED_TRANSFORM, copies=COPIES
     )
     model = root / "colmap" / "sparse" / "0"
     return colmap.with_points(raw, model) if model.is_dir() else raw
@@ -59,7 +59,7 @@ def write(recording: Recording, folder: Path) -> None:
     names = [f"{name}.png" for name in recording.names]
     images.write(recording.images, root / "images_4", names)
     camera = colmap.scaled(recording.camera, FACTOR)
-    content = nerfstudio.scene_of(recording, camera, names, OLD_APPLIED_TRANSFORM)
+    content = nerfstudio.scene_of(recording, camera, names, nerfstudio.OLD_APPLIED_TRANSFORM)
     (root / "transforms.json").write_text(json.dumps(content))
     model = colmap.build_model(recording, camera, names, np.ones(len(names), bool))
     colmap.write_binary(model, root / "colmap" / "sparse" / "0")

@@ -12,9 +12,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.capture import Capture, SparsePoints, check_poses
+from fsel.capture import Capture, check_poses
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, RawPoints, natural
+from fsel.layouts.base import Layout, RawCapture, natural
 from fsel.layouts.lens import Lens, prepared
 from fsel.layouts.recording import Camera
 
@@ -53,8 +53,9 @@ def ingest(
     source = f"{layout.name} at {folder}"
     raw = in_order(raw, source)
     if lazy:
-        frames, intrinsics, masks = *_unopened(raw, long_side), None
+        points, (frames, intrinsics), masks = None, _unopened(raw, long_side), None
     else:
+        points = raw.sparse()
         frames, intrinsics, masks = _opened(raw, source, long_side, store)
     return Capture(
         names=tuple(raw.names),
@@ -62,7 +63,7 @@ def ingest(
         intrinsics=intrinsics,
         images=frames,
         sequences=tuple(raw.sequences),
-        points=None if lazy else _sparse(raw.sparse()),
+        points=points and points.without_pixels(),
         masks=masks,
         source=source,
     )
@@ -213,9 +214,3 @@ def _same_size(file: images.Image, size: tuple[int, int], first: tuple[int, int]
             f"{file}: {size} pixels after ingestion, others {first}; a capture's images and masks "
             "must share one size"
         )
-
-
-def _sparse(points: RawPoints | None) -> SparsePoints | None:
-    if points is None:
-        return None
-    return SparsePoints(points.xyz, points.rgb, points.track_point, points.track_frame)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from fsel.geometry import pairwise_angles, pairwise_distances
+from fsel.geometry import camera_centers, pairwise_angles, pairwise_distances
 
 RATIO = 0.8  # of the nearest descriptor's distance to the second nearest's (Lowe 2004)
 FEATURES = 2000
@@ -28,7 +28,7 @@ def choose_pairs(world_to_camera: np.ndarray, count: int) -> list[tuple[int, int
         tenth of the capture's extent; frames with no such partner give none.
     """
     rotation = world_to_camera[:, :, :3]
-    centers = -np.einsum("nij,ni->nj", rotation, world_to_camera[:, :, 3])
+    centers = camera_centers(world_to_camera)
     wanted = BASELINE * np.linalg.norm(np.ptp(centers, axis=0))
     some = np.unique(np.linspace(0, len(centers) - 1, count).round().astype(int))
     distance = pairwise_distances(centers[some], centers)

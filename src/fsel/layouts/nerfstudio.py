@@ -7,16 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.layouts import colmap, images
 from fsel.layouts.base import (
-    NEW_APPLIED_TRANSFORM,
-    OLD_APPLIED_TRANSFORM,
-    OPENGL_TO_OPENCV,
     Layout,
     RawCapture,
-    field,
     inside,
-    invert_pose,
+    member,
     number,
     numbers,
     read_json,
@@ -24,6 +21,10 @@ from fsel.layouts.base import (
 )
 from fsel.layouts.recording import Camera, Recording
 
+OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
+"""World rotation of nerfstudio's COLMAP import before January 2024."""
+NEW_APPLIED_TRANSFORM = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]])
+"""And since."""
 DISTORTION = ("k1", "k2", "p1", "p2")
 FISHEYE = ("k1", "k2", "k3", "k4")
 LISTED = ("k1", "k2", "k3", "k4", "p1", "p2")  # order of distortion_params
@@ -137,7 +138,7 @@ def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:
 
 
 def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> np.ndarray:
-    stored = field(frame, "transform_matrix", path, frame["file_path"])
+    stored = member(frame, "transform_matrix", path, frame["file_path"])
     shape = (len(stored), 4) if isinstance(stored, list) and len(stored) == 3 else (4, 4)
     matrix = numbers(stored, shape, path, f"transform_matrix of {frame['file_path']}")
     matrix = np.vstack([matrix[:3], [0, 0, 0, 1]])

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import Capture
 from fsel.layouts import read_raw
-from fsel.layouts.base import RawCapture, RawPoints
+from fsel.layouts.base import RawCapture
 from fsel.layouts.ingest import in_order, ingest
 from fsel.layouts.previews import Progress, in_silence, in_turn
 
@@ -46,15 +46,8 @@ class Opened:
         capture, points = self.capture, self.raw.subset(frames.tolist()).sparse()
         files = [self.raw.images[i] for i in frames]
         images = in_turn(lambda at: capture.images[frames[at]], files, progress)
-        return replace(
-            capture,
-            names=tuple(capture.names[i] for i in frames),
-            world_to_camera=capture.world_to_camera[frames],
-            intrinsics=capture.intrinsics[frames],
-            images=np.stack(images),
-            sequences=tuple(capture.sequences[i] for i in frames),
-            points=None if points is None else seen(points),
-        )
+        known = None if points is None else points.without_pixels()
+        return replace(capture.subset(frames, np.stack(images)), points=known)
 
     def sample(self) -> tuple[np.ndarray, RawCapture]:
         """(m,) int64 frames, evenly drawn if many, and what the files say of them."""
@@ -68,13 +61,8 @@ class Opened:
         points = raw.sparse()
         if points is None:
             return self.capture
-        kept = seen(points)
+        kept = points.without_pixels()
         return replace(self.capture, points=replace(kept, track_frame=drawn[kept.track_frame]))
-
-
-def seen(points: RawPoints) -> SparsePoints:
-    """Points without the places in the images that they were seen at."""
-    return SparsePoints(points.xyz, points.rgb, points.track_point, points.track_frame)
 
 
 def open_capture(path: str | Path, layout: str = "auto", long_side: int = LONG_SIDE) -> Opened:

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.geometry import invert_pose
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, invert_pose, read_matrix
+from fsel.layouts.base import Layout, RawCapture, read_matrix
 from fsel.layouts.lens import HALF
 from fsel.layouts.recording import Camera, Recording
 

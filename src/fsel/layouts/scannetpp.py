@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.geometry import invert_pose
 from fsel.layouts import colmap, images, nerfstudio
 from fsel.layouts.base import (
-    OLD_APPLIED_TRANSFORM,
     Layout,
     RawCapture,
-    field,
-    invert_pose,
+    member,
     numbers,
     read_json,
     text,
@@ -22,7 +21,7 @@ from fsel.layouts.base import (
 from fsel.layouts.recording import Recording
 
 VALID_MASK = 250  # a mask video is compressed: 255 does not survive exactly
-ROTATION = OLD_APPLIED_TRANSFORM  # carried by the poses though the file does not say so
+ROTATION = nerfstudio.OLD_APPLIED_TRANSFORM  # carried by the poses though the file does not say so
 
 
 def read_dslr(folder: Path) -> RawCapture:
@@ -113,7 +112,7 @@ def read_iphone(folder: Path) -> RawCapture:
 
 def _aligned(entry: dict, stem: str, path: Path) -> np.ndarray:
     """World-to-camera of an entry of pose_intrinsic_imu.json."""
-    pose = field(entry, "aligned_pose", path, stem)
+    pose = member(entry, "aligned_pose", path, stem)
     return invert_pose(numbers(pose, (4, 4), path, f"aligned_pose of {stem}"))
 
 

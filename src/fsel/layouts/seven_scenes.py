@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.geometry import invert_pose
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, invert_pose, numbers, read_matrix, read_text
+from fsel.layouts.base import Layout, RawCapture, numbers, read_matrix, read_text
 from fsel.layouts.recording import Camera, Recording
 
 SIZE = (640, 480)

@@ -10,11 +10,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pycolmap
 
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import Capture
 from fsel.geometry import viewing_angles
 from fsel.layouts import colmap, images
-from fsel.layouts.base import RawCapture, RawPoints, matched
+from fsel.layouts.base import RawCapture, matched
 from fsel.layouts.recording import Camera
+from fsel.points import SparsePoints
 
 NEAREST = 48
 NEIGHBOURS = 12  # frames that each is matched with when poses are known
@@ -59,11 +60,7 @@ def triangulate(capture: Capture) -> SparsePoints | None:
         rows = {name: i for i, name in enumerate(names)}
         points = colmap.points_of(found, {k: rows[v.name] for k, v in found.images.items()})
     log.info("%s: triangulated %d points", capture.source, len(points.xyz) if points else 0)
-    return points and _sparse(points)
-
-
-def _sparse(points: RawPoints) -> SparsePoints:
-    return SparsePoints(points.xyz, points.rgb, points.track_point, points.track_frame)
+    return points and points.without_pixels()
 
 
 def neighbours(capture: Capture) -> list[tuple[int, int]]:
@@ -144,7 +141,7 @@ def estimate(capture: Capture) -> tuple[np.ndarray, np.ndarray, SparsePoints]:
         found = reconstruct(raw, known_cameras=True)
     rows = {name: i for i, name in enumerate(capture.names)}
     kept = np.array([rows[name] for name in found.names])
-    return kept, found.world_to_camera, _sparse(found.sparse())
+    return kept, found.world_to_camera, found.sparse().without_pixels()
 
 
 def reconstruct(raw: RawCapture, *, known_cameras: bool = False) -> RawCapture:

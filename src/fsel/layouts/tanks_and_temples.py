@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.geometry import invert_pose
 from fsel.layouts import colmap, images
 from fsel.layouts.base import (
     Layout,
     RawCapture,
-    invert_pose,
     natural,
     numbers,
     read_matrix,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fsel.capture import Capture
-from fsel.geometry import centered
+from fsel.geometry import centered, pose_matrices
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Frame:
         """(N, 3, 4) poses in this frame."""
         rotation = world_to_camera[:, :, :3]
         shift = (rotation @ self.origin + world_to_camera[:, :, 3]) / self.unit
-        return np.concatenate([rotation, shift[..., None]], axis=2)
+        return pose_matrices(rotation, shift)
 
     def localised(self, capture: Capture) -> Capture:
         """The same capture in this frame."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -43,19 +42,6 @@ def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.D
     behind = wide[list(methods)].rsub(wide[reference], axis=0).dropna()
     mean = behind.groupby(["dataset", "scene"]).mean().groupby("dataset").mean().mean()
     return mean.rename("gap").rename_axis("method").reset_index()
-
-
-def incumbent(fitness: np.ndarray, psnr: np.ndarray) -> np.ndarray:
-    """(n,) PSNR of the fittest subset so far.
-
-    Args:
-        fitness: (n,) of subsets in the order of evaluation.
-        psnr: (n,) of the same.
-    """
-    best = np.zeros(len(fitness), np.int64)
-    for i in range(1, len(fitness)):
-        best[i] = i if fitness[i] > fitness[best[i - 1]] else best[i - 1]
-    return psnr[best]
 
 
 def draw(

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from fsel.capture import Capture
-from fsel.geometry import directions
+from fsel.geometry import directions, line_equations
 from fsel.layouts import images
 
 WHITE = 128  # least value of a mask's pixels that count
@@ -128,13 +128,10 @@ def _seen_in(
 
 
 def _closest_point(origins: np.ndarray, bearings: np.ndarray) -> np.ndarray:
-    across = np.eye(3) - bearings[:, :, None] * bearings[:, None]
     weight = np.ones(len(origins))
     for _ in range(ROUNDS):
-        weighted = weight[:, None, None] * across
-        point, *_ = np.linalg.lstsq(
-            weighted.sum(axis=0), np.einsum("nij,nj->i", weighted, origins), rcond=None
-        )
+        matrix, right, across = line_equations(origins, bearings, weight)
+        point, *_ = np.linalg.lstsq(matrix, right, rcond=None)
         gap = np.linalg.norm(np.einsum("nij,nj->ni", across, point - origins), axis=1)
         weight = 1 / np.maximum(gap, 1e-6 * (1 + gap.max()))
     return point

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.geometry import pose_distance
+from fsel.geometry import line_equations, pose_distance, poses_at
 
 GAP = np.radians(60)  # an arc as wide without a camera was not filmed: an orbit leaves it out
 LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the horizon
@@ -22,11 +22,10 @@ def attention(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
     Raises:
         ValueError: when the cameras look along parallel lines, or mostly away from the point.
     """
-    across = np.eye(3) - axes[:, :, None] * axes[:, None]
-    matrix = across.sum(axis=0)
+    matrix, right, _ = line_equations(centers, axes)
     if np.linalg.cond(matrix) > 1e6:
         raise ValueError("the cameras look along parallel lines: there is no point to orbit")
-    point = np.linalg.solve(matrix, np.einsum("nij,nj->i", across, centers))
+    point = np.linalg.solve(matrix, right)
     ahead = np.einsum("ni,ni->n", point - centers, axes) > 0
     if ahead.mean() < 0.8:
         raise ValueError(
@@ -159,6 +158,5 @@ def _means(capture: Capture, weight: np.ndarray) -> Views:
 
 
 def _views(rotation: np.ndarray, centers: np.ndarray, capture: Capture) -> Views:
-    shift = -np.einsum("tij,tj->ti", rotation, centers)
-    poses = np.concatenate([rotation, shift[..., None]], axis=2)
+    poses = poses_at(centers, rotation)
     return Views(poses, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.capture import SparsePoints, Views
+from fsel.capture import Views
 from fsel.geometry import lengths, viewing_angles
+from fsel.points import SparsePoints
 from fsel.request.paths import attention
 
 PARALLAX = np.radians(8)  # that stereo likes best: frames closer than this see much the same

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.geometry import pairwise_distances
-from fsel.layouts.base import OPENGL_TO_OPENCV, invert_pose, read_json
+from fsel.geometry import OPENGL_TO_OPENCV, invert_pose, pairwise_distances
+from fsel.layouts.base import read_json
 from fsel.request.paths import orbit, trajectory, whole
 
 MOST_VIEWS = 60  # neighbours on a denser path ask for the same frames
@@ -56,7 +56,7 @@ class Targets:
                 f"none of the {len(self.views)} target views ({self.kind}) sees the object; "
                 "is its position in the capture's world frame?"
             )
-        return replace(self, views=_rows(self.views, kept), far=self.far[kept])
+        return replace(self, views=self.views.subset(kept), far=self.far[kept])
 
 
 def targets_of(capture: Capture, request: Request) -> Targets:
@@ -152,7 +152,7 @@ def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:
 def _request(capture: Capture, views: Views, kind: str) -> Targets:
     """Thin the views evenly, and see that they are of this world."""
     if len(views) > MOST_VIEWS:
-        views = _rows(views, np.round(np.linspace(0, len(views) - 1, MOST_VIEWS)).astype(int))
+        views = views.subset(np.round(np.linspace(0, len(views) - 1, MOST_VIEWS)).astype(int))
     centers = capture.centers
     extent = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
     gap = pairwise_distances(views.centers, centers).min(axis=1)
@@ -222,7 +222,3 @@ def sees(views: Views, points: np.ndarray) -> np.ndarray:
     pixel = moved[..., :2] / depth[..., None] * focal + middle
     inside = ((pixel >= 0) & (pixel <= np.array(views.size))).all(axis=-1)
     return inside & (moved[..., 2] > 0)
-
-
-def _rows(views: Views, rows: np.ndarray) -> Views:
-    return Views(views.world_to_camera[rows], views.intrinsics[rows], views.size)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.geometry import pixel_centers
 from fsel.layouts.recording import Camera
 
 
 def unproject(camera: Camera) -> np.ndarray:
     """(h * w, 3) camera rays with z = 1 through the pixel centres."""
-    x, y = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
+    x, y = pixel_centers(camera.width, camera.height)
     pixels = np.stack([x.ravel(), y.ravel()], axis=1)
     flat = np.asarray(camera.colmap.cam_from_img(pixels))
     return np.column_stack([flat, np.ones(len(flat))])

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from fsel.geometry import camera_centers, pose_matrices
 from fsel.layouts.recording import SUBJECT, Recording
 from fsel.synthesis.caster import Caster
 from fsel.synthesis.families import FAMILY
@@ -94,7 +95,7 @@ def clear_shot(family: str, seed: int, frames: int) -> tuple[Shot, Caster, np.ra
         for _ in range(PATHS):
             shot = setting.shot(rng, frames)
             poses = shot.poses(np.zeros(frames))
-            centers = -np.einsum("nij,ni->nj", poses[:, :, :3], poses[:, :, 3])
+            centers = camera_centers(poses)
             if caster.clearance(centers, directions).min() < setting.clearance:
                 continue
             if _ahead(caster, centers, poses[:, 2, :3]) < setting.view:
@@ -128,4 +129,4 @@ def _world(shot: Shot, rng: np.random.Generator) -> _World:
 def _moved(poses: np.ndarray, world: _World) -> np.ndarray:
     rotation = poses[:, :, :3] @ world.rotation.T
     translation = world.scale * poses[:, :, 3] - rotation @ world.translation
-    return np.concatenate([rotation, translation[:, :, None]], axis=2)
+    return pose_matrices(rotation, translation)

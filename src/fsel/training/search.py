@@ -157,6 +157,16 @@ def initial_population(
     return [_filled(subset, pool, k, rng) for subset in subsets]
 
 
+def fittest_so_far(fitness: np.ndarray) -> np.ndarray:
+    """(n,) int64 which of (n,) subsets, in the order of evaluation, is the fittest until then.
+
+    Ties go to the earlier one.
+    """
+    most = np.maximum.accumulate(fitness)
+    better = np.append(True, fitness[1:] > most[:-1])
+    return np.maximum.accumulate(np.where(better, np.arange(len(fitness)), 0))
+
+
 def _child(population, score, pool, k, rng, settings) -> np.ndarray:
     parents = [_tournament(score, rng, settings.tournament) for _ in range(2)]
     first, second = (population[p] for p in parents)

@@ -8,8 +8,9 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import Capture
 from fsel.evaluation import Evaluator
+from fsel.points import SparsePoints
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.splats import Splats, fusion, reconstructor, stereo
 from fsel.reconstruct.splats.planes import depth_range

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import softmax
 from scipy.stats import rankdata
 
-from fsel.baselines.dpp import JITTER
+from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.static import FEATURES
 from fsel.geometry import lengths, pairwise_angles, pairwise_distances
 from fsel.problem import Problem
@@ -129,10 +129,10 @@ def set_aware(scene: Relations, picked: Sequence[int]) -> np.ndarray:
 def _gain(descriptors: np.ndarray, picked: Sequence[int]) -> np.ndarray:
     """(n,) log of the Schur complement of each frame in the kernel of the picks and itself."""
     kernel = np.einsum("nd,sd->sn", descriptors, descriptors[picked])
-    among = kernel[:, picked] + JITTER * np.eye(len(picked))
+    among = kernel[:, picked] + KERNEL_JITTER * np.eye(len(picked))
     known = np.einsum("sn,sn->n", kernel, np.linalg.solve(among, kernel))
     own = np.einsum("nd,nd->n", descriptors, descriptors)
-    return np.log(np.maximum(own + JITTER - known, JITTER))
+    return np.log(np.maximum(own + KERNEL_JITTER - known, KERNEL_JITTER))
 
 
 def over_scene(raw: np.ndarray, selectable: np.ndarray) -> np.ndarray:

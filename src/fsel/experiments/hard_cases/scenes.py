@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.experiments.hard_cases import worlds
 from fsel.experiments.hard_cases.case import Case, Finding, finite
+from fsel.geometry import pixel_rays
+from fsel.points import SparsePoints
 from fsel.reconstruct.splats import Splats
 
 DEPTH = 4.0
@@ -31,9 +33,7 @@ def wall(depth: float, odd: float | None = None) -> Capture:
     place = np.zeros((n, 3))
     place[:, 0] = (np.arange(n) - n / 2) * 0.25 * depth / DEPTH
     camera = np.array([40.0, 40.0, 24.0, 18.0])
-    x, y = np.meshgrid(np.arange(48) + 0.5 - camera[2], np.arange(36) + 0.5 - camera[3])
-    spot = np.stack([x / camera[0], y / camera[1], np.ones_like(x)], axis=-1)
-    seen = spot + place[:, None, None] / depth
+    seen = pixel_rays(camera, 48, 36) + place[:, None, None] / depth
     rng = np.random.default_rng(0)
     xyz = np.column_stack([rng.uniform(-1, 1, (count, 2)) * depth / 3, np.full(count, depth)])
     if odd is not None:

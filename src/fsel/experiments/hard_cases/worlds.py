@@ -9,7 +9,7 @@ import numpy as np
 from fsel.capture import Capture, Views
 from fsel.features.appearance import descriptors
 from fsel.features.sharpness import sharpness
-from fsel.geometry import directions
+from fsel.geometry import directions, pixel_rays, pose_matrices, poses_at
 from fsel.problem import Problem
 from fsel.selector.scorer import SHAPES
 from fsel.split import evaluation_split
@@ -29,9 +29,7 @@ def rotations(ahead: np.ndarray) -> np.ndarray:
 
 def poses(centers: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     """(n, 3, 4) world-to-camera of (n, 3) centres and optical axes."""
-    turned = rotations(ahead)
-    shift = -np.einsum("nij,nj->ni", turned, centers)
-    return np.concatenate([turned, shift[..., None]], axis=2)
+    return poses_at(centers, rotations(ahead))
 
 
 def filmed(centers: np.ndarray, ahead: np.ndarray) -> Capture:
@@ -40,8 +38,7 @@ def filmed(centers: np.ndarray, ahead: np.ndarray) -> Capture:
     offset = centers - centers.mean(axis=0)
     radius = np.linalg.norm(offset, axis=1).max()
     camera = np.array([WIDTH * 0.7, WIDTH * 0.7, WIDTH / 2, HEIGHT / 2])
-    x, y = np.meshgrid(np.arange(WIDTH) + 0.5 - camera[2], np.arange(HEIGHT) + 0.5 - camera[3])
-    rays = np.stack([x / camera[0], y / camera[1], np.ones_like(x)], axis=-1)
+    rays = pixel_rays(camera, WIDTH, HEIGHT)
     rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
     world = np.einsum("hwi,nij->nhwj", rays, rotations(ahead))
     # in units of the ball: |o + s d| = 1 has one positive root inside
@@ -102,7 +99,7 @@ def moved(problem: Problem, rotation: np.ndarray, shift: np.ndarray, scale: floa
     def pose(world_to_camera: np.ndarray) -> np.ndarray:
         turned = world_to_camera[:, :, :3] @ rotation.T
         offset = scale * world_to_camera[:, :, 3] - turned @ shift
-        return np.concatenate([turned, offset[..., None]], axis=2)
+        return pose_matrices(turned, offset)
 
     capture, targets = problem.capture, problem.targets
     points = capture.points

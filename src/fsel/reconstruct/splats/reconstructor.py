@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsel.capture import Capture, Views
+from fsel.geometry import invert_pose, pixel_centers
 from fsel.reconstruct import ply
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import fusion, planes, render, stereo
@@ -120,7 +121,7 @@ class Splats:
             opacity = fusion.vote(opacity, asked, verdicts, np.float32(self.settings.against))
         fused = fusion.fuse(inverse, opacity, asked, verdicts)
         least = np.float32(self.settings.opacity)
-        poses = _inverted(self.poses[frames])
+        poses = invert_pose(self.poses[frames]).astype(np.float32)
         images = np.asarray(self.capture.images[frames])
         splats, colors = fusion.place(fused, opacity, rays, poses, images, least)
         return SplatModel(
@@ -253,7 +254,7 @@ class SplatModel:
 
 def _rays(capture: Capture) -> np.ndarray:
     width, height = capture.size
-    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    x, y = pixel_centers(width, height)
     fx, fy, cx, cy = (capture.intrinsics[:, i, None, None] for i in range(4))
     return np.stack([(x - cx) / fx, (y - cy) / fy], axis=1).astype(np.float32)
 
@@ -264,8 +265,3 @@ def _relative(poses: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndar
     moved = rotation @ poses[:, None, :, 3:]
     translation = poses[asked][..., 3] - moved[..., 0]
     return rotation.astype(np.float32), translation.astype(np.float32)
-
-
-def _inverted(poses: np.ndarray) -> np.ndarray:
-    rotation = poses[:, :, :3].transpose(0, 2, 1)
-    return np.concatenate([rotation, -rotation @ poses[:, :, 3:]], axis=2).astype(np.float32)
