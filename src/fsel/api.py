@@ -192,9 +192,7 @@ def _check_auto(auto: Auto, method: str, capture: Capture) -> None:
 def _method(name: str) -> Method:
     from fsel.methods import METHODS
 
-    if name not in METHODS:
-        raise ValueError(f"method is {name!r}; allowed: {', '.join(METHODS)}")
-    return METHODS[name]
+    return METHODS.checked(name)
 
 
 def _described(capture: Capture) -> np.ndarray:
@@ -259,14 +257,12 @@ def fit(
 
     Raises:
         ValueError: for an unknown reconstructor, fewer than two frames, or repeated ones.
+        ImportError: when the reconstructor needs a package that is not installed.
     """
     from fsel.reconstruct import RECONSTRUCTORS
 
-    if reconstructor not in RECONSTRUCTORS:
-        raise ValueError(
-            f"reconstructor is {reconstructor!r}; allowed: {', '.join(RECONSTRUCTORS)}"
-        )
-    return RECONSTRUCTORS[reconstructor](capture, **settings).fit(np.asarray(frames, np.int64))
+    factory = RECONSTRUCTORS.checked(reconstructor)
+    return factory(capture, **settings).fit(np.asarray(frames, np.int64))
 
 
 def evaluate(capture: Capture, model: Model, targets: ArrayLike) -> dict[str, np.ndarray]:

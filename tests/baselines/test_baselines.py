@@ -17,7 +17,7 @@ from fsel.problem import checked_select
 from fsel.selector.greedy import learned_method
 from fsel.selector.scorer import Scorer
 
-EVERY = METHODS | {
+EVERY = {**METHODS} | {
     name: learned_method(name, name, Scorer(random_weights(1), {}), **policy)
     for name, policy in POLICIES.items()
 }

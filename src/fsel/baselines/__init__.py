@@ -1,39 +1,38 @@
 """Selection methods without training: one file each, one contract (see `fsel.problem`)."""
 
-from fsel.baselines import (
-    all_frames,
-    cover,
-    dpp,
-    facility_location,
-    fisher_rf,
-    fvs,
-    indoor_traj,
-    kmedoids,
-    long_lrm,
-    mvsnet,
-    mvsnet_location,
-    nearest,
-    nerf_director,
-    random_,
-    sharpest,
-    uniform,
-    untrained,
-)
 from fsel.problem import Method
+from fsel.registry import Registry
 
-PAPER: dict[str, Method] = {
-    module.METHOD.name: module.METHOD
-    for module in (
-        *(random_, uniform, fvs, nerf_director, mvsnet, dpp, kmedoids),
-        *(fisher_rf, cover, untrained),
-    )
-}
+PAPER: Registry[Method] = Registry(
+    "method",
+    {
+        "random": "fsel.baselines.random_:METHOD",
+        "uniform": "fsel.baselines.uniform:METHOD",
+        "fvs": "fsel.baselines.fvs:METHOD",
+        "nerf_director": "fsel.baselines.nerf_director:METHOD",
+        "mvsnet": "fsel.baselines.mvsnet:METHOD",
+        "dpp": "fsel.baselines.dpp:METHOD",
+        "kmedoids": "fsel.baselines.kmedoids:METHOD",
+        "fisher_rf": "fsel.baselines.fisher_rf:METHOD",
+        "cover": "fsel.baselines.cover:METHOD",
+        "untrained": "fsel.baselines.untrained:METHOD",
+    },
+)
 """The paper's baselines, in the order of the tables."""
 
-FURTHER: dict[str, Method] = {
-    module.METHOD.name: module.METHOD
-    for module in (*(nearest, sharpest, long_lrm, indoor_traj, facility_location, mvsnet_location),)
-}
+FURTHER: Registry[Method] = Registry(
+    "method",
+    {
+        "nearest": "fsel.baselines.nearest:METHOD",
+        "sharpest": "fsel.baselines.sharpest:METHOD",
+        "long_lrm": "fsel.baselines.long_lrm:METHOD",
+        "indoor_traj": "fsel.baselines.indoor_traj:METHOD",
+        "facility": "fsel.baselines.facility_location:METHOD",
+        "mvsnet_location": "fsel.baselines.mvsnet_location:METHOD",
+    },
+)
 """What else a user would reach for, in the order of the tables."""
 
-METHODS: dict[str, Method] = {**PAPER, **FURTHER, all_frames.METHOD.name: all_frames.METHOD}
+METHODS: Registry[Method] = Registry(
+    "method", {**PAPER.homes, **FURTHER.homes, "all": "fsel.baselines.all_frames:METHOD"}
+)

@@ -8,41 +8,30 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fsel.capture import Capture
-from fsel.layouts import (
-    bare,
-    co3d,
-    colmap,
-    dl3dv,
-    mipnerf360,
-    nerfstudio,
-    scannet,
-    scannetpp,
-    seven_scenes,
-    sfm,
-    tanks_and_temples,
-)
+from fsel.layouts import bare, colmap, sfm
 from fsel.layouts.base import Layout, RawCapture
 from fsel.layouts.checks import Agreement, measure
 from fsel.layouts.ingest import in_order, ingest, natural_order
+from fsel.registry import Registry
 
 log = logging.getLogger(__name__)
 
-LAYOUTS: dict[str, Layout] = {
-    layout.name: layout
-    for layout in (
-        scannetpp.DSLR,
-        scannetpp.IPHONE,
-        seven_scenes.LAYOUT,
-        scannet.LAYOUT,
-        co3d.LAYOUT,
-        dl3dv.LAYOUT,
-        mipnerf360.LAYOUT,
-        tanks_and_temples.LAYOUT,
-        nerfstudio.LAYOUT,
-        colmap.LAYOUT,
-        bare.LAYOUT,
-    )
-}
+LAYOUTS: Registry[Layout] = Registry(
+    "layout",
+    {
+        "scannetpp_dslr": "fsel.layouts.scannetpp:DSLR",
+        "scannetpp_iphone": "fsel.layouts.scannetpp:IPHONE",
+        "seven_scenes": "fsel.layouts.seven_scenes:LAYOUT",
+        "scannet": "fsel.layouts.scannet:LAYOUT",
+        "co3d": "fsel.layouts.co3d:LAYOUT",
+        "dl3dv": "fsel.layouts.dl3dv:LAYOUT",
+        "mipnerf360": "fsel.layouts.mipnerf360:LAYOUT",
+        "tanks_and_temples": "fsel.layouts.tanks_and_temples:LAYOUT",
+        "nerfstudio": "fsel.layouts.nerfstudio:LAYOUT",
+        "colmap": "fsel.layouts.colmap:LAYOUT",
+        "images": "fsel.layouts.bare:LAYOUT",
+    },
+)
 """By name, the most particular first: the order in which `auto` asks."""
 POSES = ("layout", "colmap", "file")
 POINTS = ("layout", "triangulate")

@@ -8,8 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.reconstruct.gaussians import Gaussians
-from fsel.reconstruct.splats import Splats
+from fsel.registry import Registry
 
 
 class Model(Protocol):
@@ -42,11 +41,17 @@ class Reconstructor(Protocol):
         """Reconstruct from (K,) int64 distinct frames."""
 
 
-RECONSTRUCTORS: dict[str, Callable[..., Reconstructor]] = {
-    "splats": Splats,
-    "gaussians": Gaussians,
-}
-"""By name: `factory(capture, **settings)`, the capture being at the reconstruction size."""
+RECONSTRUCTORS: Registry[Callable[..., Reconstructor]] = Registry(
+    "reconstructor",
+    {
+        "splats": "fsel.reconstruct.splats:Splats",
+        "gaussians": "fsel.reconstruct.gaussians:Gaussians",
+    },
+)
+"""By name: `factory(capture, **settings)`, the capture being at the reconstruction size.
+
+A factory refuses by name what it needs and does not find: settings, a device, weights.
+"""
 
 
 def reconstructor_of(capture: Capture, reconstruction: Mapping[str, Any]) -> Reconstructor:

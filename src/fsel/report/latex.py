@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from fsel.metrics import REGISTERED
 from fsel.report.summary import ALL_FRAMES
 
-DIGITS = {"psnr": 2}
 MISSING = "--"
 # to the page where it is wider, never blown up
 SHRUNK = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%"
@@ -25,9 +25,10 @@ def tex(text: str) -> str:
 
 
 def number(value: float, metric: str) -> str:
-    """PSNR with two decimals; the others with three and, as in the paper, no leading zero."""
-    text = f"{value:.{DIGITS.get(metric, 3)}f}"
-    return text if metric == "psnr" else text.replace("0.", ".", 1)
+    """A metric's value with its decimals; without a unit, as in the paper, no leading zero."""
+    found = REGISTERED[metric]
+    text = f"{value:.{found.digits}f}"
+    return text if found.unit else text.replace("0.", ".", 1)
 
 
 def difference(value: float, low: float, high: float, interval: bool = True) -> str:

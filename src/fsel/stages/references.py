@@ -119,13 +119,14 @@ def _local(node: ast.AST) -> set[str]:
 
 
 def limited(node: ast.AST, keys: list[str] | None) -> ast.AST:
-    """The statement of a registry with the entries in use alone."""
-    value = getattr(node, "value", None)
-    if keys is None or not isinstance(value, ast.Dict):
+    """The statement of a registry, a dict or made from one, with the entries in use alone."""
+    entries = next((part for part in ast.walk(node) if isinstance(part, ast.Dict)), None)
+    if keys is None or entries is None:
         return node
-    pairs = zip(value.keys, value.values, strict=True)
+    pairs = zip(entries.keys, entries.values, strict=True)
     kept = [v for k, v in pairs if not isinstance(k, ast.Constant) or k.value in keys]
-    return ast.Tuple(kept)
+    value = getattr(node, "value", None)
+    return ast.Tuple([value.func, *kept] if isinstance(value, ast.Call) else kept)
 
 
 def _root(node: ast.AST | None) -> str:

@@ -1,4 +1,4 @@
-"""Image metrics of rendered views against the truth, fast enough for a search.
+"""PSNR, SSIM and GMSD in one pass, fast enough for a search.
 
 All three are computed in float64 from float32 images; scikit-image is the oracle for PSNR and SSIM,
 a plain NumPy twin for GMSD (both in the tests).
@@ -9,9 +9,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-METRICS = ("psnr", "ssim", "gmsd")
-METRIC_UNITS = {"psnr": "dB"}  # the others have none
-HIGHER_IS_BETTER = {"psnr": True, "ssim": True, "gmsd": False}
+NAMES = ("psnr", "ssim", "gmsd")  # the columns
 SSIM_WINDOW = 7
 MARGIN = SSIM_WINDOW // 2  # pixels along the edge around which no whole window fits
 GMSD_CONSTANT = 170.0 / 255.0**2
@@ -21,9 +19,7 @@ PSNR_CEILING = 100.0  # dB, for identical images
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})
 
 
-def score_views(
-    rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None
-) -> np.ndarray:
+def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None) -> np.ndarray:
     """PSNR, SSIM and GMSD of every view, or of the part of it inside a mask.
 
     PSNR is over all channels, in dB, at most 100. SSIM (Wang et al. 2004) uses the uniform 7x7
@@ -41,7 +37,7 @@ def score_views(
         masks: (T, h, w) bool, or None for all pixels.
 
     Returns:
-        (T, 3) float64, columns as `METRICS`.
+        (T, 3) float64, columns as `NAMES`.
 
     Raises:
         ValueError: when shapes differ, the images are smaller than 8x8, or a mask has no pixel

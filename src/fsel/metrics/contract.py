@@ -1,0 +1,30 @@
+"""What a metric is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A metric of images.
+
+    Attributes:
+        name: key in the registry, in the config and in every table's file.
+        label: how printed tables head its column.
+        higher_is_better: its direction.
+        score: (rendered (T, h, w, 3) float32 in [0, 1], truth (T, h, w, 3) uint8, masks (T, h, w)
+            bool or None) -> (T,) float64, of the part inside the mask.
+        unit: of its values; empty where they have none.
+        digits: decimals that tables print.
+    """
+
+    name: str
+    label: str
+    higher_is_better: bool
+    score: Callable[[np.ndarray, np.ndarray, np.ndarray | None], np.ndarray]
+    unit: str = ""
+    digits: int = 3
