@@ -26,7 +26,9 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         drawn, sample = opened.sample()
         agreement = measure(sample, MAX_ERROR)
         points = sample.sparse()
-    result = described(opened, sharpness, drawn, points and points.without_pixels())
+    result = described(
+        opened, sharpness, drawn, None if points is None else points.without_pixels()
+    )
     frames, kept = result["frames"], len(result["worth_keeping"])
     console.say("capture", f"{frames} frames, {opened.layout}, passes: {result['passes']}")
     console.say("cameras", ", ".join(result["cameras"]))
