@@ -37,7 +37,7 @@ def test_entries_are_registered_under_their_own_names(registry):
 
 
 def test_an_unknown_name_is_refused_with_those_that_are_known():
-    with pytest.raises(ValueError, match=r"reconstructor is 'nerf'; allowed: splats"):
+    with pytest.raises(ValueError, match=r"reconstructor is 'nerf'; allowed: splats, gaussians"):
         RECONSTRUCTORS.checked("nerf")
     with pytest.raises(KeyError, match="nerf"):
         RECONSTRUCTORS["nerf"]
