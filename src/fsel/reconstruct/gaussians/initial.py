@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fsel.capture import Capture, SparsePoints
+from fsel.capture import Capture
+from fsel.points import SparsePoints
 from fsel.reconstruct.gaussians.harmonics import C0
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
 from fsel.reconstruct.normalisation import Frame
