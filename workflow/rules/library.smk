@@ -14,7 +14,7 @@ try:
         Path(".snakemake", "library.json"),
         using={"fsel.reconstruct:RECONSTRUCTORS": [config["reconstruction"]["name"]]},
     )
-except ValueError as error:
+except (ValueError, SyntaxError) as error:
     raise WorkflowError(f"{error}\nHint: the workflow's scripts or the library name it")
 
 

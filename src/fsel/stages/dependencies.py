@@ -87,7 +87,9 @@ class Library:
     def needed(self, script: Path) -> list[str]:
         """Sorted paths of the files that a script needs, relative to the package's folder."""
         self.paths[str(script)] = script
-        asked: list[Symbol | Path] = [(str(script), ALL)]
+        asked: list[Symbol | Path] = [
+            (str(script), n) for n in self._source(str(script)).statements
+        ]
         seen: set[Symbol | Path] = set()
         files: set[Path] = set()
         while asked:
@@ -174,7 +176,7 @@ class Library:
         if module not in self.sources:
             path = self.paths[module]
             package = module if path.stem == "__init__" else module.rpartition(".")[0]
-            self.sources[module] = Source.parse(path.read_text(encoding="utf-8"), package)
+            self.sources[module] = Source.read(path, package)
         return self.sources[module]
 
 

@@ -6,11 +6,16 @@ import ast
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from importlib.util import resolve_name
+from pathlib import Path
 
 EFFECTS, MAIN = "", "__main__"
+FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
+COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
-SCOPES = (*DEFINITIONS, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+SCOPES = (*FUNCTIONS, *COMPREHENSIONS, ast.ClassDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
+
+Use = list[str] | str | ast.Import | ast.ImportFrom
 
 
 @dataclass
@@ -29,9 +34,9 @@ class Source:
     imports: dict[str, list[str]] = field(default_factory=dict)
 
     @classmethod
-    def parse(cls, text: str, package: str) -> Source:
+    def read(cls, path: Path, package: str) -> Source:
         source = cls(package)
-        for node in ast.parse(text).body:
+        for node in ast.parse(path.read_text(encoding="utf-8"), str(path)).body:
             source._bind(node)
         return source
 
@@ -42,10 +47,12 @@ class Source:
                 self.imports |= imported(part, self.package)
             elif isinstance(part, DEFINITIONS):
                 names.add(part.name)
-            elif isinstance(getattr(part, "ctx", None), ast.Store):
-                (names if isinstance(part, ast.Name) else changed).add(_root(part))
             elif isinstance(part, ast.Expr):
                 changed.add(_root(part.value))  # REGISTRY.update(...) belongs to REGISTRY
+            elif isinstance(part, (ast.Attribute, ast.Subscript)) and _stored(part):
+                changed.add(_root(part))
+            elif isinstance(part, ast.Name) and _stored(part):
+                names.add(part.id)
         if isinstance(node, ast.If) and _root(getattr(node.test, "left", None)) == "__name__":
             names, changed = {MAIN}, set()
         for bound in names | (changed & set(self.statements)) or {EFFECTS}:
@@ -67,55 +74,50 @@ def inside(node: ast.AST, closed: tuple[type, ...] = ()) -> Iterator[ast.AST]:
     while asked:
         node = asked.pop()
         yield node
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+        if _checks_types(node):
             asked += node.orelse
         elif not isinstance(node, closed):
             asked += ast.iter_child_nodes(node)
 
 
-def references(node: ast.AST) -> list[list[str] | str | ast.Import | ast.ImportFrom]:
+def references(node: ast.AST) -> list[Use]:
     """Names of outer scopes with the attributes taken of them, strings, and imports."""
-    found: list[list[str] | str | ast.Import | ast.ImportFrom] = []
+    found: list[Use] = []
     _collect(node, frozenset(), found)
     return found
 
 
-def _collect(node: ast.AST, hidden: frozenset[str], found: list) -> None:
-    """Append the references below a node, but names that a function around it binds."""
-    children = list(ast.iter_child_nodes(node))
-    if isinstance(node, (ast.Attribute, ast.Name)):
-        chain: list[str] = []
-        while isinstance(node, ast.Attribute):
-            chain.insert(0, node.attr)
-            node = node.value
-        children = [node]
-        if isinstance(node, ast.Name):
-            children = []
-            if node.id not in hidden:
-                found.append([node.id, *chain])
-    elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-        found.append(node.value)
+def _collect(node: ast.AST, hidden: frozenset[str], found: list[Use]) -> None:
+    """Append the references of a node and those below, but names that a scope around it binds."""
+    chain: list[str] = []
+    while isinstance(node, ast.Attribute):
+        chain.insert(0, node.attr)
+        node = node.value
+    if isinstance(node, ast.Name) and node.id not in hidden:
+        found.append([node.id, *chain])
     elif isinstance(node, IMPORTS):
         found.append(node)
-    elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
-        children = node.orelse
-    elif isinstance(node, (*DEFINITIONS[:2], *SCOPES[len(DEFINITIONS) :])):
-        hidden |= _local(node)
-    for child in children:
-        _collect(child, hidden, found)
+    elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+        found.append(node.value)
+    own, outer = _scope(node)
+    for child in node.orelse if _checks_types(node) else ast.iter_child_nodes(node):
+        _collect(child, hidden if child in outer else hidden | own, found)
 
 
-def _local(node: ast.AST) -> set[str]:
-    """Names that a function or a comprehension binds; imports in it aside."""
-    if isinstance(node, SCOPES[len(DEFINITIONS) + 1 :]):
+def _scope(node: ast.AST) -> tuple[set[str], list[ast.AST]]:
+    """Names that a node binds for those below it, imports aside, and which of them see outside."""
+    if isinstance(node, COMPREHENSIONS):
         parts = [part for each in node.generators for part in ast.walk(each.target)]
-    else:
-        body = node.body if isinstance(node.body, list) else [node.body]
-        parts = [part for each in (node.args, *body) for part in inside(each, SCOPES)]
-    names = {part.arg for part in parts if isinstance(part, ast.arg)}
+        return {part.id for part in parts if isinstance(part, ast.Name)}, []
+    if not isinstance(node, FUNCTIONS):
+        return set(), []
+    body = node.body if isinstance(node.body, list) else [node.body]
+    parts = [part for each in body for part in inside(each, SCOPES)]
+    names = {part.arg for part in ast.walk(node.args) if isinstance(part, ast.arg)}
     names |= {part.name for part in parts if isinstance(part, DEFINITIONS)}
-    names |= {p.id for p in parts if isinstance(p, ast.Name) and isinstance(p.ctx, ast.Store)}
-    return names - {name for p in parts if isinstance(p, ast.Global) for name in p.names}
+    names |= {part.id for part in parts if isinstance(part, ast.Name) and _stored(part)}
+    elsewhere = {name for part in parts if isinstance(part, ast.Global) for name in part.names}
+    return names - elsewhere, [each for each in ast.iter_child_nodes(node) if each not in body]
 
 
 def limited(node: ast.AST, keys: list[str] | None) -> ast.AST:
@@ -134,3 +136,13 @@ def _root(node: ast.AST | None) -> str:
     while isinstance(node, (ast.Attribute, ast.Subscript, ast.Call, ast.Starred)):
         node = node.func if isinstance(node, ast.Call) else node.value
     return node.id if isinstance(node, ast.Name) else ""
+
+
+def _checks_types(node: ast.AST) -> bool:
+    test = getattr(node, "test", None)
+    name = test.attr if isinstance(test, ast.Attribute) else getattr(test, "id", "")
+    return isinstance(node, ast.If) and name == "TYPE_CHECKING"
+
+
+def _stored(node: ast.Name | ast.Attribute | ast.Subscript) -> bool:
+    return isinstance(node.ctx, ast.Store)
