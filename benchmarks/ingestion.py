@@ -27,7 +27,8 @@ from fsel.stages.ingest import ingest
 logging.basicConfig(level=logging.INFO, format="    %(message)s", stream=sys.stdout)
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 started = time.perf_counter()
-ingest(sys.argv[1], sys.argv[2], layout="seven_scenes", long_side=int(sys.argv[3]), at_least=50)
+reading = {"layout": "seven_scenes"}
+ingest(sys.argv[1], sys.argv[2], long_side=int(sys.argv[3]), at_least=50, reading=reading)
 seconds = time.perf_counter() - started
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 print(f"{seconds:.1f} s, {int(sys.argv[4]) / seconds:.0f} frames a second, "

@@ -7,7 +7,7 @@ import pytest
 from selection_problems import capture_of, random_capture
 
 from fsel.geometry import pose_distance
-from fsel.split import COVERAGES, coverage_split, evaluation_split
+from fsel.split import COVERAGES, Split, coverage_split, evaluation_split
 
 
 def splits(capture):
@@ -102,3 +102,20 @@ def test_an_impossible_coverage_is_refused(coverage):
 def test_the_smallest_capture_still_splits():
     split = evaluation_split(random_capture(3), 0, 0, targets=1)
     assert [len(split.targets), len(split.proxies), len(split.candidates)] == [1, 1, 1]
+
+
+def test_split_survives_its_table():
+    parts = Split(np.array([1, 4]), np.array([5, 0]), np.array([2, 3]), np.array([3]))
+    table = parts.table(list("abcdef"))
+    assert table["role"].tolist() == [
+        "proxy",
+        "target",
+        "candidate",
+        "candidate",
+        "target",
+        "proxy",
+    ]
+    assert table["proxy_of"].tolist() == [4, -1, -1, -1, -1, 1]
+    again = Split.from_table(table.sample(frac=1, random_state=0))
+    for name in ("targets", "proxies", "candidates", "region"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(parts, name))

@@ -171,7 +171,7 @@ def test_what_was_found_is_recorded_and_arrays_are_streamed(tmp_path):
     LAYOUTS["scannetpp_dslr"].write(recording("scannetpp_dslr"), tmp_path / "raw")
     whole = read_capture(tmp_path / "raw", long_side=32)
     for _ in range(2):  # a second run replaces the first
-        save(tmp_path / "raw", tmp_path / "out", at_least=20, long_side=32)
+        save(tmp_path / "raw", tmp_path / "out", at_least=20, long_side=32, reading={})
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "frames.parquet",
         "images.npy",
@@ -191,5 +191,5 @@ def test_a_failed_ingestion_leaves_no_array(tmp_path):
     LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path / "raw")
     (tmp_path / "raw" / "images_4" / "f20.jpg").write_bytes(b"")
     with pytest.raises(ValueError, match=r"f20\.jpg"):
-        save(tmp_path / "raw", tmp_path / "out", at_least=5, long_side=32)
+        save(tmp_path / "raw", tmp_path / "out", at_least=5, long_side=32, reading={})
     assert list((tmp_path / "out").iterdir()) == []

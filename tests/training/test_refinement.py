@@ -5,7 +5,7 @@ import pytest
 
 from fsel.features.static import FEATURES
 from fsel.selector.scorer import INPUTS, Scorer
-from fsel.stages.train import _better, start_of
+from fsel.stages.refine import _better, start_of
 from fsel.training.refinement import RefineSettings, linear_weights, refine
 
 

@@ -25,7 +25,7 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["select"] == jobs["evaluate"] == evaluation
     assert jobs["split"] == jobs["features"] == evaluation
     assert jobs["train"] == jobs["train_no_appearance"] == 1
-    assert jobs["ksweep"] == jobs["heatmap"] == jobs["trajectories"] == 1
+    assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
 def test_speed_and_lambda_are_made_when_asked_for(tmp_path):

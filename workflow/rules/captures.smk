@@ -10,7 +10,7 @@ rule generate:
     input:
         lib=library("generate"),
     output:
-        directory("<results>/data/{dataset}/{scene}"),
+        folder=directory("<results>/data/{dataset}/{scene}"),
     log:
         "<results>/logs/generate/{dataset}/{scene}.log",
     benchmark:
@@ -29,7 +29,7 @@ rule generate:
             "family"
         ],
         seed=lambda wildcards: scene_seed(wildcards),
-        size=config["embedded"],
+        **config["embedded"],
     message:
         "Generating the embedded capture {wildcards.dataset}/{wildcards.scene}"
     script:
@@ -38,7 +38,7 @@ rule generate:
 
 rule ingest:
     input:
-        capture=raw_capture,
+        source=raw_capture,
         lib=library("ingest"),
     output:
         frames="<results>/{dataset}/{scene}/frames.parquet",
@@ -72,7 +72,7 @@ rule describe:
         images="<results>/{dataset}/{scene}/images.npy",
         lib=library("describe"),
     output:
-        "<results>/{dataset}/{scene}/descriptors.parquet",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
     log:
         "<results>/logs/describe/{dataset}/{scene}.log",
     benchmark:
@@ -97,7 +97,7 @@ rule split:
         images="<results>/{dataset}/{scene}/images.npy",
         lib=library("split"),
     output:
-        expand(
+        splits=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
             draw=range(config["draws"]),
         ),
@@ -131,7 +131,7 @@ rule features:
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         lib=library("features"),
     output:
-        expand(
+        tables=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/features.parquet",
             draw=range(config["draws"]),
         ),

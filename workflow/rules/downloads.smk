@@ -7,7 +7,7 @@ Outputs: <downloads>/{archive}, <results>/data/{dataset}/{scene}.
 
 rule download:
     output:
-        "<downloads>/{archive}",
+        path="<downloads>/{archive}",
     log:
         "<results>/logs/download/{archive}.log",
     benchmark:
@@ -22,7 +22,8 @@ rule download:
         mem_mb=500,
         runtime=1440,
     params:
-        archive=lambda wildcards: archive(wildcards.archive),
+        url=lambda wildcards: archive(wildcards.archive)["url"],
+        sha256=lambda wildcards: archive(wildcards.archive)["sha256"],
     message:
         "Downloading {wildcards.archive}"
     script:
@@ -33,7 +34,7 @@ rule unpack:
     input:
         archive=lambda wildcards: f"<downloads>/{archive_of(wildcards.dataset, wildcards.scene)}",
     output:
-        directory("<results>/data/{dataset}/{scene}"),
+        folder=directory("<results>/data/{dataset}/{scene}"),
     log:
         "<results>/logs/unpack/{dataset}/{scene}.log",
     benchmark:

@@ -40,7 +40,7 @@ rule label:
         "../scripts/label.py"
 
 
-rule trajectories:
+rule order:
     input:
         frames=collect(f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED),
         images=collect(f"<results>/{TRAINED}/{{scene}}/images.npy", scene=LABELLED),
@@ -50,13 +50,13 @@ rule trajectories:
             scene=LABELLED,
             coverage=config["coverages"],
         ),
-        lib=library("trajectories"),
+        lib=library("order"),
     output:
-        "<results>/trajectories.parquet",
+        trajectories="<results>/trajectories.parquet",
     log:
-        "<results>/logs/trajectories.log",
+        "<results>/logs/order.log",
     benchmark:
-        "<results>/benchmarks/trajectories.jsonl"
+        "<results>/benchmarks/order.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -70,4 +70,4 @@ rule trajectories:
     message:
         "Ordering the searched subsets"
     script:
-        "../scripts/trajectories.py"
+        "../scripts/order.py"

@@ -20,7 +20,7 @@ SCORERS = {
 
 use rule generate as generate_large with:
     output:
-        directory("<results>/{dataset}/{scene}/poses/data"),
+        folder=directory("<results>/{dataset}/{scene}/poses/data"),
     log:
         "<results>/logs/generate_large/{dataset}/{scene}.log",
     benchmark:
@@ -31,7 +31,7 @@ use rule generate as generate_large with:
             "family"
         ],
         seed=lambda wildcards: scene_seed(wildcards),
-        size={key: config["poses"][key] for key in ("frames", "width", "height")},
+        **{key: config["poses"][key] for key in ("frames", "width", "height")},
     message:
         "Generating {wildcards.dataset}/{wildcards.scene} with large images"
 
@@ -82,7 +82,7 @@ use rule describe as describe_posed with:
         images="<results>/{dataset}/{scene}/poses/given/images.npy",
         lib=library("describe"),
     output:
-        "<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
+        descriptors="<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
     log:
         "<results>/logs/describe_posed/{dataset}/{scene}.log",
     benchmark:

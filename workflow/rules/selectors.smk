@@ -80,6 +80,7 @@ rule refine:
         runtime=240,
     params:
         scenes=PRACTISED,
+        seed=lambda wildcards: int(wildcards.seed),
         settings=config["refinement"] | {"seed": config["seed"]},
         reconstruction=config["reconstruction"],
     message:

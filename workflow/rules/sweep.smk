@@ -20,7 +20,7 @@ rule select:
         weights=SCORERS,
         lib=library("select"),
     output:
-        expand(
+        selections=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/selections.parquet",
             draw=range(config["draws"]),
         ),
@@ -60,7 +60,7 @@ rule evaluate:
         images="<results>/{dataset}/{scene}/images.npy",
         lib=library("evaluate"),
     output:
-        expand(
+        evaluations=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/evaluation.parquet",
             draw=range(config["draws"]),
         ),
@@ -130,7 +130,7 @@ rule ksweep:
             category="Tables",
             labels={"table": "Input budget sweep", "form": "LaTeX"},
         ),
-        summary=report(
+        numbers=report(
             "<tables>/ksweep.csv",
             caption="../report/ksweep.rst",
             category="Tables",
@@ -154,7 +154,7 @@ rule ksweep:
         runtime=10,
     params:
         problems=problems(config["draws"]),
-        oracles=problems(config["oracle"]["draws"]),
+        searched=problems(config["oracle"]["draws"]),
         datasets=labels(),
         budgets=config["budgets"],
         bootstrap=config["bootstrap"] | {"seed": config["seed"]},
@@ -167,11 +167,11 @@ rule ksweep:
 
 rule heatmap:
     input:
-        summary="<tables>/ksweep.csv",
+        numbers="<tables>/ksweep.csv",
         differences="<tables>/ksweep_differences.csv",
         lib=library("heatmap"),
     output:
-        report(
+        figures=report(
             multiext("<figures>/heatmap", ".pdf", ".png"),
             caption="../report/heatmap.rst",
             category="Heatmaps",

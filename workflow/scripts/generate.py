@@ -3,16 +3,9 @@
 from typing import TYPE_CHECKING
 
 from fsel.stages.generate import generate
-from fsel.stages.job import job
+from fsel.stages.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
-with job(snakemake):
-    generate(
-        snakemake.output[0],
-        layout=snakemake.params.layout,
-        family=snakemake.params.family,
-        seed=snakemake.params.seed,
-        **snakemake.params.size,
-    )
+run(snakemake, generate)

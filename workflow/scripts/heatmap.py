@@ -2,17 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.stages.job import job
-from fsel.stages.ksweep import heatmap
+from fsel.stages.heatmap import heatmap
+from fsel.stages.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
-with job(snakemake):
-    heatmap(
-        snakemake.input.summary,
-        snakemake.input.differences,
-        snakemake.output,
-        datasets=snakemake.params.datasets,
-        budgets=snakemake.params.budgets,
-    )
+run(snakemake, heatmap)

@@ -2,11 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.stages.download import unpack
-from fsel.stages.job import job
+from fsel.stages.job import run
+from fsel.stages.unpack import unpack
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
-with job(snakemake):
-    unpack(snakemake.input.archive, snakemake.params.inside, snakemake.output[0])
+run(snakemake, unpack)

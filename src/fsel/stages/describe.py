@@ -8,18 +8,25 @@ import numpy as np
 import pandas as pd
 
 from fsel.capture import Capture
-from fsel.features.appearance import descriptors
+from fsel.features import appearance
 from fsel.features.sharpness import sharpness
 from fsel.files import write_table
 
 
 def describe(
-    folder: str | Path, output: str | Path, *, kind: str, weights: str | None, config: str
+    folder: str | Path, descriptors: str | Path, *, kind: str, weights: str | None, config: str
 ) -> None:
-    """Appearance descriptor and sharpness of every frame of a capture, one row a frame."""
+    """Appearance descriptor and sharpness of every frame of a capture.
+
+    Args:
+        folder: a canonical capture.
+        descriptors: receives frame, name, sharpness and descriptor, one row a frame.
+        kind, weights: see `fsel.features.appearance.descriptors`.
+        config: digest of the parameters.
+    """
     capture = Capture.load(folder)
     table = pd.DataFrame({"frame": np.arange(len(capture)), "name": capture.names})
     table["sharpness"] = sharpness(capture.images)
-    table["descriptor"] = list(descriptors(capture.images, kind, weights))
+    table["descriptor"] = list(appearance.descriptors(capture.images, kind, weights))
     units = {"sharpness": "squared grey levels", "descriptor": f"{kind}, unit vector"}
-    write_table(table, output, units=units, config=config)
+    write_table(table, descriptors, units=units, config=config)

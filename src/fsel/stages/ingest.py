@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from pathlib import Path
 
 from fsel.layouts import read_folder
@@ -10,20 +11,23 @@ from fsel.layouts import read_folder
 logger = logging.getLogger(__name__)
 
 
-def ingest(source: str | Path, folder: str | Path, *, at_least: int, **reading) -> None:
+def ingest(
+    source: str | Path, folder: str | Path, *, long_side: int, at_least: int, reading: Mapping
+) -> None:
     """Read a capture in its own layout and save its canonical form.
 
     Args:
         source: folder as the dataset distributes it.
         folder: receives frames.parquet, whose metadata say how well poses and images agree,
             points.parquet, images.npy and, of captures with masks, masks.npy.
+        long_side: of the images stored, pixels.
         at_least: frames that the experiment needs: its targets, their proxies, the largest budget.
         reading: further keywords of `fsel.layouts.read_folder`.
 
     Raises:
         ValueError: when the capture has fewer usable frames.
     """
-    found = read_folder(source, store=Path(folder), **reading)
+    found = read_folder(source, long_side=long_side, store=Path(folder), **reading)
     capture = found.capture
     if len(capture) < at_least:
         raise ValueError(

@@ -1,43 +1,30 @@
-"""Train the paper's scorer from trajectories; refine fsel's against reconstruction."""
+"""Train a policy's scorers from trajectories."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
-from fsel.capture import Capture
-from fsel.evaluation import Evaluator
-from fsel.features.static import FEATURES
-from fsel.files import fingerprint, write_table
-from fsel.problem import Problem
-from fsel.reconstruct import reconstructor_of
-from fsel.selector.greedy import COVERAGE_INPUT, Prepared, greedy
-from fsel.selector.policies import POLICIES, Policy
-from fsel.split import evaluation_split
-from fsel.training.imitation import train
-from fsel.training.journal import Journal
-from fsel.training.labelled import Scenes, training_data
-from fsel.training.refinement import Objective, RefineSettings, linear_weights, refine
+from fsel.files import write_table
+from fsel.selector.policies import POLICIES
+from fsel.training import imitation
+from fsel.training.labelled import training_data
 from fsel.training.scorers import save_scorer
-from fsel.training.search import Evaluate
 
 logger = logging.getLogger(__name__)
 
-STRATEGY = ("generations", "population", "step", "batch")
-START = {"d_min_s": 0.4, "gamma_min_s": 0.2, "phi_nov": 0.35}
-COVERAGE = 150.0
 
-
-def clone(
-    scenes: Scenes,
+def train(
+    folders: Sequence[str | Path],
+    splits: Sequence[str | Path],
     trajectories: str | Path,
     weights: Sequence[str | Path],
     logs: Sequence[str | Path],
     *,
+    scenes: Sequence[str],
     policy: str,
     epochs: int,
     learning_rate: float,
@@ -46,146 +33,26 @@ def clone(
     """Train a policy by imitation (paper, section 3.5), once a seed: 0, 1, ...
 
     Args:
-        scenes: see `fsel.training.labelled.Scenes`.
-        trajectories: what `fsel.stages.label.trajectories` wrote.
+        folders: canonical captures with their descriptors, one a scene.
+        splits: of all coverage levels, one a scene.
+        trajectories: what `fsel.stages.order` wrote.
         weights: receive the scorers.
         logs: receive loss and agreement by epoch and split.
+        scenes: their names.
         policy: key of `POLICIES`.
         epochs, learning_rate: of the training.
         config: digest of the parameters.
     """
-    table = pd.read_parquet(trajectories)
+    places = dict(zip(scenes, zip(folders, splits, strict=True), strict=True))
     data = {
-        role: training_data(part, scenes, POLICIES[policy])
-        for role, part in table.groupby("role", sort=True)
+        role: training_data(part, places, POLICIES[policy])
+        for role, part in pd.read_parquet(trajectories).groupby("role", sort=True)
     }
     sets = data["train"], data.get("validation", [])
     made = f"behaviour cloning of {len(data['train'])} searched subsets, {epochs} epochs"
+    settings = {"epochs": epochs, "learning_rate": learning_rate}
     for seed, (path, log) in enumerate(zip(weights, logs, strict=True)):
-        arrays, record = train(*sets, seed=seed, epochs=epochs, learning_rate=learning_rate)
+        arrays, record = imitation.train(*sets, seed=seed, **settings)
         save_scorer(arrays, policy, made, seed, config, path)
         write_table(record, log, units={"loss": "nats"}, config=config)
         logger.info("%s, seed %d: %s\n%s", policy, seed, made, record.tail(2).to_string())
-
-
-class _Practice:
-    """One draw of a training scene to practise on: a problem and its reconstructions' PSNR."""
-
-    def __init__(self, prepared: Prepared, evaluate: Evaluate, budgets: Sequence[int]) -> None:
-        self.prepared, self.evaluate, self.budgets = prepared, evaluate, budgets
-
-    def value(self, coefficients: np.ndarray) -> float:
-        """Mean PSNR in dB of a linear policy over the budgets."""
-        weights = linear_weights(coefficients)
-        picks = self.prepared.pool[greedy(self.prepared, weights, max(self.budgets))[0]]
-        return float(np.mean([self.evaluate(np.sort(picks[:k]))[0] for k in self.budgets]))
-
-
-def refined(
-    scenes: Mapping[str, str | Path],
-    weights: str | Path,
-    log: str | Path,
-    *,
-    seed: int,
-    settings: Mapping,
-    reconstruction: Mapping,
-    inputs: Iterable[str | Path],
-    config: str,
-) -> None:
-    """Fit `fsel` to the quality of real reconstructions of training scenes at all budgets.
-
-    The last draw of every scene is kept apart, to judge what was found.
-
-    Args:
-        scenes: scene -> folder of its canonical capture.
-        weights: receives the scorer.
-        log: receives the strategy's progress.
-        seed: of the strategy.
-        settings: the config's section `refinement`, with `targets` and `seed` of the splits.
-        reconstruction: the config's section.
-        inputs: files that the evaluations depend on.
-        config: digest of the parameters.
-    """
-    policy = POLICIES["fsel"]
-    with Journal(weights, fingerprint(inputs, {"config": config})) as journal:
-        draws = [
-            list(_practices(scene, folder, policy, settings, reconstruction, journal))
-            for scene, folder in sorted(scenes.items())
-        ]
-        practised = [practice for scene in draws for practice in scene[:-1]]
-        objective = _objective(practised, settings, seed)
-        strategy = RefineSettings(**{key: settings[key] for key in STRATEGY})
-        start, free = start_of()
-        found, record = refine(objective, start, free, strategy, seed)
-        coefficients = _better([scene[-1] for scene in draws], start, found)
-        items = sum(map(len, draws)) * len(settings["budgets"])
-        made = f"CMA-ES against reconstructions of {len(scenes)} scenes, {items} items"
-        if coefficients is start:
-            made += ", which kept what a line search on training scenes had led to"
-        save_scorer(linear_weights(coefficients), policy.name, made, seed, config, weights)
-        write_table(record, log, units={"best": "dB", "mean": "dB"}, config=config)
-
-
-def _practices(
-    scene: str, folder, policy: Policy, settings: Mapping, reconstruction: Mapping, journal: Journal
-) -> Iterator[_Practice]:
-    """Every draw of a scene; all share its reconstructor."""
-    capture = Capture.load(folder)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
-    reconstructor = reconstructor_of(capture, reconstruction)
-    for draw in range(settings["draws"]):
-        split = evaluation_split(capture, draw, settings["seed"], settings["targets"])
-        evaluator = Evaluator.on_frames(reconstructor, split.targets)
-        prepared = policy.prepare(Problem.of(capture, split, described))
-        yield _Practice(
-            prepared, journal.remember(f"{scene}/{draw}", evaluator), settings["budgets"]
-        )
-
-
-def _objective(practices: Sequence[_Practice], settings: Mapping, seed: int) -> Objective:
-    """Mean value of policies over a batch of draws; each generation meets another batch."""
-    rng = np.random.default_rng([settings["seed"], seed])
-    size = min(settings["batch"], len(practices))
-    batches = [
-        rng.choice(len(practices), size, replace=False) for _ in range(settings["generations"])
-    ]
-
-    def objective(asked: Sequence[np.ndarray], generation: int) -> np.ndarray:
-        batch = [practices[i] for i in batches[generation]]
-        values = np.array([[p.value(x) for p in batch] for x in asked]).mean(axis=1)
-        logger.info("generation %d: best %.3f dB", generation, values.max())
-        return values
-
-    return objective
-
-
-def _better(unseen: Sequence[_Practice], start: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """What was found, where draws that the strategy has not seen leave no doubt; else the start.
-
-    By two standard errors of the paired gain: what was once kept for 0.02 dB on eight draws lost
-    as much on 36 other scenes.
-    """
-    before, after = (np.array([p.value(x) for p in unseen]) for x in (start, found))
-    gain = after - before
-    doubt = 2 * gain.std(ddof=1) / np.sqrt(len(gain)) if len(gain) > 1 else np.inf
-    logger.info(
-        "%d draws kept apart: start %.3f dB; found %+.3f dB, within %.3f",
-        *(len(gain), before.mean(), gain.mean(), doubt),
-    )
-    return found if gain.mean() > doubt else start
-
-
-def start_of() -> tuple[np.ndarray, np.ndarray]:
-    """(19,) coefficients that a line search on training scenes led to, and (19,) which are free.
-
-    Coverage leads while views are bare of frames, diversity when they are not. Coverage is held,
-    since only ratios matter; so is what starts at zero: with all fourteen visible inputs free, the
-    strategy gained 0.05 dB on the draws it practised on and lost 0.03 dB on unseen scenes, and
-    0.13 dB on real captures.
-    """
-    start = np.zeros(len(FEATURES) + 1)
-    for name, coefficient in START.items():
-        start[FEATURES.index(name)] = coefficient
-    free = start != 0
-    start[COVERAGE_INPUT] = COVERAGE
-    return start, free

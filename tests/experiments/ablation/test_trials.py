@@ -25,7 +25,7 @@ from fsel.features.static import FEATURES
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
 from fsel.split import Split, coverage_split
-from fsel.stages.label import trajectories
+from fsel.stages.order import order
 from fsel.stages.split import split
 from fsel.synthesis import record
 
@@ -139,9 +139,16 @@ def labelled(tmp_path_factory):
         )
         parts.append(drawn.table(capture.names).assign(coverage=coverage))
     pd.concat(parts).to_parquet(folder / "splits.parquet")
-    item = {"scene": "s", "role": "train", "folder": folder, "labels": labels}
-    item["splits"] = folder / "splits.parquet"
-    trajectories([item], folder / "trajectories.parquet", kept=2, config="x")
+    order(
+        [folder],
+        [folder / "splits.parquet"],
+        labels.values(),
+        folder / "trajectories.parquet",
+        scenes={"s": "train"},
+        coverages=list(labels),
+        kept=2,
+        config="x",
+    )
     splits = [folder / f"draw{n}.parquet" for n in range(2)]
     split(folder, splits, targets=5, seed=1, config="x")
     return capture, folder, splits

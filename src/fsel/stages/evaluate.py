@@ -1,0 +1,47 @@
+"""Reconstruct a capture from every selection, and compare with held-out targets."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from fsel import measuring
+from fsel.capture import Capture
+from fsel.evaluation import Evaluator
+from fsel.files import write_table
+from fsel.reconstruct import reconstructor_of
+from fsel.split import Split
+
+logger = logging.getLogger(__name__)
+
+
+def evaluate(
+    folder: str | Path,
+    splits: Sequence[str | Path],
+    selections: Sequence[str | Path],
+    evaluations: Sequence[str | Path],
+    *,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """Reconstruct every selection and compare it with the held-out targets of its draw.
+
+    The draws share one reconstructor, and with it the matching costs that they have in common.
+
+    Args:
+        folder: a canonical capture.
+        splits: split.parquet, one a draw.
+        selections: what `select` wrote, one a draw.
+        evaluations: one a draw, see `fsel.measuring.measure`.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
+    for split, picked, path in zip(splits, selections, evaluations, strict=True):
+        logger.info("%s", picked)
+        evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets)
+        table = measuring.measure(evaluator, pd.read_parquet(picked))
+        write_table(table, path, units=measuring.MEASURED_UNITS, config=config)

@@ -1,0 +1,63 @@
+"""Search an evaluation problem, to compare selection with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel import measuring
+from fsel.evaluation import Evaluator
+from fsel.files import fingerprint, write_table
+from fsel.metrics import METRIC_UNITS
+from fsel.problem import Problem
+from fsel.reconstruct import reconstructor_of
+from fsel.seeds import name_seed
+from fsel.split import Split
+from fsel.training.journal import Journal
+from fsel.training.labelling import search_subsets, search_table
+
+
+def search_oracle(
+    folder: str | Path,
+    split: str | Path,
+    subsets: str | Path,
+    oracle: str | Path,
+    *,
+    search: Mapping,
+    reconstruction: Mapping,
+    seed: int,
+    inputs: Iterable[str | Path],
+    config: str,
+) -> None:
+    """The genetic search on an evaluation problem, and random search of equal budget beside it.
+
+    Both score subsets on the proxies and are then measured on the targets (Appendix D.3).
+
+    Args:
+        folder: a canonical capture with its descriptors.
+        split: split.parquet of the draw.
+        subsets, oracle: receive every subset, on the proxies, and the best two, on the targets.
+        search, reconstruction: the config's sections.
+        seed: of the draw.
+        inputs, config: files and digest of parameters that the evaluations depend on.
+    """
+    problem, parts = Problem.load(folder, split), Split.load(split)
+    reconstructor = reconstructor_of(problem.capture, reconstruction)
+    on_targets = Evaluator.on_frames(reconstructor, parts.targets)
+    searched, picks = [], []
+    with Journal(subsets, fingerprint(inputs, {"config": config})) as journal:
+        on_proxies = journal.remember("p", Evaluator.on_frames(reconstructor, parts.proxies))
+        for name, labeller in (("search", "genetic"), ("random_search", "random")):
+            rng = np.random.default_rng([seed, name_seed(name)])
+            result = search_subsets(on_proxies, problem, parts, labeller, search, rng)
+            search = {**search, "evaluations": len(result.subsets)}
+            searched.append(search_table(result, search["stored"]).assign(method=name))
+            fittest = result.subsets[result.best(1)[0]]
+            head = {"method": name, "seed": 0, "k": search["k"]}
+            picks.append(pd.DataFrame({**head, "frame": fittest}))
+        measured = measuring.measure(on_targets, pd.concat(picks))
+        write_table(measured, oracle, units=measuring.MEASURED_UNITS, config=config)
+        write_table(pd.concat(searched), subsets, units=METRIC_UNITS, config=config)

@@ -1,0 +1,81 @@
+"""One scene out of an archive that is not trusted."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import zipfile
+import zlib
+from pathlib import Path, PurePosixPath
+
+from fsel.stages.download import CHUNK, check_room
+
+
+def unpack(archive: str | Path, inside: str, folder: str | Path) -> None:
+    """Unpack one folder of a zip archive, and the archives that lie in it, whole or not at all.
+
+    Args:
+        archive: not trusted: members that are links, or lead out of the target, are refused
+            before anything is written.
+        inside: the folder's path in the archive.
+        folder: what it becomes; replaced if it is there.
+
+    Raises:
+        ValueError: for a broken or hostile archive, or one without that folder.
+    """
+    archive, folder = Path(archive), Path(folder)
+    partial = folder.with_name(f".{folder.name}.partial")
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    try:
+        _extract(archive, inside, partial)
+        for inner in sorted(partial.glob("*.zip")):
+            _extract(inner, "", partial)
+            inner.unlink()
+        shutil.rmtree(folder, ignore_errors=True)
+        partial.replace(folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _extract(archive: Path, inside: str, folder: Path) -> None:
+    try:
+        with zipfile.ZipFile(archive) as content:
+            members = [m for m in content.infolist() if _below(m.filename, inside)]
+            if not members:
+                tops = sorted({m.filename.split("/")[0] for m in content.infolist()})
+                raise ValueError(f"{archive}: no folder {inside!r} in it, only {tops[:8]}")
+            for member in content.infolist():
+                _check_member(archive, member)
+            check_room(archive, folder / "any", sum(m.file_size for m in members))
+            for member in members:
+                _write(content, member, folder / PurePosixPath(member.filename).relative_to(inside))
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
+        raise ValueError(
+            f"{archive}: cannot be unpacked ({error}). Hint: delete it and fetch it again"
+        ) from error
+
+
+def _below(name: str, inside: str) -> bool:
+    return PurePosixPath(name).is_relative_to(inside) and PurePosixPath(name) != PurePosixPath(
+        inside
+    )
+
+
+def _check_member(archive: Path, member: zipfile.ZipInfo) -> None:
+    path, mode = PurePosixPath(member.filename), member.external_attr >> 16
+    if path.is_absolute() or ".." in path.parts or set("\\:") & set(member.filename):
+        raise ValueError(f"{archive}: member {member.filename!r} leads out of the folder; refused")
+    if stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
+        raise ValueError(f"{archive}: member {member.filename!r} is a link or device; refused")
+
+
+def _write(content: zipfile.ZipFile, member: zipfile.ZipInfo, target: Path) -> None:
+    if member.is_dir():
+        target.mkdir(parents=True, exist_ok=True)
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with content.open(member) as source, target.open("wb") as file:
+        shutil.copyfileobj(source, file, CHUNK)
+    os.chmod(target, 0o644)

@@ -1,0 +1,54 @@
+"""The budget sweep's table."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fsel.baselines import METHODS
+from fsel.report.numbers import read_csv
+from fsel.stages.ksweep import caption, ksweep
+
+FACTS = {
+    "embedded": ["Tanks & Temples"],
+    "real": ["fox"],
+    "reconstructor": "splats",
+    "long_side": 64,
+    "descriptor": "lab_hog",
+    "search_k": 20,
+    "draws": 3,
+    "oracle_draws": 1,
+}
+
+
+def test_the_sweep_table_prints_means_of_the_evaluations(swept, tmp_path):
+    paths = [draw / "evaluation.parquet" for draw in swept]
+    table, numbers, differences = (tmp_path / name for name in ("k.tex", "k.csv", "d.csv"))
+    ksweep(
+        paths,
+        [],
+        table,
+        numbers,
+        differences,
+        problems=[f"d/s/{draw.name}" for draw in swept],
+        searched=[],
+        datasets={"d": "D"},
+        budgets=[3, 5],
+        bootstrap={"resamples": 100, "seed": 0},
+        facts=FACTS,
+    )
+    tables = [pd.read_parquet(path) for path in paths]
+    expected = np.mean([t.query("method == 'fvs' and k == 5")["psnr"].mean() for t in tables])
+    found = read_csv(numbers).query("method == 'fvs' and k == 5 and metric == 'psnr'")
+    assert found["mean"].item() == pytest.approx(expected, abs=1e-6)
+    text = table.read_text()
+    for method in METHODS.values():
+        assert f"\n{method.label} & " in text
+    # a rule between the paper's baselines, the further ones, and the references
+    assert text.count(r"\midrule") == 3
+    assert "search" not in text
+
+
+def test_the_caption_names_what_made_the_table():
+    text = caption(FACTS | {"searched": True})
+    for part in (r"Tanks \& Temples", "stand-ins", "fox", r"lab\_hog", "GMSD", "1 of 3 target"):
+        assert part in text

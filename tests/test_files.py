@@ -1,0 +1,47 @@
+"""Tables and texts on disk: whole or not at all, with units and digest."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fsel.files import atomic, digest, fingerprint, table_metadata, write_table
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+
+    def cut_off() -> None:
+        with atomic(path) as temporary:
+            temporary.write_text("half")
+            raise RuntimeError("cut off")
+
+    with pytest.raises(RuntimeError, match="cut off"):
+        cut_off()
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_tables_carry_units_and_digest(tmp_path):
+    path = tmp_path / "t.parquet"
+    write_table(pd.DataFrame({"d": [1.0]}), path, units={"d": "m"}, config="abc")
+    assert table_metadata(path) == ({"d": "m"}, "abc")
+    assert pd.read_parquet(path)["d"].tolist() == [1.0]
+    with pytest.raises(ValueError, match="units for \\['e'\\]"):
+        write_table(pd.DataFrame({"d": [1.0]}), path, units={"e": "m"}, config="")
+
+
+def test_equal_tables_are_equal_bytes(tmp_path):
+    for name in "ab":
+        frame = pd.DataFrame({"x": np.arange(5), "s": [[1, 2]] * 5})
+        write_table(frame, tmp_path / name, units={}, config="")
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+def test_digests_follow_content_not_order(tmp_path):
+    assert digest({"a": 1, "b": 2}) == digest({"b": 2, "a": 1}) != digest({"a": 1, "b": 3})
+    path = tmp_path / "f"
+    path.write_text("1")
+    first = fingerprint([path], {})
+    path.write_text("2")
+    assert fingerprint([path], {}) != first
