@@ -79,6 +79,7 @@ HOME, BALL, CUBE = "kinds/__init__.py", "kinds/ball.py", "kinds/cube.py"
 REGISTRIES = {
     "objects": "{'cube': Cube, 'ball': Ball}",
     "strings": "{'cube': 'toy.kinds.cube:Cube', 'ball': 'toy.kinds.ball:Ball'}",
+    "called": "dict({'cube': 'toy.kinds.cube:Cube', 'ball': 'toy.kinds.ball:Ball'})",
 }
 
 
@@ -301,9 +302,18 @@ def test_no_script_needs_what_its_imports_cannot_reach(files):
 
 
 def test_scripts_of_the_workflow_need_what_they_run_and_not_what_lies_beside_it(files):
-    assert {"geometry.py", "metrics.py", "reconstruct/__init__.py"} <= files["evaluate"]
+    assert {"geometry.py", "metrics/fused.py", "reconstruct/__init__.py"} <= files["evaluate"]
     assert {"baselines/fvs.py", "features/conditioned.py", "split.py"} <= files["select"]
     assert not {"baselines/fvs.py", "selector/greedy.py"} & files["evaluate"]
-    assert not {"metrics.py", "stages/select.py"} & files["features"]
+    assert not {"metrics/fused.py", "stages/select.py"} & files["features"]
     assert "report/latex.py" in files["ksweep"]
     assert "layouts/co3d.py" in files["ingest"]
+
+
+def test_a_reconstructor_that_is_not_in_use_is_not_needed():
+    script, home = SCRIPTS / "evaluate.py", "reconstruct/gaussians/"
+    both = Library(LIBRARY, {}).needed(script)
+    assert any(path.startswith(home) for path in both)
+    one = Library(LIBRARY, {"fsel.reconstruct:RECONSTRUCTORS": ["splats"]}).needed(script)
+    assert "reconstruct/splats/reconstructor.py" in one
+    assert not any(path.startswith(home) for path in one)

@@ -121,14 +121,19 @@ def _scope(node: ast.AST) -> tuple[set[str], list[ast.AST]]:
 
 
 def limited(node: ast.AST, keys: list[str] | None) -> ast.AST:
-    """The statement of a registry, a dict or made from one, with the entries in use alone."""
-    entries = next((part for part in ast.walk(node) if isinstance(part, ast.Dict)), None)
-    if keys is None or entries is None:
-        return node
-    pairs = zip(entries.keys, entries.values, strict=True)
-    kept = [v for k, v in pairs if not isinstance(k, ast.Constant) or k.value in keys]
+    """The statement of a registry, `NAME = {...}` or `NAME = Class(..., {...})`, with some keys."""
     value = getattr(node, "value", None)
-    return ast.Tuple([value.func, *kept] if isinstance(value, ast.Call) else kept)
+    parts = [value.func, *value.args] if isinstance(value, ast.Call) else [value]
+    if keys is None or not any(isinstance(part, ast.Dict) for part in parts):
+        return node
+    kept: list[ast.AST] = []
+    for part in parts:
+        if isinstance(part, ast.Dict):
+            pairs = zip(part.keys, part.values, strict=True)
+            kept += [v for k, v in pairs if not isinstance(k, ast.Constant) or k.value in keys]
+        else:
+            kept.append(part)
+    return ast.Tuple(kept)
 
 
 def _root(node: ast.AST | None) -> str:
