@@ -9,6 +9,7 @@ from fsel.capture import Capture, SparsePoints, Views
 from fsel.metrics import score_views
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.gaussians import Gaussians, initial
+from fsel.reconstruct.subset import restricted
 
 QUICK = {"steps": 60, "gaussians": 800}
 
@@ -116,7 +117,7 @@ def test_what_is_not_selected_changes_nothing(capture, begin):
 
 def test_points_are_shared_by_two_selected_frames(capture):
     frames = np.array([1, 3, 6])
-    own = initial.restricted(capture, frames)
+    own = restricted(capture, frames)
     points = capture.points
     seen = np.zeros((len(points.xyz), 8), bool)
     seen[points.track_point, points.track_frame] = True

@@ -10,11 +10,12 @@ import numpy as np
 
 from fsel.capture import Capture
 from fsel.reconstruct.gaussians import initial
-from fsel.reconstruct.gaussians.memory import Peak
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import GaussianSettings
 from fsel.reconstruct.gaussians.training import Training
+from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.subset import restricted
 
 __all__ = ["GaussianModel", "GaussianSettings", "Gaussians"]
 
@@ -59,7 +60,7 @@ class Gaussians:
         if len(frames) < 2 or len(np.unique(frames)) < len(frames):
             raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
         started, peak = time.perf_counter(), Peak()
-        capture = initial.restricted(self.capture, frames)
+        capture = restricted(self.capture, frames)
         frame, settings = Frame.of(capture), self.settings
         begin = initial.from_splats if settings.initial == "splats" else initial.from_points
         xyz, rgb = begin(capture)

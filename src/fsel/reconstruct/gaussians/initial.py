@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.spatial import cKDTree
 
 from fsel.capture import Capture
-from fsel.points import SparsePoints
 from fsel.reconstruct.gaussians.harmonics import C0
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
 from fsel.reconstruct.normalisation import Frame
@@ -18,41 +15,6 @@ OPACITY = 0.5  # at the start (Kheradmand et al. 2024)
 NEIGHBOURS = 3  # whose distances give a Gaussian its size (Kerbl et al. 2023)
 STEREO_SIDE = 128  # pixels of the longer side at which stereo runs
 SMALLEST = 1e-4  # standard deviation, where the neighbours are in the same place
-
-
-def restricted(capture: Capture, frames: np.ndarray) -> Capture:
-    """The capture of the given frames alone, with the points that at least two of them see.
-
-    Args:
-        capture: any.
-        frames: (K,) int64, distinct.
-    """
-    masks = None if capture.masks is None else np.asarray(capture.masks[frames])
-    return replace(
-        capture,
-        names=tuple(capture.names[i] for i in frames),
-        world_to_camera=capture.world_to_camera[frames],
-        intrinsics=capture.intrinsics[frames],
-        images=np.asarray(capture.images[frames]),
-        sequences=tuple(capture.sequences[i] for i in frames),
-        points=_shared_points(capture.points, frames, len(capture)),
-        masks=masks,
-    )
-
-
-def _shared_points(points: SparsePoints | None, frames: np.ndarray, count: int):
-    if points is None:
-        return None
-    number = np.full(count, -1)
-    number[frames] = np.arange(len(frames))
-    within = number[points.track_frame] >= 0
-    track = np.unique(
-        np.stack([points.track_point[within], number[points.track_frame[within]]]), axis=1
-    )
-    kept = np.bincount(track[0], minlength=len(points.xyz)) >= 2
-    row = np.cumsum(kept) - 1
-    track = track[:, kept[track[0]]]
-    return SparsePoints(points.xyz[kept], points.rgb[kept], row[track[0]], track[1])
 
 
 def from_splats(capture: Capture) -> tuple[np.ndarray, np.ndarray]:

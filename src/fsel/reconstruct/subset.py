@@ -1,0 +1,30 @@
+"""What of a capture a reconstruction may see: the selected frames, and points they share."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fsel.capture import Capture
+from fsel.points import SparsePoints
+
+
+def restricted(capture: Capture, frames: np.ndarray) -> Capture:
+    """The capture of the given frames alone, with the points that at least two of them see.
+
+    Args:
+        capture: any.
+        frames: (K,) int64, distinct.
+    """
+    own = capture.subset(frames)
+    return own if own.points is None else replace(own, points=_shared(own.points))
+
+
+def _shared(points: SparsePoints) -> SparsePoints:
+    """The points that two frames or more see, and their tracks without repetitions."""
+    track = np.unique(np.stack([points.track_point, points.track_frame]), axis=1)
+    kept = np.bincount(track[0], minlength=len(points.xyz)) >= 2
+    row = np.cumsum(kept) - 1
+    track = track[:, kept[track[0]]]
+    return SparsePoints(points.xyz[kept], points.rgb[kept], row[track[0]], track[1])
