@@ -87,11 +87,11 @@ def select(
         targets = checked_request(capture, k, targets, method, focus)
     if sharpness is None:
         sharpness = measure_sharpness(capture.images)
-    seen = None if method == SHIPPED else _described(capture)
+    seen = None if method == SHIPPED else described(capture)
     ranked = _ranked_by(method, seed)
     asked = number_of(k)
     started = time.perf_counter()
-    problem = _problem(capture, targets, sharpness, focus, seen)
+    problem = request_problem(capture, targets, sharpness, focus, seen)
     found = None
     if isinstance(asked, Auto):
         frames, scores, found = _enough(problem, ranked, asked)
@@ -195,13 +195,14 @@ def _method(name: str) -> Method:
     return METHODS.checked(name)
 
 
-def _described(capture: Capture) -> np.ndarray:
+def described(capture: Capture) -> np.ndarray:
+    """(N, D) float32 appearance descriptors of every frame, which need no weights."""
     from fsel.features.appearance import descriptors
 
     return descriptors(np.asarray(capture.images), "lab_hog")
 
 
-def _problem(
+def request_problem(
     capture: Capture,
     targets: Targets,
     sharpness: np.ndarray,
@@ -211,6 +212,13 @@ def _problem(
     """The problem of a request: every frame may be picked, the closest ones stand for the views.
 
     Unlike in the experiments a proxy is a candidate too: a person has no reason to hold it back.
+
+    Args:
+        capture: the capture.
+        targets: what `checked_request` returned.
+        sharpness: (N,) of every frame.
+        focus: an object that targets must see.
+        descriptors: (N, D) appearance of every frame; None where no method reads it.
     """
     pool = targets.pool(capture)
     distance = pose_distance(

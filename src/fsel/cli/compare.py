@@ -17,6 +17,7 @@ from fsel.evaluation import Evaluator
 from fsel.export.staging import staged
 from fsel.layouts.opening import open_capture
 from fsel.layouts.previews import sharpness_of_files
+from fsel.measuring import Run, picks_at, runs
 from fsel.methods import METHODS
 from fsel.metrics import METRICS
 from fsel.reconstruct import RECONSTRUCTORS
@@ -82,20 +83,18 @@ def _picks(
     focus: Focus | None,
 ) -> Picks:
     """(k, method) -> one selection a seed; nested methods are asked once for the largest k."""
+    methods = [METHODS[name] for name in asked.methods]
+    looked_at = any("appearance" in method.reads for method in methods)
+    descriptors = api.described(capture) if looked_at else None
+    problem = api.request_problem(capture, targets, sharpness, focus, descriptors)
+
+    def chance(run: Run, k: int) -> np.random.Generator:
+        return np.random.default_rng(asked.seed + run.seed)
+
     picks: Picks = {}
-    for name in asked.methods:
-        method = METHODS[name]
-        for seed in range(asked.seed, asked.seed + method.seeds):
-            made = {
-                k: api.select(
-                    capture, k, targets, name, seed, sharpness=sharpness, focus=focus
-                ).indices
-                for k in ([max(asked.k)] if method.nested else asked.k)
-            }
-            for k in asked.k:
-                picks.setdefault((k, name), []).append(
-                    made[max(asked.k) if method.nested else k][:k]
-                )
+    for run in runs(methods):
+        for made in picks_at(problem, run, asked.k, chance):
+            picks.setdefault((made.k, run.method.name), []).append(made.frames)
     return picks
 
 
