@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import convolve
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from fsel.metrics import score_views
+from fsel.metrics import REGISTERED, Metric, headings, score_views, units
 
 
 def pair(seed, h=48, w=64, noise=0.1):
@@ -139,3 +139,35 @@ def test_masks_of_another_size_are_refused():
 def test_wrong_sizes_are_refused():
     with pytest.raises(ValueError, match="equal size"):
         score_views(np.zeros((1, 8, 9, 3), np.float32), np.zeros((1, 8, 8, 3), np.uint8))
+
+
+def test_another_metric_is_scored_beside_those_of_the_one_pass(monkeypatch):
+    def largest(rendered, truth, masks):
+        return np.abs(rendered - truth / 255).max(axis=(1, 2, 3))
+
+    monkeypatch.setitem(REGISTERED, "largest", Metric("largest", "Max", False, largest, unit="1"))
+    rng = np.random.default_rng(0)
+    truth = rng.integers(0, 256, (2, 12, 12, 3), dtype=np.uint8)
+    rendered = rng.random((2, 12, 12, 3), dtype=np.float32)
+    usual = score_views(rendered, truth)
+    found = score_views(rendered, truth, metrics=("largest", "gmsd", "psnr"))
+    np.testing.assert_array_equal(found[:, 1:], usual[:, [2, 0]])
+    np.testing.assert_array_equal(found[:, 0], largest(rendered, truth, None))
+    np.testing.assert_array_equal(score_views(rendered, truth, metrics=["largest"]), found[:, :1])
+    assert headings(["psnr", "largest"]) == [r"PSNR$\uparrow$", r"Max$\downarrow$"]
+    assert units(["psnr", "ssim", "largest"]) == {"psnr": "dB", "largest": "1"}
+
+
+def test_each_built_in_metric_is_its_column_of_the_one_pass():
+    rng = np.random.default_rng(1)
+    truth = rng.integers(0, 256, (2, 12, 12, 3), dtype=np.uint8)
+    rendered = rng.random((2, 12, 12, 3), dtype=np.float32)
+    usual = score_views(rendered, truth)
+    for i, name in enumerate(("psnr", "ssim", "gmsd")):
+        np.testing.assert_array_equal(REGISTERED[name].score(rendered, truth, None), usual[:, i])
+
+
+def test_an_unknown_metric_is_refused_by_name():
+    images = np.zeros((1, 12, 12, 3), np.float32)
+    with pytest.raises(ValueError, match="metric is 'vmaf'; allowed: psnr, ssim, gmsd"):
+        score_views(images, images.astype(np.uint8), metrics=["psnr", "vmaf"])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from fsel.capture import Views
-from fsel.metrics import score_views
+from fsel.metrics import METRICS, score_views
 from fsel.reconstruct import Reconstructor
 
 
@@ -17,7 +18,7 @@ class Measured(NamedTuple):
     """What a subset is worth on the views of an `Evaluator`, and what it cost.
 
     Attributes:
-        scores: (T, 3) float64, a row a view; columns as `fsel.metrics.METRICS`.
+        scores: (T, M) float64, a row a view, a column a metric of the evaluator.
         fit_seconds, render_seconds: of the reconstruction, and of rendering all views.
         primitives, bytes: of the model.
     """
@@ -42,6 +43,7 @@ class Evaluator:
         views: their poses.
         truth: (T, h, w, 3) uint8 their images, at the reconstruction size.
         masks: (T, h, w) bool, the pixels that count; None for all.
+        metrics: M keys of `fsel.metrics.REGISTERED`; searches need `METRICS`.
     """
 
     reconstructor: Reconstructor
@@ -49,11 +51,16 @@ class Evaluator:
     views: Views
     truth: np.ndarray
     masks: np.ndarray | None = None
+    metrics: tuple[str, ...] = METRICS
     _known: dict[tuple[int, ...], Measured] = field(default_factory=dict, repr=False)
 
     @classmethod
     def on_frames(
-        cls, reconstructor: Reconstructor, frames: np.ndarray, masked: bool = False
+        cls,
+        reconstructor: Reconstructor,
+        frames: np.ndarray,
+        masked: bool = False,
+        metrics: Sequence[str] = METRICS,
     ) -> Evaluator:
         """Score on frames of the reconstructor's capture: proxies in a search, else targets.
 
@@ -61,11 +68,12 @@ class Evaluator:
             reconstructor: bound to the capture.
             frames: (T,) int64.
             masked: compare inside the capture's masks alone.
+            metrics: keys of `fsel.metrics.REGISTERED`.
         """
         capture = reconstructor.capture
         truth = np.asarray(capture.images[frames])
         masks = np.asarray(capture.masks[frames]) if masked else None
-        return cls(reconstructor, frames, capture.view(frames), truth, masks)
+        return cls(reconstructor, frames, capture.view(frames), truth, masks, tuple(metrics))
 
     def measure(self, subset: np.ndarray) -> Measured:
         """Scores and costs of (K,) distinct frames, in any order."""
@@ -75,7 +83,7 @@ class Evaluator:
         return self._known[key]
 
     def __call__(self, subset: np.ndarray) -> np.ndarray:
-        """(3,) metrics averaged over the views."""
+        """(M,) metrics averaged over the views."""
         return self.measure(subset).scores.mean(axis=0)
 
     def _reconstructed(self, subset: np.ndarray) -> Measured:
@@ -83,5 +91,5 @@ class Evaluator:
         started = time.perf_counter()
         rendered = model.render(self.views)
         seconds = time.perf_counter() - started
-        scores = score_views(rendered, self.truth, self.masks)
+        scores = score_views(rendered, self.truth, self.masks, self.metrics)
         return Measured(scores, model.seconds, seconds, model.primitives, model.bytes)

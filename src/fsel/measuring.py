@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fsel.evaluation import COSTS, Evaluator
-from fsel.metrics import METRIC_UNITS, METRICS
+from fsel.metrics import METRICS, units
 from fsel.problem import Method, Problem, checked_select
 from fsel.seeds import name_seed
 from fsel.selector.policies import POLICIES
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 PICK_UNITS = {"seconds": "s, of the whole run that these picks are a prefix of"}
-MEASURED_UNITS = {**METRIC_UNITS, "fit_seconds": "s", "render_seconds": "s", "bytes": "bytes"}
+COST_UNITS = {"fit_seconds": "s", "render_seconds": "s", "bytes": "bytes"}
 SELECTION = ("method", "seed", "k")  # what tells one selection of a problem from another
 
 
@@ -170,7 +170,8 @@ def measure(
     tables = []
     for key, part in picks.groupby(list(by)):
         table = measured(evaluator, part["frame"].to_numpy(np.int64))
-        logger.info("%s: %s %.3f", key, METRICS[0], table[METRICS[0]].mean())
+        first = evaluator.metrics[0]
+        logger.info("%s: %s %.3f", key, first, table[first].mean())
         head = pd.DataFrame(dict(zip(by, key, strict=True)), index=table.index)
         tables.append(pd.concat([head, table], axis=1))
     return pd.concat(tables)
@@ -180,12 +181,17 @@ def measured(evaluator: Evaluator, subset: np.ndarray) -> pd.DataFrame:
     """What one subset is worth, one row a view.
 
     Returns:
-        target (the frame rendered), the metrics, fit_seconds, render_seconds, primitives, bytes.
-        Units are `MEASURED_UNITS`.
+        target (the frame rendered), the evaluator's metrics, fit_seconds, render_seconds,
+        primitives, bytes. Units are `measured_units`.
     """
     import pandas as pd
 
     found = evaluator.measure(subset)
     table = pd.DataFrame({"target": evaluator.frames})
-    table[list(METRICS)] = found.scores
+    table[list(evaluator.metrics)] = found.scores
     return table.assign(**{cost: getattr(found, cost) for cost in COSTS})
+
+
+def measured_units(metrics: Sequence[str] = METRICS) -> dict[str, str]:
+    """Column -> unit of what `measured` returns."""
+    return {**units(metrics), **COST_UNITS}

@@ -5,6 +5,7 @@ import pytest
 from small_sweep import RECONSTRUCTION, SEARCH
 
 from fsel.capture import Capture
+from fsel.metrics import METRICS
 from fsel.stages.describe import describe
 from fsel.stages.evaluate import evaluate
 from fsel.stages.label import label
@@ -56,5 +57,6 @@ def swept(scene, tmp_path_factory):
     )
     split(scene, splits, targets=4, seed=1, config="c")
     select(scene, splits, [], picks, budgets=[3, 5], seeds=[2, 2], config="c")
-    evaluate(scene, splits, picks, outputs, reconstruction=RECONSTRUCTION, config="c")
+    settings = {"reconstruction": RECONSTRUCTION, "metrics": METRICS}
+    evaluate(scene, splits, picks, outputs, **settings, config="c")
     return draws

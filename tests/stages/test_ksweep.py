@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from fsel.baselines import METHODS
+from fsel.metrics import METRICS
 from fsel.report.numbers import read_csv
 from fsel.stages.ksweep import caption, ksweep
 
@@ -33,6 +34,7 @@ def test_the_sweep_table_prints_means_of_the_evaluations(swept, tmp_path):
         searched=[],
         datasets={"d": "D"},
         budgets=[3, 5],
+        metrics=METRICS,
         bootstrap={"resamples": 100, "seed": 0},
         facts=FACTS,
     )
@@ -49,6 +51,6 @@ def test_the_sweep_table_prints_means_of_the_evaluations(swept, tmp_path):
 
 
 def test_the_caption_names_what_made_the_table():
-    text = caption(FACTS | {"searched": True})
+    text = caption(FACTS | {"searched": True}, METRICS)
     for part in (r"Tanks \& Temples", "stand-ins", "fox", r"lab\_hog", "GMSD", "1 of 3 target"):
         assert part in text

@@ -3,6 +3,7 @@
 import pandas as pd
 from small_sweep import RECONSTRUCTION, SEARCH
 
+from fsel.metrics import METRICS
 from fsel.stages.search_oracle import search_oracle
 from fsel.stages.split import split
 
@@ -16,6 +17,7 @@ def test_oracle_beats_its_own_first_subset(scene, tmp_path):
         tmp_path / "oracle.parquet",
         search=SEARCH,
         reconstruction=RECONSTRUCTION,
+        metrics=METRICS,
         seed=0,
         inputs=[],
         config="c",

@@ -12,7 +12,10 @@ try:
         LIBRARY,
         LIBRARY / "../../workflow/scripts",
         Path(".snakemake", "library.json"),
-        using={"fsel.reconstruct:RECONSTRUCTORS": [config["reconstruction"]["name"]]},
+        using={
+            "fsel.reconstruct:RECONSTRUCTORS": [config["reconstruction"]["name"]],
+            "fsel.metrics:REGISTERED": {"psnr", "ssim", "gmsd", *config["metrics"]},
+        },
     )
 except (ValueError, SyntaxError) as error:
     raise WorkflowError(f"{error}\nHint: the workflow's scripts or the library name it")

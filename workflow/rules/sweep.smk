@@ -76,6 +76,7 @@ rule evaluate:
         runtime=180,
     params:
         reconstruction=config["reconstruction"],
+        metrics=config["metrics"],
     message:
         "Reconstructing {wildcards.dataset}/{wildcards.scene} from every selection"
     script:
@@ -106,6 +107,7 @@ rule search_oracle:
     params:
         search=config["search"],
         reconstruction=config["reconstruction"],
+        metrics=config["metrics"],
         seed=lambda wildcards: scene_seed(wildcards, "oracle", wildcards.draw),
     message:
         "Searching {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}, to compare with"
@@ -157,6 +159,7 @@ rule ksweep:
         searched=problems(config["oracle"]["draws"]),
         datasets=labels(),
         budgets=config["budgets"],
+        metrics=config["metrics"],
         bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=facts(),
     message:

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 import pandas as pd
 
 from fsel.baselines import FURTHER, METHODS, PAPER
-from fsel.metrics import METRICS
 from fsel.report.summary import ALL_FRAMES, draw_means
 from fsel.selector.policies import POLICIES
 
@@ -34,16 +33,17 @@ def named(problems: Iterable[str], paths: Iterable[str]) -> list[dict[str, str]]
     ]
 
 
-def sweep_cells(evaluations: Sequence[Mapping]) -> pd.DataFrame:
+def sweep_cells(evaluations: Sequence[Mapping], metrics: Sequence[str] = ("psnr",)) -> pd.DataFrame:
     """dataset, scene, draw, method, k, metrics: means over targets and seeds of each file.
 
     Args:
         evaluations: one mapping a file, see `named`.
+        metrics: their columns to read.
     """
     order = {name: i for i, name in enumerate([*BASELINES, *LEARNED, *REFERENCES])}
     tables = []
     for item in evaluations:
-        table = draw_means(pd.read_parquet(item["path"]), METRICS)
+        table = draw_means(pd.read_parquet(item["path"]), metrics)
         tables.append(table.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"]))
     cells = pd.concat(tables)
     cells["place"] = cells["method"].map(order)

@@ -25,6 +25,7 @@ def evaluate(
     evaluations: Sequence[str | Path],
     *,
     reconstruction: Mapping,
+    metrics: Sequence[str],
     config: str,
 ) -> None:
     """Reconstruct every selection and compare it with the held-out targets of its draw.
@@ -36,12 +37,14 @@ def evaluate(
         splits: split.parquet, one a draw.
         selections: what `select` wrote, one a draw.
         evaluations: one a draw, see `fsel.measuring.measure`.
-        reconstruction: the config's section.
+        reconstruction, metrics: the config's sections.
         config: digest of the parameters.
     """
+    units = measuring.measured_units(metrics)
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     for split, picked, path in zip(splits, selections, evaluations, strict=True):
         logger.info("%s", picked)
-        evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets)
+        targets = Split.load(split).targets
+        evaluator = Evaluator.on_frames(reconstructor, targets, metrics=metrics)
         table = measuring.measure(evaluator, pd.read_parquet(picked))
-        write_table(table, path, units=measuring.MEASURED_UNITS, config=config)
+        write_table(table, path, units=units, config=config)

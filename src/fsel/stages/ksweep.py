@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fsel.files import write_text
-from fsel.metrics import HIGHER_IS_BETTER, METRICS
+from fsel.metrics import directions, headings
 from fsel.report.captions import made_by
 from fsel.report.latex import sweep_table, tex
 from fsel.report.numbers import write_csv
@@ -26,6 +26,7 @@ def ksweep(
     searched: Sequence[str],
     datasets: Mapping[str, str],
     budgets: Sequence[int],
+    metrics: Sequence[str],
     bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
@@ -38,34 +39,37 @@ def ksweep(
         problems, searched: `dataset/scene/draw0` of each of the evaluations and oracles.
         datasets: name -> printed label, in order.
         budgets: columns.
+        metrics: of a cell, in order.
         bootstrap: its `resamples` and `seed`.
         facts: what the caption tells, see `caption`.
     """
-    cells = sweep_cells(named([*problems, *searched], [*evaluations, *oracles]))
-    means = summarise(cells, METRICS, **bootstrap)
+    cells = sweep_cells(named([*problems, *searched], [*evaluations, *oracles]), metrics)
+    means = summarise(cells, metrics, **bootstrap)
     write_csv(means, numbers)
-    write_csv(paired(cells, list(LEARNED), METRICS, **bootstrap), differences)
+    write_csv(paired(cells, list(LEARNED), metrics, **bootstrap), differences)
     groups = row_groups(cells, budgets)
+    told = {**facts, "searched": any("search" in group for group in groups)}
     text = sweep_table(
         means,
         datasets={name: tex(label) for name, label in datasets.items()},
         groups=groups,
         ranked=[*BASELINES, *LEARNED],
         budgets=budgets,
-        higher_is_better=HIGHER_IS_BETTER,
-        caption=caption({**facts, "searched": any("search" in group for group in groups)}),
+        higher_is_better=directions(metrics),
+        caption=caption(told, metrics),
         label="tab:ksweep_all",
     )
     write_text(text, table)
 
 
-def caption(facts: Mapping) -> str:
+def caption(facts: Mapping, metrics: Sequence[str]) -> str:
     """Which captures, reconstructor, descriptor and metric made the table, in LaTeX.
 
     Args:
         facts: embedded (labels of datasets of generated captures), real (labels of datasets read
             from disk), reconstructor, long_side, descriptor, search_k, draws, oracle_draws,
             searched (whether the searches have rows).
+        metrics: of a cell, in order.
     """
     references = "all frames without selection."
     if facts["searched"]:
@@ -76,8 +80,8 @@ def caption(facts: Mapping) -> str:
         )
     return (
         r"\textbf{Input budget sweep across datasets}. Each cell reports "
-        rf"PSNR$\uparrow$~/~SSIM$\uparrow$~/~{METRICS[-1].upper()}$\downarrow$, averaged over "
-        "targets, target draws and seeds within a scene, then over scenes; the best selection of "
-        f"each column is in bold. {made_by(facts)} Between rules: the paper's "
-        f"baselines, further ones, the learned selectors, and for reference {references}"
+        f"{'~/~'.join(headings(metrics))}, averaged over targets, target draws and seeds within a "
+        "scene, then over scenes; the best selection of each column is in bold. "
+        f"{made_by(facts)} Between rules: the paper's baselines, further ones, the learned "
+        f"selectors, and for reference {references}"
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,7 @@ def search_oracle(
     *,
     search: Mapping,
     reconstruction: Mapping,
+    metrics: Sequence[str],
     seed: int,
     inputs: Iterable[str | Path],
     config: str,
@@ -40,13 +41,13 @@ def search_oracle(
         folder: a canonical capture with its descriptors.
         split: split.parquet of the draw.
         subsets, oracle: receive every subset, on the proxies, and the best two, on the targets.
-        search, reconstruction: the config's sections.
+        search, reconstruction, metrics: the config's sections; searches have metrics of their own.
         seed: of the draw.
         inputs, config: files and digest of parameters that the evaluations depend on.
     """
     problem, parts = Problem.load(folder, split), Split.load(split)
     reconstructor = reconstructor_of(problem.capture, reconstruction)
-    on_targets = Evaluator.on_frames(reconstructor, parts.targets)
+    on_targets = Evaluator.on_frames(reconstructor, parts.targets, metrics=metrics)
     searched, picks = [], []
     with Journal(subsets, fingerprint(inputs, {"config": config})) as journal:
         on_proxies = journal.remember("p", Evaluator.on_frames(reconstructor, parts.proxies))
@@ -59,5 +60,5 @@ def search_oracle(
             head = {"method": name, "seed": 0, "k": search["k"]}
             picks.append(pd.DataFrame({**head, "frame": fittest}))
         measured = measuring.measure(on_targets, pd.concat(picks))
-        write_table(measured, oracle, units=measuring.MEASURED_UNITS, config=config)
+        write_table(measured, oracle, units=measuring.measured_units(metrics), config=config)
         write_table(pd.concat(searched), subsets, units=METRIC_UNITS, config=config)

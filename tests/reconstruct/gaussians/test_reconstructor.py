@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fsel.capture import Capture, SparsePoints, Views
+from fsel.capture import Capture, Views
 from fsel.metrics import score_views
+from fsel.points import SparsePoints
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.gaussians import Gaussians, initial
 from fsel.reconstruct.subset import restricted
