@@ -11,7 +11,7 @@ test: .venv/installed
 	.venv/bin/python -m pytest
 
 # the scorer inside the package and what `-k auto` predicts by, made anew: src/fsel/selector/weights
-WEIGHTS = results/selector/fsel/seed0.safetensors results/selector/budget.json
+WEIGHTS = results/selector/fsel/seed0.json results/selector/budget.json
 weights: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)
 	.venv/bin/python -m fsel.stages.ship $(WEIGHTS)

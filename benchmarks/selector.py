@@ -1,10 +1,13 @@
 """Time the greedy selector, features given: K = 30 from 130 to 100,000 candidates.
 
-Beside it the plain float64 loop, which recomputes every input of every candidate from all picks at
-every step, and FVS, DPP and k-medoids on the same cameras and descriptors. Prints medians of the
-processor's time, which other work disturbs less than the clock's; the exponent of growth with the
-number of candidates from 1,000 on; and peak memory above what the inputs take. k-medoids stops at
-10,000: its matrix would take 40 GB at 100,000.
+`fsel` is its linear rule on the inputs that it reads; a network is a fresh one on all inputs.
+`fsel, plain` is the loop without a compiler, which the command uses for small pools; `fsel,
+features` is what the rule needs computed before the first pick. Beside them a float64 loop that
+recomputes every input of every candidate from all picks at every step, and FVS, DPP and k-medoids
+on the same cameras and descriptors. Prints medians of the processor's time, which other work
+disturbs less than the clock's; the exponent of growth with the number of candidates from 1,000 on;
+and peak memory above what the inputs take. k-medoids stops at 10,000: its matrix would take 40 GB
+at 100,000.
 
     OMP_NUM_THREADS=1 python benchmarks/selector.py
 """
@@ -14,20 +17,26 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fsel.baselines.dpp import greedy_map
 from fsel.baselines.kmedoids import distances, fasterpam
+from fsel.capture import Capture
 from fsel.features.appearance import KERNEL_JITTER
+from fsel.features.columns import CONDITIONED_INPUTS, FOLLOWING_INPUTS, INPUTS, TARGET_GAIN_INPUT
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL
 from fsel.geometry import farthest_views
-from fsel.selector import pretrained
-from fsel.selector.greedy import DYNAMIC, Prepared, greedy, standardise
-from fsel.selector.scorer import SHAPES, Scorer
+from fsel.problem import Problem
+from fsel.selector import plain, pretrained
+from fsel.selector.greedy import Prepared, Rows, greedy, standardise
+from fsel.selector.scorer import SHAPES, Network, Scorer
 
-BOUNDS = {130: 3.0, 1_000: 15.0, 10_000: 100.0}  # milliseconds
+BOUNDS = {130: 3.0, 1_000: 15.0, 10_000: 100.0}  # milliseconds, of a network
+AIMS = {130: 1.0, 1_000: 4.0, 10_000: 40.0}  # of `fsel`
 POOLS = (*BOUNDS, 100_000)
 LARGEST = {"k-medoids": 10_000}
 K, VIEWS, DESCRIPTOR = 30, 15, 176
@@ -42,17 +51,43 @@ def unit_rows(rng: np.random.Generator, n: int, width: int) -> np.ndarray:
 
 def prepared_of(n: int, rng: np.random.Generator) -> Prepared:
     """A problem of n random candidates with every input in use."""
-    static = rng.normal(size=(n, 19))
-    static[:, DYNAMIC] = 0
-    return Prepared(
-        pool=np.arange(n),
-        static=static,
+    static = rng.normal(size=(n, INPUTS))
+    static[:, FOLLOWING_INPUTS] = 0
+    rows = Rows(
         centers=rng.normal(size=(n, 3)),
         axes=unit_rows(rng, n, 3),
         bearings=unit_rows(rng, n, 3),
         descriptors=unit_rows(rng, n, DESCRIPTOR).astype(np.float32),
-        kernel=rng.random((n, VIEWS)),
+        closeness=rng.random((n, VIEWS)),
         looks=0.1 * rng.normal(size=(n, 6)),
+    )
+    return Prepared(pool=np.arange(n), static=static, rows=rows)
+
+
+def read_by_fsel(prepared: Prepared) -> Prepared:
+    """The same problem less the inputs that `fsel` does not read."""
+    rows = prepared.rows._replace(descriptors=prepared.rows.descriptors[:, :0])
+    return replace(prepared, static=np.zeros_like(prepared.static), rows=rows)
+
+
+def problem_of(n: int, rng: np.random.Generator) -> Problem:
+    """A problem of n random cameras to prepare for `fsel`; no image is read."""
+    turned = Rotation.random(n + VIEWS, rng=rng).as_matrix()
+    capture = Capture(
+        names=tuple(f"{i:06d}" for i in range(n + VIEWS)),
+        world_to_camera=np.concatenate([turned, rng.normal(size=(n + VIEWS, 3, 1))], axis=2),
+        intrinsics=np.tile([6.0, 6.0, 4.0, 3.0], (n + VIEWS, 1)),
+        images=np.zeros((n + VIEWS, 6, 8, 3), np.uint8),
+        sequences=("a",) * (n + VIEWS),
+        source="a benchmark",
+    )
+    return Problem(
+        capture=capture,
+        candidates=np.arange(n),
+        proxies=np.arange(VIEWS),
+        targets=capture.view(np.arange(n, n + VIEWS)),
+        descriptors=np.zeros((n + VIEWS, 0), np.float32),
+        sharpness=np.zeros(n + VIEWS),
     )
 
 
@@ -67,27 +102,27 @@ def spread_of(points: np.ndarray, picks: list[int], free: np.ndarray) -> np.ndar
     return np.minimum(far, ENOUGH * far[free].mean())
 
 
-def recomputed(prepared: Prepared, weights: dict[str, np.ndarray], k: int) -> np.ndarray:
+def recomputed(prepared: Prepared, scorer: Scorer, k: int) -> np.ndarray:
     """The picks of a loop that keeps nothing from one step to the next."""
-    scorer, picks = Scorer(weights, {}), []
-    described = prepared.descriptors.astype(np.float64)
+    rows, picks = prepared.rows, []
+    described = rows.descriptors.astype(np.float64)
     while len(picks) < k:
         free = np.ones(len(prepared.pool), bool)
         free[picks] = False
         inputs = prepared.static.copy()
-        covered = prepared.kernel[picks].sum(axis=0)
-        looks = prepared.looks.reshape(-1, 2, 3)
+        covered = rows.closeness[picks].sum(axis=0)
+        looks = rows.looks.reshape(-1, 2, 3)
         apart = [np.linalg.norm(looks - looks[i], axis=2).sum(axis=1) for i in picks]
         novel = np.min([np.full(len(looks), NOVEL), *apart], axis=0) / NOVEL
-        inputs[:, DYNAMIC[4]] += (prepared.kernel / (1 + covered)).mean(axis=1) * novel
+        inputs[:, TARGET_GAIN_INPUT] += (rows.closeness / (1 + covered)).mean(axis=1) * novel
         if picks:
             spread = [
                 spread_of(points, picks, free)
-                for points in (prepared.centers, prepared.axes, prepared.bearings)
+                for points in (rows.centers, rows.axes, rows.bearings)
             ]
             alike = (described @ described[picks].T).max(axis=1)
             columns = np.stack([*spread[:2], alike, spread[2]], axis=1)
-            inputs[:, DYNAMIC[:4]] = standardise(columns, free)
+            inputs[:, CONDITIONED_INPUTS] = standardise(columns, free)
         picks.append(int(np.argmax(np.where(free, scorer.scores(inputs), -np.inf))))
     return np.array(picks)
 
@@ -111,20 +146,22 @@ def resident(field: str) -> float:
 
 def kmedoids(prepared: Prepared) -> np.ndarray:
     """k-medoids from a farthest-view start."""
-    rows = np.arange(len(prepared.pool))
-    start = farthest_views(rows, prepared.centers, K, 0).astype(np.int64)
-    return fasterpam(distances(prepared.centers, prepared.axes, prepared.descriptors), start)
+    rows = prepared.rows
+    start = farthest_views(prepared.pool, rows.centers, K, 0).astype(np.int64)
+    return fasterpam(distances(rows.centers, rows.axes, rows.descriptors), start)
 
 
-def calls(prepared: Prepared, fresh: dict[str, np.ndarray]) -> dict[str, Callable[[], object]]:
+def calls(prepared: Prepared, problem: Problem, fresh: Network) -> dict[str, Callable[[], object]]:
     """What is timed, by name."""
-    rows, own = np.arange(len(prepared.pool)), pretrained.scorer().weights
+    rows, rule, read = prepared.rows, pretrained.scorer(), read_by_fsel(prepared)
     return {
-        "fsel, fresh network": lambda: greedy(prepared, fresh, K),
-        "fsel, shipped scorer": lambda: greedy(prepared, own, K),
-        "plain, fresh network": lambda: recomputed(prepared, fresh, K),
-        "FVS": lambda: farthest_views(rows, prepared.centers, K, 0),
-        "DPP": lambda: greedy_map(prepared.descriptors.astype(np.float64), KERNEL_JITTER, K),
+        "fsel": lambda: greedy(read, rule, K),
+        "fsel, plain": lambda: plain.greedy(read, rule, K),
+        "fsel, features": lambda: pretrained.POLICY.prepare(problem),
+        "a network": lambda: greedy(prepared, fresh, K),
+        "a network, recomputed": lambda: recomputed(prepared, fresh, K),
+        "FVS": lambda: farthest_views(prepared.pool, rows.centers, K, 0),
+        "DPP": lambda: greedy_map(rows.descriptors.astype(np.float64), KERNEL_JITTER, K),
         "k-medoids": lambda: kmedoids(prepared),
     }
 
@@ -139,20 +176,26 @@ def exponent(pools: list[int], milliseconds: list[float]) -> float:
 def main() -> None:
     """Print a row a method: milliseconds and MiB a pool, and the exponent."""
     rng = np.random.default_rng(0)
-    fresh = {
-        name: rng.uniform(-1, 1, shape).astype(np.float32) / np.float32(np.sqrt(shape[-1]))
-        for name, shape in SHAPES.items()
-    }
-    for call in calls(prepared_of(K + 5, rng), fresh).values():
+    fresh = Network(
+        {
+            name: rng.uniform(-1, 1, shape).astype(np.float32) / np.float32(np.sqrt(shape[-1]))
+            for name, shape in SHAPES.items()
+        }
+    )
+    for call in calls(prepared_of(K + 5, rng), problem_of(K + 5, rng), fresh).values():
         call()  # compiles
     found: dict[str, dict[int, tuple[float, float]]] = {}
     for pool in POOLS:
         prepared = prepared_of(pool, rng)
-        for name, call in calls(prepared, fresh).items():
+        for name, call in calls(prepared, problem_of(pool, rng), fresh).items():
             if pool <= LARGEST.get(name, pool):
                 found.setdefault(name, {})[pool] = measured(call)
-        same = np.array_equal(recomputed(prepared, fresh, 5), greedy(prepared, fresh, 5)[0])
-        print(f"{pool} candidates: bound {BOUNDS.get(pool, np.nan):.0f} ms; same picks: {same}")
+        same = all(
+            np.array_equal(recomputed(prepared, scorer, 5), greedy(prepared, scorer, 5)[0])
+            for scorer in (fresh, pretrained.scorer())
+        )
+        bound, aim = (limits.get(pool, np.nan) for limits in (BOUNDS, AIMS))
+        print(f"{pool} candidates: bound {bound:.0f} ms, fsel's aim {aim:.0f}; same picks: {same}")
     print(f"{'ms (MiB)':22s}" + "".join(f"{pool:>18,d}" for pool in POOLS) + "  exponent")
     for name, cells in found.items():
         texts = [f"{ms:.1f} ({mib:.0f})" for ms, mib in cells.values()]

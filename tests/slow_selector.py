@@ -2,18 +2,46 @@
 
 import numpy as np
 
-from fsel.features.static import FEATURES, STATIC, static_features
-from fsel.selector.scorer import INPUTS
+from fsel.experiments.hard_cases.worlds import random_weights
+from fsel.features.columns import APPEARANCE, FEATURES, INPUTS, NAMES, STATIC, TARGET_GAIN
+from fsel.features.static import static_features
+from fsel.selector.policies import POLICIES as SHIPPED
+from fsel.selector.policies import Policy
+from fsel.selector.scorer import WIDTH, Linear, Network
 
 POLICIES = {
-    "ours": {
-        "pool": "candidates", "reference": "proxies", "appearance": True, "coverage": False,
-    },
-    "no_appearance": {
-        "pool": "candidates", "reference": "proxies", "appearance": False, "coverage": False,
-    },
-    "fsel": {"pool": "observed", "reference": "targets", "appearance": True, "coverage": True},
-}  # fmt: skip
+    "ours": SHIPPED["ours"],
+    "no_appearance": SHIPPED["ours_no_appearance"],
+    "every": Policy("every", "every", "observed", "targets", NAMES, Network),
+    "fsel": SHIPPED["fsel"],
+    "sum": Policy("sum", "sum", "candidates", "proxies", FEATURES, Linear),
+    "every_linear": Policy("every_linear", "every", "observed", "targets", NAMES, Linear),
+}
+
+
+def random_scorer(policy, seed, gain=1.0):
+    """A network in the range of a fresh one, or a linear rule of all that the policy reads."""
+    if policy.kind is Network:
+        return Network(random_weights(seed, gain))
+    values = gain * np.random.default_rng([9, seed]).normal(size=len(policy.inputs))
+    return Linear(dict(zip(policy.inputs, values.tolist(), strict=True)))
+
+
+def spelled(coefficients):
+    """The network whose score is a linear rule's: GELU(z) - GELU(-z) = z, so a pair of hidden units
+    passes a value through. Layer one holds such a pair an input, layer two one for the sum."""
+    values = np.array([coefficients.get(name, 0.0) for name in NAMES])
+    first = np.zeros((WIDTH, INPUTS), np.float32)
+    first[np.arange(INPUTS), np.arange(INPUTS)] = 1
+    first[INPUTS + np.arange(INPUTS), np.arange(INPUTS)] = -1
+    second = np.zeros((WIDTH, WIDTH), np.float32)
+    second[0, :INPUTS] = second[1, INPUTS : 2 * INPUTS] = values
+    second[0, INPUTS : 2 * INPUTS] = second[1, :INPUTS] = -values
+    third = np.zeros((1, WIDTH), np.float32)
+    third[0, :2] = (1, -1)
+    weights = {"layer1.weight": first, "layer1.bias": np.zeros(WIDTH, np.float32)}
+    weights |= {"layer2.weight": second, "layer2.bias": np.zeros(WIDTH, np.float32)}
+    return Network(weights | {"layer3.weight": third, "layer3.bias": np.zeros(1, np.float32)})
 
 
 def views_of(problem, reference):
@@ -31,10 +59,12 @@ def angle(a, b):
     return np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
 
 
-def slow_inputs(problem, picked, *, pool, reference, appearance, coverage):
+def slow_inputs(problem, picked, policy):
     """(rows left, 19) the scorer's inputs after some picks, one number at a time."""
-    frames = problem.pool(pool)
-    views = views_of(problem, reference)
+    frames = problem.pool(policy.pool)
+    views = views_of(problem, policy.reference)
+    appearance = any(name in policy.inputs for name in APPEARANCE)
+    target_gain = TARGET_GAIN in policy.inputs
     static = static_features(problem, frames, views, appearance)
     columns = dict(zip(STATIC, static.T, strict=True))
     left = [row for row in range(len(frames)) if row not in picked]
@@ -43,12 +73,12 @@ def slow_inputs(problem, picked, *, pool, reference, appearance, coverage):
         if name in columns:
             inputs[:, position] = z_scores(columns[name])[left]
     if picked:
-        relations = slow_relations(problem, frames, views, left, picked, coverage)
+        relations = slow_relations(problem, frames, views, left, picked, target_gain)
         for name, values in relations.items():
             if appearance or name != "rho_max_s":
                 inputs[:, FEATURES.index(name)] = z_scores(np.array(values))
-    if coverage:
-        inputs[:, 18] = slow_coverage(problem, frames, views, left, picked)
+    if target_gain:
+        inputs[:, 18] = slow_target_gain(problem, frames, views, left, picked)
     return np.array(left), inputs
 
 
@@ -64,7 +94,7 @@ def slow_company(distances):
     return np.minimum(values, 1.5 * np.mean(values))
 
 
-def slow_relations(problem, frames, views, left, picked, coverage):
+def slow_relations(problem, frames, views, left, picked, target_gain):
     capture = problem.capture
     centroid = capture.centers[problem.candidates].mean(axis=0)
     points = [
@@ -76,7 +106,7 @@ def slow_relations(problem, frames, views, left, picked, coverage):
         return [best(measure(frames[i], frames[j]) for j in picked) for i in left]
 
     centers, axes, described = capture.centers, capture.axes, problem.descriptors.astype(float)
-    if coverage:
+    if target_gain:
         bearings = centers - common
         bearings /= np.linalg.norm(bearings, axis=1, keepdims=True)
         compared = {"d_min_s": centers, "gamma_min_s": axes, "phi_nov": bearings}
@@ -93,7 +123,7 @@ def slow_relations(problem, frames, views, left, picked, coverage):
     }
 
 
-def slow_coverage(problem, frames, views, left, picked):
+def slow_target_gain(problem, frames, views, left, picked):
     """What each row would add to the mean over views of log(1 + summed closeness), to first order,
     in proportion less within 0.2 of a pick's look; less its remoteness."""
     centers, axes = problem.capture.centers[frames], problem.capture.axes[frames]

@@ -1,7 +1,6 @@
 """The library's face: `import fsel` is enough."""
 
 import ast
-import hashlib
 import json
 import subprocess
 import sys
@@ -14,11 +13,12 @@ from selection_problems import random_problem
 from small_captures import write_ring
 
 import fsel
+from fsel import api
 from fsel.features.sharpness import sharpness
 from fsel.layouts import opening, previews
 from fsel.layouts.opening import open_capture
-from fsel.selector import pretrained
-from fsel.selector.scorer import Scorer
+from fsel.selector import plain, pretrained
+from fsel.selector.scorer import Linear
 from fsel.stages.ship import ship
 
 
@@ -105,18 +105,35 @@ def test_an_unknown_reconstructor_is_refused(folder):
         fsel.fit(fsel.read_capture(folder), [0, 1], "nerf")
 
 
-def test_the_shipped_scorer_is_what_its_record_says():
-    folder = Path(pretrained.__file__).parent / "weights"
-    record = json.loads((folder / "fsel.json").read_text())
-    content = (folder / "fsel.safetensors").read_bytes()
-    assert record["sha256"] == hashlib.sha256(content).hexdigest() == pretrained.digest()
-    assert record["provenance"] == pretrained.scorer().provenance
-    assert record["provenance"]["policy"] == "fsel"
+def test_the_shipped_rule_is_four_coefficients():
+    text = (Path(pretrained.__file__).parent / "weights" / "fsel.json").read_text()
+    assert json.loads(text)["coefficients"] == {
+        "d_min_s": 0.4,
+        "gamma_min_s": 0.2,
+        "phi_nov": 0.35,
+        "target_gain": 150.0,
+    }
+    assert pretrained.scorer().provenance["policy"] == "fsel"
 
 
-@pytest.mark.parametrize("size", [40, 1100])
-def test_both_loops_pick_what_the_method_picks(size):
-    problem = random_problem(size)
+def test_images_are_not_opened_for_a_method_that_reads_none(folder, monkeypatch):
+    capture = fsel.read_capture(folder, long_side=64)
+    measured = []
+    monkeypatch.setattr(api, "measure_sharpness", lambda images: measured.append(1) or np.ones(24))
+    first = fsel.select(capture, 6)
+    assert not measured
+    again = fsel.select(capture, 6, sharpness=np.arange(24.0))
+    assert first.names == again.names
+    fsel.select(capture, 6, method="sharpest")
+    assert measured == [1]
+    assert api.reads("fsel") == ()
+    assert api.reads("dpp") == ("appearance",)
+
+
+@pytest.mark.parametrize("largest", [0, 10_000])
+def test_both_loops_pick_what_the_method_picks(largest, monkeypatch):
+    problem = random_problem(800)
+    monkeypatch.setattr(plain, "LARGEST", largest)
     frames, _ = pretrained.ranked(problem, 12)
     method = fsel.METHODS["fsel"]
     np.testing.assert_array_equal(frames, method.select(problem, 12, np.random.default_rng(0)))
@@ -176,16 +193,17 @@ def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch
         np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(expected, axis=0))
 
 
-def test_only_weights_of_the_right_policy_are_shipped(tmp_path):
+def test_only_a_rule_of_the_right_policy_is_shipped(tmp_path):
     scorer = pretrained.scorer()
-    scorer.save(tmp_path / "new.safetensors")
+    scorer.save(tmp_path / "new.json")
     (tmp_path / "made.json").write_text('{"worth": [1, 2, 3]}')
-    ship(tmp_path / "new.safetensors", tmp_path / "made.json", tmp_path)
+    ship(tmp_path / "new.json", tmp_path / "made.json", tmp_path)
     assert json.loads((tmp_path / "budget.json").read_text()) == {"worth": [1, 2, 3]}
-    assert (tmp_path / "fsel.safetensors").read_bytes() == (
-        pretrained.FOLDER / "fsel.safetensors"
-    ).read_bytes()
-    assert json.loads((tmp_path / "fsel.json").read_text())["sha256"] == pretrained.digest()
-    Scorer(scorer.weights, {"policy": "ours"}).save(tmp_path / "ours.safetensors")
+    shipped = pretrained.FOLDER / pretrained.FILE
+    assert (tmp_path / "fsel.json").read_bytes() == shipped.read_bytes()
+    Linear(scorer.coefficients, {"policy": "ours"}).save(tmp_path / "ours.json")
     with pytest.raises(ValueError, match="policy 'ours', not 'fsel'"):
-        ship(tmp_path / "ours.safetensors", tmp_path / "made.json", tmp_path)
+        ship(tmp_path / "ours.json", tmp_path / "made.json", tmp_path)
+    Linear({"sharpness": 1.0}, {"policy": "fsel"}).save(tmp_path / "other.json")
+    with pytest.raises(ValueError, match="does not read sharpness"):
+        ship(tmp_path / "other.json", tmp_path / "made.json", tmp_path)

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from selection_problems import problem_on, random_capture
+from slow_selector import random_scorer
 
 from fsel import measuring
 from fsel.baselines import METHODS
@@ -16,8 +17,10 @@ from fsel.measuring import Run, chance, learned_runs, picks_at, runs
 from fsel.problem import Method
 from fsel.seeds import name_seed
 from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
+from fsel.selector.scorer import Linear, Network, Scorer
 from fsel.training.scorers import save_scorer
+
+SUFFIX = {Linear: ".json", Network: ".safetensors"}
 
 
 class Drawn:
@@ -48,21 +51,23 @@ def test_every_method_runs_with_each_of_its_seeds():
 def test_scorers_say_whose_they_are(tmp_path):
     paths = {}
     for name, seed in (("fsel", 0), ("ours", 0), ("ours", 1), ("ours_no_appearance", 0)):
-        paths[name, seed] = tmp_path / f"{name}{seed}"
-        save_scorer(random_weights(seed), name, "a test", seed, "c", paths[name, seed])
+        scorer = random_scorer(POLICIES[name], seed)
+        paths[name, seed] = tmp_path / f"{name}{seed}{SUFFIX[type(scorer)]}"
+        save_scorer(scorer, name, "a test", seed, "c", paths[name, seed])
     found = [(run.method.name, run.seed) for run in learned_runs(paths.values())]
     assert found == [("ours_no_appearance", 0), ("ours", 0), ("ours", 1), ("fsel", 0)]
-    save_scorer(random_weights(0), "another", "a test", 0, "c", tmp_path / "x")
-    with pytest.raises(ValueError, match=r"x: scorer of the policy 'another'; known: .*fsel"):
-        runs([], [tmp_path / "x"])
+    save_scorer(scorer, "another", "a test", 0, "c", tmp_path / "x.safetensors")
+    with pytest.raises(ValueError, match=r"x.*: scorer of the policy 'another'; known: .*fsel"):
+        runs([], [tmp_path / "x.safetensors"])
 
 
 def test_each_scorer_picks_as_itself(tmp_path, problem):
-    for seed in range(2):
-        save_scorer(random_weights(seed), "ours", "a test", seed, "c", tmp_path / str(seed))
-    found = learned_runs([tmp_path / "0", tmp_path / "1"])
+    paths = [tmp_path / f"{seed}.safetensors" for seed in range(2)]
+    for seed, path in enumerate(paths):
+        save_scorer(Network(random_weights(seed)), "ours", "a test", seed, "c", path)
+    found = learned_runs(paths)
     for run in found:
-        scorer = Scorer.load(tmp_path / str(run.seed))
+        scorer = Scorer.load(paths[run.seed])
         expected = POLICIES["ours"].method(scorer).select(problem, 5, np.random.default_rng(0))
         (picks,) = picks_at(problem, run, [5], chance(0))
         np.testing.assert_array_equal(picks.frames, expected)

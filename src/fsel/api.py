@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from fsel.reconstruct.splats.reconstructor import SplatModel
 
 LEAST_FRAMES = 3
-SHIPPED = "fsel"  # the method whose weights come with the package
+SHIPPED = "fsel"  # the method whose coefficients come with the package
 AUTO = "auto"
 Ranked = Callable[[Problem, int], tuple[np.ndarray, np.ndarray]]
 
@@ -71,7 +71,8 @@ def select(
             camera path. `fsel.capture.Views`: poses. `Targets`: what `checked_request` returned.
         method: a key of `METHODS`.
         seed: of methods that draw at random.
-        sharpness: (N,) of every frame, where it is known already; else it is measured.
+        sharpness: (N,) of every frame, where it is known already; else it is measured for methods
+            that read it.
         focus: an object that targets must see, see `fsel.request.focus`.
 
     Raises:
@@ -85,9 +86,11 @@ def select(
     """
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus)
+    read = reads(method)
     if sharpness is None:
-        sharpness = measure_sharpness(capture.images)
-    seen = None if method == SHIPPED else described(capture)
+        measured = "sharpness" in read
+        sharpness = measure_sharpness(capture.images) if measured else np.zeros(len(capture))
+    seen = described(capture) if "appearance" in read else None
     ranked = _ranked_by(method, seed)
     asked = number_of(k)
     started = time.perf_counter()
@@ -122,6 +125,15 @@ def _enough(problem: Problem, ranked: Ranked, auto: Auto) -> tuple[np.ndarray, n
     in_order = shift[np.searchsorted(problem.candidates, frames)]
     found = budget.find(in_order, auto, problem.capture.size, worth)
     return frames[: found.frames], scores[: found.frames], found
+
+
+def reads(method: str) -> tuple[str, ...]:
+    """What a method looks at of the images: `appearance`, `sharpness`, both or neither."""
+    if method == SHIPPED:
+        from fsel.selector import pretrained
+
+        return pretrained.POLICY.reads
+    return _method(method).reads
 
 
 def _ranked_by(name: str, seed: int) -> Ranked:

@@ -7,18 +7,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, permuted, random_problem, with_points
-from slow_selector import POLICIES, slow_inputs
+from slow_selector import POLICIES, random_scorer, slow_inputs
 
 from fsel.baselines import METHODS
-from fsel.experiments.hard_cases.worlds import moved, random_weights
+from fsel.experiments.hard_cases.worlds import moved
 from fsel.features.static import SIGNS
 from fsel.geometry import pose_distance
 from fsel.problem import checked_select
-from fsel.selector.greedy import learned_method
-from fsel.selector.scorer import Scorer
 
 EVERY = {**METHODS} | {
-    name: learned_method(name, name, Scorer(random_weights(1), {}), **policy)
+    name: replace(policy.method(random_scorer(policy, 1)), name=name)
     for name, policy in POLICIES.items()
 }
 every_method = pytest.mark.parametrize("method", EVERY.values(), ids=EVERY.keys())
@@ -244,8 +242,8 @@ def test_the_untrained_sum_against_a_slow_loop(seed):
     problem = random_problem(40, seed)
     picked = []
     for _ in range(8):
-        left, inputs = slow_inputs(problem, picked, **POLICIES["ours"])
-        picked.append(int(left[np.argmax(inputs[:, :18] @ SIGNS)]))
+        left, inputs = slow_inputs(problem, picked, POLICIES["ours"])
+        picked.append(int(left[np.argmax(inputs[:, :18] @ list(SIGNS.values()))]))
     got = select(METHODS["untrained"], problem, 8)
     np.testing.assert_array_equal(got, problem.candidates[picked])
 

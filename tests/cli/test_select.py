@@ -39,13 +39,26 @@ def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
     covered = [entry["coverage"] for entry in content["frames"]]
     assert sum(entry["adds"] for entry in content["frames"]) == pytest.approx(covered[-1], abs=1e-5)
     assert covered == sorted(covered)
-    ranks = [entry["sharpness_rank"] for entry in content["frames"]]
-    assert len(set(ranks)) == 6
-    assert set(ranks) <= set(range(1, 25))
-    assert len(content["weights"]["sha256"]) == 64
+    assert content["scorer"]["coefficients"]["target_gain"] == 150
+    assert content["scorer"]["policy"] == "fsel"
     printed = capsys.readouterr().out
     assert "the whole capture" in printed
     assert "--targets" in printed
+
+
+@pytest.mark.parametrize("method", ["fsel", "sharpest"])
+def test_sharpness_is_told_where_the_method_reads_it(method, capture, tmp_path):
+    for i in range(24):
+        shot = np.random.default_rng(i).integers(0, 255, (48, 64), dtype=np.uint8)
+        shot = cv2.GaussianBlur(shot, (0, 0), 3) if i == 5 else shot
+        cv2.imwrite(str(capture / "images" / f"frame_{i:03d}.jpg"), shot)
+    assert select(capture, "-k", 6, "--method", method, "-o", tmp_path / "out") == 0
+    content = record_of(tmp_path / "out")
+    ranks = {entry["sharpness_rank"] for entry in content["frames"]}
+    blurred = {e["name"] for e in content["left"] if e["reason"].startswith("blurred")}
+    assert (len(ranks), blurred) == ((6, {"frame_005.jpg"}) if method == "sharpest" else (1, set()))
+    assert ranks <= {*range(1, 25), None}
+    assert (content["seconds"]["sharpness"] > 1e-3) == (method == "sharpest")
 
 
 def test_the_subset_is_a_capture_of_the_picks(tmp_path):
@@ -222,7 +235,7 @@ def test_other_methods_write_the_same(method, capture, tmp_path):
     assert select(capture, "-k", 4, "--method", method, "-o", tmp_path / "out") == 0
     content = record_of(tmp_path / "out")
     assert len(content["frames"]) == 4
-    assert content["weights"] is None
+    assert content["scorer"] is None
 
 
 def test_methods_that_read_points_get_them(capture, tmp_path):

@@ -48,6 +48,13 @@ def elsewhere(folder, tmp_path):
 
 def unreadable(folder, tmp_path):
     (folder / "images" / "frame_007.jpg").write_bytes(b"no image")
+    return ["--method", "sharpest"]
+
+
+def unreadable_pick(folder, tmp_path):
+    """Of the images `fsel` opens only those that it picked, for the report."""
+    for file in (folder / "images").iterdir():
+        file.write_bytes(b"no image")
     return []
 
 
@@ -82,6 +89,7 @@ def unknown_name(folder, tmp_path):
         (two_frames, ["2 frames leave nothing to select", "at least 3"]),
         (elsewhere, ["far from every camera", "another world frame"]),
         (unreadable, ["frame_007.jpg", "not a readable image"]),
+        (unreadable_pick, ["frame_", "not a readable image"]),
         (leads_outside, ["../../secret.jpg", "leads outside"]),
         (odd_camera, ["FULL_OPENCV", "image_undistorter"]),
         (unknown_name, ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),

@@ -10,11 +10,11 @@ from fsel.experiments.ablation.variants import VARIANTS, blinded, hide
 from fsel.experiments.costs import mean_costs, steps
 from fsel.experiments.footprint import footprint, measure_alone
 from fsel.experiments.time_quality import _row, joined
-from fsel.features.static import FEATURES
+from fsel.features.columns import FEATURES
 from fsel.reconstruct import reconstructor_of
 from fsel.report.latex import plain_table
 from fsel.report.summary import ALL_FRAMES
-from fsel.selector.scorer import SHAPES, Scorer
+from fsel.selector.scorer import SHAPES, Network
 from fsel.synthesis import record
 from fsel.training.imitation import Trajectory, train
 
@@ -45,12 +45,12 @@ def test_only_hidden_features_are_zeroed():
 def test_a_blinded_scorer_is_the_one_that_training_saw():
     data = hide(trajectories(), ["sharpness"])
     weights, _ = train(data, [], seed=0, epochs=1, learning_rate=1e-3)
-    blind = Scorer(blinded(weights, ["sharpness"]), {})
+    blind = Network(blinded(weights, ["sharpness"]))
     inputs = np.random.default_rng(1).normal(size=(6, 19))
     dark = inputs.copy()
     dark[:, SHARPNESS] = 0
-    np.testing.assert_allclose(blind.scores(inputs), Scorer(weights, {}).scores(dark))
-    assert not np.allclose(Scorer(weights, {}).scores(inputs), blind.scores(inputs))
+    np.testing.assert_allclose(blind.scores(inputs), Network(weights).scores(dark))
+    assert not np.allclose(Network(weights).scores(inputs), blind.scores(inputs))
     assert {name: array.shape for name, array in blind.weights.items()} == SHAPES
 
 

@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, random_problem
 
 from fsel.experiments.hard_cases.worlds import moved
-from fsel.features.static import CONDITIONED, FEATURES, SIGNS, STATIC, mvsnet_score, static_features
+from fsel.features.columns import CONDITIONED, FEATURES, STATIC
+from fsel.features.static import SIGNS, mvsnet_score, static_features
 from fsel.problem import Problem
 
 
@@ -68,7 +69,8 @@ def test_names_and_signs_are_the_papers():
     assert len(FEATURES) == 18
     assert FEATURES[13:17] == CONDITIONED
     assert (FEATURES[0], FEATURES[-1]) == ("d_min_o", "sharpness")
-    signs = dict(zip(FEATURES, SIGNS, strict=True))
+    signs = SIGNS
+    assert tuple(signs) == FEATURES
     assert signs["d_min_o"] == signs["gamma_mean_o"] == signs["rho_max_s"] == -1
     assert signs["d_min_s"] == signs["rho_max_o"] == signs["sharpness"] == 1
 

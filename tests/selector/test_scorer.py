@@ -1,5 +1,6 @@
-"""The scorer's arithmetic by hand, and what it refuses to load."""
+"""The scorers' arithmetic by hand, and what they refuse to load."""
 
+import json
 import math
 
 import numpy as np
@@ -7,7 +8,16 @@ import pytest
 from safetensors.numpy import save_file
 
 from fsel.experiments.hard_cases.worlds import random_weights
-from fsel.selector.scorer import INPUTS, PARAMETERS, SHAPES, WIDTH, Scorer, change_bounds
+from fsel.features.columns import FOLLOWING_INPUTS, INPUTS, NAMES
+from fsel.selector.scorer import (
+    PARAMETERS,
+    SHAPES,
+    WIDTH,
+    Linear,
+    Network,
+    Scorer,
+    change_bounds,
+)
 
 
 def test_it_has_the_papers_number_of_parameters():
@@ -30,7 +40,7 @@ def test_scores_against_plain_loops():
         return [0.5 * z * (1 + math.erf(z / math.sqrt(2))) for z in values]
 
     want = [layer("layer3", gelu(layer("layer2", gelu(layer("layer1", x)))))[0] for x in inputs]
-    np.testing.assert_allclose(Scorer(weights, {}).scores(inputs), want, rtol=1e-12)
+    np.testing.assert_allclose(Network(weights).scores(inputs), want, rtol=1e-12)
 
 
 def test_one_unit_by_hand():
@@ -43,11 +53,11 @@ def test_one_unit_by_hand():
     x[0, 7] = 1
     first = 0.841344746068543  # Phi(1)
     second = first * 0.5 * (1 + math.erf(first / math.sqrt(2)))
-    assert Scorer(weights, {}).scores(x)[0] == pytest.approx(2 * second + 0.5, rel=1e-12)
+    assert Network(weights).scores(x)[0] == pytest.approx(2 * second + 0.5, rel=1e-12)
 
 
 def test_saved_and_loaded_is_the_same(tmp_path):
-    scorer = Scorer(random_weights(3), {"seed": "3", "labels": "a test"})
+    scorer = Network(random_weights(3), {"seed": "3", "labels": "a test"})
     scorer.save(tmp_path / "seed3.safetensors")
     again = Scorer.load(tmp_path / "seed3.safetensors")
     assert again.provenance == scorer.provenance
@@ -65,23 +75,69 @@ def test_another_network_is_refused(tmp_path):
 def test_missing_and_extra_arrays_are_refused():
     weights = random_weights(5)
     with pytest.raises(ValueError, match="extra"):
-        Scorer(weights | {"extra": np.zeros(1, np.float32)}, {})
+        Network(weights | {"extra": np.zeros(1, np.float32)})
     del weights["layer3.bias"]
     with pytest.raises(ValueError, match=r"layer3\.bias"):
-        Scorer(weights, {})
+        Network(weights)
 
 
 def test_values_that_are_not_finite_are_refused():
     weights = random_weights(6)
     weights["layer1.bias"][0] = np.nan
     with pytest.raises(ValueError, match=r"layer1\.bias"):
-        Scorer(weights, {})
+        Network(weights)
+
+
+def test_a_linear_rule_by_hand():
+    rule = Linear({"phi_nov": 0.5, "d_min_s": -2, "target_gain": 10.0})
+    inputs = np.zeros((2, INPUTS))
+    inputs[0, [NAMES.index("phi_nov"), NAMES.index("d_min_s"), 0]] = 4, 0.5, 99
+    inputs[1, NAMES.index("target_gain")] = 0.125
+    np.testing.assert_array_equal(rule.scores(inputs), [1.0, 1.25])
+    assert rule.scores(inputs.astype(np.float32)).dtype == np.float32
+
+
+def test_a_saved_linear_rule_is_readable_and_the_same(tmp_path):
+    rule = Linear({"d_min_s": 0.4, "target_gain": 150.0}, {"policy": "fsel", "config": "abc"})
+    rule.save(tmp_path / "seed0.json")
+    assert json.loads((tmp_path / "seed0.json").read_text()) == {
+        "coefficients": {"d_min_s": 0.4, "target_gain": 150.0},
+        "provenance": {"config": "abc", "policy": "fsel"},
+    }
+    assert Scorer.load(tmp_path / "seed0.json") == rule
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('{"coefficients": {"d_min": 1}, "provenance": {}}', "coefficients of d_min; allowed: d_"),
+        ('{"coefficients": {}, "provenance": {}}', "coefficients of no input"),
+        ('{"coefficients": {"d_min_s": NaN}, "provenance": {}}', "of d_min_s is nan, not finite"),
+        ('{"coefficients": {"d_min_s": "1"}, "provenance": {}}', "of d_min_s is '1', not a number"),
+        ('{"coefficients": {"d_min_s": true}, "provenance": {}}', "is True, not a number"),
+        ('{"coefficients": {"d_min_s": 1}}', "provenance"),
+        ('["d_min_s"]', "not a linear scorer"),
+        ("{", "not a linear scorer"),
+    ],
+)
+def test_another_linear_rule_is_refused(text, said, tmp_path):
+    (tmp_path / "rule.json").write_text(text)
+    with pytest.raises(ValueError, match=said):
+        Scorer.load(tmp_path / "rule.json")
+
+
+def test_other_files_are_refused(tmp_path):
+    (tmp_path / "net.safetensors").write_bytes(b"no tensors")
+    with pytest.raises(ValueError, match="not a network"):
+        Scorer.load(tmp_path / "net.safetensors")
+    with pytest.raises(ValueError, match=r"net.pt: not a scorer; allowed: .json .*safetensors"):
+        Scorer.load(tmp_path / "net.pt")
 
 
 @pytest.mark.parametrize("gain", [0.3, 1.0, 5.0])
 def test_a_change_of_inputs_changes_a_score_by_no_more_than_its_bound(gain):
     weights, rng = random_weights(6, gain), np.random.default_rng(0)
-    scorer, columns = Scorer(weights, {}), np.array([13, 14, 15, 16, 18])
+    scorer, columns = Network(weights), FOLLOWING_INPUTS
     first, second, third = (weights[f"layer{i}.weight"].astype(np.float64) for i in (1, 2, 3))
     bounds = change_bounds(first[:, columns], second, third[0])
     x = rng.normal(scale=2, size=(4000, 19))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from fsel.selector.scorer import INPUTS, PARAMETERS, Scorer
+from fsel.selector.scorer import INPUTS, PARAMETERS, Network
 from fsel.training.imitation import Trajectory, train
 
 
@@ -44,7 +44,7 @@ def test_equal_seeds_equal_weights_and_others_differ():
 def test_weights_fill_the_papers_network():
     weights, _ = fit(epochs=1)
     assert sum(w.size for w in weights.values()) == PARAMETERS == 5505
-    Scorer(weights, {"made_by": "test"})
+    Network(weights)
 
 
 def test_zero_weight_trajectory_teaches_nothing():

@@ -1,63 +1,49 @@
-"""The linear embedding is exact, and the strategy climbs."""
+"""The strategy climbs, and what it finds must hold elsewhere."""
 
 import numpy as np
 import pytest
 
-from fsel.features.static import FEATURES
-from fsel.selector.scorer import INPUTS, Scorer
-from fsel.stages.refine import _better, start_of
-from fsel.training.refinement import RefineSettings, linear_weights, refine
+from fsel.selector.policies import POLICIES
+from fsel.selector.pretrained import scorer
+from fsel.stages.refine import FREE, START, _better
+from fsel.training.refinement import RefineSettings, refine
+
+NAMES = ("d_min_o", "d_min_s", "gamma_min_s", "phi_nov", "sharpness")
 
 
-def test_embedded_linear_score_is_exact():
+def test_strategy_climbs_a_noisy_hill_and_leaves_held_coefficients_alone():
     rng = np.random.default_rng(0)
-    coefficients = rng.normal(size=INPUTS)
-    inputs = rng.normal(scale=3, size=(50, INPUTS)).astype(np.float32)
-    scores = Scorer(linear_weights(coefficients), {}).scores(inputs)
-    np.testing.assert_allclose(scores, inputs @ coefficients, atol=2e-5)
-
-
-def test_wrong_number_of_coefficients_is_refused():
-    with pytest.raises(ValueError, match="expected"):
-        linear_weights(np.zeros(3))
-
-
-def test_strategy_climbs_a_noisy_hill_and_leaves_frozen_inputs_alone():
-    rng = np.random.default_rng(0)
-    best = np.linspace(-1, 1, INPUTS)
-    start = np.zeros(INPUTS)
-    start[3] = 2.0
-    free = np.arange(INPUTS) != 3
+    best = dict(zip(NAMES, np.linspace(-1, 1, 5), strict=True))
+    start = {**dict.fromkeys(NAMES, 0.0), "target_gain": 2.0}
 
     def objective(policies, generation):
         shift = rng.normal()
-        return np.array([shift - np.sum((p - best) ** 2) for p in policies])
+        return np.array([shift - sum((p[n] - best[n]) ** 2 for n in NAMES) for p in policies])
 
-    found, log = refine(objective, start, free, RefineSettings(generations=150), seed=0)
-    assert found[3] == 2.0
-    assert np.abs(found - best)[free].max() < 0.1
-    assert len(log) == 150
+    found, log = refine(objective, start, NAMES, RefineSettings(generations=80), seed=0)
+    assert list(found) == list(start)
+    assert found["target_gain"] == 2.0
+    assert max(abs(found[name] - best[name]) for name in NAMES) < 0.1
+    assert len(log) == 80
 
 
 def test_same_seed_same_answer():
     def objective(policies, generation):
-        return np.array([-np.sum(p**2) for p in policies])
+        return np.array([-sum(value**2 for value in p.values()) for p in policies])
 
-    settings = RefineSettings(generations=5)
-    start, free = np.ones(INPUTS), np.ones(INPUTS, bool)
-    first = refine(objective, start, free, settings, seed=4)[0]
-    again = refine(objective, start, free, settings, seed=4)[0]
-    np.testing.assert_array_equal(first, again)
+    settings, start = RefineSettings(generations=5), dict.fromkeys(NAMES, 1.0)
+    first = refine(objective, start, NAMES, settings, seed=4)[0]
+    assert refine(objective, start, NAMES, settings, seed=4)[0] == first != start
 
 
 class Valley:
-    """A draw whose PSNR falls with the distance from its best coefficients."""
+    """A draw whose PSNR falls with the distance from its best coefficient, 19 times over."""
 
     def __init__(self, best):
         self.best = best
 
     def value(self, coefficients):
-        return 20 - np.abs(coefficients - self.best).sum()
+        return 20 - 19 * abs(coefficients["d_min_s"] - self.best)
 
 
 @pytest.mark.parametrize(
@@ -70,18 +56,12 @@ class Valley:
     ],
 )
 def test_what_was_found_must_hold_on_draws_kept_apart(bests, kept):
-    vectors = {"start": np.zeros(19), "found": np.ones(19)}
-    chosen = _better([Valley(best) for best in bests], vectors["start"], vectors["found"])
-    np.testing.assert_array_equal(chosen, vectors[kept])
+    rules = {"start": {"d_min_s": 0.0}, "found": {"d_min_s": 1.0}}
+    chosen = _better([Valley(best) for best in bests], rules["start"], rules["found"])
+    assert chosen is rules[kept]
 
 
-def test_only_what_the_line_search_found_useful_is_free():
-    start, free = start_of()
-    names = [*FEATURES, "coverage"]
-    assert {names[i] for i in np.flatnonzero(free)} == {"d_min_s", "gamma_min_s", "phi_nov"}
-    assert {names[i] for i in np.flatnonzero(start)} == {
-        "d_min_s",
-        "gamma_min_s",
-        "phi_nov",
-        "coverage",
-    }
+def test_what_starts_is_what_the_policy_reads_and_what_is_shipped():
+    assert tuple(START) == POLICIES["fsel"].inputs
+    assert scorer().coefficients == START
+    assert set(START) - set(FREE) == {"target_gain"}

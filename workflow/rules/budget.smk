@@ -12,7 +12,7 @@ rule measure_curves:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        weights="<results>/selector/fsel/seed0.safetensors",
+        weights="<results>/selector/fsel/seed0.json",
         lib=library("measure_curves"),
     output:
         "<results>/{dataset}/{scene}/curves.parquet",
@@ -71,7 +71,7 @@ rule measure_budgets:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        weights="<results>/selector/fsel/seed0.safetensors",
+        weights="<results>/selector/fsel/seed0.json",
         record="<results>/selector/budget.json",
         lib=library("measure_budgets"),
     output:

@@ -407,7 +407,7 @@ REFINED = range(config["refinement"]["seeds"])
 SCORERS = [
     *collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
     *collect("<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS),
-    *collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+    *collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
 ]
 PRACTISED = [
     f"{d}/{s}"

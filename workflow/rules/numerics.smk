@@ -48,7 +48,7 @@ rule precision:
         ],
         splits=collect("<results>/{problem}/split.parquet", problem=problems(1)),
         ours="<results>/selector/seed0.safetensors",
-        fsel="<results>/selector/fsel/seed0.safetensors",
+        fsel="<results>/selector/fsel/seed0.json",
         trajectories="<results>/trajectories.parquet",
         trained_frames=collect(
             f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED

@@ -27,7 +27,7 @@ rule measure_objects:
         masks="<results>/{dataset}/{scene}/masks.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         ours=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
-        fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+        fsel=collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
         lib=library("measure_objects"),
     output:
         "<results>/{dataset}/{scene}/objects.parquet",

@@ -490,7 +490,7 @@ rule measure_crosscapture:
         ours_no_appearance=collect(
             "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
         ),
-        fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+        fsel=collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
         lib=library("measure_crosscapture"),
     output:
         "<results>/{dataset}/{scene}/crosscapture.parquet",

@@ -14,7 +14,7 @@ SCORERS = {
     "ours_no_appearance": collect(
         "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
     ),
-    "fsel": collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+    "fsel": collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
 }
 
 

@@ -2,7 +2,7 @@
 
 Inputs: trajectories, and canonical captures of all train scenes.
 Outputs: <results>/selector/seed{seed}.safetensors (`ours`),
-<results>/selector/no_appearance/seed{seed}.safetensors, <results>/selector/fsel/seed{seed}.safetensors,
+<results>/selector/no_appearance/seed{seed}.safetensors, <results>/selector/fsel/seed{seed}.json,
 each with a log of its training beside it.
 """
 
@@ -66,7 +66,7 @@ rule refine:
         descriptors=collect("<results>/{scene}/descriptors.parquet", scene=PRACTISED),
         lib=library("refine"),
     output:
-        weights="<results>/selector/fsel/seed{seed}.safetensors",
+        weights="<results>/selector/fsel/seed{seed}.json",
         log="<results>/selector/fsel/seed{seed}.parquet",
     log:
         "<results>/logs/refine/seed{seed}.log",

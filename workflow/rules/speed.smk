@@ -19,7 +19,7 @@ rule selection_time:
         ours_no_appearance=collect(
             "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
         ),
-        fsel=collect("<results>/selector/fsel/seed{seed}.safetensors", seed=REFINED),
+        fsel=collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
         lib=library("selection_time"),
     output:
         table=report(

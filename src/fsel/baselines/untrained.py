@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from fsel.features.columns import FEATURES
 from fsel.features.static import SIGNS
-from fsel.problem import Method, Problem
-from fsel.selector.greedy import untrained_select
+from fsel.selector.policies import Policy
+from fsel.selector.scorer import Linear
 
-
-def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The greedy loop with the sum of z-scores in place of the network."""
-    return untrained_select(problem, k, SIGNS)
-
-
-METHOD = Method(
-    "untrained",
-    "Untrained sum",
-    "candidates",
-    nested=True,
-    seeds=1,
-    select=select,
-    reads=("appearance", "sharpness"),
+POLICY = Policy(
+    name="untrained",
+    label="Untrained sum",
+    pool="candidates",
+    reference="proxies",
+    inputs=FEATURES,
+    kind=Linear,
 )
+METHOD = POLICY.method(Linear(SIGNS))

@@ -37,7 +37,10 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         focus = focus_of(asked, opened.capture)
         targets = _checked(asked, opened.capture, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
-        sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
+        sharpness = np.zeros(len(opened.capture))
+        if any("sharpness" in api.reads(method) for method in asked.methods):
+            bar = console.bar("sharpness")
+            sharpness = sharpness_of_files(opened.raw.images, opened.longest, bar)
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
             picks = _picks(asked, capture, targets, sharpness, focus)

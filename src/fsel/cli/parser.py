@@ -103,7 +103,9 @@ def _add_select(commands) -> None:
     _add_request(command)
     command.add_argument("--method", default="fsel", help="fsel, uniform, fvs, nearest, ...")
     command.add_argument(
-        "--geometry-only", action="store_true", help="do not look at the images' sharpness"
+        "--geometry-only",
+        action="store_true",
+        help="do not open images: no sharpness, no pictures in the report",
     )
     command.add_argument(
         "--copy", action="store_true", help="copy the images instead of linking them"

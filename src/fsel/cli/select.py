@@ -86,7 +86,7 @@ def _select(
         )
     started = time.perf_counter()
     sharpness = None
-    if not asked.geometry_only:
+    if not asked.geometry_only and "sharpness" in api.reads(asked.method):
         sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = time.perf_counter() - started
     capture = _read(asked, console, opened)
@@ -139,7 +139,8 @@ def _content(
 ) -> dict:
     """selection.json but for the frames."""
     targets, budget = outcome.targets, outcome.selection.budget
-    weights = {"sha256": pretrained.digest(), **pretrained.scorer().provenance}
+    rule = pretrained.scorer()
+    scorer = {"coefficients": rule.coefficients, **rule.provenance}
     return {
         "capture": {
             "folder": str(Path(asked.capture).resolve()),
@@ -163,7 +164,7 @@ def _content(
             "geometry_only": asked.geometry_only,
         },
         "budget": None if budget is None else asdict(budget) | {"reason": record.reason(budget)},
-        "weights": weights if asked.method == "fsel" else None,
+        "scorer": scorer if asked.method == api.SHIPPED else None,
         "versions": record.versions(),
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
     }

@@ -102,7 +102,7 @@ def kept_of(
     shift = view_shift(problem.capture, prepared.pool, problem.targets)
     count = max(most(shift, rule, worth) for rule in rules)
     count = min(max(count, least), len(shift))
-    rows = greedy(prepared, scorer.weights, count)[0]
+    rows = greedy(prepared, scorer, count)[0]
     return prepared.pool[rows], [find(shift[rows], rule, size, worth).frames for rule in rules]
 
 

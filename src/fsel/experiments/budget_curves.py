@@ -65,7 +65,7 @@ def measure_curves(
             problem = Problem.of(capture, split, described)
             prepared = POLICIES["fsel"].prepare(problem)
             counts = [k for k in COUNTS if k <= len(prepared.pool)]
-            picks = prepared.pool[greedy(prepared, scorer.weights, counts[-1])[0]]
+            picks = prepared.pool[greedy(prepared, scorer, counts[-1])[0]]
             evaluate = Evaluator.on_frames(reconstructor, split.targets)
             psnr = {k: evaluate(picks[:k])[0] for k in counts}
             table = pd.DataFrame(

@@ -90,7 +90,7 @@ def first_view(place: Bench) -> Bench:
 
 
 def _of_descriptors(capture: Capture, appearance: Mapping) -> dict:
-    """`fsel` reads sharpness alone; the appearance of every frame would be its other descriptor."""
+    """A method that reads sharpness alone does without the appearance of every frame."""
     images = np.asarray(capture.images)
     sharp = timed(lambda: sharpness(images))
     described = descriptors(images, appearance["kind"], appearance["weights"])

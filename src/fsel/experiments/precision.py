@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -23,16 +23,15 @@ from fsel.reconstruct.splats import Splats
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, plain_table, tex
 from fsel.selector import plain
-from fsel.selector.greedy import Prepared, greedy
+from fsel.selector.greedy import Prepared, Rows, greedy
 from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
+from fsel.selector.scorer import Network, Scorer
 from fsel.split import Split
 from fsel.training.imitation import train
 from fsel.training.labelled import training_data
 
 logger = logging.getLogger(__name__)
 
-Weights = Mapping[str, np.ndarray]
 ARITHMETIC = ("float64", "float32", "kernel")
 DTYPES = {"float64": torch.float64, "float32": torch.float32}
 TRAINED = "ours"  # the policy whose training is compared
@@ -57,23 +56,22 @@ def single(problem: Problem) -> Problem:
 
 
 def selections(
-    problem: Problem, policy: str, weights: Weights, k: int
+    problem: Problem, policy: str, scorer: Scorer, k: int
 ) -> dict[str, tuple[np.ndarray, Callable[[], object]]]:
     """Arithmetic -> (k,) frames, and the greedy loop that picks them, features given."""
     exact, low = (POLICIES[policy].prepare(p) for p in (problem, single(problem)))
     loops = {
-        "float64": partial(plain.greedy, exact, weights, k),
-        "float32": partial(plain.greedy, _cast(low), weights, k),
-        "kernel": partial(greedy, exact, weights, k),
+        "float64": partial(plain.greedy, exact, scorer, k),
+        "float32": partial(plain.greedy, _cast(low), scorer, k),
+        "kernel": partial(greedy, exact, scorer, k),
     }
     return {name: (exact.pool[loop()[0]], loop) for name, loop in loops.items()}
 
 
 def _cast(prepared: Prepared) -> Prepared:
     """Every float64 array in float32."""
-    arrays = {field.name: getattr(prepared, field.name) for field in fields(prepared)}
-    wide = {name: a.astype(np.float32) for name, a in arrays.items() if a.dtype == np.float64}
-    return replace(prepared, **wide)
+    rows = Rows(*(array.astype(np.float32) for array in prepared.rows))
+    return replace(prepared, static=prepared.static.astype(np.float32), rows=rows)
 
 
 def agreement(picks: np.ndarray, reference: np.ndarray) -> float:
@@ -82,12 +80,12 @@ def agreement(picks: np.ndarray, reference: np.ndarray) -> float:
 
 
 def compare_arithmetic(
-    problem: Problem, weights: Mapping[str, Weights], k: int, evaluate: Evaluator
+    problem: Problem, scorers: Mapping[str, Scorer], k: int, evaluate: Evaluator
 ) -> list[dict]:
     """One row a policy and arithmetic: agreement, PSNR in dB and its change, seconds."""
     rows = []
-    for policy, arrays in weights.items():
-        found = selections(problem, policy, arrays, k)
+    for policy, scorer in scorers.items():
+        found = selections(problem, policy, scorer, k)
         reference, _ = found["float64"]
         before = evaluate(reference)[0]
         for name, (picks, loop) in found.items():
@@ -100,22 +98,22 @@ def compare_arithmetic(
     return rows
 
 
-def hard_cases(weights: Mapping[str, Weights], k: int) -> list[dict]:
+def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
     """`compare_arithmetic` on every hard case that has a selection problem."""
     rows = []
     for case in CASES.values():
         if case.make is not None:
             problem = case.make()
             evaluate = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
-            found = compare_arithmetic(problem, weights, k, evaluate)
+            found = compare_arithmetic(problem, scorers, k, evaluate)
             rows += [{"part": HARD, "name": case.name, **row} for row in found]
     return rows
 
 
 def trainings(
     scenes: Mapping[str, Mapping], trajectories: str | Path, **settings
-) -> tuple[dict[str, Weights], list[dict], dict[str, float]]:
-    """Train on the same labels in both precisions: weights, loss curves, seconds."""
+) -> tuple[dict[str, Network], list[dict], dict[str, float]]:
+    """Train on the same labels in both precisions: networks, loss curves, seconds."""
     table = pd.read_parquet(trajectories)
     data = {
         role: training_data(part, scenes, POLICIES[TRAINED])
@@ -123,18 +121,19 @@ def trainings(
     }
     sets = data["train"], data.get("validation", [])
     train(*sets, **{**settings, "epochs": 0})  # what torch does once is not timed
-    weights, curves, seconds = {}, [], {}
+    networks, curves, seconds = {}, [], {}
     for name, dtype in DTYPES.items():
 
         def run(name=name, dtype=dtype) -> None:
-            weights[name], log = train(*sets, dtype=dtype, **settings)
+            arrays, log = train(*sets, dtype=dtype, **settings)
+            networks[name] = Network(arrays)
             for row in log.itertuples():
                 place = {"part": LOSS, "name": f"{row.split} epoch {row.epoch}"}
                 place |= {"method": TRAINED, "arithmetic": name}
                 curves.append(place | {"loss": row.loss, "agreement": row.agreement})
 
         seconds[name] = timed(run, repeats=1)
-    return weights, curves, seconds
+    return networks, curves, seconds
 
 
 def precision(
@@ -161,7 +160,7 @@ def precision(
         reconstruction: the config's section.
         facts: see `captions.made_by`.
     """
-    arrays = {policy: Scorer.load(path).weights for policy, path in weights.items()}
+    scorers = {policy: Scorer.load(path) for policy, path in weights.items()}
     trained, curves, seconds = trainings(**training)
     rows, retrained = [], []
     for item in problems:
@@ -169,21 +168,23 @@ def precision(
         targets = Split.load(item["split"]).targets
         evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, reconstruction), targets)
         place = {"part": item["label"], "name": item["name"]}
-        rows += [place | row for row in compare_arithmetic(problem, arrays, k, evaluate)]
+        rows += [place | row for row in compare_arithmetic(problem, scorers, k, evaluate)]
         place = {"part": TRAINING, "name": item["name"]}
         retrained += [place | row for row in _retrained(problem, trained, seconds, k, evaluate)]
         logger.info("%s: %s", item["name"], rows[-1])
-    rows += [*hard_cases(arrays, min(k, FEW)), *retrained, *curves]
+    rows += [*hard_cases(scorers, min(k, FEW)), *retrained, *curves]
     result = pd.DataFrame(rows)[[*COLUMNS, "seconds", "loss"]]
     with atomic(numbers) as temporary:
         result.to_csv(temporary, index=False, float_format="%.6g")
     write_text(_table(result, k, facts), table)
 
 
-def _retrained(problem, trained: Mapping[str, Weights], seconds, k, evaluate) -> list[dict]:
+def _retrained(problem, trained: Mapping[str, Network], seconds, k, evaluate) -> list[dict]:
     """What the scorers trained in both precisions pick, with the same loop."""
     prepared = POLICIES[TRAINED].prepare(problem)
-    picks = {name: prepared.pool[greedy(prepared, w, k)[0]] for name, w in trained.items()}
+    picks = {
+        name: prepared.pool[greedy(prepared, network, k)[0]] for name, network in trained.items()
+    }
     psnr = {name: evaluate(frames)[0] for name, frames in picks.items()}
     return [
         {

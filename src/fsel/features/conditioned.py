@@ -25,7 +25,6 @@ FAR = 75.0  # scene depths from every view cost as much as the first frame of al
 FEW = 10  # with fewer picks, only the nearest of them count
 GROUP = 4  # the pick that counts then, from the nearest on; the farthest where there are fewer
 ENOUGH = 1.5  # of the mean over the frames still to be had: distances beyond count as this one
-SPREAD = (0, 1, 3)  # columns it is for: between centres, and chords between axes and bearings
 
 
 def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.ndarray:
@@ -87,7 +86,7 @@ def closeness(distance: np.ndarray) -> np.ndarray:
 
 
 def remoteness(distance: np.ndarray) -> np.ndarray:
-    """(n,) distance of each frame's closest view, in what coverage is worth.
+    """(n,) distance of each frame's closest view, in what a target gain is worth.
 
     It counts where the views see a part of the capture only: there, frames far from all of them
     are novel, and of no use.

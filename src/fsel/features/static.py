@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.capture import Views
+from fsel.features.columns import FEATURES
 from fsel.geometry import (
     directions,
     lengths,
@@ -15,23 +16,11 @@ from fsel.geometry import (
 )
 from fsel.problem import Problem
 
-RELATIONAL = (
-    *("d_min_o", "d_mean_o", "d_p25_o", "gamma_min_o", "gamma_mean_o"),
-    *("rho_max_o", "rho_mean_o", "rho_std_o"),
-    *("tau_tri", "alpha_mean", "b_perp", "b_par", "c_vis"),
-)
-STATIC = (*RELATIONAL, "sharpness")
-CONDITIONED = ("d_min_s", "gamma_min_s", "rho_max_s", "phi_nov")
-FEATURES = (*RELATIONAL, *CONDITIONED, "sharpness")
-"""The scorer's first 18 inputs, in order."""
-
-APPEARANCE = ("rho_max_o", "rho_mean_o", "rho_std_o", "rho_max_s")
-
 LOWER_IS_BETTER = (
     *("d_min_o", "d_mean_o", "d_p25_o", "gamma_min_o", "gamma_mean_o"),
     *("alpha_mean", "b_perp", "rho_max_s"),
 )
-SIGNS = np.array([-1.0 if name in LOWER_IS_BETTER else 1.0 for name in FEATURES])
+SIGNS = {name: -1.0 if name in LOWER_IS_BETTER else 1.0 for name in FEATURES}
 """Sign of each feature in the untrained sum: distances to the targets and likeness to the selected
 count against a frame, distances and angles to the selected for it (paper, Appendix D.3)."""
 
@@ -60,7 +49,8 @@ def static_features(
         appearance: False leaves the three similarity columns zero and touches no descriptor.
 
     Returns:
-        (n, 14) float64 in world units, radians and cosines; columns as `STATIC`.
+        (n, 14) float64 in world units, radians and cosines; columns
+        as `fsel.features.columns.STATIC`.
     """
     capture = problem.capture
     centers, axes = capture.centers[pool], capture.axes[pool]

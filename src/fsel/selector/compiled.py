@@ -1,20 +1,30 @@
-"""The compiled greedy loop: what follows the picks, its z-scores, the network, the argmax.
+"""The compiled greedy loop: what follows the picks, its z-scores, the score, the argmax.
 
-Geometry and z-scores are float64; how the network is spared most candidates, and how the rest are
-scored: `fsel.selector.screening`.
+All of it is float64, but for a network's screening; how a network is spared most candidates, and
+how the rest are scored: `fsel.selector.screening`.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
-from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, SPREAD
+from fsel.features.columns import (
+    D_MIN_S,
+    FOLLOWING,
+    GAIN,
+    GAMMA_MIN_S,
+    PHI_NOV,
+    RHO_MAX_S,
+    SPREAD,
+)
+from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL
 from fsel.features.static import FLAT
 from fsel.geometry import SAME_AXIS
-from fsel.selector.screening import COLUMNS, best_row, highest, screen
+from fsel.selector.screening import best_of, best_row, highest, screen
 
 UNSCORED = 1e30  # what a row could have whose score was never computed
 
@@ -22,55 +32,71 @@ _jit = numba.njit(cache=True, nogil=True, error_model="numpy")  # 1 / 0 is infin
 _fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
+class Memory(NamedTuple):
+    """What `fold` remembers of the picks.
+
+    Attributes:
+        squares: (3, n) squared distance and chords to the nearest pick, used without a target gain.
+        ranked: (3, 4, n) those to the nearest four, used with it.
+        crowd: (3, n) the sums of their inverses over all picks, used with it.
+        covered: (O,) summed closeness of the picks to each view.
+        apart: (n,) look distance to the nearest pick, at most `NOVEL`.
+    """
+
+    squares: np.ndarray
+    ranked: np.ndarray
+    crowd: np.ndarray
+    covered: np.ndarray
+    apart: np.ndarray
+
+
 @_jit
-def memory(n, views):
-    """What `fold` remembers of the picks, before the first.
+def begin(rows):
+    """The raw columns that follow the selection, (5, n), and the memory, before the first pick.
 
     Args:
-        n: rows.
-        views: of the coverage input; 0 without it.
-
-    Returns:
-        squares, (3, n) squared distance and chords to the nearest pick, used without coverage;
-        ranked, (3, 4, n) those to the nearest four, and crowd, (3, n) the sums of their inverses
-        over all picks, used with it; covered, (O,) summed kernel of the picks; apart, (n,) look
-        distance to the nearest pick, at most `NOVEL`.
+        rows: see `fsel.selector.greedy.Rows`.
     """
+    n, views = rows.closeness.shape
     used, plain = (n, 0) if views > 0 else (0, n)
-    squares = np.full((3, plain), np.inf)
-    ranked, crowd = np.full((3, GROUP, used), np.inf), np.zeros((3, used))
-    return squares, ranked, crowd, np.zeros(views), np.full(n, NOVEL)
+    memory = Memory(
+        np.full((3, plain), np.inf),
+        np.full((3, GROUP, used), np.inf),
+        np.zeros((3, used)),
+        np.zeros(views),
+        np.full(n, NOVEL),
+    )
+    raw = np.zeros((FOLLOWING, n))
+    target_gain(rows.closeness, memory.covered, memory.apart, raw[GAIN])
+    return raw, memory
 
 
 @_jit
-def fold(row, selectable, relations, remembered, raw):
+def fold(row, selectable, rows, memory, raw):
     """Fold one pick into what follows the selection.
 
     Args:
         row: the pick.
         selectable: (n,) bool, False for the picks, `row` among them.
-        relations: centers, axes, bearings, (n, 3) float64; descriptors, (n, D) float32; kernel,
-            (n, O), and looks, (n, 6), float64. D or O may be 0.
-        remembered: see `memory`; changed.
+        rows: see `fsel.selector.greedy.Rows`.
+        memory: see `Memory`; changed.
         raw: (5, n) raw columns; changed.
     """
-    centers, axes, bearings, descriptors, kernel, looks = relations
-    squares, ranked, crowd, covered, apart = remembered
     count = len(selectable) - selectable.sum()
-    if descriptors.shape[1] > 0:
-        _likest(descriptors, row, count == 1, raw[2])
-    if len(covered) == 0:
-        _nearest(centers, row, squares[0], raw[0])
-        _smallest_angle(axes, row, squares[1], raw[1])
-        _smallest_angle(bearings, row, squares[2], raw[3])
+    if rows.descriptors.shape[1] > 0:
+        _likest(rows.descriptors, row, count == 1, raw[RHO_MAX_S])
+    if len(memory.covered) == 0:
+        _nearest(rows.centers, row, memory.squares[0], raw[D_MIN_S])
+        _smallest_angle(rows.axes, row, memory.squares[1], raw[GAMMA_MIN_S])
+        _smallest_angle(rows.bearings, row, memory.squares[2], raw[PHI_NOV])
         return
-    for c, points in enumerate((centers, axes, bearings)):
-        _company(points, row, count, ranked[c], crowd[c], raw[SPREAD[c]])
+    for c, points in enumerate((rows.centers, rows.axes, rows.bearings)):
+        _company(points, row, count, memory.ranked[c], memory.crowd[c], raw[SPREAD[c]])
         _enough(selectable, raw[SPREAD[c]])
-    for o in range(len(covered)):
-        covered[o] += kernel[row, o]
-    _least_apart(looks, row, apart)
-    coverage_gain(kernel, covered, apart, raw[4])
+    for o in range(len(memory.covered)):
+        memory.covered[o] += rows.closeness[row, o]
+    _least_apart(rows.looks, row, memory.apart)
+    target_gain(rows.closeness, memory.covered, memory.apart, raw[GAIN])
 
 
 @_jit
@@ -152,77 +178,100 @@ def _least_apart(looks, row, out):
 
 
 @_fast
-def coverage_gain(kernel, covered, apart, out):
+def target_gain(closeness, covered, apart, out):
     """Each row's mean closeness to the views, each view discounted by what covers it; in
     proportion less where the row looks much like one picked."""
     discount = 1 / (1 + covered)
-    for i in range(len(kernel)):
+    for i in range(len(closeness)):
         gain = 0.0
         for o in range(len(discount)):
-            gain += kernel[i, o] * discount[o]
+            gain += closeness[i, o] * discount[o]
         out[i] = gain / max(len(discount), 1) * (apart[i] / NOVEL)
 
 
 @_jit
-def standardise_rows(raw, rows, out):
-    """Write z-scores over the rows still selectable of all (5, n) columns but the last, the
-    coverage gain, which is copied, to `out` (n, 5) float64.
-
-    Population deviation; a flat column, and a row that was picked, becomes zero.
-    """
-    count = rows.sum()
-    for i in range(len(rows)):
-        out[i, COLUMNS - 1] = raw[COLUMNS - 1, i] if rows[i] else 0.0
-    for c in range(COLUMNS - 1):
-        column = raw[c]
-        total = 0.0
-        scale = 0.0
-        for i in range(len(column)):
-            if rows[i]:
-                total += column[i]
-                scale = max(scale, abs(column[i]))
-        mean = total / max(count, 1)
-        spread = 0.0
-        for i in range(len(column)):
-            if rows[i]:
-                spread += (column[i] - mean) ** 2
-        deviation = math.sqrt(spread / max(count, 1))
-        factor = 1 / deviation if deviation > FLAT * scale else 0.0
-        for i in range(len(column)):
-            out[i, c] = (column[i] - mean) * factor if rows[i] else 0.0
+def _scale(column, selectable):
+    """Mean of a column over the rows still selectable, and what its z-scores are multiplied by:
+    one over the population deviation, or zero where the column is flat."""
+    total, scale, count = 0.0, 0.0, 0
+    for i in range(len(column)):
+        if selectable[i]:
+            total += column[i]
+            scale = max(scale, abs(column[i]))
+            count += 1
+    mean = total / max(count, 1)
+    spread = 0.0
+    for i in range(len(column)):
+        if selectable[i]:
+            spread += (column[i] - mean) ** 2
+    deviation = math.sqrt(spread / max(count, 1))
+    return mean, 1 / deviation if deviation > FLAT * scale else 0.0
 
 
 @_jit
-def run(k, columns, static, base, relations, layers, picks, scores):
-    """The greedy loop (paper, Eq. 1 and 2).
+def standardise_rows(raw, selectable, out):
+    """Write z-scores over the rows still selectable of all (5, n) columns but the target gain,
+    which is copied, to `out` (n, 5) float64. A row that was picked becomes zero."""
+    for i in range(len(selectable)):
+        out[i, GAIN] = raw[GAIN, i] if selectable[i] else 0.0
+    for c in range(GAIN):
+        mean, factor = _scale(raw[c], selectable)
+        for i in range(len(selectable)):
+            out[i, c] = (raw[c, i] - mean) * factor if selectable[i] else 0.0
+
+
+@_jit
+def run_linear(k, fixed, coefficients, rows, picks, scores):
+    """The greedy loop (paper, Eq. 1 and 2) with a linear scorer.
 
     Args:
         k: how many picks.
-        columns: (5,) the inputs that follow the selection.
-        static: (n, 19) float64 inputs, without what those columns get from the selection.
-        base: (n, 64) float32, see `screen`.
-        relations: see `fold`.
-        layers: float32 ones, see `screen`; float64 ones, see `exact_score`; bounds, see `highest`.
+        fixed: (n,) float64 part of the scores that no pick changes.
+        coefficients: (5,) float64 of the inputs that follow the selection.
+        rows: see `fsel.selector.greedy.Rows`.
         picks: (k,) int64, written.
         scores: (k,) float64, written.
     """
-    kernel = relations[4]
-    narrow, wide, bounds = layers
+    n = len(fixed)
+    raw, memory = begin(rows)
+    selectable, total = np.ones(n, np.bool_), np.empty(n)
+    for step in range(k):
+        total[:] = fixed
+        for c in range(FOLLOWING):
+            if coefficients[c] != 0:
+                mean, factor = _scale(raw[c], selectable) if c != GAIN else (0.0, 1.0)
+                for i in range(n):
+                    total[i] += coefficients[c] * ((raw[c, i] - mean) * factor)
+        row = best_of(total, selectable)
+        picks[step], scores[step] = row, total[row]
+        selectable[row] = False
+        fold(row, selectable, rows, memory, raw)
+
+
+@_jit
+def run_network(k, static, base, rows, layers, picks, scores):
+    """The greedy loop (paper, Eq. 1 and 2) with a network.
+
+    Args:
+        k: how many picks.
+        static: (n, 19) float64 inputs, without what the selection adds to those that follow it.
+        base: (n, 64) float32, see `screen`.
+        rows: see `fsel.selector.greedy.Rows`.
+        layers: see `fsel.selector.scorer.Layers`.
+        picks: (k,) int64, written.
+        scores: (k,) float64, written.
+    """
     n = len(static)
-    raw = np.zeros((COLUMNS, n))
-    remembered = memory(n, kernel.shape[1])
-    coverage_gain(kernel, remembered[3], remembered[4], raw[4])
+    raw, memory = begin(rows)
     selectable = np.ones(n, np.bool_)
-    inputs = np.empty((n, COLUMNS))
-    seen, most = np.zeros((n, COLUMNS)), np.empty(n)
+    inputs = np.empty((n, FOLLOWING))
+    seen, most = np.zeros((n, FOLLOWING)), np.empty(n)
     approximate = np.full(n, np.float32(UNSCORED))
     for step in range(k):
         standardise_rows(raw, selectable, inputs)
-        highest(approximate, inputs, seen, bounds, most)
-        rows = screen(
-            most, selectable, static, base, inputs, columns, (narrow, wide), approximate, seen
-        )
-        row, scores[step] = best_row(rows, approximate, static, inputs, columns, wide)
+        highest(approximate, inputs, seen, layers.bounds, most)
+        open_rows = screen(most, selectable, static, base, inputs, layers, approximate, seen)
+        row, scores[step] = best_row(open_rows, approximate, static, inputs, layers.wide)
         picks[step] = row
         selectable[row] = False
-        fold(row, selectable, relations, remembered, raw)
+        fold(row, selectable, rows, memory, raw)

@@ -1,56 +1,126 @@
-"""The learned methods of the sweep: one scorer, three ways of asking it."""
+"""Policies: what a learned or fixed scorer may see and pick, and how it scores."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
+import numpy as np
+
+from fsel.capture import Views
+from fsel.features.columns import (
+    APPEARANCE,
+    FEATURES,
+    INPUTS,
+    RELATIONAL,
+    SHARPNESS,
+    STATIC_INPUTS,
+    TARGET_GAIN,
+    TARGET_GAIN_INPUT,
+)
+from fsel.features.conditioned import closeness, look_distance, looks, remoteness
+from fsel.features.static import proxy_points, static_features
+from fsel.geometry import centered, directions
 from fsel.problem import Method, Problem
-from fsel.selector.greedy import Prepared, learned_method, prepare
-from fsel.selector.scorer import Scorer
+from fsel.selector.greedy import Prepared, Rows, greedy, standardise
+from fsel.selector.scorer import Linear, Network, Scorer
 
 
 @dataclass(frozen=True)
 class Policy:
-    """What a learned method may see and pick; training and selection read the same one.
+    """What a scorer may see and pick, and of which kind it is; training and selection read it.
 
     Attributes:
         name: of the method.
         label: how tables print it (LaTeX).
         pool: `candidates` (P) or `observed` (P and O).
-        reference: `proxies` or `targets`: what geometric features compare with.
-        appearance: whether the four appearance features are used.
-        coverage: whether the nineteenth input carries the coverage gain, and distances to the picks
-            count more of them than the nearest (`fsel.features.conditioned`).
+        reference: `proxies`, as in the paper, or `targets`: whose poses geometric features compare
+            with.
+        inputs: those of `fsel.features.columns.NAMES` that the scorer reads. Similarities,
+            sharpness, features of the relation to the views and the target gain are computed only
+            where one of theirs is read. With the target gain, distances to the picks are those of
+            `fsel.features.conditioned`.
+        kind: of the scorer: `Linear` or `Network`.
     """
 
     name: str
     label: str
     pool: str
     reference: str
-    appearance: bool
-    coverage: bool
+    inputs: tuple[str, ...]
+    kind: type[Scorer]
+
+    @cached_property
+    def reads(self) -> tuple[str, ...]:
+        """What it looks at of the images: `appearance`, `sharpness`, both or neither."""
+        appearance = ("appearance",) if self._read(APPEARANCE) else ()
+        return appearance + ((SHARPNESS,) if self._read([SHARPNESS]) else ())
+
+    def _read(self, names) -> bool:
+        return not set(names).isdisjoint(self.inputs)
 
     def prepare(self, problem: Problem) -> Prepared:
-        """The greedy selection's fixed part under this policy."""
-        return prepare(
-            problem,
-            pool=self.pool,
-            reference=self.reference,
-            appearance=self.appearance,
-            coverage=self.coverage,
+        """Compute what no pick changes."""
+        frames, references = problem.pool(self.pool), self._references(problem)
+        static = np.zeros((len(frames), INPUTS))
+        appearance = self._read(APPEARANCE)
+        if self._read((*RELATIONAL, SHARPNESS)):
+            raw = static_features(problem, frames, references, appearance)
+            static[:, STATIC_INPUTS] = standardise(raw)
+        capture = problem.capture
+        centers, axes = capture.centers[frames], capture.axes[frames]
+        close = np.zeros((len(frames), 0))
+        if self._read([TARGET_GAIN]):
+            distance = look_distance(centers, axes, references)
+            close, static[:, TARGET_GAIN_INPUT] = closeness(distance), -remoteness(distance)
+        # angular novelty is measured from the mean of the views' reference points
+        common = proxy_points(problem, references).mean(axis=0)
+        rows = Rows(
+            centers=centered(centers),
+            axes=np.ascontiguousarray(axes),
+            bearings=directions(centers, common),
+            descriptors=problem.descriptors[frames][:, : None if appearance else 0],
+            closeness=close,
+            looks=looks(centers, axes),
         )
+        return Prepared(frames, static, rows)
+
+    def _references(self, problem: Problem) -> Views:
+        """Poses that stand for the request: the proxies' or the targets' own."""
+        if self.reference == "targets":
+            return problem.targets
+        return problem.capture.view(problem.proxies)
 
     def method(self, scorer: Scorer) -> Method:
-        """The selection method with a trained scorer."""
-        return learned_method(
-            self.name,
-            self.label,
-            scorer,
-            pool=self.pool,
-            reference=self.reference,
-            appearance=self.appearance,
-            coverage=self.coverage,
+        """The selection method with a scorer.
+
+        Raises:
+            ValueError: for a scorer of another kind, or one that reads what the policy does not.
+        """
+        self.check(scorer)
+
+        def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+            prepared = self.prepare(problem)
+            return prepared.pool[greedy(prepared, scorer, k)[0]]
+
+        return Method(
+            self.name, self.label, self.pool, nested=True, seeds=1, select=select, reads=self.reads
         )
+
+    def check(self, scorer: Scorer) -> None:
+        """Refuse a scorer of another kind, or one that reads what the policy does not."""
+        if not isinstance(scorer, self.kind):
+            raise ValueError(
+                f"the policy {self.name} has a scorer of the kind {self.kind.__name__}, not "
+                f"{type(scorer).__name__}"
+            )
+        if isinstance(scorer, Linear):
+            others = [name for name in scorer.coefficients if name not in self.inputs]
+            if others:
+                raise ValueError(
+                    f"the policy {self.name} does not read {', '.join(others)}; allowed: "
+                    f"{', '.join(self.inputs)}"
+                )
 
 
 POLICIES: dict[str, Policy] = {
@@ -61,24 +131,24 @@ POLICIES: dict[str, Policy] = {
             label="Ours, no appearance",
             pool="candidates",
             reference="proxies",
-            appearance=False,
-            coverage=False,
+            inputs=tuple(name for name in FEATURES if name not in APPEARANCE),
+            kind=Network,
         ),
         Policy(
             name="ours",
             label="Ours",
             pool="candidates",
             reference="proxies",
-            appearance=True,
-            coverage=False,
+            inputs=FEATURES,
+            kind=Network,
         ),
         Policy(
             name="fsel",
             label="fsel",
             pool="observed",
             reference="targets",
-            appearance=False,
-            coverage=True,
+            inputs=("d_min_s", "gamma_min_s", "phi_nov", TARGET_GAIN),
+            kind=Linear,
         ),
     )
 }

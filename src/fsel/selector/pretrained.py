@@ -1,8 +1,7 @@
-"""The scorer that comes with the package."""
+"""The policy `fsel` with the linear rule that comes with the package."""
 
 from __future__ import annotations
 
-import hashlib
 from functools import cache
 from pathlib import Path
 
@@ -11,22 +10,17 @@ import numpy as np
 from fsel.problem import Problem
 from fsel.selector import greedy, plain
 from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
+from fsel.selector.scorer import Linear
 
 POLICY = POLICIES["fsel"]
-WEIGHTS = "fsel.safetensors"
+FILE = "fsel.json"
 FOLDER = Path(__file__).parent / "weights"
 
 
 @cache
-def scorer() -> Scorer:
-    """The shipped weights with their provenance; `make weights` remakes them."""
-    return Scorer.load(FOLDER / WEIGHTS)
-
-
-def digest(folder: Path = FOLDER) -> str:
-    """SHA-256 of the weights file, hexadecimal."""
-    return hashlib.sha256((folder / WEIGHTS).read_bytes()).hexdigest()
+def scorer() -> Linear:
+    """The shipped coefficients with their provenance; `make weights` remakes them."""
+    return Linear.load(FOLDER / FILE)
 
 
 def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
@@ -40,7 +34,7 @@ def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
         (k,) int64 frames in pick order, and (k,) float64 their scores when picked.
     """
     prepared = POLICY.prepare(problem)
-    small = len(prepared.pool) <= plain.LARGEST_POOL
+    small = k * len(prepared.pool) <= plain.LARGEST
     pick = plain.greedy if small else greedy.greedy
-    rows, scores = pick(prepared, scorer().weights, k)
+    rows, scores = pick(prepared, scorer(), k)
     return prepared.pool[rows], scores

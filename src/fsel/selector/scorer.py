@@ -1,17 +1,21 @@
-"""The scorer f_theta: a 19-64-64-1 perceptron with exact GELU (paper, Appendix A.3)."""
+"""Scorers: the paper's network (Appendix A.3), and a linear rule of a few inputs."""
 
 from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from safetensors import safe_open
+from safetensors import SafetensorError, safe_open
 from safetensors.numpy import load_file, save_file
 
-INPUTS = 19  # the 18 features, and a column that the paper holds at zero
+from fsel.features.columns import FOLLOWING_INPUTS, INPUTS, NAMES, positions
+
 WIDTH = 64
 SHAPES = {
     "layer1.weight": (WIDTH, INPUTS),
@@ -25,9 +29,95 @@ PARAMETERS = sum(int(np.prod(shape)) for shape in SHAPES.values())
 TURN = 0.62891  # GELU's slope is within this of one half
 
 
+class Scorer(ABC):
+    """Scores candidates by their inputs: a `Linear` rule or a `Network`, stored with provenance."""
+
+    provenance: Mapping[str, str]
+
+    @abstractmethod
+    def scores(self, inputs: np.ndarray) -> np.ndarray:
+        """(n,) scores of (n, 19) standardised inputs, in their precision: the plain form."""
+
+    @abstractmethod
+    def save(self, path: str | Path) -> None:
+        """Write the scorer with its provenance; equal scorers are equal files."""
+
+    @staticmethod
+    def load(path: str | Path) -> Scorer:
+        """Read what `save` wrote: a linear rule from JSON, a network from safetensors.
+
+        Raises:
+            ValueError: for another kind of file, or one that does not hold a scorer.
+        """
+        kinds = {".json": Linear, ".safetensors": Network}
+        kind = kinds.get(Path(path).suffix)
+        if kind is None:
+            raise ValueError(
+                f"{path}: not a scorer; allowed: .json (a linear rule), .safetensors (a network)"
+            )
+        return kind.load(path)
+
+
 @dataclass(frozen=True)
-class Scorer:
-    """Weights and where they came from.
+class Linear(Scorer):
+    """The sum of a few standardised inputs, each times its coefficient.
+
+    Attributes:
+        coefficients: name of an input (`fsel.features.columns.NAMES`) -> float.
+        provenance: free text fields, stored beside the coefficients.
+
+    Raises:
+        ValueError: when a name is unknown, there is none, or a coefficient is not finite.
+    """
+
+    coefficients: Mapping[str, float]
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        unknown = [name for name in self.coefficients if name not in NAMES]
+        if unknown or not self.coefficients:
+            raise ValueError(
+                f"a linear scorer has coefficients of {', '.join(unknown) or 'no input'}; "
+                f"allowed: {', '.join(NAMES)}"
+            )
+        for name, value in self.coefficients.items():
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise ValueError(f"the coefficient of {name} is {value!r}, not a number")
+            if not math.isfinite(value):
+                raise ValueError(f"the coefficient of {name} is {value}, not finite")
+
+    @property
+    def vector(self) -> np.ndarray:
+        """(19,) float64 a coefficient an input, zero where there is none."""
+        full = np.zeros(INPUTS)
+        full[positions(self.coefficients)] = list(self.coefficients.values())
+        return full
+
+    def scores(self, inputs: np.ndarray) -> np.ndarray:
+        # einsum sums every row alike; a matrix product may part equal rows in their last bit
+        return np.einsum("ni,i->n", inputs, self.vector.astype(inputs.dtype))
+
+    def save(self, path: str | Path) -> None:
+        content = {
+            "coefficients": dict(self.coefficients),
+            "provenance": dict(sorted(self.provenance.items())),
+        }
+        Path(path).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Linear:
+        """Read what `save` wrote."""
+        try:
+            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            coefficients, provenance = content["coefficients"], content["provenance"]
+            return cls(dict(coefficients), dict(provenance))
+        except (ValueError, TypeError, KeyError) as error:
+            raise ValueError(f"{path}: not a linear scorer: {error}") from error
+
+
+@dataclass(frozen=True)
+class Network(Scorer):
+    """The paper's scorer f_theta, a 19-64-64-1 perceptron with exact GELU (Appendix A.3).
 
     Attributes:
         weights: float32 arrays as in `SHAPES`, 5,505 numbers.
@@ -37,8 +127,8 @@ class Scorer:
         ValueError: when an array is missing, misshapen or not finite.
     """
 
-    weights: dict[str, np.ndarray]
-    provenance: dict[str, str]
+    weights: Mapping[str, np.ndarray]
+    provenance: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         shapes = {name: array.shape for name, array in self.weights.items()}
@@ -49,7 +139,6 @@ class Scorer:
                 raise ValueError(f"scorer weights {name} are not finite")
 
     def scores(self, inputs: np.ndarray) -> np.ndarray:
-        """(n,) scores of (n, 19) standardised inputs, in their precision: the plain form."""
         hidden = inputs
         for layer in ("layer1", "layer2"):
             weight = self.weights[f"{layer}.weight"].astype(inputs.dtype)
@@ -57,20 +146,19 @@ class Scorer:
         return hidden @ self.weights["layer3.weight"][0] + self.weights["layer3.bias"][0]
 
     def save(self, path: str | Path) -> None:
-        """Write a safetensors file with the provenance as metadata.
-
-        It is one field of JSON: safetensors writes several fields in an order that changes from
-        run to run, and equal weights must be equal files.
-        """
-        provenance = json.dumps(self.provenance, sort_keys=True)
-        save_file(self.weights, str(path), metadata={"provenance": provenance})
+        # one field of JSON: safetensors writes several in an order that changes from run to run
+        provenance = json.dumps(dict(self.provenance), sort_keys=True)
+        save_file(dict(self.weights), str(path), metadata={"provenance": provenance})
 
     @classmethod
-    def load(cls, path: str | Path) -> Scorer:
+    def load(cls, path: str | Path) -> Network:
         """Read what `save` wrote."""
-        weights = load_file(str(path))
-        with safe_open(str(path), framework="numpy") as file:
-            metadata = file.metadata() or {}
+        try:
+            weights = load_file(str(path))
+            with safe_open(str(path), framework="numpy") as file:
+                metadata = file.metadata() or {}
+        except SafetensorError as error:
+            raise ValueError(f"{path}: not a network: {error}") from error
         return cls(weights, json.loads(metadata.get("provenance", "{}")))
 
 
@@ -82,6 +170,60 @@ def _gelu(z: np.ndarray) -> np.ndarray:
     share *= z
     share *= 0.5
     return share
+
+
+class Narrow(NamedTuple):
+    """A network's layers in float32, as `fsel.selector.screening` multiplies by them.
+
+    Attributes:
+        following: (5, 64) first-layer weights of the inputs that follow the selection.
+        second: (64, 64) second layer, transposed; second_bias: (64,).
+        third: (64,) third layer.
+    """
+
+    following: np.ndarray
+    second: np.ndarray
+    second_bias: np.ndarray
+    third: np.ndarray
+
+
+class Wide(NamedTuple):
+    """A network's six arrays in float64 and their own shapes."""
+
+    first: np.ndarray
+    first_bias: np.ndarray
+    second: np.ndarray
+    second_bias: np.ndarray
+    third: np.ndarray
+    third_bias: np.ndarray
+
+
+class Layers(NamedTuple):
+    """What the compiled loop needs of a network.
+
+    Attributes:
+        narrow, wide: the layers.
+        bounds: (11, 5), see `change_bounds`.
+    """
+
+    narrow: Narrow
+    wide: Wide
+    bounds: np.ndarray
+
+
+def layers_of(network: Network) -> Layers:
+    """A network's arrays for the compiled loop."""
+    weights = network.weights
+    # copies: arrays read from a file may be read-only, for which the loop would compile anew
+    narrow = Narrow(
+        following=np.ascontiguousarray(weights["layer1.weight"][:, FOLLOWING_INPUTS].T),
+        second=np.ascontiguousarray(weights["layer2.weight"].T),
+        second_bias=weights["layer2.bias"].copy(),
+        third=weights["layer3.weight"][0].copy(),
+    )
+    wide = Wide(*(weights[name].astype(np.float64) for name in SHAPES))
+    bounds = change_bounds(wide.first[:, FOLLOWING_INPUTS], wide.second, wide.third[0])
+    return Layers(narrow, wide, bounds)
 
 
 def change_bounds(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:

@@ -13,8 +13,9 @@ import math
 import numba
 import numpy as np
 
-COLUMNS = 5  # d_min_s, gamma_min_s, rho_max_s, phi_nov, coverage gain
-WIDTH = 64
+from fsel.features.columns import FOLLOWING, FOLLOWING_INPUTS
+from fsel.selector.scorer import WIDTH
+
 BLOCK = 64  # rows a matrix product: its operands stay in the first cache, and on one thread
 SCREEN = 1e-4  # float32 scores err by less than this share of their terms' magnitude
 
@@ -57,19 +58,19 @@ def highest(scored, inputs, seen, bounds, out):
         bounds: see `fsel.selector.scorer.change_bounds`.
         out: (n,) float64.
     """
-    moved = np.empty(COLUMNS)
+    moved = np.empty(FOLLOWING)
     for i in range(len(scored)):
-        for c in range(COLUMNS):
+        for c in range(FOLLOWING):
             moved[c] = inputs[i, c] - seen[i, c]
         total = np.float64(scored[i])
-        for c in range(COLUMNS):
+        for c in range(FOLLOWING):
             total += bounds[0, c] * moved[c]
         for part in range(2):
             square = 0.0
-            for r in range(COLUMNS):
+            for r in range(FOLLOWING):
                 value = 0.0
-                for c in range(r, COLUMNS):
-                    value += bounds[1 + part * COLUMNS + r, c] * moved[c]
+                for c in range(r, FOLLOWING):
+                    value += bounds[1 + part * FOLLOWING + r, c] * moved[c]
                 square += value * value
             total += math.sqrt(square)
         out[i] = total
@@ -94,18 +95,18 @@ def _gelu(z):
 
 
 @_fast
-def _score_block(block, base, inputs, layers, hidden, product, out, seen):
+def _score_block(block, base, inputs, narrow, hidden, product, out, seen):
     """Write float32 scores, less the last bias, of up to 64 rows, and the inputs that gave them."""
-    dynamic, second, second_bias, third = layers
+    first, second, second_bias, third = narrow
     for i in range(len(block)):
         row = block[i]
-        for column in range(COLUMNS):
+        for column in range(FOLLOWING):
             seen[row, column] = inputs[row, column]
         a, b, c = _f32(inputs[row, 0]), _f32(inputs[row, 1]), _f32(inputs[row, 2])
         d, e = _f32(inputs[row, 3]), _f32(inputs[row, 4])
         for j in range(WIDTH):
-            z = base[row, j] + a * dynamic[0, j] + b * dynamic[1, j]
-            hidden[i, j] = _gelu(z + c * dynamic[2, j] + d * dynamic[3, j] + e * dynamic[4, j])
+            z = base[row, j] + a * first[0, j] + b * first[1, j]
+            hidden[i, j] = _gelu(z + c * first[2, j] + d * first[3, j] + e * first[4, j])
     np.dot(hidden[: len(block)], second, product[: len(block)])
     for i in range(len(block)):
         total = _f32(0)
@@ -115,19 +116,18 @@ def _score_block(block, base, inputs, layers, hidden, product, out, seen):
 
 
 @_jit
-def exact_score(static, inputs, columns, layers):
+def exact_score(static, inputs, wide):
     """One row's float64 score with the exact GELU, and the magnitude of its terms.
 
     Args:
         static: (19,) inputs that the selection leaves alone.
         inputs: (5,) those that follow it.
-        columns: (5,) where the latter go among the former.
-        layers: the scorer's six arrays in their own shapes, float64.
+        wide: see `fsel.selector.scorer.Wide`.
     """
-    first, first_bias, second, second_bias, third, third_bias = layers
+    first, first_bias, second, second_bias, third, third_bias = wide
     x = static.copy()
-    for c in range(COLUMNS):
-        x[columns[c]] += inputs[c]
+    for c in range(FOLLOWING):
+        x[FOLLOWING_INPUTS[c]] += inputs[c]
     hidden = np.empty(WIDTH)
     for j in range(WIDTH):
         z = first_bias[j]
@@ -147,7 +147,7 @@ def exact_score(static, inputs, columns, layers):
 
 
 @_jit
-def screen(most, selectable, static, base, inputs, columns, layers, out, seen):
+def screen(most, selectable, static, base, inputs, layers, out, seen):
     """Score the rows that could be the best, and say which they were.
 
     The row that was best of those left sets the bar; every row that beats it raises it.
@@ -155,21 +155,19 @@ def screen(most, selectable, static, base, inputs, columns, layers, out, seen):
     Args:
         most: (n,) float64, see `highest`.
         selectable: (n,) bool, rows not yet picked.
-        static, inputs, columns: of all rows, see `exact_score`.
+        static, inputs: of all rows, see `exact_score`.
         base: (n, 64) float32 part of the first layer that the selection leaves alone.
-        layers: float32 (5, 64) first-layer weights of those columns, (64, 64) second layer
-            transposed and its (64,) bias, (64,) third layer; and the float64 ones.
+        layers: see `fsel.selector.scorer.Layers`.
         out: (n,) float32 last scores, less the last bias; changed.
         seen: (n, 5) float64 inputs that gave them; changed.
 
     Returns:
         (m,) int64 rows, ascending.
     """
-    narrow, wide = layers
-    top = _best_of(out, selectable)
-    score, magnitude = exact_score(static[top], inputs[top], columns, wide)
+    top = best_of(out, selectable)
+    score, magnitude = exact_score(static[top], inputs[top], layers.wide)
     margin = SCREEN * magnitude
-    bar = score - wide[5][0] - margin
+    bar = score - layers.wide.third_bias[0] - margin
     hidden = np.empty((BLOCK, WIDTH), np.float32)
     product = np.empty((BLOCK, WIDTH), np.float32)
     rows = np.empty(len(most), np.int64)
@@ -180,7 +178,7 @@ def screen(most, selectable, static, base, inputs, columns, layers, out, seen):
             count += 1
         if count == BLOCK or i == len(most) - 1:
             block = rows[done : done + count]
-            _score_block(block, base, inputs, narrow, hidden, product, out, seen)
+            _score_block(block, base, inputs, layers.narrow, hidden, product, out, seen)
             for row in block:
                 bar = max(bar, out[row] - margin)
             done, count = done + count, 0
@@ -188,7 +186,8 @@ def screen(most, selectable, static, base, inputs, columns, layers, out, seen):
 
 
 @_jit
-def _best_of(scores, selectable):
+def best_of(scores, selectable):
+    """The row with the highest score of those not yet picked; ties go to the lowest."""
     best = -1
     for i in range(len(scores)):
         if selectable[i] and (best < 0 or scores[i] > scores[best]):
@@ -197,18 +196,18 @@ def _best_of(scores, selectable):
 
 
 @_jit
-def best_row(rows, approximate, static, inputs, columns, layers):
+def best_row(rows, approximate, static, inputs, wide):
     """The best of some rows and its float64 score, among those that screening leaves open.
 
     Ties go to the lowest row.
     """
     top = rows[np.argmax(approximate[rows])]
     best = top
-    best_score, magnitude = exact_score(static[top], inputs[top], columns, layers)
+    best_score, magnitude = exact_score(static[top], inputs[top], wide)
     limit = approximate[top] - SCREEN * magnitude
     for i in rows:
         if approximate[i] >= limit and i != top:
-            score = exact_score(static[i], inputs[i], columns, layers)[0]
+            score = exact_score(static[i], inputs[i], wide)[0]
             if score > best_score or (score == best_score and i < best):
                 best, best_score = i, score
     return best, best_score

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.features.static import STATIC, UNITS, static_features
+from fsel.features.columns import STATIC
+from fsel.features.static import UNITS, static_features
 from fsel.files import write_table
 from fsel.problem import Problem
 

@@ -10,6 +10,7 @@ import pandas as pd
 
 from fsel.files import write_table
 from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Network
 from fsel.training import imitation
 from fsel.training.labelled import training_data
 from fsel.training.scorers import save_scorer
@@ -53,6 +54,6 @@ def train(
     settings = {"epochs": epochs, "learning_rate": learning_rate}
     for seed, (path, log) in enumerate(zip(weights, logs, strict=True)):
         arrays, record = imitation.train(*sets, seed=seed, **settings)
-        save_scorer(arrays, policy, made, seed, config, path)
+        save_scorer(Network(arrays), policy, made, seed, config, path)
         write_table(record, log, units={"loss": "nats"}, config=config)
         logger.info("%s, seed %d: %s\n%s", policy, seed, made, record.tail(2).to_string())

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 import torch
 
-from fsel.selector.scorer import INPUTS, WIDTH
+from fsel.features.columns import INPUTS
+from fsel.selector.scorer import WIDTH
 
 Cost = Callable[..., tuple[torch.Tensor, torch.Tensor]]
 """(network, what a trajectory holds) -> loss to minimise, and agreement with the label."""

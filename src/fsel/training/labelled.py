@@ -10,8 +10,8 @@ import pandas as pd
 
 from fsel.capture import Capture
 from fsel.problem import Problem
-from fsel.selector.greedy import trajectory_inputs
 from fsel.selector.policies import Policy
+from fsel.selector.walk import Walk, follow
 from fsel.split import Split
 from fsel.training.imitation import Trajectory
 
@@ -43,6 +43,6 @@ def training_data(trajectories: pd.DataFrame, scenes: Scenes, policy: Policy) ->
         prepared = policy.prepare(problem)
         for row in part.itertuples():
             picks = np.searchsorted(prepared.pool, np.array(row.picks))
-            features, selectable = trajectory_inputs(prepared, picks)
+            features, selectable = follow(Walk(prepared), picks)
             data.append(Trajectory(features, selectable, picks, row.weight))
     return data

@@ -7,7 +7,7 @@ import pytest
 from selection_problems import permuted, random_problem
 
 from fsel.experiments.ablation.extras import EXTRAS, Relations, over_step, relations
-from fsel.features.static import FEATURES
+from fsel.features.columns import FEATURES
 from fsel.selector.policies import POLICIES
 
 

@@ -21,7 +21,7 @@ from fsel.experiments.ablation.tables import (
     trial_cells,
 )
 from fsel.experiments.ablation.trials import Case, measure_trials, trial
-from fsel.features.static import FEATURES
+from fsel.features.columns import FEATURES
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
 from fsel.split import Split, coverage_split

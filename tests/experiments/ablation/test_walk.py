@@ -5,12 +5,13 @@ import pytest
 from selection_problems import random_problem
 
 from fsel.experiments.ablation.extras import EXTRAS, over_step, relations
-from fsel.experiments.ablation.walk import Walk, follow, pick, view_inputs
+from fsel.experiments.ablation.walk import PartialWalk, view_inputs
 from fsel.experiments.hard_cases.worlds import random_weights
-from fsel.features.static import FEATURES
-from fsel.selector.greedy import greedy, trajectory_inputs
+from fsel.features.columns import FEATURES
+from fsel.selector.greedy import greedy
 from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
+from fsel.selector.scorer import Network
+from fsel.selector.walk import Walk, follow, pick
 
 PICKS = np.array([5, 0, 11, 7])
 
@@ -19,23 +20,22 @@ def started(shown=FEATURES, added=None, problem=None):
     problem = problem or random_problem(n=30)
     prepared = POLICIES["ours"].prepare(problem)
     scene = relations(problem, prepared, budget=6)
-    return Walk(prepared, scene, shown, added), prepared, scene
+    return PartialWalk(prepared, scene, shown, added), prepared, scene
 
 
 def test_with_all_features_it_is_what_the_deployed_scorer_sees():
     walk, prepared, _ = started()
     features, selectable = follow(walk, PICKS)
-    expected, left = trajectory_inputs(prepared, PICKS)
+    expected, left = follow(Walk(prepared), PICKS)
     np.testing.assert_array_equal(features, expected)
     np.testing.assert_array_equal(selectable, left)
 
 
 def test_with_the_deployed_scorer_it_picks_what_that_picks():
     walk, prepared, _ = started()
-    weights = random_weights(0)
-    scorer = Scorer(weights, {})
+    scorer = Network(random_weights(0))
     rows = pick(walk, lambda features, left, past: scorer.scores(features[-1]), 10)
-    np.testing.assert_array_equal(rows, greedy(prepared, weights, 10)[0])
+    np.testing.assert_array_equal(rows, greedy(prepared, scorer, 10)[0])
 
 
 def test_columns_that_are_not_shown_are_zero_and_the_others_unchanged():

@@ -16,12 +16,13 @@ from fsel.experiments.hard_cases.worlds import moved, random_weights
 from fsel.selector import plain, pretrained
 from fsel.selector.greedy import greedy
 from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Network
 
 K = 12
 SCORERS = {
-    "ours": lambda: random_weights(3),
-    "ours_no_appearance": lambda: random_weights(4),
-    "fsel": lambda: pretrained.scorer().weights,
+    "ours": lambda: Network(random_weights(3)),
+    "ours_no_appearance": lambda: Network(random_weights(4)),
+    "fsel": pretrained.scorer,
 }
 LOOPS = {"compiled": greedy, "plain": plain.greedy}
 policies = pytest.mark.parametrize("policy", SCORERS)
@@ -68,10 +69,13 @@ from fsel.selector.policies import POLICIES
 from fsel.problem import checked_select
 from fsel.selector.greedy import greedy
 from fsel.experiments.hard_cases.worlds import random_weights, world
+from fsel.selector import pretrained
+from fsel.selector.scorer import Network
 
 problem = world(1200)
-for policy in POLICIES.values():
-    print(*greedy(policy.prepare(problem), random_weights(3), 40)[0])
+for name, policy in POLICIES.items():
+    scorer = pretrained.scorer() if name == "fsel" else Network(random_weights(3))
+    print(*greedy(policy.prepare(problem), scorer, 40)[0])
 for method in METHODS.values():
     print(*checked_select(method, problem, 12, np.random.default_rng(0)))
 """

@@ -10,6 +10,8 @@ from fsel.experiments.hard_cases import CASES, Case, Finding
 from fsel.experiments.hard_cases.problems import UTM
 from fsel.experiments.hard_cases.worlds import moved, random_weights, world
 from fsel.reconstruct.splats import Splats
+from fsel.selector import pretrained
+from fsel.selector.scorer import Network
 
 
 def raises():
@@ -35,18 +37,20 @@ def test_a_row_for_every_case_and_faults_are_told(tmp_path, monkeypatch):
 def test_single_precision_is_single_throughout(monkeypatch):
     problem, seen = world(), []
 
-    def spy(prepared, weights, k):
-        seen.append({prepared.static.dtype, prepared.centers.dtype, prepared.kernel.dtype})
+    def spy(prepared, scorer, k):
+        seen.append(
+            {prepared.static.dtype, *(array.dtype for array in prepared.rows if array.size)}
+        )
         return np.arange(k), np.zeros(k)
 
     monkeypatch.setattr(precision.plain, "greedy", spy)
-    precision.selections(problem, "fsel", random_weights(0), 4)
+    precision.selections(problem, "fsel", pretrained.scorer(), 4)
     assert seen == [{np.dtype(np.float64)}, {np.dtype(np.float32)}]
 
 
 def test_single_precision_loses_millimetres_in_utm_and_the_kernel_does_not():
     problem = moved(world(), np.eye(3), UTM, 1e-3)
-    found = precision.selections(problem, "ours", random_weights(0), 8)
+    found = precision.selections(problem, "ours", Network(random_weights(0)), 8)
     picks = {name: frames for name, (frames, _) in found.items()}
     np.testing.assert_array_equal(picks["kernel"], picks["float64"])
     assert precision.agreement(picks["float32"], picks["float64"]) < 1
@@ -59,10 +63,10 @@ def test_agreement_forgets_the_order():
 def test_every_arithmetic_is_measured_against_float64():
     problem = world()
     evaluate = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
-    rows = precision.compare_arithmetic(problem, {"ours": random_weights(0)}, 6, evaluate)
+    rows = precision.compare_arithmetic(problem, {"ours": Network(random_weights(0))}, 6, evaluate)
     assert [row["arithmetic"] for row in rows] == ["float64", "float32", "kernel"]
     assert rows[0]["agreement"] == rows[2]["agreement"] == 1
-    picks = precision.selections(problem, "ours", random_weights(0), 6)["float64"][0]
+    picks = precision.selections(problem, "ours", Network(random_weights(0)), 6)["float64"][0]
     assert rows[0]["psnr"] == pytest.approx(evaluate(picks)[0])
     assert rows[0]["psnr_change"] == rows[2]["psnr_change"] == 0
     assert all(row["seconds"] > 0 for row in rows)

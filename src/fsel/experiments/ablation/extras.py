@@ -13,7 +13,7 @@ from scipy.special import softmax
 from scipy.stats import rankdata
 
 from fsel.features.appearance import KERNEL_JITTER
-from fsel.features.static import FEATURES
+from fsel.features.columns import positions
 from fsel.geometry import lengths, pairwise_angles, pairwise_distances
 from fsel.problem import Problem
 from fsel.selector.greedy import Prepared, standardise
@@ -45,15 +45,15 @@ class Relations:
 
 def relations(problem: Problem, prepared: Prepared, budget: int) -> Relations:
     """The relations of a prepared selection's pool."""
-    views = problem.capture.view(problem.proxies)
+    views, rows = problem.capture.view(problem.proxies), prepared.rows
     described = problem.descriptors.astype(np.float64)
     own, others = described[prepared.pool], described[problem.proxies]
     return Relations(
         distance=pairwise_distances(problem.capture.centers[prepared.pool], views.centers),
-        angle=pairwise_angles(prepared.axes, views.axes),
+        angle=pairwise_angles(rows.axes, views.axes),
         likeness=np.einsum("nd,od->no", own, others),
-        centers=prepared.centers,
-        axes=prepared.axes,
+        centers=rows.centers,
+        axes=rows.axes,
         descriptors=own,
         frames=len(problem.capture),
         budget=budget,
@@ -169,7 +169,7 @@ class Extra:
     @property
     def inputs(self) -> list[int]:
         """The three positions among the scorer's inputs."""
-        return [FEATURES.index(name) for name in self.replaces]
+        return positions(self.replaces).tolist()
 
 
 EXTRAS = {

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from fsel.experiments.ablation.extras import EXTRAS
-from fsel.features.static import FEATURES
+from fsel.features.columns import FEATURES
 from fsel.files import write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import difference, plain_table, tex

@@ -16,13 +16,14 @@ from fsel.evaluation import Evaluator
 from fsel.experiments.ablation.architectures import MODULES
 from fsel.experiments.ablation.architectures.steps import Steps
 from fsel.experiments.ablation.extras import EXTRAS, Relations, relations
-from fsel.experiments.ablation.walk import Walk, follow, pick, view_inputs
+from fsel.experiments.ablation.walk import PartialWalk, view_inputs
 from fsel.files import write_table
 from fsel.metrics import METRIC_UNITS, METRICS
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared
 from fsel.selector.policies import POLICIES
+from fsel.selector.walk import follow, pick
 from fsel.split import Split
 from fsel.training.imitation import imitation, mean_cost, passes
 from fsel.training.labelled import Scenes, labelled_problems
@@ -48,10 +49,10 @@ class Case:
     shown: Sequence[str]
     added: str | None
 
-    def walk(self, prepared: Prepared, scene: Relations) -> Walk:
+    def walk(self, prepared: Prepared, scene: Relations) -> PartialWalk:
         """The inputs along picks of a problem."""
         extra = None if self.added is None else EXTRAS[self.added]
-        return Walk(prepared, scene, self.shown, extra)
+        return PartialWalk(prepared, scene, self.shown, extra)
 
 
 def trial(

@@ -11,13 +11,13 @@ import numpy as np
 import pandas as pd
 
 from fsel.evaluation import Evaluator
-from fsel.features.static import FEATURES
+from fsel.features.columns import NAMES
 from fsel.files import write_table
 from fsel.metrics import METRIC_UNITS, METRICS
 from fsel.problem import Method, Problem, checked_select
 from fsel.reconstruct import reconstructor_of
 from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
+from fsel.selector.scorer import Network, Scorer
 from fsel.split import Split
 from fsel.training.imitation import Trajectory, train
 from fsel.training.labelled import Scenes, training_data
@@ -61,7 +61,7 @@ VARIANTS = {
 
 def hide(trajectories: Sequence[Trajectory], hidden: Sequence[str]) -> list[Trajectory]:
     """The trajectories with some features at zero."""
-    shown = ~np.isin([*FEATURES, ""], list(hidden))
+    shown = ~np.isin(NAMES, list(hidden))
     return [replace(t, features=t.features * shown.astype(np.float32)) for t in trajectories]
 
 
@@ -71,7 +71,7 @@ def blinded(weights: Mapping[str, np.ndarray], hidden: Sequence[str]) -> dict[st
     Their columns of the first layer have never met anything but zero, and hold what they were
     initialised with.
     """
-    shown = ~np.isin([*FEATURES, ""], list(hidden))
+    shown = ~np.isin(NAMES, list(hidden))
     first = weights["layer1.weight"] * shown.astype(np.float32)
     return {**weights, "layer1.weight": first}
 
@@ -102,7 +102,7 @@ def train_variant(
     data = hide(training_data(table, scenes, POLICIES[variant.policy]), variant.hidden)
     arrays, log = train(data, [], seed=seed, epochs=epochs, learning_rate=learning_rate)
     made = f"behaviour cloning of {len(data)} searched subsets, {epochs} epochs"
-    save_scorer(blinded(arrays, variant.hidden), name, made, seed, config, weights)
+    save_scorer(Network(blinded(arrays, variant.hidden)), name, made, seed, config, weights)
     logger.info("%s: %s\n%s", name, made, log.tail(1).to_string())
 
 

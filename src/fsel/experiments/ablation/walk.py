@@ -1,30 +1,22 @@
-"""What a scorer is shown along a sequence of picks, for any choice of features.
-
-Training follows a label's picks and selection its own, through the same inputs. The deployed
-scorer's selection (`fsel.selector.greedy`) is the fast form for the full features.
-"""
+"""What a scorer is shown when some features are withheld, or others take their place."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from fsel.experiments.ablation.extras import Extra, Relations
-from fsel.features.static import FEATURES
-from fsel.selector.greedy import DYNAMIC, Prepared, State, standardise
-from fsel.selector.scorer import INPUTS
-
-Score = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""(t, n, 19) inputs and (t, n) selectable rows of all steps so far, (t - 1,) picks -> (n,) scores
-for the last step."""
+from fsel.features.columns import NAMES
+from fsel.selector.greedy import Prepared, standardise
+from fsel.selector.walk import Walk
 
 
-class Walk:
-    """The inputs of a selection problem while frames are picked.
+class PartialWalk(Walk):
+    """A `Walk` on some features only.
 
     Args:
-        prepared: see `fsel.selector.greedy.prepare`.
+        prepared: see `fsel.selector.policies.Policy.prepare`.
         scene: relations of the same pool; read by `added` alone.
         shown: features whose inputs are not held at zero.
         added: three further features, or None.
@@ -33,53 +25,18 @@ class Walk:
     def __init__(
         self, prepared: Prepared, scene: Relations, shown: Sequence[str], added: Extra | None
     ) -> None:
-        self.state = State(prepared)
-        self.picked: list[int] = []
-        self._static = prepared.static.astype(np.float32)
+        super().__init__(prepared)
         self._scene, self._added = scene, added
-        self._shown = np.isin([*FEATURES, ""], list(shown)).astype(np.float32)
-
-    @property
-    def selectable(self) -> np.ndarray:
-        """(n,) bool, False once a row is picked."""
-        return self.state.selectable
+        self._shown = np.isin(NAMES, list(shown)).astype(np.float32)
 
     def inputs(self) -> np.ndarray:
         """(n, 19) float32 inputs at the present step."""
-        values = self._static.copy()
-        values[:, DYNAMIC] += self.state.inputs()
+        values = super().inputs()
         values *= self._shown
         if self._added is not None:
             raw = self._added.raw(self._scene, self.picked)
             values[:, self._added.inputs] = self._added.scale(raw, self.selectable)
         return values
-
-    def add(self, row: int) -> None:
-        """Pick a row."""
-        self.state.add(row)
-        self.picked.append(row)
-
-
-def follow(walk: Walk, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(K, n, 19) float32 inputs and (K, n) bool selectable rows before each of K given picks."""
-    features = np.empty((len(rows), len(walk.selectable), INPUTS), dtype=np.float32)
-    selectable = np.empty(features.shape[:2], dtype=bool)
-    for step, row in enumerate(rows):
-        features[step], selectable[step] = walk.inputs(), walk.selectable
-        walk.add(int(row))
-    return features, selectable
-
-
-def pick(walk: Walk, score: Score, k: int) -> np.ndarray:
-    """(k,) int64 rows, the best-scored one that is left at each step; ties go to the lowest."""
-    features = np.empty((k, len(walk.selectable), INPUTS), dtype=np.float32)
-    selectable = np.empty(features.shape[:2], dtype=bool)
-    for step in range(k):
-        features[step], selectable[step] = walk.inputs(), walk.selectable
-        past = np.array(walk.picked, dtype=np.int64)
-        scores = score(features[: step + 1], selectable[: step + 1], past)
-        walk.add(int(np.argmax(np.where(walk.selectable, scores, -np.inf))))
-    return np.array(walk.picked, dtype=np.int64)
 
 
 def view_inputs(scene: Relations) -> np.ndarray:

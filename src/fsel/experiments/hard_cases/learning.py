@@ -6,7 +6,7 @@ import numpy as np
 
 from fsel.experiments.hard_cases import worlds
 from fsel.experiments.hard_cases.case import Case, Finding, finite
-from fsel.selector.scorer import INPUTS
+from fsel.features.columns import INPUTS
 from fsel.training.ordering import order_subset, trajectory_weights
 from fsel.training.search import (
     GeneticSettings,

@@ -11,7 +11,8 @@ import numpy as np
 from fsel.evaluation import Evaluator
 from fsel.experiments.hard_cases import problems, worlds
 from fsel.experiments.hard_cases.case import Case, Finding, finite
-from fsel.features.static import STATIC, proxy_points, static_features
+from fsel.features.columns import STATIC
+from fsel.features.static import proxy_points, static_features
 from fsel.geometry import lengths
 from fsel.methods import METHODS
 from fsel.problem import Problem, checked_select
@@ -19,26 +20,27 @@ from fsel.reconstruct.splats import Splats
 from fsel.selector import plain, pretrained
 from fsel.selector.greedy import greedy, standardise
 from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Network, Scorer
 
 K = 8
 LENGTHS = [STATIC.index(name) for name in ("d_min_o", "d_mean_o", "d_p25_o", "b_perp", "b_par")]
 Exact = Callable[[Problem], float]
 
 
-def scorers() -> dict[str, dict[str, np.ndarray]]:
-    """Policy -> weights: the paper's inputs through a fresh network, and the shipped scorer."""
-    return {"ours": worlds.random_weights(0), "fsel": pretrained.scorer().weights}
+def scorers() -> dict[str, Scorer]:
+    """Policy -> scorer: the paper's inputs through a fresh network, and the shipped rule."""
+    return {"ours": Network(worlds.random_weights(0)), "fsel": pretrained.scorer()}
 
 
 def compare_picks(problem: Problem, reference: Problem, k: int) -> tuple[int, int, float]:
     """Picks of the compiled loop that the plain float64 loop makes on the reference, picks, and
     the largest difference of their scores, relative."""
     same, total, error = 0, 0, 0.0
-    for name, weights in scorers().items():
+    for name, scorer in scorers().items():
         prepared = POLICIES[name].prepare(problem)
-        finite(prepared.static, *prepared.relations)
-        rows, got = greedy(prepared, weights, k)
-        wanted, want = plain.greedy(POLICIES[name].prepare(reference), weights, k)
+        finite(prepared.static, *prepared.rows)
+        rows, got = greedy(prepared, scorer, k)
+        wanted, want = plain.greedy(POLICIES[name].prepare(reference), scorer, k)
         finite(got, want)
         same += int((rows == wanted).sum())
         total += k
@@ -157,9 +159,9 @@ def distinct_first(problem: Problem) -> float:
 def loud() -> Finding:
     """Scores of 10^4: the compiled loop against the plain one."""
     problem = worlds.world()
-    prepared, weights = POLICIES["ours"].prepare(problem), worlds.random_weights(1, gain=60.0)
-    rows, got = greedy(prepared, weights, K)
-    wanted, want = plain.greedy(prepared, weights, K)
+    prepared, network = POLICIES["ours"].prepare(problem), Network(worlds.random_weights(1, 60.0))
+    rows, got = greedy(prepared, network, K)
+    wanted, want = plain.greedy(prepared, network, K)
     finite(got, want)
     same = int((rows == wanted).sum())
     error = float(np.abs(got / want - 1).max()) if same == K else np.inf

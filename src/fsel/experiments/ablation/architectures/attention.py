@@ -8,13 +8,13 @@ import torch
 from torch import nn
 
 from fsel.experiments.ablation.architectures.steps import Steps
-from fsel.selector.greedy import CONDITIONED_INPUTS, SHARPNESS_INPUT
-from fsel.selector.scorer import INPUTS, WIDTH
+from fsel.features.columns import CONDITIONED, INPUTS, SHARPNESS, positions
+from fsel.selector.scorer import WIDTH
 from fsel.training.imitation import perceptron
 
 HEADS = 4
 WAVELENGTHS = 10_000.0  # of the longest of the positional encoding (Vaswani et al. 2017)
-OWN = [*CONDITIONED_INPUTS.tolist(), SHARPNESS_INPUT]
+OWN = positions((*CONDITIONED, SHARPNESS)).tolist()
 RELATIONS = 3
 
 

@@ -6,7 +6,8 @@ import torch
 from torch import nn
 
 from fsel.experiments.ablation.architectures.steps import Steps
-from fsel.selector.scorer import INPUTS, WIDTH
+from fsel.features.columns import INPUTS
+from fsel.selector.scorer import WIDTH
 from fsel.training.imitation import perceptron
 
 

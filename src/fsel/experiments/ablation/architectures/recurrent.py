@@ -7,7 +7,8 @@ from torch import nn
 
 from fsel.experiments.ablation.architectures.attention import encoder
 from fsel.experiments.ablation.architectures.steps import Steps
-from fsel.selector.scorer import INPUTS, WIDTH
+from fsel.features.columns import INPUTS
+from fsel.selector.scorer import WIDTH
 from fsel.training.imitation import perceptron
 
 CELLS = {"lstm": nn.LSTM, "gru": nn.GRU, "rnn": nn.RNN}
