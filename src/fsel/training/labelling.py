@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -33,6 +34,11 @@ GENETIC = (
 )
 
 
+Labeller = Callable[
+    [Evaluate, Problem, Split, Mapping[str, Any], np.random.Generator], SearchResult
+]
+
+
 def search_subsets(
     evaluate: Evaluate,
     problem: Problem,
@@ -47,19 +53,33 @@ def search_subsets(
         evaluate: (K,) frames -> (3,) metrics on the proxies.
         problem: the selection problem.
         split: of the problem; its region feeds the genetic search's first population.
-        labeller: `genetic` (the paper's), `swap` (hill climbing from the nearest frames) or
-            `random`.
+        labeller: a key of `LABELLERS`.
         search: the config's section of that name.
         rng: the only source of chance.
     """
-    pool, k = split.candidates, search["k"]
-    if labeller == "random":
-        return random_search(evaluate, pool, k, search["evaluations"], rng)
-    if labeller == "swap":
-        starts = [nearest(problem, pool, k)]
-        return swap_search(evaluate, pool, starts, search["evaluations"], rng)
+    return LABELLERS[labeller](evaluate, problem, split, search, rng)
+
+
+def _genetic(evaluate, problem, split, search, rng) -> SearchResult:
+    """The paper's search (Appendix A.2)."""
+    pool, centers = split.candidates, problem.capture.centers
     settings = GeneticSettings(**{key: search[key] for key in GENETIC})
-    return genetic_search(evaluate, pool, split.region, problem.capture.centers, k, rng, settings)
+    return genetic_search(evaluate, pool, split.region, centers, search["k"], rng, settings)
+
+
+def _swap(evaluate, problem, split, search, rng) -> SearchResult:
+    """Hill climbing from the nearest frames."""
+    pool = split.candidates
+    starts = [nearest(problem, pool, search["k"])]
+    return swap_search(evaluate, pool, starts, search["evaluations"], rng)
+
+
+def _random(evaluate, problem, split, search, rng) -> SearchResult:
+    return random_search(evaluate, split.candidates, search["k"], search["evaluations"], rng)
+
+
+LABELLERS: dict[str, Labeller] = {"genetic": _genetic, "swap": _swap, "random": _random}
+"""(evaluate, problem, split, search, rng) -> searched subsets; the config's `search.labeller`."""
 
 
 def search_table(result: SearchResult, stored: int) -> pd.DataFrame:
