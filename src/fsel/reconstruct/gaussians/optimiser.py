@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from fsel.reconstruct.gaussians.exponential import exponential
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, jit, width_of
 
 MEAN_RATES = (1.6e-4, 1.6e-6)  # first and last, times the scene's extent
@@ -20,7 +21,7 @@ DECAYS = (0.9, 0.999)
 TINY = 1e-15  # Kerbl et al.: gradients are far below Adam's usual epsilon
 NOISE = 5e5  # times the means' rate: the noise's size (Kheradmand et al. 2024)
 FAINT, SHARP = 0.005, 100.0  # opacity at which the noise is halved, and how fast it falls above
-SILENT = 0.1  # opacity above which the noise is below 1e-4 of its size
+SILENT = math.log(0.1 / 0.9)  # logit of the opacity above which it is below 1e-4 of its size
 
 
 class Adam:
@@ -88,20 +89,22 @@ def _update(table, grad, first, second, count, touched, rates, corrections):
 def penalise(table, grad, touched, opacity, scale):
     """Add the gradients of `opacity` times the mean opacity and `scale` times the mean standard
     deviation, of the touched rows; the means are over all."""
-    opacity, scale = opacity / len(table), scale / (3 * len(table))
+    kind = table.dtype.type
+    opacity, scale = kind(opacity / len(table)), kind(scale / (3 * len(table)))
+    one, most = kind(1), kind(80)  # beyond it an exponential is as good as zero, or infinite
     for i in touched:
-        value = 1 / (1 + math.exp(-table[i, LOGIT]))
-        grad[i, LOGIT] += opacity * value * (1 - value)
+        value = one / (one + exponential(max(min(-table[i, LOGIT], most), -most)))
+        grad[i, LOGIT] += opacity * value * (one - value)
         for axis in range(3, 6):
-            grad[i, axis] += scale * math.exp(table[i, axis])
+            grad[i, axis] += scale * exponential(max(min(table[i, axis], most), -most))
 
 
 @jit
 def shake(table, touched, rng, size):
     """Move faint Gaussians at random, along their own axes, the farther the fainter."""
     for i in touched:
-        opacity = 1 / (1 + math.exp(-table[i, LOGIT]))
-        if opacity < SILENT:
+        if table[i, LOGIT] < SILENT:
+            opacity = 1 / (1 + math.exp(-table[i, LOGIT]))
             reach = size / (1 + math.exp(SHARP * (opacity - FAINT)))
             _shift(table[i], rng, reach)
 

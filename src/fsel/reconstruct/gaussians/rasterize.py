@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
+from fsel.reconstruct.gaussians.exponential import exponential
 from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, XX, XY, YY, U, V
-from fsel.reconstruct.gaussians.table import FAST, jit
+from fsel.reconstruct.gaussians.table import jit
 from fsel.reconstruct.gaussians.tiles import TILE
 
 PIXELS = TILE * TILE
@@ -21,31 +20,6 @@ LARGEST_ALPHA = 0.99
 LEAST_LIGHT = 1e-4  # a pixel is finished when less would pass
 FLOOR = math.log(LEAST_ALPHA) - 0.1  # exponents below it are as good as it: the pixel is skipped
 CHECKED = 8  # Gaussians between two looks at whether a tile is finished
-# 2^f for f from -1/2 to 1/2, to 8e-8 of the value
-POWERS = (1.00000007, 0.69314695, 0.24022122, 0.05550743, 0.00967546, 0.0013267)
-
-
-def exponential(x):
-    """exp(x) for x of -6 to 1: exact for float64; for float32 to 2e-7, and in vectors."""
-    return math.exp(x)
-
-
-@overload(exponential, jit_options={"fastmath": FAST})
-def _exponential(x):
-    if x == types.float32:
-        f, i = np.float32, np.int32
-        c0, c1, c2, c3, c4, c5 = (np.float32(c) for c in POWERS)
-        binary = np.float32(math.log2(math.e))
-
-        def short(x):
-            y = x * binary
-            n = i(y - f(0.5))
-            g = y - f(n)
-            power = ((((c5 * g + c4) * g + c3) * g + c2) * g + c1) * g + c0
-            return power * i((n + i(127)) << i(23)).view(f)
-
-        return short
-    return lambda x: math.exp(x)
 
 
 @jit
@@ -61,8 +35,8 @@ def composite(rows, starts, members, background, image, rest):
     """
     height, width = rest.shape
     across = (width + TILE - 1) // TILE
-    # of each pixel: light that still passes (0 when finished), light at the end, red, green, blue
-    state, at = np.empty(5 * PIXELS, rows.dtype), _centres(rows)
+    # of each pixel: the light that passes (below zero when finished), red, green, blue
+    state, at = np.empty(4 * PIXELS, rows.dtype), _centres(rows)
     for t in range(len(starts) - 1):
         left, top = (t % across) * TILE, (t // across) * TILE
         wide, high = min(width - left, TILE), min(height - top, TILE)
@@ -74,12 +48,11 @@ def composite(rows, starts, members, background, image, rest):
         for y in range(high):
             for x in range(wide):
                 p = y * TILE + x
-                passed = state[PIXELS + p]
+                passed = abs(state[p])
                 rest[top + y, left + x] = passed
                 for c in range(3):
-                    image[c, top + y, left + x] = (
-                        state[(2 + c) * PIXELS + p] + background[c] * passed
-                    )
+                    color = state[(1 + c) * PIXELS + p]
+                    image[c, top + y, left + x] = color + background[c] * passed
 
 
 @jit
@@ -96,9 +69,8 @@ def _centres(rows):
 def _open(state, wide, high):
     """Start a tile; pixels beyond the image are finished."""
     for p in range(PIXELS):
-        state[p] = 1 if p % TILE < wide and p // TILE < high else 0
-        state[PIXELS + p] = 1
-        for c in range(2, len(state) // PIXELS):
+        state[p] = 1 if p % TILE < wide and p // TILE < high else -1
+        for c in range(1, len(state) // PIXELS):
             state[c * PIXELS + p] = 0
 
 
@@ -107,7 +79,7 @@ def _finished(state):
     light = state[0]
     for p in range(1, PIXELS):
         light = max(light, state[p])
-    return light == 0
+    return light < 0
 
 
 @jit
@@ -128,11 +100,10 @@ def _add(state, at, rows, i, left, top):
         after = light * (one - alpha)
         goes = after >= least
         weight = alpha * light if goes else none
-        state[p] = after if goes else none
-        state[PIXELS + p] = after if goes else state[PIXELS + p]
-        state[2 * PIXELS + p] += weight * red
-        state[3 * PIXELS + p] += weight * green
-        state[4 * PIXELS + p] += weight * blue
+        state[p] = after if goes else -abs(light)
+        state[PIXELS + p] += weight * red
+        state[2 * PIXELS + p] += weight * green
+        state[3 * PIXELS + p] += weight * blue
 
 
 @jit
@@ -147,7 +118,7 @@ def backward(rows, starts, members, image, pull, pulls):
     """
     height, width = image.shape[1:]
     across = (width + TILE - 1) // TILE
-    # of each pixel: light that still passes, what lies behind times its gradient, the gradient
+    # of each pixel: the light that passes, what lies behind times its gradient, the gradient
     state, at = np.empty(5 * PIXELS, rows.dtype), _centres(rows)
     for t in range(len(starts) - 1):
         left, top = (t % across) * TILE, (t // across) * TILE
@@ -187,7 +158,7 @@ def _pull(state, at, rows, i, left, top, out):
         after = light * (one - alpha)
         goes = after >= least
         weight = alpha * light if goes else none
-        state[p] = after if goes else none
+        state[p] = after if goes else -abs(light)
         gr, gg, gb = state[2 * PIXELS + p], state[3 * PIXELS + p], state[4 * PIXELS + p]
         shown = red * gr + green * gg + blue * gb
         behind = state[PIXELS + p] - weight * shown

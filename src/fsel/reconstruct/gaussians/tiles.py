@@ -15,7 +15,7 @@ from fsel.reconstruct.gaussians.projection import (
     U,
     V,
 )
-from fsel.reconstruct.gaussians.table import jit
+from fsel.reconstruct.gaussians.table import inlined, jit
 
 TILE = 8  # pixels
 SLACK = 0.01  # pixels by which spans are widened: a pair too many costs time, one too few an error
@@ -70,54 +70,58 @@ def assign(rows, width, height):
     """
     across, down = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
     starts = np.zeros(across * down + 1, np.int64)
+    bounds, lines = np.zeros(len(rows) + 1, np.int64), np.empty((len(rows), 2), np.int32)
     for n in range(len(rows)):
-        top, bottom = _lines(rows[n], height)
-        for line in range(top, bottom + 1):
-            first, last = _span(rows[n], line, width)
-            for column in range(first, last + 1):
-                starts[line * across + column + 1] += 1
+        lines[n, 0], lines[n, 1] = _lines(rows, n, height)
+        bounds[n + 1] = bounds[n] + lines[n, 1] - lines[n, 0] + 1
+    spans = np.empty((bounds[-1], 2), np.int32)  # first and last tile of each line that is met
+    for n in range(len(rows)):
+        for k in range(bounds[n], bounds[n + 1]):
+            line = lines[n, 0] + k - bounds[n]
+            first, last = _span(rows, n, line, width)
+            spans[k, 0], spans[k, 1] = first, last
+            for at in range(line * across + first, line * across + last + 1):
+                starts[at + 1] += 1
     for t in range(across * down):
         starts[t + 1] += starts[t]
-    ends = starts[:-1].copy()
-    members = np.empty(starts[-1], np.int32)
+    ends, members = starts[:-1].copy(), np.empty(starts[-1], np.int32)
     for n in range(len(rows)):
-        top, bottom = _lines(rows[n], height)
-        for line in range(top, bottom + 1):
-            first, last = _span(rows[n], line, width)
-            for column in range(first, last + 1):
-                at = line * across + column
+        for k in range(bounds[n], bounds[n + 1]):
+            line = (lines[n, 0] + k - bounds[n]) * across
+            for at in range(line + spans[k, 0], line + spans[k, 1] + 1):
                 members[ends[at]] = n
                 ends[at] += 1
     return starts, members
 
 
-@jit
-def _lines(row, height):
+@inlined
+def _lines(rows, n, height):
     """First and last row of tiles that an ellipse may reach."""
-    low = max(row[V] - row[HALF_Y] - 0.5 - SLACK, 0.0)
-    high = min(row[V] + row[HALF_Y] - 0.5 + SLACK, height - 1.0)
+    low = max(rows[n, V] - rows[n, HALF_Y] - 0.5 - SLACK, 0.0)
+    high = min(rows[n, V] + rows[n, HALF_Y] - 0.5 + SLACK, height - 1.0)
     return int(np.ceil(low)) // TILE, int(np.floor(high)) // TILE
 
 
-@jit
-def _span(row, line, width):
+@inlined
+def _span(rows, n, line, width):
     """First and last tile of a row of tiles whose pixel centres an ellipse may reach."""
-    low = max(line * TILE + 0.5 - row[V], -row[HALF_Y])
-    high = min(line * TILE + TILE - 0.5 - row[V], row[HALF_Y])
+    low = max(line * TILE + 0.5 - rows[n, V], -rows[n, HALF_Y])
+    high = min(line * TILE + TILE - 0.5 - rows[n, V], rows[n, HALF_Y])
     if low > high:  # the ellipse ends between two rows of centres; rounding decides
-        low = high = min(max(0.5 * (low + high), -row[HALF_Y]), row[HALF_Y])
-    widest = row[LEAN] * row[HALF_X]  # where, from the middle down, the right end is farthest
-    right = _edge(row, min(max(widest, low), high), 1.0)
-    left = _edge(row, min(max(-widest, low), high), -1.0)
-    first = max(int(np.ceil(row[U] + left - 0.5 - SLACK)), 0)
-    last = min(int(np.floor(row[U] + right - 0.5 + SLACK)), width - 1)
+        low = high = min(max(0.5 * (low + high), -rows[n, HALF_Y]), rows[n, HALF_Y])
+    # how far below the middle the right end is farthest
+    widest = rows[n, LEAN] * rows[n, HALF_X]
+    right = _edge(rows, n, min(max(widest, low), high), 1.0)
+    left = _edge(rows, n, min(max(-widest, low), high), -1.0)
+    first = max(int(np.ceil(rows[n, U] + left - 0.5 - SLACK)), 0)
+    last = min(int(np.floor(rows[n, U] + right - 0.5 + SLACK)), width - 1)
     if first > last:
         return 1, 0
     return first // TILE, last // TILE
 
 
-@jit
-def _edge(row, y, side):
+@inlined
+def _edge(rows, n, y, side):
     """Left (-1) or right (1) end of the ellipse at a height, from its middle."""
-    a, b, c = -2.0 * row[XX], -1.0 * row[XY], -2.0 * row[YY]
-    return (-b * y + side * np.sqrt(max(b * b * y * y - a * (c * y * y - row[RANGE]), 0.0))) / a
+    a, b, c = -2.0 * rows[n, XX], -1.0 * rows[n, XY], -2.0 * rows[n, YY]
+    return (-b * y + side * np.sqrt(max(b * b * y * y - a * (c * y * y - rows[n, RANGE]), 0.0))) / a
