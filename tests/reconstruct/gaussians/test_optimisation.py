@@ -62,7 +62,7 @@ def test_adam_updates_touched_rows_alone_as_torch_does():
         previous = tensor.detach().clone()
         twin.step()
         rates = adam.rates.copy()
-        rates[:3] = adam.mean_rate(step)
+        rates[:3] = adam.pace * adam.mean_rate(step)
         expected += (tensor.detach() - previous).numpy() * rates
         adam.step(grad, np.array([1, 3], np.int32), step)
         assert not grad.any()
@@ -85,6 +85,10 @@ def test_a_row_that_is_seen_late_starts_with_a_whole_step():
 
 def test_the_means_rate_falls_from_the_published_first_to_the_last():
     adam = optimiser.Adam(np.zeros((1, 14)), 0, 2000)
+    assert adam.pace == pytest.approx(math.sqrt(15))
+    assert adam.rates[3] == pytest.approx(math.sqrt(15) * 5e-3)
+    assert adam.rates[10] == 5e-2
+    assert optimiser.Adam(np.zeros((1, 14)), 0, 60_000).pace == 1
     assert adam.mean_rate(0) == pytest.approx(1.1 * 1.6e-4)
     assert adam.mean_rate(1000) == pytest.approx(1.1 * 1.6e-5)
     assert adam.mean_rate(2000) == pytest.approx(1.1 * 1.6e-6)

@@ -3,6 +3,9 @@ noise of 3DGS-MCMC (Kheradmand et al. 2024).
 
 Only the Gaussians that a step's views see are updated, as in Taming 3DGS (Mallick et al. 2024) and
 gsplat's `visible_adam`; each counts its own steps for Adam's bias corrections.
+
+The published rates are for 30,000 steps. A training of fewer steps takes longer ones: all rates but
+the opacity's are multiplied by sqrt(30,000 / steps) (measured: docs/gaussians.md).
 """
 
 from __future__ import annotations
@@ -14,12 +17,13 @@ import numpy as np
 from fsel.reconstruct.gaussians.exponential import exponential
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, jit, width_of
 
+PUBLISHED_STEPS = 30_000
 MEAN_RATES = (1.6e-4, 1.6e-6)  # first and last, times the scene's extent
 RATES = {"scale": 5e-3, "turn": 1e-3, "logit": 5e-2, "color": 2.5e-3, "harmonics": 1.25e-4}
 EXTENT = 1.1  # in the normalised frame the farthest camera is at 1, and Kerbl et al. add a tenth
 DECAYS = (0.9, 0.999)
 TINY = 1e-15  # Kerbl et al.: gradients are far below Adam's usual epsilon
-NOISE = 5e5  # times the means' rate: the noise's size (Kheradmand et al. 2024)
+NOISE = 5e5  # times the means' published rate: the noise's size (Kheradmand et al. 2024)
 FAINT, SHARP = 0.005, 100.0  # opacity at which the noise is halved, and how fast it falls above
 SILENT = math.log(0.1 / 0.9)  # logit of the opacity above which it is below 1e-4 of its size
 
@@ -37,20 +41,22 @@ class Adam:
         self.first, self.second = np.zeros_like(table), np.zeros_like(table)
         self.count = np.zeros(len(table), np.int64)
         self.rates = np.empty(width_of(degree), table.dtype)
+        self.pace = max(1.0, math.sqrt(PUBLISHED_STEPS / max(steps, 1)))
         self.rates[SCALE], self.rates[TURN] = RATES["scale"], RATES["turn"]
-        self.rates[LOGIT], self.rates[COLOR : COLOR + 3] = RATES["logit"], RATES["color"]
-        self.rates[COLOR + 3 :] = RATES["harmonics"]
+        self.rates[COLOR : COLOR + 3], self.rates[COLOR + 3 :] = RATES["color"], RATES["harmonics"]
+        self.rates *= self.pace
+        self.rates[LOGIT] = RATES["logit"]
         past = np.arange(1, steps + 2)
         self.corrections = np.stack([1 - decay**past for decay in DECAYS]).astype(table.dtype)
 
     def mean_rate(self, step: int) -> float:
-        """Of the means at a step: from the first to the last, exponentially."""
+        """The published one of the means at a step: from the first to the last, exponentially."""
         first, last = MEAN_RATES
         return EXTENT * first * (last / first) ** (step / self.steps)
 
     def step(self, grad: np.ndarray, touched: np.ndarray, step: int) -> None:
         """Update the touched rows, and clear their gradients."""
-        self.rates[MEAN] = self.mean_rate(step)
+        self.rates[MEAN] = self.pace * self.mean_rate(step)
         _update(
             self.table,
             grad,
