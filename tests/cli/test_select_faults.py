@@ -146,7 +146,7 @@ def test_force_deletes_nothing_that_a_person_made(capture, tmp_path, capsys):
     mine.mkdir()
     (mine / "images").mkdir()
     assert select(capture, "-k", 4, "-o", mine, "--force") == 1
-    assert "no selection.json" in capsys.readouterr().err
+    assert "no manifest.json" in capsys.readouterr().err
 
 
 def test_a_read_only_disk_is_refused_before_work(capture, tmp_path, monkeypatch, capsys):

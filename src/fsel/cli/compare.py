@@ -12,8 +12,9 @@ import numpy as np
 from fsel import api
 from fsel.capture import Capture
 from fsel.cli.console import Console
-from fsel.cli.request import focus_of
+from fsel.cli.request import focus_of, inputs_of
 from fsel.evaluation import Evaluator
+from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
 from fsel.layouts.opening import open_capture
 from fsel.layouts.previews import sharpness_of_files
@@ -24,7 +25,6 @@ from fsel.reconstruct import RECONSTRUCTORS
 from fsel.request.focus import Focus
 from fsel.request.targets import Targets
 
-WRITTEN = ("compare.json", "compare.txt", "renders")
 SHOWN = 6  # held-out frames that are rendered side by side
 BAND = 14  # pixels of a caption
 Picks = dict[tuple[int, str], list[np.ndarray]]
@@ -32,7 +32,7 @@ Picks = dict[tuple[int, str], list[np.ndarray]]
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    with staged(asked.out, WRITTEN, asked.force) as stage:
+    with staged(asked.out, "compare", FolderRecord(), inputs_of(asked), asked.force) as stage:
         opened = open_capture(asked.capture, asked.layout, asked.long_side)
         focus = focus_of(asked, opened.capture)
         targets = _checked(asked, opened.capture, focus)

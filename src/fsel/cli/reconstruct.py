@@ -8,17 +8,16 @@ import numpy as np
 
 import fsel
 from fsel.cli.console import Console
-from fsel.files import atomic
+from fsel.cli.request import inputs_of
+from fsel.export.records import PlyRecord
+from fsel.export.staging import staged
 from fsel.layouts.opening import open_capture
 from fsel.request.targets import named_in
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    if asked.out.exists() and not asked.force:
-        raise FileExistsError(f"{asked.out}: exists already. Hint: --force replaces it")
-    with atomic(asked.out) as stage:
-        stage.touch()  # a disk that takes no file is refused before work
+    with staged(asked.out, "reconstruct", PlyRecord(), inputs_of(asked), asked.force) as stage:
         opened = open_capture(asked.capture, asked.layout, asked.long_side)
         frames = named_in(asked.frames, opened.capture)
         loaded = opened.loaded(frames, console.bar("images"))

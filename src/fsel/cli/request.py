@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +19,12 @@ def focus_of(asked: argparse.Namespace, capture: Capture) -> Focus | None:
     if asked.box is not None:
         return from_box(np.array(asked.box))
     return None
+
+
+def inputs_of(asked: argparse.Namespace) -> list[Path]:
+    """The files and folders that a command line names to be read."""
+    named = [getattr(asked, name, None) for name in ("capture", "masks", "frames", "targets")]
+    return [Path(name) for name in named if name is not None and Path(name).exists()]
 
 
 def reasons(dropped: dict[str, str]) -> str:

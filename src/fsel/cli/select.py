@@ -13,9 +13,10 @@ import numpy as np
 from fsel import api
 from fsel.capture import Capture
 from fsel.cli.console import Console
-from fsel.cli.request import focus_of, reasons
+from fsel.cli.request import focus_of, inputs_of, reasons
 from fsel.export import record, subset
 from fsel.export.page import page
+from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
 from fsel.layouts.opening import Opened, open_capture
 from fsel.layouts.previews import sharpness_of_files, thumbnails
@@ -24,7 +25,6 @@ from fsel.request.targets import ALL
 from fsel.selector import pretrained
 
 THUMBNAIL = 240  # pixels of the longer side, in the report
-WRITTEN = ("selection.json", "frames.txt", "report.html", *subset.WRITTEN)
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:
@@ -34,7 +34,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         raise ValueError(
             f"--threshold and --memory go with -k auto alone, and k is {asked.k}. Hint: -k auto"
         )
-    with staged(asked.out, WRITTEN, asked.force) as stage:
+    with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
         with console.clock("reading"):
             opened = open_capture(asked.capture, asked.layout)
         seconds = {"read": time.perf_counter() - started}

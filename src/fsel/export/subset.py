@@ -19,7 +19,6 @@ from fsel.layouts.opening import Opened
 from fsel.layouts.recording import Camera
 from fsel.request.focus import load_white, mask_file
 
-WRITTEN = ("transforms.json", "sparse_pc.ply", "images", "masks", "sparse")
 NO_POINTS = RawPoints(
     xyz=np.empty((0, 3)),
     rgb=np.empty((0, 3), np.uint8),
