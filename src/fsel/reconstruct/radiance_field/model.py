@@ -1,0 +1,81 @@
+"""A fitted field: what it holds, and its images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsel.capture import Views
+from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.radiance_field import passes
+from fsel.reconstruct.radiance_field.grid import Grid
+from fsel.reconstruct.radiance_field.training import FAINT
+
+
+@dataclass(frozen=True)
+class RadianceModel:
+    """A radiance field.
+
+    Attributes:
+        frame: where the field's origin and unit are in the world.
+        grid: densities and colours.
+        near: distance at which rays start, in that frame.
+        background: (3,) float32 colour in [0, 1] where nothing is.
+        seconds: spent fitting.
+        peak_bytes: the most memory that fitting took; see `fsel.reconstruct.memory.Peak`.
+        device: where it was fitted, and renders.
+    """
+
+    frame: Frame
+    grid: Grid
+    near: float
+    background: np.ndarray
+    seconds: float
+    peak_bytes: int
+    device: str = "cpu"
+
+    @property
+    def primitives(self) -> int:
+        """Number of grid cells with content."""
+        return int(self.grid.occupied.sum())
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the field."""
+        return self.grid.bytes
+
+    def render(self, views: Views) -> np.ndarray:
+        """(T, h, w, 3) float32 images in [0, 1] at the given poses."""
+        width, height = views.size
+        out = np.empty((len(views), height, width, 3), np.float32)
+        poses = self.frame.local_poses(views.world_to_camera)
+        local = Views(poses, views.intrinsics, views.size)
+        for t in range(len(views)):
+            passes.render_rays(
+                rays_of(local.subset(slice(t, t + 1))),
+                self.near,
+                self.grid.shape,
+                self.grid.field,
+                self.grid.harmonics,
+                self.background,
+                FAINT,
+                out[t].reshape(-1, 3),
+            )
+        return np.clip(out, 0, 1, out=out)
+
+
+def rays_of(views: Views) -> np.ndarray:
+    """(T * h * w, 6) float32 origins and unit directions through the centres of all pixels.
+
+    Poses are in the field's coordinates, where float32 rounds places near the cameras to 1e-7.
+    """
+    width, height = views.size
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    fx, fy, cx, cy = (views.intrinsics[:, i, None, None] for i in range(4))
+    ahead = np.stack([(x - cx) / fx, (y - cy) / fy, np.ones((len(views), height, width))], axis=-1)
+    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+    rays = np.empty((*ahead.shape[:3], 6), np.float32)
+    rays[..., :3] = views.centers[:, None, None]
+    rays[..., 3:] = np.einsum("nhwi,nij->nhwj", ahead, views.world_to_camera[:, :, :3])
+    return rays.reshape(-1, 6)

@@ -1,0 +1,187 @@
+"""Compiled work on one ray: its samples, the colour they add up to, and the gradient of it.
+
+Scalars are float64. Arrays are float32 in a fit, and float64 where the tests compare gradients with
+automatic differentiation.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fsel.reconstruct.radiance_field.lanes import LANES, blend, scatter
+from fsel.reconstruct.radiance_field.space import HALF_SIDE, jit, pace, shrink
+
+MARGIN = 0.25  # cells before the wall of the cube, at which a ray ends: the wall is at infinity
+OPAQUE = 1e-4  # transmittance at which a ray ends
+DENSEST = 15.0  # logarithm of the largest density: no exponential overflows
+
+
+@jit
+def sample(ray, near, late, step, side, occupied, cells, parts):
+    """Samples of one ray in occupied cells, at equal steps of contracted length.
+
+    Args:
+        ray: (6,) origin and unit direction.
+        near: distance at which the ray starts.
+        late: in (0, 1], share of a step before the first sample.
+        step: contracted length.
+        side: vertices along an edge of the grid.
+        occupied: (side**3,) bool, by the lowest vertex of a cell.
+        cells: (S,) int64, filled with each sample's cell.
+        parts: (S, 3), filled with the place inside the cell, in [0, 1].
+
+    Returns:
+        The number of samples.
+    """
+    scale = (side - 1) / (2.0 * HALF_SIDE)
+    wall = HALF_SIDE - MARGIN / scale
+    dx, dy, dz = float(ray[3]), float(ray[4]), float(ray[5])
+    x, y, z = ray[0] + near * dx, ray[1] + near * dy, ray[2] + near * dz
+    ahead, count = late * step, 0
+    while count < len(cells):
+        t = ahead / pace(x, y, z, dx, dy, dz)
+        x, y, z = x + t * dx, y + t * dy, z + t * dz
+        ahead = step
+        r = max(abs(x), abs(y), abs(z))
+        factor = shrink(r)
+        if not r * factor < wall:
+            break
+        u = (x * factor + HALF_SIDE) * scale
+        v = (y * factor + HALF_SIDE) * scale
+        w = (z * factor + HALF_SIDE) * scale
+        i, j, k = int(u), int(v), int(w)
+        cell = (i * side + j) * side + k
+        if occupied[cell]:
+            cells[count] = cell
+            parts[count, 0], parts[count, 1], parts[count, 2] = u - i, v - j, w - k
+            count += 1
+    return count
+
+
+@jit
+def trilinear(cell, part, side, index, rows, shares):
+    """Rows of the eight vertices around a sample, and their weights; fills two (8,) arrays."""
+    for c in range(8):
+        a, b, d = c >> 2, (c >> 1) & 1, c & 1
+        rows[c] = index[cell + (a * side + b) * side + d]
+        u = part[0] if a else 1.0 - part[0]
+        v = part[1] if b else 1.0 - part[1]
+        w = part[2] if d else 1.0 - part[2]
+        shares[c] = u * v * w
+
+
+@jit
+def optical_depth(rows, shares, density, step):
+    """Of one sample: the exponential of the interpolated logarithm of density, times the step."""
+    raw = 0.0
+    for c in range(8):
+        raw += shares[c] * density[rows[c]]
+    return math.exp(min(raw, DENSEST)) * step
+
+
+@jit
+def harmonics(ray, basis):
+    """Real spherical harmonics of a direction, up to factors: 1; x, y, z; five of degree two."""
+    x, y, z = float(ray[3]), float(ray[4]), float(ray[5])
+    basis[0] = 1.0
+    if len(basis) > 1:
+        basis[1], basis[2], basis[3] = x, y, z
+    if len(basis) > 4:
+        basis[4], basis[5], basis[6] = 2.0 * x * y, 2.0 * y * z, 2.0 * x * z
+        basis[7], basis[8] = x * x - y * y, (3.0 * z * z - 1.0) / 2.0
+
+
+@jit
+def width_of(count):
+    """Numbers a vertex keeps for `count` harmonics of three channels, filled up to whole lanes."""
+    return (3 * count + LANES - 1) // LANES * LANES
+
+
+@jit
+def composite(samples, side, step, field, basis, least, kept, out):
+    """Colour of one ray, front to back, and what its gradient needs.
+
+    Args:
+        samples: cells (n,) and parts (n, 3) of `sample`.
+        side, step: of `sample`.
+        field: index (side**3,) int32; logarithms of density (m,); raw colours, flat (m * W,).
+        basis: (B,) `harmonics` of the ray.
+        least: samples of a smaller optical depth are passed over.
+        kept: rows (S, 8) int32, shares (S, 8), state (S, 6), lanes (W,) or longer; filled. A row
+            of the state: three channels, weight, transmittance behind, optical depth.
+        out: (3,) colour without any background; filled.
+
+    Returns:
+        The number of samples kept, and the transmittance left.
+    """
+    cells, parts = samples
+    index, density, color = field
+    rows, shares, state, lanes = kept
+    flat_rows, flat_shares, width = rows.reshape(-1), shares.reshape(-1), width_of(len(basis))
+    left, n = 1.0, 0
+    out[:] = 0
+    for s in range(len(cells)):
+        trilinear(cells[s], parts[s], side, index, rows[n], shares[n])
+        depth = optical_depth(rows[n], shares[n], density, step)
+        if depth < least:
+            continue
+        weight = left * (1.0 - math.exp(-depth))
+        left -= weight
+        for at in range(0, width, LANES):
+            blend(lanes, color, flat_rows, flat_shares, n, width, at)
+        _shade(lanes, basis, state[n])
+        for channel in range(3):
+            out[channel] += weight * state[n, channel]
+        state[n, 3], state[n, 4], state[n, 5] = weight, left, depth
+        n += 1
+        if left < OPAQUE:
+            break
+    return n, left
+
+
+@jit
+def _shade(lanes, basis, channels):
+    """Colour seen from the basis' direction: the sigmoid of the harmonics' sum."""
+    zero = basis[0] * 0
+    red, green, blue = zero, zero, zero
+    for h in range(len(basis)):
+        red += basis[h] * lanes[3 * h]
+        green += basis[h] * lanes[3 * h + 1]
+        blue += basis[h] * lanes[3 * h + 2]
+    channels[0] = 1.0 / (1.0 + math.exp(-red))
+    channels[1] = 1.0 / (1.0 + math.exp(-green))
+    channels[2] = 1.0 / (1.0 + math.exp(-blue))
+
+
+@jit
+def backpropagate(n, kept, basis, slope, behind, gradients):
+    """Carry the gradient of one ray's colour back to the vertices.
+
+    With weights w, colours c and transmittances T, the colour C has the derivative by the optical
+    depth of sample i: dC/dt_i = T_(i+1) c_i - (sum of w_j c_j over j > i, and the background).
+
+    Args:
+        n, kept, basis: of `composite`.
+        slope: (3,) gradient of the loss by the colour.
+        behind: the gradient times what the background adds to the colour.
+        gradients: of the logarithms of density (m,) and of the raw colours, flat; added to.
+    """
+    rows, shares, state, lanes = kept
+    density_gradient, color_gradient = gradients
+    flat_rows, flat_shares, width = rows.reshape(-1), shares.reshape(-1), width_of(len(basis))
+    lanes[3 * len(basis) : width] = 0
+    for s in range(n - 1, -1, -1):
+        weight, left, depth = state[s, 3], state[s, 4], state[s, 5]
+        worth = 0.0
+        for channel in range(3):
+            shade = state[s, channel]
+            worth += slope[channel] * shade
+            turned = slope[channel] * weight * shade * (1.0 - shade)
+            for h in range(len(basis)):
+                lanes[3 * h + channel] = turned * basis[h]
+        change = (left * worth - behind) * depth
+        behind += weight * worth
+        for c in range(8):
+            density_gradient[rows[s, c]] += shares[s, c] * change
+        for at in range(0, width, LANES):
+            scatter(color_gradient, lanes, flat_rows, flat_shares, s, width, at)

@@ -1,0 +1,90 @@
+"""The reconstructor `radiance_field` bound to one capture."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from fsel.capture import Capture
+from fsel.reconstruct.memory import Peak
+from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.radiance_field.model import RadianceModel, rays_of
+from fsel.reconstruct.radiance_field.settings import RadianceSettings
+from fsel.reconstruct.radiance_field.training import Pixels, Progress, optimised
+from fsel.reconstruct.subset import restricted
+
+NEAR = 0.1  # of the frame's unit: where rays start unless points are nearer
+NEAREST = 1.0  # per cent of the points that count as mistaken for being too near
+
+
+class RadianceField:
+    """The reconstructor bound to one capture; see `RadianceSettings`.
+
+    A model depends on the selected frames alone: on their images, cameras and masks, and on the
+    sparse points that at least two of them see. The order of the frames does not matter.
+
+    Args:
+        capture: already at the reconstruction size.
+        settings: keyword arguments of `RadianceSettings`.
+
+    Raises:
+        ValueError: for a setting outside its range.
+    """
+
+    def __init__(self, capture: Capture, **settings) -> None:
+        self.capture = capture
+        self.settings = RadianceSettings(**settings)
+
+    def fit(self, frames: np.ndarray, progress: Progress | None = None) -> RadianceModel:
+        """Reconstruct from a subset.
+
+        Args:
+            frames: (K,) int64 distinct frames, K >= 2.
+            progress: called after each step with the steps made, all steps, and the loss.
+
+        Raises:
+            ValueError: for fewer than two frames, which hold no parallax, or repeated ones.
+        """
+        frames = np.sort(np.asarray(frames, np.int64))
+        if len(frames) < 2 or len(np.unique(frames)) < len(frames):
+            raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
+        started, peak = time.perf_counter(), Peak()
+        capture = restricted(self.capture, frames)
+        frame = Frame.of(capture)
+        pixels = _pixels(frame.localised(capture))
+        grid = optimised(pixels, self.settings, progress)
+        return RadianceModel(
+            frame=frame,
+            grid=grid,
+            near=pixels.near,
+            background=pixels.background,
+            seconds=time.perf_counter() - started,
+            peak_bytes=peak.bytes,
+        )
+
+
+def _pixels(capture: Capture) -> Pixels:
+    """Rays and colours of a capture that is in the field's coordinates, masked pixels left out."""
+    rays, truth = rays_of(capture.views), capture.images.reshape(-1, 3)
+    if capture.masks is not None:
+        counted = capture.masks.reshape(-1)
+        rays, truth = rays[counted], truth[counted]
+    background = np.zeros(3) if not len(truth) else truth.mean(axis=0, dtype=np.float64) / 255
+    return Pixels(
+        rays=rays,
+        truth=truth.astype(np.float32) / np.float32(255),
+        near=_near(capture),
+        background=background.astype(np.float32),
+    )
+
+
+def _near(capture: Capture) -> float:
+    """Where rays start: half-way to the nearest points, where there are any."""
+    points = capture.points
+    if points is None or not len(points.track_point):
+        return NEAR
+    pose = capture.world_to_camera[points.track_frame, 2]
+    depth = np.einsum("li,li->l", pose[:, :3], points.xyz[points.track_point]) + pose[:, 3]
+    ahead = depth[depth > 0]
+    return float(min(NEAR, np.percentile(ahead, NEAREST) / 2)) if len(ahead) else NEAR

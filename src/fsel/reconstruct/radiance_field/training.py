@@ -1,0 +1,129 @@
+"""Optimisation of the field, coarse to fine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsel.reconstruct.radiance_field import passes
+from fsel.reconstruct.radiance_field.grid import Grid, grown
+from fsel.reconstruct.radiance_field.optimise import adam_step, add_variation
+from fsel.reconstruct.radiance_field.settings import RadianceSettings
+
+EMPTY = -1.0  # logarithm of density that the field starts from: a ray sees half-way through it
+FAINT = 1e-3  # optical depth below which a sample is passed over, once the first stage is done
+DECAY = 0.1  # of the step size, from the first step to the last
+BENDS = 1.0, 0.1  # differences of density and of colour from which variation counts linearly
+
+Progress = Callable[[int, int, float], None]
+
+
+@dataclass(frozen=True)
+class Pixels:
+    """What the field must explain.
+
+    Attributes:
+        rays: (n, 6) float32 origins and unit directions, in the field's coordinates.
+        truth: (n, 3) float32 colours in [0, 1].
+        near: distance at which rays start.
+        background: (3,) float32 colour behind everything.
+    """
+
+    rays: np.ndarray
+    truth: np.ndarray
+    near: float
+    background: np.ndarray
+
+
+def optimised(pixels: Pixels, settings: RadianceSettings, progress: Progress | None) -> Grid:
+    """The field after all stages.
+
+    Args:
+        pixels: of the selected frames.
+        settings: of the reconstructor.
+        progress: called after each step with the steps made, all steps, and the loss.
+    """
+    color = np.clip(pixels.background, 0.02, 0.98)
+    harmonics = (settings.degree + 1) ** 2
+    grid = Grid.full(settings.sides[0], EMPTY, np.log(color / (1 - color)), harmonics)
+    if not len(pixels.rays):
+        return emptied(grid)
+    rng = np.random.default_rng(settings.seed)
+    made, total = 0, sum(settings.steps)
+    for stage, steps in enumerate(settings.steps):
+        if stage:
+            kept = grown(seen_cells(pixels, grid, settings.visible))
+            grid = grid.refined(kept, settings.sides[stage], EMPTY)
+        optimiser = _Optimiser(grid, pixels, settings, FAINT if stage else 0.0)
+        draws = _draws(rng, len(pixels.rays), settings.rays)
+        for turn in range(1, steps + 1):
+            loss = optimiser.step(next(draws), rng, turn, DECAY ** (made / total))
+            made += 1
+            if progress is not None:
+                progress(made, total, loss)
+    return grid
+
+
+def emptied(grid: Grid) -> Grid:
+    """A grid without cells, which shows the background alone."""
+    return grid.refined(np.zeros_like(grid.cells), grid.side, EMPTY)
+
+
+def seen_cells(pixels: Pixels, grid: Grid, least: float) -> np.ndarray:
+    """(side, side, side) bool: cells that give more than a share of the light of some pixel."""
+    seen = np.empty(len(grid.occupied), np.float32)
+    passes.largest_weights(pixels.rays, pixels.near, grid.shape, grid.field, seen)
+    return (seen > least).reshape(grid.cells.shape)
+
+
+def _draws(rng: np.random.Generator, count: int, size: int) -> Iterator[np.ndarray]:
+    """Rows of rays, ascending for the sake of the processor's cache; all before any comes again."""
+    while True:
+        order = rng.permutation(count)
+        for start in range(0, max(count - size, 0) + 1, size):
+            yield np.sort(order[start : start + size])
+
+
+class _Optimiser:
+    """Adam on one grid's arrays, which it changes in place."""
+
+    def __init__(
+        self, grid: Grid, pixels: Pixels, settings: RadianceSettings, least: float
+    ) -> None:
+        self.grid, self.pixels, self.settings, self.least = grid, pixels, settings, least
+        self.rows = grid.neighbours()
+        self.values = grid.density[:, None], grid.color
+        self.gradients = tuple(np.zeros_like(v) for v in self.values)
+        self.moments = tuple(
+            (np.zeros(v.size, v.dtype), np.zeros(v.size, v.dtype)) for v in self.values
+        )
+        self.rates = settings.density_rate, settings.color_rate
+        self.weights = settings.density_variation, settings.color_variation
+
+    def step(self, drawn: np.ndarray, rng: np.random.Generator, turn: int, decay: float) -> float:
+        """One step on the drawn rays; returns the loss without its variation."""
+        pixels, grid = self.pixels, self.grid
+        late = 1 - rng.random(len(drawn), dtype=np.float32)
+        flat = tuple(g.reshape(-1) for g in self.gradients)
+        loss = passes.loss_and_gradient(
+            pixels.rays[drawn],
+            pixels.truth[drawn],
+            late,
+            pixels.near,
+            grid.shape,
+            grid.field,
+            grid.harmonics,
+            pixels.background,
+            self.least,
+            flat,
+        )
+        for part, values in enumerate(self.values):
+            if self.weights[part] > 0:
+                weight = np.float32(self.weights[part] / max(len(values), 1))
+                bend = np.float32(BENDS[part])
+                add_variation(self.rows, values, weight, bend, self.gradients[part])
+            rate = self.rates[part] * decay
+            adam_step(values.reshape(-1), flat[part], self.moments[part], rate, turn)
+        return loss
