@@ -1,0 +1,156 @@
+"""Samples, compositing and gradients: by hand, and against automatic differentiation."""
+
+import numpy as np
+import pytest
+import radiance_twin
+import torch
+
+from fsel.reconstruct.radiance_field import passes, rays
+from fsel.reconstruct.radiance_field.grid import Grid
+
+SIDE = 41  # cells of 0.1
+ALONG_X = np.array([-0.95, 0.05, 0.05, 1.0, 0.0, 0.0])
+WHITE = np.ones(3)
+
+
+def slabs(*given):
+    """A field of slabs across x: (first cell, cells, density, raw colour) each."""
+    cells = np.zeros((SIDE,) * 3, bool)
+    density, color = np.full((SIDE,) * 3, -9.0), np.zeros((SIDE,) * 3 + (4,))
+    for first, count, sigma, raw in given:
+        cells[first : first + count, :-1, :-1] = True
+        density[first : first + count + 1] = np.log(sigma)
+        color[first : first + count + 1, ..., :3] = raw
+    index = np.arange(SIDE**3, dtype=np.int32)
+    return Grid(SIDE, cells.reshape(-1), index, density.reshape(-1), color.reshape(-1, 4), 1)
+
+
+def seen(grid, ray=ALONG_X, background=WHITE):
+    out = np.empty((1, 3))
+    passes.render_rays(ray[None], 0.0, grid.shape, grid.field, 1, background, 0.0, out)
+    return out[0]
+
+
+def sigmoid(raw):
+    return 1 / (1 + np.exp(-np.asarray(raw)))
+
+
+def test_a_uniform_slab_absorbs_as_beer_and_lambert_say():
+    raw = np.array([2.0, 0.0, -1.0])
+    got = seen(slabs((20, 5, 3.0, raw)))
+    alpha = 1 - np.exp(-3.0 * 5 * 0.1)
+    np.testing.assert_allclose(got, alpha * sigmoid(raw) + (1 - alpha) * WHITE, rtol=1e-12)
+
+
+def test_two_slabs_the_front_one_hides_the_other():
+    front, behind = np.array([2.0, 0.0, -1.0]), np.array([-2.0, 1.0, 0.5])
+    got = seen(slabs((15, 2, 4.0, front), (24, 3, 2.0, behind)), background=np.zeros(3))
+    a, b = 1 - np.exp(-0.8), 1 - np.exp(-0.6)
+    np.testing.assert_allclose(got, a * sigmoid(front) + (1 - a) * b * sigmoid(behind), rtol=1e-12)
+
+
+def test_empty_space_shows_the_background():
+    np.testing.assert_array_equal(
+        seen(slabs(), background=np.array([0.1, 0.2, 0.3])), [0.1, 0.2, 0.3]
+    )
+
+
+def test_a_ray_that_starts_behind_a_slab_does_not_see_it():
+    ray = ALONG_X.copy()
+    ray[0] = 0.8
+    np.testing.assert_array_equal(seen(slabs((20, 5, 3.0, np.zeros(3))), ray), WHITE)
+
+
+def test_an_opaque_slab_ends_the_ray():
+    got = seen(slabs((15, 2, 1e5, np.zeros(3)), (24, 3, 2.0, np.full(3, 9.0))))
+    np.testing.assert_allclose(got, 0.5, atol=1e-12)
+
+
+def test_the_densest_matter_has_no_infinite_gradient():
+    grid = slabs((15, 2, 1.0, np.zeros(3)))
+    grid.density[:] = 1e4
+    gradients = np.zeros_like(grid.density), np.zeros(grid.color.size)
+    passes.loss_and_gradient(
+        ALONG_X[None],
+        np.zeros((1, 3)),
+        np.ones(1),
+        0.0,
+        grid.shape,
+        grid.field,
+        1,
+        WHITE,
+        0.0,
+        gradients,
+    )
+    assert all(np.isfinite(part).all() for part in gradients)
+
+
+def random_problem(count, seed=0):
+    """A random field on 9 vertices a side, a third of its cells empty, and rays through it."""
+    rng = np.random.default_rng(seed)
+    side = 9
+    cells = np.zeros((side,) * 3, bool)
+    cells[:-1, :-1, :-1] = rng.random((side - 1,) * 3) > 0.3
+    width = rays.width_of(count)
+    color = np.zeros((side**3, width))
+    color[:, : 3 * count] = rng.normal(size=(side**3, 3 * count))
+    density = rng.normal(-0.5, 0.7, side**3)
+    grid = Grid(side, cells.reshape(-1), np.arange(side**3, dtype=np.int32), density, color, count)
+    lines = rng.normal(size=(12, 6))
+    lines[:, :3] *= 0.7  # some start outside the cube that is not contracted
+    lines[:, 3:] /= np.linalg.norm(lines[:, 3:], axis=1, keepdims=True)
+    return grid, lines, rng.random((12, 3)), 1 - rng.random(12), rng.random(3)
+
+
+@pytest.mark.parametrize("count", [1, 4, 9])
+def test_loss_and_gradient_equal_automatic_differentiation(count):
+    grid, lines, truth, late, background = random_problem(count)
+    gradients = np.zeros_like(grid.density), np.zeros(grid.color.size)
+    loss = passes.loss_and_gradient(
+        lines, truth, late, 0.05, grid.shape, grid.field, count, background, 0.0, gradients
+    )
+    shape = (grid.side,) * 3
+    density = torch.tensor(grid.density.reshape(shape), requires_grad=True)
+    kept = grid.color[:, : 3 * count].reshape(*shape, count, 3)
+    color = torch.tensor(kept, requires_grad=True)
+    seen = [
+        radiance_twin.colour_of(
+            line, 0.05, share, grid.shape, density, color, torch.tensor(background)
+        )
+        for line, share in zip(lines, late, strict=True)
+    ]
+    slow = ((torch.stack(seen) - torch.tensor(truth)) ** 2).sum() / len(lines)
+    slow.backward()
+    assert loss == pytest.approx(slow.item(), rel=1e-9)
+    found = gradients[0].reshape(shape), gradients[1].reshape(grid.color.shape)
+    for got, wanted in (
+        (found[0], density.grad.numpy()),
+        (found[1][:, : 3 * count].reshape(kept.shape), color.grad.numpy()),
+    ):
+        assert np.abs(wanted).max() > 1e-3
+        np.testing.assert_allclose(got, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
+    assert not found[1][:, 3 * count :].any()
+
+
+def test_float32_differs_from_float64_by_its_rounding_alone():
+    grid, lines, _, _, background = random_problem(4)
+    images = []
+    for kind in (np.float64, np.float32):
+        out = np.empty((len(lines), 3), kind)
+        field = grid.index, grid.density.astype(kind), grid.color.reshape(-1).astype(kind)
+        passes.render_rays(
+            lines.astype(kind), 0.05, grid.shape, field, 4, background.astype(kind), 0.0, out
+        )
+        images.append(out)
+    np.testing.assert_allclose(images[1], images[0], atol=1e-4)
+
+
+def test_largest_weights_are_those_of_the_compositing():
+    grid = slabs((15, 1, 4.0, np.zeros(3)), (24, 1, 2.0, np.zeros(3)))
+    weights = np.full(SIDE**3, 7.0)
+    passes.largest_weights(ALONG_X[None], 0.0, grid.shape, grid.field, weights)
+    found = weights.reshape((SIDE,) * 3)
+    a, b = 1 - np.exp(-0.4), 1 - np.exp(-0.2)
+    assert found[15, 20, 20] == pytest.approx(a, rel=1e-12)
+    assert found[24, 20, 20] == pytest.approx((1 - a) * b, rel=1e-12)
+    assert np.count_nonzero(found) == 2
