@@ -46,6 +46,7 @@ RECONSTRUCTORS: Registry[Callable[..., Reconstructor]] = Registry(
     {
         "splats": "fsel.reconstruct.splats:Splats",
         "gaussians": "fsel.reconstruct.gaussians:Gaussians",
+        "radiance_field": "fsel.reconstruct.radiance_field:RadianceField",
     },
 )
 """By name: `factory(capture, **settings)`, the capture being at the reconstruction size.
