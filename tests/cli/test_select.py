@@ -36,7 +36,7 @@ def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
     assert sorted(names + [entry["name"] for entry in content["left"]]) == [
         f"frame_{i:03d}.jpg" for i in range(24)
     ]
-    covered = [entry["coverage"] for entry in content["frames"]]
+    covered = [entry["service"] for entry in content["frames"]]
     assert sum(entry["adds"] for entry in content["frames"]) == pytest.approx(covered[-1], abs=1e-5)
     assert covered == sorted(covered)
     assert content["scorer"]["coefficients"]["target_gain"] == 150

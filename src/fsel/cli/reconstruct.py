@@ -6,7 +6,7 @@ import argparse
 
 import numpy as np
 
-import fsel
+from fsel import api
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.export.records import PlyRecord
@@ -23,7 +23,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
         with console.clock("reconstructing"):
-            model = fsel.fit(loaded, np.arange(len(frames)))
+            model = api.fit(loaded, np.arange(len(frames)))
         model.export_ply(stage)
     console.say(
         "written", f"{asked.out}: {model.primitives} splats, fitted in {model.seconds:.1f} s"

@@ -55,11 +55,11 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         content = _content(asked, opened, outcome, seconds) | {"frames": entries, "left": left}
         text = json.dumps(content, indent=1, ensure_ascii=False)
         (stage / "selection.json").write_text(text, encoding="utf-8")
-    reached = outcome.coverage.curve[-1]
+    reached = outcome.service.curve[-1]
     if outcome.selection.budget is not None:
         console.say("k", record.reason(outcome.selection.budget))
     picked = len(outcome.selection.names)
-    console.say("picked", f"{picked} frames by {asked.method}, coverage {reached:.1%}")
+    console.say("picked", f"{picked} frames by {asked.method}, service {reached:.1%}")
     console.say("written", f"{asked.out} after {seconds['total']:.2f} s")
     console.give(content)
 

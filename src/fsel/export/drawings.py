@@ -1,4 +1,4 @@
-"""Drawings of a selection as SVG: the cameras from above, and coverage against K."""
+"""Drawings of a selection as SVG: the cameras from above, and service against K."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ def _target(place: np.ndarray, end: np.ndarray, title: str) -> str:
     )
 
 
-def coverage_chart(curve: np.ndarray) -> str:
-    """Coverage after each pick."""
+def service_chart(curve: np.ndarray) -> str:
+    """Service after each pick."""
     width, height = CHART
     right, top = width - 12, 12
 
@@ -79,7 +79,7 @@ def coverage_chart(curve: np.ndarray) -> str:
     path = " ".join(f"{x:.1f},{y:.1f}" for x, y in (at(k, c) for k, c in enumerate([0, *curve])))
     marks = [
         f'<svg viewBox="0 0 {width} {height}" class="chart" role="img" '
-        'aria-label="coverage against K">'
+        'aria-label="service against K">'
     ]
     for share in (0, 0.25, 0.5, 0.75, 1):
         (x, y), (far, _) = at(0, share), at(len(curve), share)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-from fsel.export.drawings import coverage_chart, top_view
+from fsel.export.drawings import service_chart, top_view
 from fsel.export.record import Outcome, reason
 
 STYLE = files("fsel.export") / "page.css"
@@ -24,7 +24,7 @@ def page(
         left: see `fsel.export.record.left`.
         pictures: JPEG files of the picks, in pick order; none where no image was opened.
     """
-    name, curve = escape(outcome.capture.source), outcome.coverage.curve
+    name, curve = escape(outcome.capture.source), outcome.service.curve
     budget = outcome.selection.budget
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
@@ -37,8 +37,8 @@ def page(
         *([] if budget is None else [f"<p>{escape(reason(budget))}.</p>"]),
         '<div class="row">',
         f"<figure>{top_view(outcome)}<figcaption>{_legend(outcome)}</figcaption></figure>",
-        f"<figure>{coverage_chart(curve)}"
-        f"<figcaption>Coverage of the target views: {curve[-1]:.1%}; all frames together give "
+        f"<figure>{service_chart(curve)}"
+        f"<figcaption>Service of the target views: {curve[-1]:.1%}; all frames together give "
         "100%.</figcaption></figure></div>",
         "<h2>Picks, in order</h2>",
         '<ol class="sheet">',

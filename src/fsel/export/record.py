@@ -12,7 +12,7 @@ import numpy as np
 
 from fsel.api import Selection
 from fsel.capture import Capture
-from fsel.export.service import BLURRED, Coverage, closest_pick, coverage_of, relative_sharpness
+from fsel.export.service import BLURRED, Service, closest_pick, relative_sharpness, service_of
 from fsel.request.budget import Budget
 from fsel.request.targets import Targets
 
@@ -36,20 +36,20 @@ class Outcome:
     sharpness: np.ndarray | None
 
     @cached_property
-    def coverage(self) -> Coverage:
+    def service(self) -> Service:
         """Of the targets by the picks."""
         pool = self.targets.pool(self.capture)
-        return coverage_of(self.capture, self.targets.views, pool, self.selection.indices)
+        return service_of(self.capture, self.targets.views, pool, self.selection.indices)
 
 
 def picked(outcome: Outcome) -> list[dict]:
     """One entry a pick, in pick order."""
-    capture, selection, coverage = outcome.capture, outcome.selection, outcome.coverage
+    capture, selection, service = outcome.capture, outcome.selection, outcome.service
     held = outcome.targets.frames
     ranks = _sharpness_ranks(outcome.sharpness)
     entries = []
     for order, frame in enumerate(selection.indices):
-        view = int(coverage.nearest_view[order])
+        view = int(service.nearest_view[order])
         score = float(selection.scores[order])
         entries.append(
             {
@@ -57,8 +57,8 @@ def picked(outcome: Outcome) -> list[dict]:
                 "name": selection.names[order],
                 "index": int(frame),
                 "score": score if np.isfinite(score) else None,
-                "coverage": round(float(coverage.curve[order]), 6),
-                "adds": round(float(coverage.gain[order]), 6),
+                "service": round(float(service.curve[order]), 6),
+                "adds": round(float(service.gain[order]), 6),
                 "nearest_target": capture.names[held[view]] if len(held) else view,
                 "sharpness_rank": int(ranks[frame]) if ranks is not None else None,
             }
@@ -70,7 +70,7 @@ def left(outcome: Outcome) -> list[dict]:
     """One entry a frame that was not picked, in capture order, with the reason."""
     capture, picks = outcome.capture, outcome.selection.indices
     pool = outcome.targets.pool(capture)
-    adds = dict(zip(pool.tolist(), outcome.coverage.left, strict=True))
+    adds = dict(zip(pool.tolist(), outcome.service.left, strict=True))
     closest = closest_pick(capture, picks)
     relative = None if outcome.sharpness is None else relative_sharpness(outcome.sharpness)
     entries = []
@@ -81,7 +81,7 @@ def left(outcome: Outcome) -> list[dict]:
         elif relative is not None and relative[frame] < BLURRED:
             reason = f"blurred: {relative[frame]:.0%} of its neighbours' sharpness"
         else:
-            reason = f"near {near}; would add {adds[frame]:.2%} coverage"
+            reason = f"near {near}; would add {adds[frame]:.2%} service"
         entries.append({"name": capture.names[frame], "reason": reason, "closest_pick": near})
     return entries
 

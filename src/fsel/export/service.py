@@ -17,16 +17,16 @@ SHARES = 0.5 ** np.arange(RANKS)
 
 
 @dataclass(frozen=True)
-class Coverage:
-    """Coverage by picks in order.
+class Service:
+    """Service by picks in order.
 
     A frame is as close to a view as `fsel.features.conditioned` says. A view's closest picked
     frame counts in full, the second closest half, the next a quarter, and so on: parallax needs
-    several, and each further one says less. Coverage is that sum over the same of all frames,
+    several, and each further one says less. Service is that sum over the same of all frames,
     averaged over the views; all frames together give 1.
 
     Attributes:
-        curve: (k,) coverage after each pick, rising.
+        curve: (k,) service after each pick, rising.
         gain: (k,) what each pick added.
         nearest_view: (k,) int64 the target view that each pick is closest to.
         left: (n,) what each frame of the pool would still add after the last pick.
@@ -38,8 +38,8 @@ class Coverage:
     left: np.ndarray
 
 
-def coverage_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarray) -> Coverage:
-    """Coverage of target views by picked frames.
+def service_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarray) -> Service:
+    """Service of target views by picked frames.
 
     Args:
         capture: the capture.
@@ -58,7 +58,7 @@ def coverage_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndar
     wider = np.concatenate([np.tile(best, (len(pool), 1, 1)), close[:, None]], axis=1)
     left = np.mean(SHARES @ _closest(wider) / whole, axis=1) - curve[-1]
     left[rows] = 0.0
-    return Coverage(
+    return Service(
         curve=curve,
         gain=np.diff(curve, prepend=0.0),
         nearest_view=np.argmax(close[rows], axis=1),
