@@ -88,7 +88,7 @@ class Method:
         nested: whether select(k) is a prefix of select(k + 1), so that one run serves all budgets.
         seeds: how many random seeds its results average over; 1 for a deterministic method.
         select: (problem, k, rng) -> (k,) int64 distinct frames in pick order.
-        reads: which of `appearance` and `sharpness` it looks at; nobody need measure the others.
+        reads: which of `appearance` and `sharpness` it looks at; the others need not be measured.
     """
 
     name: str
@@ -103,7 +103,7 @@ class Method:
 def checked_select(
     method: Method, problem: Problem, k: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """Run a method and hold it to the contract.
+    """Run a method and check that it keeps the contract.
 
     Returns:
         (k,) int64 distinct members of the method's pool, in pick order.

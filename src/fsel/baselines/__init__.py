@@ -31,7 +31,7 @@ FURTHER: Registry[Method] = Registry(
         "mvsnet_location": "fsel.baselines.mvsnet_location:METHOD",
     },
 )
-"""What else a user would reach for, in the order of the tables."""
+"""Further methods, in the order of the tables."""
 
 METHODS: Registry[Method] = Registry(
     "method", {**PAPER.homes, **FURTHER.homes, "all": "fsel.baselines.all_frames:METHOD"}

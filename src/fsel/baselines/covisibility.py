@@ -136,7 +136,7 @@ def _score(bearing, first, second):
     """MVSNet's score of one point from two observations (Yao et al. 2018).
 
     A Gaussian of the triangulation angle in degrees, 1 wide below 5 and 10 above. The angle is
-    twice the arcsine of half the chord: exact where it counts.
+    twice the arcsine of half the chord, which is exact for small angles.
     """
     square = 0.0
     for a in range(3):

@@ -7,7 +7,7 @@ import numpy as np
 from fsel.baselines.greedy import locate
 from fsel.problem import Method, Problem
 
-ROUNDING = 1e-4  # of sums in float32, generously
+ROUNDING = 1e-4  # relative error of sums in float32, at most
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:

@@ -1,4 +1,5 @@
-"""What several methods share: greedy maximisation that looks again only where it could matter."""
+"""What several methods share: greedy maximisation that recomputes a gain only where it could change
+the pick."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from fsel.geometry import centered
 
-TIE = 1e-5  # gains closer than this share are equal: sums of float32 values are no surer
+TIE = 1e-5  # gains closer than this share are equal: sums of float32 values are not more exact
 BLOCK = 256  # rows whose values are held at a time
 
 
@@ -28,7 +29,7 @@ def lazy_greedy(
     Args:
         bounds: (n,) no less than every row's gain before the first pick.
         gains: rows -> their gains now, none negative.
-        add: told each pick, before the next gain is asked for.
+        add: called with each pick, before the next gain is asked for.
         k: at most n.
 
     Returns:
@@ -81,7 +82,7 @@ def locate(values: Callable[[np.ndarray], np.ndarray], bounds: np.ndarray, k: in
 
 @numba.njit(cache=True, nogil=True)
 def _gained(values, served):
-    """(b,) sums of what (b, n) values add to what is served."""
+    """(b,) sums of what (b, n) values add to the best so far."""
     total = np.zeros(len(values))
     for b in range(len(values)):
         for i in range(len(served)):
@@ -90,5 +91,6 @@ def _gained(values, served):
 
 
 def most_central(points: np.ndarray) -> int:
-    """Row of the (n, d) point nearest to the mean of all: a start that no order of rows decides."""
+    """Row of the (n, d) point nearest to the mean of all: a start that does not depend on the order
+    of rows."""
     return int(np.argmin(np.linalg.norm(centered(points), axis=1)))

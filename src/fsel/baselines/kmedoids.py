@@ -71,7 +71,7 @@ def fasterpam(distance: np.ndarray, medoids: np.ndarray) -> np.ndarray:
     """
     if len(medoids) == 1:
         return medoids
-    # by summed distance to all: an order that the frames' own has no say in
+    # by summed distance to all, so that the order of frames has no effect
     order = np.argsort(distance.sum(axis=1, dtype=np.float64), kind="stable")
     return _swapped(distance, medoids, order)
 

@@ -15,8 +15,9 @@ ROUNDING = 1e-9  # of distances between points of about unit size
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """The nearest free frame of each cluster's mean.
 
-    Centres are divided by their radius about their mean, so that the world's unit has no say. The
-    first means are a farthest-point sample from the most central frame; no chance is involved.
+    Centres are divided by their radius about their mean, so that the world's unit has no effect.
+    The first means are a farthest-point sample from the most central frame, so that the result is
+    deterministic.
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]

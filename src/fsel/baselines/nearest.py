@@ -1,4 +1,4 @@
-"""Round-robin over the targets, closest frame first: what a person would try."""
+"""Round-robin over the targets, closest frame first."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def greedy_on_splats(
     Args:
         problem: the selection problem; picks are from P and O.
         k: at most the size of that pool.
-        criterion: made afresh for every fit, then told all picks so far.
+        criterion: made anew for every fit, then given all picks so far.
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]
@@ -111,7 +111,7 @@ def _blends(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
 def _canonical(capture: Capture, pool: np.ndarray, origin: int) -> Capture:
     """The same capture in one camera's frame and in units of the radius of a pool's cameras.
 
-    The world's own frame and unit then have no say, not even by rounding to float32.
+    The world's own frame and unit then have no effect, not even by rounding to float32.
     """
     centers, base = capture.centers[pool], capture.world_to_camera[origin]
     radius = np.linalg.norm(centered(centers), axis=1).max()
@@ -189,7 +189,8 @@ def _project(splats, pose, k, width, height, across, down, key):
 
 @_jit
 def _blend(opacity, across, down, key, clear, index, weight, square):
-    """Write the entries of one view, front to back, and what stays clear; the entries' number."""
+    """Write the entries of one view, front to back, and the light that passes; return their
+    number."""
     least, most = np.int64(2**40), np.int64(-1)
     for value in key:
         if value >= 0:
@@ -208,7 +209,8 @@ def _blend(opacity, across, down, key, clear, index, weight, square):
 
 @_jit
 def _fill(clear, across, down, opacity):
-    """Blend one splat over what is still clear; the sum of its weights and of their squares."""
+    """Blend one splat into the light that still passes; the sum of its weights and of their
+    squares."""
     height, width = clear.shape
     left, top = int(np.floor(across)), int(np.floor(down))
     fu, fv = across - np.float32(left), down - np.float32(top)

@@ -10,7 +10,7 @@ from fsel.problem import Method, Problem
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """round(linspace(0, n - 1, k)) over the pool.
 
-    Several passes lie one behind the other in capture order, so that each gets its share.
+    Several passes follow one another in capture order: each is sampled in proportion to its length.
     """
     pool = problem.observed
     return pool[np.round(np.linspace(0, len(pool) - 1, k)).astype(np.int64)]

@@ -50,7 +50,8 @@ class Console:
 
     @property
     def silent(self) -> bool:
-        """Whether nothing that moves is shown: on terminals only, and not to the quiet."""
+        """Whether bars and clocks are left out: they are shown on terminals alone, without
+        --quiet."""
         return self.quiet or not sys.stderr.isatty()
 
     @contextmanager

@@ -1,4 +1,4 @@
-"""`fsel info`: what a capture holds, and how much of it says something new."""
+"""`fsel info`: what a capture holds, and how many of its frames are worth keeping."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def measure_alone(
         the reconstructor bound to the capture.
 
     Raises:
-        RuntimeError: when the process fails; its last words are in the message.
+        RuntimeError: when the process fails; its last output is in the message.
     """
     request = {
         "folder": str(folder),

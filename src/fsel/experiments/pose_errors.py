@@ -25,7 +25,7 @@ def perturbed(
 
     Every camera turns about its own centre, by a normal angle about an axis drawn evenly from the
     sphere, and its centre moves by an isotropic normal offset. Both are drawn in the camera's own
-    axes and in units of the scene, so that the world's frame and unit have no say. Equal `rng`
+    axes and in units of the scene, so that the world's frame and unit have no effect. Equal `rng`
     give equal axes and directions at every level, which makes levels comparable.
 
     Args:

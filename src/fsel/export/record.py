@@ -1,4 +1,4 @@
-"""What a selection says about itself: every pick and what it adds, every frame left and why."""
+"""The record of a selection: every pick and what it adds, every frame left out and why."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def write(
     """Write the subset.
 
     The COLMAP model and the points know the picked frames alone. Held-out frames come with their
-    images and poses, for evaluation; no other frame leaves a trace. Where there are masks, of the
+    images and poses, for evaluation; no other frame is written. Where there are masks, of the
     object or else the capture's own, each image gets one of its size, white where pixels count.
 
     Args:

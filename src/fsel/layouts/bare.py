@@ -41,4 +41,4 @@ def read(folder: Path) -> RawCapture:
 
 
 LAYOUT = Layout("images", lambda folder: False, read)
-"""Recognised by nothing: without poses there is nothing to select, so it must be asked for."""
+"""Never recognised: without poses there is nothing to select, so the layout must be named."""

@@ -53,7 +53,7 @@ class RawCapture:
         masks: mask of each frame, or None.
         mask_values: least and greatest value of a mask's pixels that count.
         points: reads the sparse points as the frames with the given numbers see them, which are
-            renumbered in that order; it takes a while. None where there are none.
+            renumbered in that order; slow. None where there are none.
         dropped: frames left out, and why.
     """
 
@@ -90,7 +90,7 @@ class RawCapture:
 
 @dataclass(frozen=True)
 class Layout:
-    """A dataset's way of lying on disk.
+    """How a dataset lies on disk.
 
     Attributes:
         name: key in the registry and in the config.

@@ -1,4 +1,5 @@
-"""Are COLMAP's binary files whole? Its own reader takes what lies beyond the end for counts."""
+"""Whether COLMAP's binary files are complete; its own reader takes what lies beyond the end for
+counts."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ TRACK_ELEMENT = 4 + 4  # image id, index of the observation
 def check_whole(model: Path) -> None:
     """Refuse cameras.bin, images.bin or points3D.bin that end early or go on too long.
 
-    A cut file would else make COLMAP ask for memory until the machine has none.
+    A cut file would make COLMAP allocate all memory of the machine.
 
     Raises:
         ValueError: naming the file.

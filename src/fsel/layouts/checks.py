@@ -1,4 +1,4 @@
-"""Do poses, cameras and images of a capture agree? Measured at ingestion, before any work."""
+"""Whether poses, cameras and images of a capture agree, measured at ingestion."""
 
 from __future__ import annotations
 
@@ -118,7 +118,8 @@ def _matches(raw: RawCapture) -> Iterator[tuple]:
         return lens.straighten(image), lens
 
     pairs = choose_pairs(raw.world_to_camera, PAIRS)
-    shown = {i: show(i) for i in sorted({i for pair in pairs for i in pair})}  # a video runs once
+    # in order, so that a video is read once
+    shown = {i: show(i) for i in sorted({i for pair in pairs for i in pair})}
     for i, j in pairs:
         (first, a), (second, b) = shown[i], shown[j]
         xa, xb = match(first, second)

@@ -148,7 +148,7 @@ def points_of(reconstruction: pycolmap.Reconstruction, rows: dict[int, int]) -> 
         frames.append(np.full(len(seen), row))
         places.append(np.array([p.xy for p in seen]).reshape(-1, 2))
     point, frame, xy = np.concatenate(points), np.concatenate(frames), np.concatenate(places)
-    _, first = np.unique(point * len(rows) + frame, return_index=True)  # one sight a frame
+    _, first = np.unique(point * len(rows) + frame, return_index=True)  # one observation a frame
     return RawPoints(
         xyz=np.array([entry.xyz for entry in entries]),
         rgb=np.array([entry.color for entry in entries], np.uint8),

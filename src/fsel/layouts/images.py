@@ -1,4 +1,4 @@
-"""Images in files and videos: opening them with care, writing them, storing them as one array."""
+"""Images in files and videos: opening, writing, and storing them as one array."""
 
 from __future__ import annotations
 

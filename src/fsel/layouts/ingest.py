@@ -1,4 +1,4 @@
-"""From raw files to the canonical capture: order, checks, undistortion, resizing; once, here."""
+"""From raw files to the canonical capture: order, checks, undistortion, resizing."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def ingest(
         folder: the capture.
         long_side: pixels of the longer side; smaller images keep their size.
         lazy: open images only when they are asked for, each time anew, and leave masks and
-            points out; for those who need poses above all.
+            points out.
         store: folder that receives images.npy and masks.npy, so that memory holds one frame at a
             time; None keeps them in memory.
 
@@ -114,7 +114,7 @@ def _possible(camera: Camera) -> bool:
 def _rigid(poses: np.ndarray) -> np.ndarray:
     """Poses whose rotations, printed with few digits, are made orthonormal again.
 
-    Only what rounding explains is mended: anything further off is left to be refused.
+    Only errors of rounding are corrected; larger ones are refused later.
     """
     if not np.isfinite(poses).all():
         return poses

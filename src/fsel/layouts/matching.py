@@ -10,7 +10,7 @@ from fsel.geometry import camera_centers, pairwise_angles, pairwise_distances
 RATIO = 0.8  # of the nearest descriptor's distance to the second nearest's (Lowe 2004)
 FEATURES = 2000
 RANSAC_PIXELS = 2.0
-MIN_INLIERS = 15  # of a fundamental matrix, below which a pair tells nothing
+MIN_INLIERS = 15  # of a fundamental matrix, below which a pair is not used
 MAX_ANGLE = np.radians(25)
 BASELINE = 0.1  # of the extent of the camera centres: wide enough to fix a line, near to match
 FOCAL_RANGE = (0.3, 3.0)  # focal length over image width

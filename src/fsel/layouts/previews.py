@@ -1,4 +1,4 @@
-"""Quick looks at many image files: decoded at reduced size where the format allows, in parallel."""
+"""Reduced images of many files: decoded at reduced size where the format allows, in parallel."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ COLOR = {
 }
 
 Progress = Callable[[Iterable, int], Iterable]
-"""(items, how many) -> the same items, while a bar moves."""
+"""(items, how many) -> the same items, with a progress bar."""
 
 
 def in_silence(items: Iterable, count: int) -> Iterable:
@@ -84,8 +84,8 @@ def in_turn(
     """Results of work on the number of every file, in order.
 
     Files are worked on by threads, since decoding leaves the interpreter's lock; frames of a
-    video one after the other, since going back in it means to begin anew. An error or an
-    interruption ends the call after what is under way.
+    video one after the other, since reading backwards starts it again. An error or an interruption
+    ends the call after what is under way.
     """
     film = any(isinstance(file, images.VideoFrame) for file in files)
     pool = ThreadPoolExecutor(1 if film else len(os.sched_getaffinity(0)))

@@ -1,4 +1,4 @@
-"""What a sensor recorded, before any layout writes it down or any ingestion straightens it."""
+"""What a sensor recorded, before a layout writes it and ingestion undistorts it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class Recording:
-    """A capture as its sensor saw it, with the truth that only a renderer knows.
+    """A capture as its sensor saw it, with the exact values that only a renderer has.
 
     Attributes:
         names: N file stems in capture order, natural order too.

@@ -1,1 +1,1 @@
-"""Numbers for people: summaries with intervals, LaTeX tables, figures."""
+"""Summaries with intervals, LaTeX tables, figures."""

@@ -15,7 +15,7 @@ from fsel.metrics import REGISTERED
 from fsel.report.summary import ALL_FRAMES
 
 MISSING = "--"
-# to the page where it is wider, never blown up
+# to the page where it is wider, never enlarged
 SHRUNK = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%"
 
 

@@ -24,7 +24,7 @@ def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.D
 
     Args:
         cells: dataset, scene, draw, method, psnr at one budget.
-        reference: the method to fall short of.
+        reference: the method to compare with.
         methods: to compare, in order.
 
     Returns:

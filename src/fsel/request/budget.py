@@ -1,8 +1,8 @@
-"""How many frames are enough: what more would bring, predicted, and what memory allows.
+"""How many frames are enough: what more would gain, predicted, and what memory allows.
 
-A view is served by a frame in so far as it looks much the same. The shift of a view is the
-parallax and the turn between it and a picked frame, in fields of view: how far the picture moves.
-A frame that is a whole field of view away serves as little as none. PSNR is predicted to fall in
+A frame serves a view to the degree that their images are alike. The shift of a view is the parallax
+and the turn between it and a picked frame, in fields of view: how far the image moves. A frame that
+is a whole field of view away serves the view as little as no frame. PSNR is predicted to fall in
 proportion to the mean shift of the views' closest, second and third picked frame; by how much was
 fitted to reconstructions of training scenes (`fsel.experiments.budget_curves`).
 """
@@ -32,7 +32,7 @@ class Auto:
     """A number of frames to be found: the smallest that is enough, within a memory.
 
     Attributes:
-        threshold: dB; picking ends where no further frames are predicted to bring as much each.
+        threshold: dB; picking ends where no further frames are predicted to gain as much each.
         memory: bytes that the splats of a reconstruction may take, or None.
         size: (width, height) in pixels of the images that are reconstructed from, which `memory`
             is counted by; the capture's own where it is None.
@@ -49,7 +49,7 @@ class Auto:
         if not 0 < self.threshold < np.inf:
             raise ValueError(
                 f"threshold is {self.threshold}; allowed: numbers above 0, in dB a frame. "
-                f"Hint: {THRESHOLD} is the default, more ends sooner"
+                f"Hint: {THRESHOLD} is the default, larger values end sooner"
             )
 
 
@@ -60,10 +60,10 @@ class Budget:
     Attributes:
         rule: what was asked for.
         frames: how many.
-        enough: the smallest number after which no frames are predicted to bring the threshold each.
+        enough: the smallest number after which no frames are predicted to gain the threshold each.
         within: the largest number whose splats fit the memory, or None without one.
-        gain: dB that the last frame kept is predicted to bring.
-        missing: dB a frame that the best continuation is predicted to bring; 0 where none is left.
+        gain: dB that the last frame kept is predicted to gain.
+        missing: dB a frame that the best continuation is predicted to gain; 0 where none is left.
     """
 
     rule: Auto
@@ -119,12 +119,12 @@ def predicted(mean_shifts: np.ndarray, worth: np.ndarray) -> np.ndarray:
 
 
 def enough(quality: np.ndarray, threshold: float) -> int:
-    """The smallest number of frames, two or more, from which on no further ones bring as much as
-    the threshold each, on average.
+    """The smallest number of frames, two or more, from which on no further ones gain as much as the
+    threshold each, on average.
 
-    A single frame that brings little does not end the picking where the next ones make up for it.
-    The number never falls when the threshold does, since it is the first that maximises the
-    quality less the threshold for each frame.
+    A single frame that gains little does not end the picking where the next ones gain more. The
+    number never falls when the threshold does, since it is the first that maximises the quality
+    less the threshold for each frame.
 
     Args:
         quality: (n + 1,) dB after 0, 1, ... n picks, n >= 2.
@@ -134,7 +134,7 @@ def enough(quality: np.ndarray, threshold: float) -> int:
 
 
 def within(memory: float, size: tuple[int, int]) -> int:
-    """The largest number of frames whose splats surely fit: one a pixel at most.
+    """The largest number of frames whose splats are certain to fit: one a pixel at most.
 
     Args:
         memory: bytes.
@@ -155,7 +155,8 @@ def within(memory: float, size: tuple[int, int]) -> int:
 
 
 def most(shift: np.ndarray, auto: Auto, worth: np.ndarray) -> int:
-    """How many picks suffice to find the budget: all gain together pays for no more frames.
+    """How many picks suffice to find the budget: with more, the whole gain would be below the
+    threshold for each.
 
     Args:
         shift: (n, T) of the whole pool, in any order, see `view_shift`.

@@ -15,7 +15,7 @@ from fsel.geometry import directions, line_equations
 from fsel.layouts import images
 
 WHITE = 128  # least value of a mask's pixels that count
-ROUNDS = 20  # of reweighting; an L1 fit, so that a mask gone wrong does not move the object
+ROUNDS = 20  # of reweighting; an L1 fit, so that one wrong mask does not move the object
 
 
 @dataclass(frozen=True)

@@ -74,9 +74,9 @@ def _filmed_arc(azimuth: np.ndarray) -> tuple[float, float]:
 def upwards(capture: Capture) -> np.ndarray:
     """(3,) unit upward direction: across the images' horizontal axes, by least squares.
 
-    A mean of the images' own upward axes would lean where cameras look down from one side only.
-    It decides where the horizontal axes leave a choice, as on a straight track; where it cancels
-    out, -y does.
+    A mean of the images' own upward axes is tilted where cameras look down from one side only. It
+    decides where the horizontal axes leave a choice, as on a straight track; where it cancels out,
+    -y does.
     """
     mean = -capture.world_to_camera[:, 1, :3].mean(axis=0)
     right = capture.world_to_camera[:, 0, :3]
@@ -124,9 +124,9 @@ def trajectory(capture: Capture, count: int) -> Views:
 def whole(capture: Capture, count: int) -> Views:
     """Views that stand for all of a capture: means of frames evenly drawn and their neighbours.
 
-    They lie between the frames. At the frames' own poses, the few that were drawn would be
-    picked for being their own targets. Neighbours are found by pose, not by order, so that an
-    unordered set of photos does as well as a video.
+    They lie between the frames. At the frames' own poses, the few that were drawn would be picked,
+    being their own targets. Neighbours are found by pose, not by order, so that an unordered set of
+    photos works like a video.
 
     Args:
         capture: the capture.

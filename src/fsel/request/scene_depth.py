@@ -9,7 +9,7 @@ from fsel.geometry import lengths, viewing_angles
 from fsel.points import SparsePoints
 from fsel.request.paths import attention
 
-PARALLAX = np.radians(8)  # that stereo likes best: frames closer than this see much the same
+PARALLAX = np.radians(8)  # best for stereo; frames closer than this see much the same
 TURN = 0.25  # of the field of view: frames turned by less share most of what they see
 
 

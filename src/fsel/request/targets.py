@@ -14,8 +14,8 @@ from fsel.geometry import OPENGL_TO_OPENCV, invert_pose, pairwise_distances
 from fsel.layouts.base import read_json
 from fsel.request.paths import orbit, trajectory, whole
 
-MOST_VIEWS = 60  # neighbours on a denser path ask for the same frames
-WHOLE_VIEWS = 30  # that stand for the whole capture; 15 to 60 did alike on real captures
+MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
+WHOLE_VIEWS = 30  # that stand for the whole capture; 15 to 60 gave equal results on real captures
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
 WORDS = ("every:N", "orbit", "trajectory", "a .json camera path", "a .txt list of frame names")
 ALL = "the whole capture"

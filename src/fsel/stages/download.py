@@ -142,7 +142,7 @@ def _check(url: str, part: Path, path: Path, sha256: str) -> None:
     if found != wanted:
         part.unlink()
         raise ValueError(
-            f"{url}: sha256 is {found}, expected {wanted}; the download was thrown away. Hint: try "
+            f"{url}: sha256 is {found}, expected {wanted}; the download was deleted. Hint: try "
             "again; if it stays so, the file was replaced at its source"
         )
     known.write_text(found + "\n")

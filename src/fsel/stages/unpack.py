@@ -22,7 +22,7 @@ def unpack(archive: str | Path, inside: str, folder: str | Path) -> None:
         folder: what it becomes; replaced if it is there.
 
     Raises:
-        ValueError: for a broken or hostile archive, or one without that folder.
+        ValueError: for a broken or unsafe archive, or one without that folder.
     """
     archive, folder = Path(archive), Path(folder)
     partial = folder.with_name(f".{folder.name}.partial")

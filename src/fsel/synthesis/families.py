@@ -117,7 +117,7 @@ def _iphone(rng, frames: int) -> Shot:
 
 
 def _scannetpp(rng, frames: int) -> Shot:
-    """Stills further apart than frames of a video, yet each overlaps the next by far."""
+    """Stills, further apart than frames of a video; each overlaps the next."""
     path = trajectories.ring_walk(rng, 2.0, 1.6, 1.5, rng.uniform(2.6, 3.2))
     habits = Habits(
         lingers=1,

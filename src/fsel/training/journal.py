@@ -19,7 +19,7 @@ class Journal:
     """An append-only file of evaluations: one JSON line each, written as soon as it is known.
 
     The searches are deterministic, so a job that starts again asks for the same subsets in the
-    same order and is answered from here. Numbers survive exactly: JSON holds the shortest decimal
+    same order and is answered from here. Numbers are kept exactly: JSON holds the shortest decimal
     that reads back as the same float. A line that a kill cut short is dropped, and several
     processes may append at once: they write equal lines.
 

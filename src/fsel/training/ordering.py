@@ -12,8 +12,8 @@ def order_subset(distances: np.ndarray, apart: np.ndarray) -> np.ndarray:
 
     Once every view has its nearest frame of the subset, no other reduces anything: with 4 views
     that is the case for three quarters of 20 frames, and the paper does not say which comes next.
-    Here the one farthest from those picked does: the capture's order would teach the scorer to
-    seek the neighbours of what it has.
+    Here the one farthest from those picked does: in the capture's order, the scorer would learn to
+    pick neighbours of picked frames.
 
     Args:
         distances: (K, O) distance of each frame of the subset to each optimisation view, any unit.

@@ -15,8 +15,8 @@ MARGIN = 2.0  # pixels: the renderer's footprints and depth pass reach one beyon
 def seen_by(model: SplatModel, views: Views) -> SplatModel:
     """The splats that fall into any of the views; it renders them exactly as the whole model does.
 
-    Worth it where a model is stored or sent for a known path; in a search, which renders every
-    model once, the test would cost what it saves.
+    Useful where a model is stored or sent for a known path; in a search, which renders every model
+    once, the test would take the time that it saves.
 
     Args:
         model: a reconstruction.

@@ -1,8 +1,9 @@
-"""Which pixels of which depth maps to believe: agreement, free-space violations, fusion.
+"""Which pixels of the depth maps are consistent: agreement, free-space violations, fusion.
 
 float32 throughout: depths are compared to a plane's spacing, a thousand times their rounding.
-Half of all comparisons say nothing, so the others are listed, and voting runs along the lists.
-The loops over pixels hold no branch: they compile to plain vectors, or to sums without guesses.
+Half of all comparisons are undecided, so the others are listed, and voting runs along the lists.
+The loops over pixels hold no branch: they compile to plain vectors, or to sums without branch
+misses.
 """
 
 from __future__ import annotations
@@ -17,15 +18,15 @@ U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
 _jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
 
 OWN = F(0.2)  # what a pixel's own matching confidence is worth beside a neighbour's agreement
-DOUBT = F(0.35)  # opacity is one half where the support equals this and nothing speaks against
+DOUBT = F(0.35)  # opacity is one half where the support equals this and no neighbour disagrees
 DEPTH_FLOOR = F(1e-3)
 
 
 class Verdicts(NamedTuple):
-    """What M neighbours say of the n pixels of each of K depth maps.
+    """How the n pixels of each of K depth maps compare with M neighbours.
 
     Each list holds the pixels that agree first, and from its end those that float in front of what
-    the neighbour sees; between, nothing means anything.
+    the neighbour sees; the entries between are not used.
 
     Attributes:
         pixels: (K, M, n + 1) uint32, flat pixels.
@@ -93,7 +94,8 @@ def _list(own, theirs, at, z, tolerance, back, pixels):
         floats[p] = (at[p] >= 0) & (gap > tolerance)
     end, last = U(0), U(len(own))
     for p in range(len(own)):
-        # always written, kept where it counts; the two ends never meet, the list has one to spare
+        # always written, kept where it counts; the list is one longer than the pixels, so its ends
+        # never meet
         pixels[end] = pixels[last] = p
         end += agree[p]
         last -= floats[p]
@@ -104,7 +106,8 @@ def _list(own, theirs, at, z, tolerance, back, pixels):
 def _locate(own, ray, rotation, translation, k, width, height, at, z):
     """Fill the flat pixel that each pixel falls on in a neighbour, -1 outside, and its depth.
 
-    The depth is that of the pixel's point divided by its own depth, so that infinity is harmless.
+    The depth is that of the pixel's point divided by its own depth, so that an infinite depth is
+    allowed.
     """
     fx, fy, cx, cy = k
     a, t = rotation, translation

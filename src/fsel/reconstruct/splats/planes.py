@@ -7,10 +7,10 @@ import numpy as np
 from fsel.capture import Capture
 from fsel.geometry import centered
 
-LOOK_ANGLE = 8.0  # degrees of parallax that stereo likes best
-LOOK_SPREAD = (4.0, 12.0)  # and how fast the liking falls below and above it
+LOOK_ANGLE = 8.0  # parallax at which stereo works best, degrees
+LOOK_SPREAD = (4.0, 12.0)  # width of that preference below and above it, degrees
 AXIS_SPREAD = 30.0  # degrees between optical axes
-NEAREST = 16.0  # times nearer than its median point a frame is not searched: planes are few
+NEAREST = 16.0  # a frame is searched no nearer than its median depth over this: planes are few
 
 
 def depth_range(capture: Capture) -> np.ndarray:

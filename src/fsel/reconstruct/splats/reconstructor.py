@@ -20,18 +20,18 @@ from fsel.reconstruct.splats import fusion, planes, render, stereo
 
 MAX_PARTNERS = 4
 # kept by a search at 64x48: matching costs of 5,000 pairs and the depth maps of 350 evaluations;
-# more is seldom asked for again, and fresh memory has a price of its own
+# older ones are seldom needed again, and allocating more memory takes time
 PAIR_BYTES, MAP_BYTES = 1 << 29, 1 << 27
 
 
 @dataclass(frozen=True)
 class SplatSettings:
-    """Settings of the reconstructor; all are free of the scene.
+    """Settings of the reconstructor; none depends on the scene.
 
     Attributes:
         partners: frames that each frame is matched against, 1 to 4.
         neighbours: depth maps that each pixel is checked against.
-        rounds: of voting; later rounds weigh a neighbour by the opacity it earned.
+        rounds: of voting; later rounds weigh a neighbour by its opacity in the last round.
         truncation: grey levels at which the matching cost saturates.
         small_penalty: semi-global penalty of one plane, beside costs of 0 to 510.
         large_penalty: semi-global penalty of a jump, likewise.
@@ -100,7 +100,7 @@ class Splats:
             frames: (K,) int64 distinct frames, K >= 2.
 
         Raises:
-            ValueError: for fewer than two frames, which hold no parallax.
+            ValueError: for fewer than two frames, which have no parallax.
         """
         frames = np.asarray(frames, np.int64)
         if len(frames) < 2 or len(np.unique(frames)) < len(frames):

@@ -16,7 +16,7 @@ _jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
 
 BINS = 24  # of inverse depth in the depth pass
 SHARE = F(0.08)  # of the opacity around a pixel that must lie in front of a surface to hide it
-HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below it, a pixel leans on coarser levels
+HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below, coarser levels are mixed in
 
 
 @_jit
@@ -24,7 +24,7 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
     """One view of a cloud of splats.
 
     The depth pass gathers opacity in bins of inverse depth over 3x3 pixels; the visible surface is
-    the first with a fair share of it, so that a lone floater hides nothing. The accumulation pass
+    the first with a fair share of it, so that a single floater hides nothing. The accumulation pass
     spreads each splat bilinearly over 2x2 pixels, weighed by its opacity alone (weights that favour
     near sources let a floater beside its own camera outweigh a surface: 0.9 dB less), and drops
     what lies behind the surface.
@@ -205,7 +205,8 @@ def _ranked(values, rank):
 
 @_jit
 def fill_holes(total, typical):
-    """Colours from weighted sums, pixels of little weight leaning on coarser levels (pull-push).
+    """Colours from weighted sums, pixels of little weight being mixed with coarser levels
+    (pull-push).
 
     Args:
         total: (h, w, 4) float32 weighted colour sums and weights.

@@ -120,7 +120,7 @@ def box_filter(cost):
 
 @_jit
 def merge_costs(first, second, third, fourth, count):
-    """Twice the mean of the better half of up to four pair costs, which forgives occlusion.
+    """Twice the mean of the better half of up to four pair costs, which tolerates occlusion.
 
     The first `count` of the four (h, w, D) uint8 arrays count; returns (h, w, D) int16, 0..510,
     rounded down.
