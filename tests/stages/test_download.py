@@ -132,7 +132,7 @@ def test_a_busy_server_is_asked_again_and_a_missing_file_is_not(server, tmp_path
 
 
 def test_a_wrong_checksum_leaves_nothing(server, tmp_path):
-    with pytest.raises(ValueError, match=f"sha256 is {DIGEST}, expected 00.*thrown away"):
+    with pytest.raises(ValueError, match=f"sha256 is {DIGEST}, expected 00.*was deleted"):
         fetch(server, tmp_path / "scene.zip", "00" * 32)
     assert list(tmp_path.glob("scene.zip")) == list(tmp_path.glob("*.part")) == []
 
