@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from small_captures import write_ring
 
+from fsel.selector.scorer import Network
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -27,6 +29,21 @@ def test_select_and_compare(tmp_path):
     for line in printed[1:4]:
         assert 5 < float(line.split()[1]) < 60
     assert len(re.findall(r"frame_\d{3}\.jpg", printed[4])) == 6
+
+
+def test_train_a_selector(tmp_path):
+    for name in ("a", "b", "c"):
+        write_ring(tmp_path / name)
+    example = ROOT / "examples" / "train_a_selector.py"
+    printed = run(tmp_path, example, "a", "b", "c").splitlines()
+    assert printed[0] == "4 labels of 6 picks from 2 scenes"
+    before, after = map(float, re.findall(r"\d+\.\d+", printed[1]))
+    assert after < before
+    picked, psnr = re.fullmatch(r"picked (.*): (\d+\.\d+) dB", printed[2]).groups()
+    assert len(set(picked.split(", "))) == 6
+    assert 5 < float(psnr) < 60
+    scorer = Network.load(tmp_path / "mine.safetensors")
+    assert scorer.provenance["policy"] == "ours"
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/cli.md"])
