@@ -63,8 +63,8 @@ def select(
 
     Args:
         capture: what `read_capture` returns.
-        k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: as
-            many as are worth their while, found among the first picks of a nested method.
+        k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: found
+            among the first picks of a nested method, see `fsel.request.budget`.
         targets: what will be rendered. None: anything that the capture saw. `every:8`: the frames
             0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
             by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
@@ -223,7 +223,7 @@ def request_problem(
 ) -> Problem:
     """The problem of a request: every frame may be picked, the closest ones stand for the views.
 
-    Unlike in the experiments a proxy is a candidate too: a person has no reason to hold it back.
+    Unlike in the experiments a proxy is a candidate too: nothing is held back for a search.
 
     Args:
         capture: the capture.

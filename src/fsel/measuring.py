@@ -1,8 +1,8 @@
 """Runs of methods, their picks at every budget, and what the picks are worth.
 
 The one way to measure: `runs` lists who picks, `select` writes down what they pick, `measure`
-scores what was written down. Whoever has other tables or other reconstructors measures the same
-picks again, and selects nothing anew.
+scores what was written down. Other tables and other reconstructors measure the same picks again;
+nothing is selected anew.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[
 
     Args:
         methods: values of a registry, in order.
-        weights: scorers that the workflow trained; each says whose it is. Those of one policy are
+        weights: scorers that the workflow trained; each names its policy. Those of one policy are
             in the order of their seeds.
 
     Raises:

@@ -1,4 +1,4 @@
-"""`fsel compare`: reconstruct from what several methods pick, and look at held-out frames."""
+"""`fsel compare`: reconstruct from what several methods pick, and compare with held-out frames."""
 
 from __future__ import annotations
 

@@ -85,13 +85,13 @@ def _add_select(commands) -> None:
         "-k",
         type=_number_or_auto,
         required=True,
-        help="how many frames, or auto: as many as are worth their while",
+        help="how many frames, or auto: until more are predicted to gain too little",
     )
     command.add_argument(
         "--threshold",
         type=float,
         metavar="DB",
-        help="of -k auto: no further frames are predicted to bring as much each, 0.02 by default",
+        help="of -k auto: least PSNR that further frames must gain each, 0.02 by default",
     )
     command.add_argument(
         "--memory",

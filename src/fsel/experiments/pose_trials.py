@@ -61,7 +61,7 @@ class Trial:
         return cls(runs, pd.read_parquet(Path(folder) / "descriptors.parquet"), **rest)
 
     def drawn(self, capture: Capture, draw: int) -> np.ndarray:
-        """The targets of a draw: chance alone decides, whatever the poses."""
+        """The targets of a draw: at random, independent of the poses."""
         return evaluation_split(capture, draw, self.split_seed, self.targets).targets
 
     def measured(self, seen: Capture, draw: int, judges: Mapping[str, Judge]) -> pd.DataFrame:

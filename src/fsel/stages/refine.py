@@ -131,10 +131,10 @@ def _objective(practices: Sequence[_Practice], settings: Mapping, seed: int) -> 
 
 
 def _better(unseen: Sequence[_Practice], start: Coefficients, found: Coefficients) -> Coefficients:
-    """What was found, where draws that the strategy has not seen leave no doubt; else the start.
+    """What was found, where it is better on draws that the strategy has not seen; else the start.
 
-    By two standard errors of the paired gain: what was once kept for 0.02 dB on eight draws lost
-    as much on 36 other scenes.
+    Better means by two standard errors of the paired gain: coefficients once kept for 0.02 dB on
+    eight draws lost as much on 36 other scenes.
     """
     before, after = (np.array([p.value(x) for p in unseen]) for x in (start, found))
     gain = after - before

@@ -28,7 +28,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Variant:
-    """A selector that is denied some features.
+    """A selector without some features.
 
     Attributes:
         label: how tables print it (LaTeX).
@@ -68,8 +68,7 @@ def hide(trajectories: Sequence[Trajectory], hidden: Sequence[str]) -> list[Traj
 def blinded(weights: Mapping[str, np.ndarray], hidden: Sequence[str]) -> dict[str, np.ndarray]:
     """Weights that ignore some features: what a network trained with them at zero must do.
 
-    Their columns of the first layer have never met anything but zero, and hold what they were
-    initialised with.
+    Their columns of the first layer were multiplied by zero alone, and hold their initial values.
     """
     shown = ~np.isin(NAMES, list(hidden))
     first = weights["layer1.weight"] * shown.astype(np.float32)

@@ -1,4 +1,4 @@
-"""Searches and training on labels that say nothing, or say it too loudly."""
+"""Searches and training on labels that are constant, or extreme."""
 
 from __future__ import annotations
 

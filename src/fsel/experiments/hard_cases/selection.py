@@ -1,4 +1,4 @@
-"""Hard cameras and hard columns: what a selection must not stumble over."""
+"""Hard cameras and hard columns, on which a selection could fail."""
 
 from __future__ import annotations
 

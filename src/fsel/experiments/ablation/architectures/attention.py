@@ -61,8 +61,8 @@ class SelfAttention(nn.Module):
 class ViewAttention(nn.Module):
     """Attention over the optimization views in place of the thirteen fixed summaries of them.
 
-    A candidate's own four features that follow the selection and its sharpness ask; its relations
-    to each view answer.
+    A candidate's four features that follow the selection and its sharpness are the query; its
+    relations to each view are keys and values.
     """
 
     def __init__(self) -> None:
