@@ -68,11 +68,18 @@ class Evaluator:
             reconstructor: bound to the capture.
             frames: (T,) int64.
             masked: compare inside the capture's masks alone.
+
+        Raises:
+            ValueError: for `masked` and a capture without masks.
             metrics: keys of `fsel.metrics.REGISTERED`.
         """
         capture = reconstructor.capture
         truth = np.asarray(capture.images[frames])
-        masks = np.asarray(capture.masks[frames]) if masked else None
+        masks = None
+        if masked:
+            if capture.masks is None:
+                raise ValueError(f"{capture.source}: has no masks to compare inside of")
+            masks = np.asarray(capture.masks[frames])
         return cls(reconstructor, frames, capture.view(frames), truth, masks, tuple(metrics))
 
     def measure(self, subset: np.ndarray) -> Measured:

@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,13 +38,13 @@ def write_text(text: str, path: str | Path) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def digest(values: Mapping) -> str:
+def digest(values: Mapping[str, Any]) -> str:
     """Twelve hexadecimal digits of a mapping's content, whatever the order of its keys."""
     text = json.dumps(dict(values), sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def fingerprint(paths: Iterable[str | Path], values: Mapping) -> str:
+def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
     """Twelve hexadecimal digits of files' content and of a mapping: what a result depends on."""
     total = hashlib.sha256(digest(values).encode())
     for path in paths:

@@ -122,7 +122,9 @@ def targets_at(coverage: int) -> int:
     return max(4, int(0.15 * coverage + 0.5))
 
 
-def _drawn(region: np.ndarray, count: int, rng: np.random.Generator, capture: Capture):
+def _drawn(
+    region: np.ndarray, count: int, rng: np.random.Generator, capture: Capture
+) -> np.ndarray:
     if len(region) < count or len(capture) < 3 * count:
         raise ValueError(
             f"{capture.source}: {len(capture)} frames ({len(region)} that may be targets) are too "

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -73,7 +74,7 @@ class RawCapture:
 
     def subset(self, rows: list[int], reason: str = "") -> RawCapture:
         """The frames at `rows`, in that order; the others are dropped for `reason`."""
-        kept = set(rows)
+        kept, points = set(rows), self.points
         gone = {name: reason for i, name in enumerate(self.names) if i not in kept}
         return replace(
             self,
@@ -83,7 +84,7 @@ class RawCapture:
             cameras=[self.cameras[i] for i in rows],
             sequences=[self.sequences[i] for i in rows],
             masks=[self.masks[i] for i in rows] if self.masks else None,
-            points=self.points and (lambda asked: self.points(tuple(rows[i] for i in asked))),
+            points=points and (lambda asked: points(tuple(rows[i] for i in asked))),
             dropped=self.dropped | gone,
         )
 
@@ -150,7 +151,7 @@ def number(value: object, path: Path, what: str) -> float:
     return found
 
 
-def read_json(path: Path) -> dict:
+def read_json(path: Path) -> dict[str, Any]:
     """Parse a JSON object, naming the file when that fails."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -202,6 +203,6 @@ def matched(names: list[str], others: list[str]) -> dict[str, int]:
     return {}
 
 
-def natural(name: str) -> list:
+def natural(name: str) -> list[tuple[int, str]]:
     """Sort key: digit runs compare as numbers."""
     return [(int(p), "") if p.isdigit() else (-1, p) for p in re.split(r"(\d+)", name) if p]

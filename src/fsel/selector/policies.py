@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -56,7 +57,7 @@ class Policy:
         appearance = ("appearance",) if self._read(APPEARANCE) else ()
         return appearance + ((SHARPNESS,) if self._read([SHARPNESS]) else ())
 
-    def _read(self, names) -> bool:
+    def _read(self, names: Iterable[str]) -> bool:
         return not set(names).isdisjoint(self.inputs)
 
     def prepare(self, problem: Problem) -> Prepared:

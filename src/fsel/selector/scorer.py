@@ -49,6 +49,7 @@ class Scorer(ABC):
         Raises:
             ValueError: for another kind of file, or one that does not hold a scorer.
         """
+        kinds: dict[str, type[Linear] | type[Network]]
         kinds = {".json": Linear, ".safetensors": Network}
         kind = kinds.get(Path(path).suffix)
         if kind is None:
@@ -255,4 +256,4 @@ def _stretch(matrix: np.ndarray) -> float:
     gram = matrix.T @ matrix / size**2
     for _ in range(3):
         gram = gram @ gram
-    return size * np.linalg.norm(gram) ** (1 / 16)
+    return float(size * np.linalg.norm(gram) ** (1 / 16))
