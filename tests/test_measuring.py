@@ -125,7 +125,8 @@ class Flat:
             return np.full((len(views), height, width, 3), grey, np.float32)
 
         count = len(frames)
-        return SimpleNamespace(primitives=count, bytes=8 * count, seconds=0.5, render=render)
+        costs = {"seconds": 0.5, "peak_bytes": 100 * count, "device": "abacus"}
+        return SimpleNamespace(primitives=count, bytes=8 * count, render=render, **costs)
 
 
 def test_each_distinct_subset_is_reconstructed_once():
@@ -147,6 +148,8 @@ def test_each_distinct_subset_is_reconstructed_once():
     assert table["primitives"].tolist() == [2] * 4 + [3] * 2
     assert table["bytes"].tolist() == [16] * 4 + [24] * 2
     assert table["fit_seconds"].unique().tolist() == [0.5]
+    assert table["peak_bytes"].tolist() == [200] * 4 + [300] * 2
+    assert table["device"].unique().tolist() == ["abacus"]
     by_method = measuring.measure(evaluator, picks[picks["method"] == "a"], by=["method"])
     assert len(flat.fitted) == 2
     assert by_method.columns[:2].tolist() == ["method", "target"]

@@ -20,7 +20,7 @@ class Measured(NamedTuple):
     Attributes:
         scores: (T, M) float64, a row a view, a column a metric of the evaluator.
         fit_seconds, render_seconds: of the reconstruction, and of rendering all views.
-        primitives, bytes: of the model.
+        primitives, bytes, peak_bytes, device: of the model, see `fsel.reconstruct.Model`.
     """
 
     scores: np.ndarray
@@ -28,6 +28,8 @@ class Measured(NamedTuple):
     render_seconds: float
     primitives: int
     bytes: int
+    peak_bytes: int
+    device: str
 
 
 COSTS = Measured._fields[1:]
@@ -99,4 +101,12 @@ class Evaluator:
         rendered = model.render(self.views)
         seconds = time.perf_counter() - started
         scores = score_views(rendered, self.truth, self.masks, self.metrics)
-        return Measured(scores, model.seconds, seconds, model.primitives, model.bytes)
+        return Measured(
+            scores,
+            model.seconds,
+            seconds,
+            model.primitives,
+            model.bytes,
+            model.peak_bytes,
+            model.device,
+        )

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 PICK_UNITS = {"seconds": "s, of the whole run that these picks are a prefix of"}
-COST_UNITS = {"fit_seconds": "s", "render_seconds": "s", "bytes": "bytes"}
+COST_UNITS = {"fit_seconds": "s", "render_seconds": "s", "bytes": "bytes", "peak_bytes": "bytes"}
 SELECTION = ("method", "seed", "k")  # what tells one selection of a problem from another
 
 
@@ -182,7 +182,7 @@ def measured(evaluator: Evaluator, subset: np.ndarray) -> pd.DataFrame:
 
     Returns:
         target (the frame rendered), the evaluator's metrics, fit_seconds, render_seconds,
-        primitives, bytes. Units are `measured_units`.
+        primitives, bytes, peak_bytes, device. Units are `measured_units`.
     """
     import pandas as pd
 

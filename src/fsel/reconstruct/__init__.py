@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -26,6 +26,14 @@ class Model(Protocol):
     def seconds(self) -> float:
         """Spent fitting."""
 
+    @property
+    def peak_bytes(self) -> int:
+        """The most memory that fitting took; see `fsel.reconstruct.memory.Peak`."""
+
+    @property
+    def device(self) -> str:
+        """Where it was fitted, and renders: `cpu`, or a GPU's name."""
+
     def render(self, views: Views) -> np.ndarray:
         """(T, h, w, 3) float32 images in [0, 1]."""
 
@@ -41,7 +49,22 @@ class Reconstructor(Protocol):
         """Reconstruct from (K,) int64 distinct frames."""
 
 
-RECONSTRUCTORS: Registry[Callable[..., Reconstructor]] = Registry(
+class Factory(Protocol):
+    """What binds a reconstructor to a capture, with its settings as keywords: a class, usually."""
+
+    def __call__(self, capture: Capture, **settings: Any) -> Reconstructor:
+        """The reconstructor of a capture that is at the reconstruction size."""
+
+    def check(self, **settings: Any) -> None:
+        """Ask for what it needs, before any work and without a capture.
+
+        Raises:
+            ValueError: for a setting that it does not take.
+            ImportError, OSError: for a package, a device or weights that are not there, by name.
+        """
+
+
+RECONSTRUCTORS: Registry[Factory] = Registry(
     "reconstructor",
     {
         "splats": "fsel.reconstruct.splats:Splats",
@@ -49,10 +72,24 @@ RECONSTRUCTORS: Registry[Callable[..., Reconstructor]] = Registry(
         "radiance_field": "fsel.reconstruct.radiance_field:RadianceField",
     },
 )
-"""By name: `factory(capture, **settings)`, the capture being at the reconstruction size.
+"""By name. `check_needs` asks whether one can work here, with some settings."""
 
-A factory refuses by name what it needs and does not find: settings, a device, weights.
-"""
+
+def check_needs(reconstruction: Mapping[str, Any]) -> None:
+    """Refuse a configured reconstructor that cannot work here; nothing is fitted.
+
+    Args:
+        reconstruction: the config's section: name, settings.
+
+    Raises:
+        ValueError: for an unknown name, for a setting that the reconstructor does not take, or for
+            what it needs and does not find: a package, a device, weights. The message names both.
+    """
+    name = reconstruction["name"]
+    try:
+        RECONSTRUCTORS.checked(name).check(**reconstruction["settings"])
+    except (ValueError, TypeError, ImportError, OSError) as error:
+        raise ValueError(f"reconstructor {name!r}: {error}") from error
 
 
 def reconstructor_of(capture: Capture, reconstruction: Mapping[str, Any]) -> Reconstructor:
@@ -62,6 +99,6 @@ def reconstructor_of(capture: Capture, reconstruction: Mapping[str, Any]) -> Rec
         capture: the capture, at any size.
         reconstruction: the config's section: name, long_side, settings.
     """
-    factory = RECONSTRUCTORS[reconstruction["name"]]
+    factory = RECONSTRUCTORS.checked(reconstruction["name"])
     resized = capture.resized(reconstruction["long_side"])
     return factory(resized, **reconstruction["settings"])

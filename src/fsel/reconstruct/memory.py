@@ -6,27 +6,35 @@ import re
 import resource
 import sys
 from pathlib import Path
+from typing import ClassVar
+from weakref import WeakSet
 
 
 class Peak:
     """Resident memory of this process at its highest, above what it held at the start.
 
     On Linux the kernel's own record is started anew; elsewhere it cannot be, and only what goes
-    beyond the process's highest so far is counted.
+    beyond the process's highest so far is counted. One may start while another is measured.
     """
 
+    _measured: ClassVar[WeakSet[Peak]] = WeakSet()
+
     def __init__(self) -> None:
+        self._most = 0
+        for other in self._measured:  # the record that they go by is about to be forgotten
+            other._most = max(other._most, _highest())
         try:
             Path("/proc/self/clear_refs").write_text("5")  # forget the highest so far
         except OSError:
             self._start = _highest()
         else:
             self._start = _resident("VmRSS")
+        self._measured.add(self)
 
     @property
     def bytes(self) -> int:
         """Since the start."""
-        return max(_highest() - self._start, 0)
+        return max(self._most - self._start, _highest() - self._start, 0)
 
 
 def _highest() -> int:

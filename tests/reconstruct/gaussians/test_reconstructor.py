@@ -284,5 +284,5 @@ def test_bad_settings_are_refused_by_name(capture, setting, value):
 
 
 def test_an_unknown_setting_is_refused(capture):
-    with pytest.raises(TypeError, match="colour"):
+    with pytest.raises(ValueError, match="colour"):
         Gaussians(capture, colour=1)

@@ -307,7 +307,7 @@ def test_bad_settings_are_refused(settings):
 
 
 def test_unknown_setting_is_refused():
-    with pytest.raises(TypeError, match="colour"):
+    with pytest.raises(ValueError, match="colour"):
         Splats(textured_wall(), colour=1)
 
 

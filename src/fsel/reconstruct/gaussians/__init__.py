@@ -13,6 +13,7 @@ from fsel.reconstruct.gaussians import initial
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import GaussianSettings
 from fsel.reconstruct.gaussians.training import Training
+from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.subset import restricted
@@ -38,7 +39,12 @@ class Gaussians:
 
     def __init__(self, capture: Capture, **settings) -> None:
         self.capture = capture
-        self.settings = GaussianSettings(**settings)
+        self.settings = settings_from(GaussianSettings, settings)
+
+    @staticmethod
+    def check(**settings) -> None:
+        """Refuse settings outside their range; it needs nothing else."""
+        settings_from(GaussianSettings, settings)
 
     def fit(
         self,

@@ -7,6 +7,7 @@ import time
 import numpy as np
 
 from fsel.capture import Capture
+from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.radiance_field.model import RadianceModel, rays_of
@@ -34,7 +35,12 @@ class RadianceField:
 
     def __init__(self, capture: Capture, **settings) -> None:
         self.capture = capture
-        self.settings = RadianceSettings(**settings)
+        self.settings = settings_from(RadianceSettings, settings)
+
+    @staticmethod
+    def check(**settings) -> None:
+        """Refuse settings outside their range; it needs nothing else."""
+        settings_from(RadianceSettings, settings)
 
     def fit(self, frames: np.ndarray, progress: Progress | None = None) -> RadianceModel:
         """Reconstruct from a subset.

@@ -8,6 +8,7 @@ and depth maps are cached, since a search meets the same pairs of frames again a
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ import numpy as np
 from fsel.capture import Capture, Views
 from fsel.geometry import invert_pose, pixel_centers
 from fsel.reconstruct import ply
+from fsel.reconstruct.keywords import settings_from
+from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import fusion, planes, render, stereo
 
@@ -75,10 +78,8 @@ class Splats:
     """
 
     def __init__(self, capture: Capture, **settings) -> None:
-        if "planes" in settings:
-            settings["planes"] = tuple(settings["planes"])
         self.capture = capture
-        self.settings = SplatSettings(**settings)
+        self.settings = _settings(settings)
         self.images = np.asarray(capture.images).astype(np.float32)
         self.grey = self.images.mean(axis=-1)
         self.enlarged = np.stack([stereo.packed(image) for image in self.images])
@@ -93,6 +94,11 @@ class Splats:
         self._pairs: dict[tuple[int, int], np.ndarray] = {}
         self._maps: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}
 
+    @staticmethod
+    def check(**settings) -> None:
+        """Refuse settings outside their range; it needs nothing else."""
+        _settings(settings)
+
     def fit(self, frames: np.ndarray) -> SplatModel:
         """Reconstruct from a subset.
 
@@ -105,7 +111,7 @@ class Splats:
         frames = np.asarray(frames, np.int64)
         if len(frames) < 2 or len(np.unique(frames)) < len(frames):
             raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
-        started = time.perf_counter()
+        started, peak = time.perf_counter(), Peak()
         order = self._nearest(frames)
         maps = [self._depth_map(i, frames[order[a]]) for a, i in enumerate(frames)]
         inverse = np.stack([m[0] for m in maps])
@@ -133,6 +139,7 @@ class Splats:
             surface=self.settings.surface,
             pixel=float(1 / self.ks[frames, 0].mean()),
             seconds=time.perf_counter() - started,
+            peak_bytes=peak.bytes,
         )
 
     def _nearest(self, frames: np.ndarray) -> np.ndarray:
@@ -178,6 +185,13 @@ class Splats:
         return self._pairs[frame, source]
 
 
+def _settings(given: Mapping) -> SplatSettings:
+    """From keywords; a config's lists are tuples here."""
+    return settings_from(
+        SplatSettings, {k: tuple(v) if isinstance(v, list) else v for k, v in given.items()}
+    )
+
+
 def _make_room(cache: dict, most: int) -> None:
     """Forget the oldest entry of a full cache: dictionaries keep order."""
     if cache and len(cache) >= most:
@@ -196,6 +210,8 @@ class SplatModel:
         surface: see `SplatSettings`.
         pixel: size of a source pixel at unit depth.
         seconds: spent fitting.
+        peak_bytes: the most memory that fitting took, beyond what was cached; see `memory.Peak`.
+        device: where it was fitted, and renders.
     """
 
     frame: Frame
@@ -206,6 +222,8 @@ class SplatModel:
     surface: float
     pixel: float
     seconds: float
+    peak_bytes: int = 0
+    device: str = "cpu"
 
     @property
     def primitives(self) -> int:

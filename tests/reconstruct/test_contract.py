@@ -1,0 +1,82 @@
+"""What every reconstructor says of itself: its needs, and what a model cost."""
+
+import numpy as np
+import pytest
+from selection_problems import capture_of
+from small_captures import ring
+
+from fsel.reconstruct import RECONSTRUCTORS, check_needs
+from fsel.reconstruct.memory import Peak
+
+MEGABYTE = 1 << 20
+QUICK = {
+    "gaussians": {"steps": 2, "gaussians": 50},
+    "radiance_field": {"sides": [8], "steps": [2], "rays": 64},
+}
+
+
+@pytest.mark.parametrize("name", RECONSTRUCTORS)
+def test_a_setting_that_is_not_taken_is_refused_by_name_without_a_capture(name):
+    check_needs({"name": name, "settings": {}})
+    with pytest.raises(ValueError, match=rf"reconstructor '{name}': no setting 'stepps'; allowed"):
+        check_needs({"name": name, "settings": {"stepps": 3}})
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "said"),
+    [
+        ("splats", {"partners": 9}, "partners must be 1 to 4, got 9"),
+        ("gaussians", {"steps": -1}, "steps must be an integer of at least 0, got -1"),
+    ],
+)
+def test_a_value_out_of_range_is_refused_without_a_capture(name, settings, said):
+    with pytest.raises(ValueError, match=rf"reconstructor '{name}': {said}"):
+        check_needs({"name": name, "settings": settings})
+
+
+def test_a_list_of_a_config_is_as_good_as_a_tuple():
+    check_needs({"name": "splats", "settings": {"planes": [16, 32]}})
+
+
+class Needy:
+    """Needs what no machine has."""
+
+    @staticmethod
+    def check(weights: str) -> None:
+        raise FileNotFoundError(f"weights: no file {weights}. Hint: https://example.org has them")
+
+
+def test_what_is_missing_is_named(monkeypatch):
+    monkeypatch.setitem(RECONSTRUCTORS, "needy", Needy)
+    with pytest.raises(ValueError, match=r"reconstructor 'needy': weights: no file w.pt. Hint"):
+        check_needs({"name": "needy", "settings": {"weights": "w.pt"}})
+    RECONSTRUCTORS.homes["absent"] = "no_such_package:Absent"
+    try:
+        with pytest.raises(ValueError, match=r"reconstructor 'absent'.*needs no_such_package"):
+            check_needs({"name": "absent", "settings": {}})
+    finally:
+        del RECONSTRUCTORS.homes["absent"]
+
+
+@pytest.mark.parametrize("name", RECONSTRUCTORS)
+def test_a_model_says_what_it_cost_and_where(name):
+    poses = ring(6)
+    rotations = poses[:, :, :3]
+    centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
+    capture = capture_of(centers, rotations, size=(24, 18))
+    model = RECONSTRUCTORS[name](capture, **QUICK.get(name, {})).fit(np.arange(4))
+    assert model.seconds > 0
+    assert model.peak_bytes >= 0
+    assert model.device == "cpu"
+    assert (model.primitives == 0) == (model.bytes == 0)
+
+
+def test_a_peak_is_what_was_held_at_once_and_survives_one_within():
+    outer = Peak()
+    held = np.ones(24 * MEGABYTE, np.uint8)
+    del held
+    inner = Peak()
+    held = np.ones(8 * MEGABYTE, np.uint8)
+    del held
+    assert 7 * MEGABYTE < inner.bytes < 16 * MEGABYTE
+    assert 23 * MEGABYTE < outer.bytes < 40 * MEGABYTE
