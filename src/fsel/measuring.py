@@ -101,6 +101,20 @@ def chance(seed: int) -> Chance:
     return of
 
 
+def draw_chance(seed: int, draw: int) -> Chance:
+    """Seeds made from numbers: all methods of one seed and budget start alike.
+
+    Args:
+        seed: of the scene.
+        draw: of its targets.
+    """
+
+    def of(run: Run, k: int) -> np.random.Generator:
+        return np.random.default_rng([seed, draw, run.seed, k])
+
+    return of
+
+
 def picks_at(problem: Problem, run: Run, budgets: Sequence[int], chance: Chance) -> Iterator[Picks]:
     """What a run picks at every budget, in the order of the budgets.
 

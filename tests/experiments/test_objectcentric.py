@@ -13,8 +13,9 @@ from fsel.experiments.objectcentric import (
     SHOWN,
     TRAINED,
     UNTRAINED,
-    measure_objects,
+    evaluate_objects,
     object_split,
+    select_objects,
 )
 from fsel.experiments.objectcentric import (
     objectcentric as write_objectcentric,
@@ -130,22 +131,25 @@ def test_masks_of_a_family_come_through_at_the_working_size(stored):
 
 def test_every_method_is_measured_on_every_draw(stored, tmp_path):
     _, folder = stored
-    outputs = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
-    for output in outputs:
-        measure_objects(folder, {}, output, **ASKED, reconstruction=RECONSTRUCTION, config="c")
-    table = pd.read_parquet(outputs[0])
+    picks, output = [tmp_path / "a.parquet", tmp_path / "b.parquet"], tmp_path / "e.parquet"
+    further = {"reconstruction": RECONSTRUCTION, "config": "c"}
+    for path in picks:
+        select_objects(folder, [], path, **ASKED, **further)
+    once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
+    pd.testing.assert_frame_equal(once, again)
+    evaluate_objects(folder, picks[0], output, targets=4, seed=1, **further)
+    table = pd.read_parquet(output)
     assert set(table["method"]) == set(UNTRAINED)
     assert set(table["draw"]) == {0, 1}
     assert (table.groupby(["draw", "method", "seed"]).size() == 4).all()
     assert np.isfinite(table[list(METRICS)].to_numpy()).all()
-    assert outputs[0].read_bytes() == outputs[1].read_bytes()
     masks = Capture.load(folder).masks
     assert masks[table["target"].unique()].any(axis=(1, 2)).all()
 
 
 def test_the_table_has_a_group_of_columns_for_each_dataset(tmp_path):
     """Two scenes of two draws each; fsel leads on one dataset, on the other nobody does surely."""
-    items = []
+    paths, scenes = [], []
     for dataset in ("scannet", "co3d"):
         for scene, psnr in (("a", 20.0), ("b", 23.0)):
             rows = []
@@ -158,11 +162,13 @@ def test_the_table_has_a_group_of_columns_for_each_dataset(tmp_path):
             path = tmp_path / f"{dataset}{scene}.parquet"
             columns = ["draw", "method", "seed", "k", "target", *METRICS]
             pd.DataFrame(rows, columns=columns).to_parquet(path)
-            items.append({"dataset": dataset, "scene": scene, "path": path})
+            paths.append(path)
+            scenes.append((dataset, scene))
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
     named = {"scannet": "ScanNet v2", "co3d": "CO3D"}
     bootstrap = {"resamples": 200, "seed": 0}
-    write_objectcentric(items, *outputs, datasets=named, bootstrap=bootstrap, facts=FACTS)
+    settings = {"scenes": scenes, "datasets": named, "bootstrap": bootstrap, "facts": FACTS}
+    write_objectcentric(paths, *outputs, **settings)
     numbers = pd.read_csv(outputs[1])
     assert numbers["dataset"].unique().tolist() == list(named)
     assert numbers["method"].unique().tolist() == list(SHOWN)

@@ -10,21 +10,22 @@ from matplotlib.figure import Figure
 from fsel.capture import Capture
 from fsel.experiments.estimate_poses import estimate_poses
 from fsel.experiments.pose_errors import perturbed, pose_errors
-from fsel.experiments.pose_trials import SELECTORS, measure_estimated, measure_noise
-from fsel.experiments.poses import MARKED, changes, pose_noise, poses
+from fsel.experiments.pose_trials import (
+    SELECTORS,
+    evaluate_estimated,
+    evaluate_noise,
+    select_estimated,
+    select_noise,
+)
+from fsel.experiments.poses import MARKED, changes, poses
 from fsel.layouts import sfm
 from fsel.metrics import METRICS
 from fsel.stages.describe import describe
 from fsel.synthesis import record
 
-SETTINGS = {
-    "budgets": [4],
-    "targets": 3,
-    "seed": 1,
-    "split_seed": 2,
-    "reconstruction": {"name": "splats", "long_side": 32, "settings": {}},
-    "config": "c",
-}
+DRAWN = {"targets": 3, "split_seed": 2, "config": "c"}
+SELECTION = {"budgets": [4], "seed": 1, **DRAWN}
+RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 FACTS = {
     "embedded": ["DL3DV"],
     "real": [],
@@ -52,19 +53,30 @@ def scene(tmp_path_factory):
 
 
 def psnr(table, **chosen):
-    """PSNR of the rows with the chosen values, by method and seed."""
+    """Mean PSNR of the rows with the chosen values, by method and seed."""
     for column, value in chosen.items():
         table = table[table[column] == value]
-    return table.set_index(["method", "seed"])["psnr"]
+    return table.groupby(["method", "seed"])["psnr"].mean()
+
+
+def estimated(given, found, folder, draws):
+    """What picks on given and on other poses are worth."""
+    picks, output = folder / "p.parquet", folder / "m.parquet"
+    select_estimated(given, found, [], picks, draws=draws, **SELECTION)
+    evaluate_estimated(given, found, picks, output, **DRAWN, reconstruction=RECONSTRUCTION)
+    return pd.read_parquet(output)
 
 
 def test_the_selector_s_noise_leaves_the_reconstruction_alone(scene, tmp_path):
-    outputs = tmp_path / "a.parquet", tmp_path / "b.parquet"
+    picks, output = tmp_path / "a.parquet", tmp_path / "m.parquet"
     levels = {"degrees": [20.0], "percent": [40.0]}
-    for output in outputs:
-        measure_noise(scene, {}, output, levels=levels, noises=2, **SETTINGS)
-    assert outputs[0].read_bytes() == outputs[1].read_bytes()
-    table = pd.read_parquet(outputs[0])
+    found = []
+    for path in (tmp_path / "b.parquet", picks):
+        select_noise(scene, [], path, levels=levels, noises=2, **SELECTION)
+        found.append(pd.read_parquet(path).drop(columns="seconds"))
+    pd.testing.assert_frame_equal(*found)
+    evaluate_noise(scene, picks, output, seed=1, **DRAWN, reconstruction=RECONSTRUCTION)
+    table = pd.read_parquet(output)
     assert set(table["method"]) == set(SELECTORS)
     exact = psnr(table, change="none")
     for change in levels:
@@ -79,9 +91,7 @@ def test_the_selector_s_noise_leaves_the_reconstruction_alone(scene, tmp_path):
 
 
 def test_two_sets_of_poses_that_are_one_make_no_difference(scene, tmp_path):
-    output = tmp_path / "m.parquet"
-    measure_estimated(scene, scene, {}, output, draws=2, **SETTINGS)
-    table = pd.read_parquet(output)
+    table = estimated(scene, scene, tmp_path, draws=2)
     for draw in (0, 1):
         exact = psnr(table, change="none", draw=draw)
         for scope in ("selector", "both"):
@@ -98,9 +108,7 @@ def test_estimated_poses_are_those_that_the_reconstruction_renders(scene, tmp_pa
     shift = 3 * found.world_to_camera[:, :, 3] - turned @ np.array([1.0, -2, 0.5])
     elsewhere = np.concatenate([turned, shift[..., None]], axis=2)
     replace(found, world_to_camera=elsewhere).save(tmp_path / "estimated")
-    output = tmp_path / "m.parquet"
-    measure_estimated(scene, tmp_path / "estimated", {}, output, draws=1, **SETTINGS)
-    table = pd.read_parquet(output)
+    table = estimated(scene, tmp_path / "estimated", tmp_path, draws=1)
     exact = psnr(table, change="none")
     np.testing.assert_allclose(psnr(table, change="estimated", scope="both"), exact, atol=0.02)
 
@@ -184,18 +192,27 @@ def measurements(folder):
     return estimated, noise
 
 
-def test_the_tables_say_what_poses_cost(tmp_path):
-    estimated, noise = measurements(tmp_path)
+@pytest.fixture
+def made(tmp_path, monkeypatch):
+    """The tables' text and numbers, the figure and its numbers."""
+    shown = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, *_, **__: shown.append(self))
+    estimated, noise = ([item["path"] for item in items] for items in measurements(tmp_path))
     errors = tmp_path / "e.parquet", tmp_path / "f.parquet"
     values = {"name": list("abc"), "placed": [True, True, False]}
     values |= {"degrees": [1.0, 2.0, np.nan], "percent": [0.5, 0.25, np.nan]}
     pd.DataFrame(values).to_parquet(errors[0])
     values = {"name": ["d"], "placed": [True], "degrees": [0.5], "percent": [0.1]}
     pd.DataFrame(values).to_parquet(errors[1])
-    outputs = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"budgets": [8], "bootstrap": BOOTSTRAP, "facts": FACTS}
+    outputs = tmp_path / "t.tex", tmp_path / "t.csv", [tmp_path / "f.png"], tmp_path / "n.csv"
+    settings = {"scenes": [("d", "a"), ("d", "b")], "budgets": [8]}
+    settings |= {"bootstrap": BOOTSTRAP, "facts": FACTS}
     poses(estimated, noise, errors, *outputs, **settings)
-    text = outputs[0].read_text()
+    return outputs[0].read_text(), pd.read_csv(outputs[1]), shown[0], pd.read_csv(outputs[3])
+
+
+def test_the_tables_say_what_poses_cost(made):
+    text, numbers, *_ = made
     cell = r"$\mathbf{-1.00}$ {\tiny$[-1.00,-1.00]$}"
     assert rf"FVS & 21.00 & {cell} & {cell} \\" in text
     gained, unsure = r"$\mathbf{+0.50}$", r"$+0.00$"
@@ -204,18 +221,13 @@ def test_the_tables_say_what_poses_cost(tmp_path):
     assert r"\multicolumn{2}{c}{selector alone}" in text
     assert "placed 3 of 4 frames" in text
     assert r"$0.50^\circ$ to $1.50^\circ$ and 0.10\% to 0.38\% of the scene" in text
-    numbers = pd.read_csv(outputs[1])
     assert numbers.groupby("captures")["method"].size().tolist() == [3 * 8, 5 * 8]
 
 
-def test_the_figure_shows_every_level_of_every_selector(tmp_path, monkeypatch):
-    _, noise = measurements(tmp_path)
-    shown = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, *_, **__: shown.append(self))
-    numbers = tmp_path / "n.csv"
-    pose_noise(noise, [tmp_path / "f.png"], numbers, bootstrap=BOOTSTRAP, facts=FACTS)
-    assert len(pd.read_csv(numbers)) == 5 * len(MARKED)
-    axes = shown[0].axes
+def test_the_figure_shows_every_level_of_every_selector(made):
+    *_, figure, numbers = made
+    assert len(numbers) == 5 * len(MARKED)
+    axes = figure.axes
     assert [len(axis.lines) for axis in axes] == [len(MARKED)] * 4
     assert [label.get_text() for label in axes[2].get_xticklabels()] == ["0", "3"]
     np.testing.assert_allclose(axes[0].lines[0].get_ydata(), [21.0, 21.5])

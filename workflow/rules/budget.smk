@@ -2,24 +2,53 @@
 of `rule all`.
 
 Inputs: canonical captures of train scenes, problems of evaluation scenes, the selector `fsel`.
-Outputs: <results>/selector/budget.{json,csv}, <tables>/budget.{tex,csv}.
+Outputs: <results>/{dataset}/{scene}/{curves_picks,curves,budgets_picks,budgets}.parquet,
+<results>/selector/budget.{json,csv}, <tables>/budget.{tex,csv}.
 """
 
 
-rule measure_curves:
+rule select_curves:
     input:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         weights="<results>/selector/fsel/seed0.json",
-        lib=library("measure_curves"),
+        lib=library("select_curves"),
     output:
-        "<results>/{dataset}/{scene}/curves.parquet",
+        picks="<results>/{dataset}/{scene}/curves_picks.parquet",
     log:
-        "<results>/logs/measure_curves/{dataset}/{scene}.log",
+        "<results>/logs/select_curves/{dataset}/{scene}.log",
     benchmark:
-        "<results>/benchmarks/measure_curves/{dataset}/{scene}.jsonl"
+        "<results>/benchmarks/select_curves/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    params:
+        coverages=config["coverages"],
+        seed=lambda wildcards: scene_seed(wildcards, "budget"),
+    message:
+        "Selecting ever more frames of {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/select_curves.py"
+
+
+rule evaluate_curves:
+    input:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        picks="<results>/{dataset}/{scene}/curves_picks.parquet",
+        lib=library("evaluate_curves"),
+    output:
+        curves="<results>/{dataset}/{scene}/curves.parquet",
+    log:
+        "<results>/logs/evaluate_curves/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_curves/{dataset}/{scene}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -27,13 +56,12 @@ rule measure_curves:
         mem_mb=4000,
         runtime=30,
     params:
-        coverages=config["coverages"],
         seed=lambda wildcards: scene_seed(wildcards, "budget"),
         reconstruction=config["reconstruction"],
     message:
         "Reconstructing {wildcards.dataset}/{wildcards.scene} from ever more frames"
     script:
-        "../scripts/measure_curves.py"
+        "../scripts/evaluate_curves.py"
 
 
 rule fit_budget:
@@ -54,14 +82,14 @@ rule fit_budget:
         mem_mb=1000,
         runtime=10,
     params:
-        scenes=PRACTISED,
+        scenes=[name.split("/") for name in PRACTISED],
     message:
         "Fitting what further frames bring"
     script:
         "../scripts/fit_budget.py"
 
 
-rule measure_budgets:
+rule select_budgets:
     input:
         splits=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
@@ -73,13 +101,48 @@ rule measure_budgets:
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         weights="<results>/selector/fsel/seed0.json",
         record="<results>/selector/budget.json",
-        lib=library("measure_budgets"),
+        lib=library("select_budgets"),
     output:
-        "<results>/{dataset}/{scene}/budgets.parquet",
+        picks="<results>/{dataset}/{scene}/budgets_picks.parquet",
     log:
-        "<results>/logs/measure_budgets/{dataset}/{scene}.log",
+        "<results>/logs/select_budgets/{dataset}/{scene}.log",
     benchmark:
-        "<results>/benchmarks/measure_budgets/{dataset}/{scene}.jsonl"
+        "<results>/benchmarks/select_budgets/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    params:
+        budgets=config["budgets"],
+        coverages=config["coverages"],
+        auto=config["auto"],
+        seed=lambda wildcards: scene_seed(wildcards, "budget"),
+        long_side=config["reconstruction"]["long_side"],
+    message:
+        "Selecting adaptive and fixed numbers of frames of {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/select_budgets.py"
+
+
+rule evaluate_budgets:
+    input:
+        splits=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
+            draw=range(config["draws"]),
+        ),
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        picks="<results>/{dataset}/{scene}/budgets_picks.parquet",
+        lib=library("evaluate_budgets"),
+    output:
+        evaluation="<results>/{dataset}/{scene}/budgets.parquet",
+    log:
+        "<results>/logs/evaluate_budgets/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_budgets/{dataset}/{scene}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -87,20 +150,19 @@ rule measure_budgets:
         mem_mb=4000,
         runtime=30,
     params:
-        budgets=config["budgets"],
-        coverages=config["coverages"],
-        auto=config["auto"],
         seed=lambda wildcards: scene_seed(wildcards, "budget"),
         reconstruction=config["reconstruction"],
     message:
         "Measuring adaptive and fixed budgets on {wildcards.dataset}/{wildcards.scene}"
     script:
-        "../scripts/measure_budgets.py"
+        "../scripts/evaluate_budgets.py"
 
 
 rule budget:
     input:
-        measured=[f"<results>/{d}/{s}/budgets.parquet" for d, s in evaluation_scenes()],
+        evaluations=[
+            f"<results>/{d}/{s}/budgets.parquet" for d, s in evaluation_scenes()
+        ],
         lib=library("budget"),
     output:
         table=report(

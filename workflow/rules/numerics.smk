@@ -47,8 +47,10 @@ rule precision:
             f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
         ],
         splits=collect("<results>/{problem}/split.parquet", problem=problems(1)),
-        ours="<results>/selector/seed0.safetensors",
-        fsel="<results>/selector/fsel/seed0.json",
+        weights=[
+            "<results>/selector/seed0.safetensors",
+            "<results>/selector/fsel/seed0.json",
+        ],
         trajectories="<results>/trajectories.parquet",
         trained_frames=collect(
             f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED

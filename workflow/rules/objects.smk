@@ -1,7 +1,7 @@
 """One object of a capture: masks beside the images, and the object-centric table.
 
 Inputs: captures with masks, trained selectors.
-Outputs: <results>/{dataset}/{scene}/masks.npy, <results>/{dataset}/{scene}/objects.parquet,
+Outputs: <results>/{dataset}/{scene}/masks.npy, <results>/{dataset}/{scene}/{objects_picks,objects}.parquet,
 <tables>/objectcentric.{tex,csv}.
 """
 
@@ -19,22 +19,24 @@ use rule ingest as ingest_masked with:
         dataset=datasets_with_objects(),
 
 
-rule measure_objects:
+rule select_objects:
     input:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         masks="<results>/{dataset}/{scene}/masks.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        ours=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
-        fsel=collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
-        lib=library("measure_objects"),
+        weights=[
+            *collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
+            *collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
+        ],
+        lib=library("select_objects"),
     output:
-        "<results>/{dataset}/{scene}/objects.parquet",
+        picks="<results>/{dataset}/{scene}/objects_picks.parquet",
     log:
-        "<results>/logs/measure_objects/{dataset}/{scene}.log",
+        "<results>/logs/select_objects/{dataset}/{scene}.log",
     benchmark:
-        "<results>/benchmarks/measure_objects/{dataset}/{scene}.jsonl"
+        "<results>/benchmarks/select_objects/{dataset}/{scene}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -42,22 +44,50 @@ rule measure_objects:
         mem_mb=4000,
         runtime=60,
     params:
-        problem={
-            "k": budget_near(30),
-            "draws": config["draws"],
-            "targets": config["targets"],
-        },
+        k=budget_near(30),
+        draws=config["draws"],
+        targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "objects"),
         reconstruction=config["reconstruction"],
     message:
-        "Measuring the object of {wildcards.dataset}/{wildcards.scene}"
+        "Selecting views of the object of {wildcards.dataset}/{wildcards.scene}"
     script:
-        "../scripts/measure_objects.py"
+        "../scripts/select_objects.py"
+
+
+rule evaluate_objects:
+    input:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        masks="<results>/{dataset}/{scene}/masks.npy",
+        picks="<results>/{dataset}/{scene}/objects_picks.parquet",
+        lib=library("evaluate_objects"),
+    output:
+        evaluation="<results>/{dataset}/{scene}/objects.parquet",
+    log:
+        "<results>/logs/evaluate_objects/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_objects/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        targets=config["targets"],
+        seed=lambda wildcards: scene_seed(wildcards, "objects"),
+        reconstruction=config["reconstruction"],
+    message:
+        "Reconstructing the object of {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/evaluate_objects.py"
 
 
 rule objectcentric:
     input:
-        measured=of_objects("objects.parquet"),
+        evaluations=of_objects("objects.parquet"),
         lib=library("objectcentric"),
     output:
         table=report(

@@ -4,7 +4,7 @@ Inputs: evaluations, searches, labels, trained selectors and canonical captures.
 Outputs: <tables>/{handsign,seedvar,ga_vs_learned,time_quality,crosscapture}.{tex,csv},
 <figures>/{saturation,training,pipeline,teaser,qualitative_{dataset}}.{pdf,png,csv},
 <results>/{dataset}/{scene}/draw{draw}/{searched,geometry}.parquet,
-<results>/{dataset}/{scene}/{costs,times,crosscapture}.parquet,
+<results>/{dataset}/{scene}/{costs,times,crosscapture,crosscapture_picks}.parquet,
 <results>/selector/geometry/seed{seed}.safetensors.
 """
 
@@ -95,20 +95,20 @@ rule seedvar:
         "../scripts/seedvar.py"
 
 
-rule measure_searched:
+rule evaluate_searched:
     input:
         split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
         subsets="<results>/{dataset}/{scene}/draw{draw}/subsets.parquet",
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
-        lib=library("measure_searched"),
+        lib=library("evaluate_searched"),
     output:
-        "<results>/{dataset}/{scene}/draw{draw}/searched.parquet",
+        evaluation="<results>/{dataset}/{scene}/draw{draw}/searched.parquet",
     log:
-        "<results>/logs/measure_searched/{dataset}/{scene}/draw{draw}.log",
+        "<results>/logs/evaluate_searched/{dataset}/{scene}/draw{draw}.log",
     benchmark:
-        "<results>/benchmarks/measure_searched/{dataset}/{scene}/draw{draw}.jsonl"
+        "<results>/benchmarks/evaluate_searched/{dataset}/{scene}/draw{draw}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -120,7 +120,7 @@ rule measure_searched:
     message:
         "Scoring the searched subsets of {wildcards.dataset}/{wildcards.scene} on the targets"
     script:
-        "../scripts/measure_searched.py"
+        "../scripts/evaluate_searched.py"
 
 
 rule ga_vs_learned:
@@ -378,9 +378,11 @@ rule measure_costs:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        ours="<results>/selector/seed0.safetensors",
-        ours_no_appearance="<results>/selector/no_appearance/seed0.safetensors",
-        ours_geometry="<results>/selector/geometry/seed0.safetensors",
+        weights=[
+            "<results>/selector/seed0.safetensors",
+            "<results>/selector/no_appearance/seed0.safetensors",
+            "<results>/selector/geometry/seed0.safetensors",
+        ],
         lib=library("measure_costs"),
     output:
         costs="<results>/{dataset}/{scene}/costs.parquet",
@@ -480,24 +482,20 @@ rule time_quality:
         "../scripts/time_quality.py"
 
 
-rule measure_crosscapture:
+rule select_crosscapture:
     input:
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        ours=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
-        ours_no_appearance=collect(
-            "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
-        ),
-        fsel=collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
-        lib=library("measure_crosscapture"),
+        weights=SCORERS,
+        lib=library("select_crosscapture"),
     output:
-        "<results>/{dataset}/{scene}/crosscapture.parquet",
+        picks="<results>/{dataset}/{scene}/crosscapture_picks.parquet",
     log:
-        "<results>/logs/measure_crosscapture/{dataset}/{scene}.log",
+        "<results>/logs/select_crosscapture/{dataset}/{scene}.log",
     benchmark:
-        "<results>/benchmarks/measure_crosscapture/{dataset}/{scene}.jsonl"
+        "<results>/benchmarks/select_crosscapture/{dataset}/{scene}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -507,16 +505,42 @@ rule measure_crosscapture:
     params:
         budgets=CROSSED,
         seed=lambda wildcards: scene_seed(wildcards, "crosscapture"),
+    message:
+        "Selecting with each pass of {wildcards.dataset}/{wildcards.scene} held out"
+    script:
+        "../scripts/select_crosscapture.py"
+
+
+rule evaluate_crosscapture:
+    input:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        picks="<results>/{dataset}/{scene}/crosscapture_picks.parquet",
+        lib=library("evaluate_crosscapture"),
+    output:
+        evaluation="<results>/{dataset}/{scene}/crosscapture.parquet",
+    log:
+        "<results>/logs/evaluate_crosscapture/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_crosscapture/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
         reconstruction=config["reconstruction"],
     message:
-        "Holding out the passes of {wildcards.dataset}/{wildcards.scene}"
+        "Reconstructing {wildcards.dataset}/{wildcards.scene} with each pass held out"
     script:
-        "../scripts/measure_crosscapture.py"
+        "../scripts/evaluate_crosscapture.py"
 
 
 rule crosscapture:
     input:
-        measured=of_rooms("crosscapture.parquet"),
+        evaluations=of_rooms("crosscapture.parquet"),
         lib=library("crosscapture"),
     output:
         table=report(
@@ -542,7 +566,7 @@ rule crosscapture:
         mem_mb=1000,
         runtime=10,
     params:
-        rooms=lambda wildcards: rooms(),
+        scenes=lambda wildcards: rooms(),
         budgets=CROSSED,
         bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: facts(list(dict(rooms()))),

@@ -2,20 +2,13 @@
 
 Inputs: raw and canonical captures of every dataset's first evaluation scene, trained selectors.
 Outputs: <results>/{dataset}/{scene}/poses/{given,estimated}/ (canonical captures),
-<results>/{dataset}/{scene}/poses/{errors,estimated,noise}.parquet, <tables>/poses.{tex,csv},
+<results>/{dataset}/{scene}/poses/{errors,estimated,noise,estimated_picks,noise_picks}.parquet, <tables>/poses.{tex,csv},
 <figures>/pose_noise.{pdf,png,csv}.
 """
 
 # of a capture of few frames, larger budgets would take nearly all
 TRIED = [k for k in config["budgets"] if k <= budget_near(30)]
 NOISY = {key: config["poses"][key] for key in ("degrees", "percent")}
-SCORERS = {
-    "ours": collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
-    "ours_no_appearance": collect(
-        "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
-    ),
-    "fsel": collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
-}
 
 
 use rule generate as generate_large with:
@@ -38,21 +31,15 @@ use rule generate as generate_large with:
 
 rule estimate_poses:
     input:
-        capture=large_capture,
+        source=large_capture,
         lib=library("estimate_poses"),
     output:
-        given=multiext(
-            "<results>/{dataset}/{scene}/poses/given/",
-            "frames.parquet",
-            "points.parquet",
-            "images.npy",
-        ),
-        estimated=multiext(
-            "<results>/{dataset}/{scene}/poses/estimated/",
-            "frames.parquet",
-            "points.parquet",
-            "images.npy",
-        ),
+        given_frames="<results>/{dataset}/{scene}/poses/given/frames.parquet",
+        given_points="<results>/{dataset}/{scene}/poses/given/points.parquet",
+        given_images="<results>/{dataset}/{scene}/poses/given/images.npy",
+        estimated_frames="<results>/{dataset}/{scene}/poses/estimated/frames.parquet",
+        estimated_points="<results>/{dataset}/{scene}/poses/estimated/points.parquet",
+        estimated_images="<results>/{dataset}/{scene}/poses/estimated/images.npy",
         errors="<results>/{dataset}/{scene}/poses/errors.parquet",
     log:
         "<results>/logs/estimate_poses/{dataset}/{scene}.log",
@@ -89,19 +76,23 @@ use rule describe as describe_posed with:
         "<results>/benchmarks/describe_posed/{dataset}/{scene}.jsonl"
 
 
-rule measure_estimated:
+rule select_estimated:
     input:
-        **SCORERS,
-        given=rules.estimate_poses.output.given,
-        estimated=rules.estimate_poses.output.estimated,
-        descriptors="<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
-        lib=library("measure_estimated"),
+        given_frames="<results>/{dataset}/{scene}/poses/given/frames.parquet",
+        given_points="<results>/{dataset}/{scene}/poses/given/points.parquet",
+        given_images="<results>/{dataset}/{scene}/poses/given/images.npy",
+        estimated_frames="<results>/{dataset}/{scene}/poses/estimated/frames.parquet",
+        estimated_points="<results>/{dataset}/{scene}/poses/estimated/points.parquet",
+        estimated_images="<results>/{dataset}/{scene}/poses/estimated/images.npy",
+        given_descriptors="<results>/{dataset}/{scene}/poses/given/descriptors.parquet",
+        weights=SCORERS,
+        lib=library("select_estimated"),
     output:
-        "<results>/{dataset}/{scene}/poses/estimated.parquet",
+        picks="<results>/{dataset}/{scene}/poses/estimated_picks.parquet",
     log:
-        "<results>/logs/measure_estimated/{dataset}/{scene}.log",
+        "<results>/logs/select_estimated/{dataset}/{scene}.log",
     benchmark:
-        "<results>/benchmarks/measure_estimated/{dataset}/{scene}.jsonl"
+        "<results>/benchmarks/select_estimated/{dataset}/{scene}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -114,27 +105,58 @@ rule measure_estimated:
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "poses"),
         split_seed=lambda wildcards: scene_seed(wildcards, "split"),
+    message:
+        "Selecting on given and estimated poses of {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/select_estimated.py"
+
+
+rule evaluate_estimated:
+    input:
+        given_frames="<results>/{dataset}/{scene}/poses/given/frames.parquet",
+        given_points="<results>/{dataset}/{scene}/poses/given/points.parquet",
+        given_images="<results>/{dataset}/{scene}/poses/given/images.npy",
+        estimated_frames="<results>/{dataset}/{scene}/poses/estimated/frames.parquet",
+        estimated_points="<results>/{dataset}/{scene}/poses/estimated/points.parquet",
+        estimated_images="<results>/{dataset}/{scene}/poses/estimated/images.npy",
+        picks="<results>/{dataset}/{scene}/poses/estimated_picks.parquet",
+        lib=library("evaluate_estimated"),
+    output:
+        evaluation="<results>/{dataset}/{scene}/poses/estimated.parquet",
+    log:
+        "<results>/logs/evaluate_estimated/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_estimated/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        targets=config["targets"],
+        split_seed=lambda wildcards: scene_seed(wildcards, "split"),
         reconstruction=config["reconstruction"],
     message:
-        "Measuring {wildcards.dataset}/{wildcards.scene} on given and estimated poses"
+        "Reconstructing {wildcards.dataset}/{wildcards.scene} with given and estimated poses"
     script:
-        "../scripts/measure_estimated.py"
+        "../scripts/evaluate_estimated.py"
 
 
-rule measure_noise:
+rule select_noise:
     input:
-        **SCORERS,
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        lib=library("measure_noise"),
+        weights=SCORERS,
+        lib=library("select_noise"),
     output:
-        "<results>/{dataset}/{scene}/poses/noise.parquet",
+        picks="<results>/{dataset}/{scene}/poses/noise_picks.parquet",
     log:
-        "<results>/logs/measure_noise/{dataset}/{scene}.log",
+        "<results>/logs/select_noise/{dataset}/{scene}.log",
     benchmark:
-        "<results>/benchmarks/measure_noise/{dataset}/{scene}.jsonl"
+        "<results>/benchmarks/select_noise/{dataset}/{scene}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -148,11 +170,40 @@ rule measure_noise:
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "poses"),
         split_seed=lambda wildcards: scene_seed(wildcards, "split"),
+    message:
+        "Selecting on poses of {wildcards.dataset}/{wildcards.scene} with noise"
+    script:
+        "../scripts/select_noise.py"
+
+
+rule evaluate_noise:
+    input:
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        picks="<results>/{dataset}/{scene}/poses/noise_picks.parquet",
+        lib=library("evaluate_noise"),
+    output:
+        evaluation="<results>/{dataset}/{scene}/poses/noise.parquet",
+    log:
+        "<results>/logs/evaluate_noise/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_noise/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    params:
+        targets=config["targets"],
+        seed=lambda wildcards: scene_seed(wildcards, "poses"),
+        split_seed=lambda wildcards: scene_seed(wildcards, "split"),
         reconstruction=config["reconstruction"],
     message:
-        "Measuring {wildcards.dataset}/{wildcards.scene} on poses with noise"
+        "Reconstructing {wildcards.dataset}/{wildcards.scene} with noise in its poses"
     script:
-        "../scripts/measure_noise.py"
+        "../scripts/evaluate_noise.py"
 
 
 rule poses:
@@ -174,6 +225,13 @@ rule poses:
             category="Paper",
             labels={"table": "Estimated and noisy poses", "form": "numbers"},
         ),
+        figures=report(
+            multiext("<figures>/pose_noise", ".pdf", ".png"),
+            caption="../report/poses.rst",
+            category="Paper",
+            labels={"figure": "Noise in poses"},
+        ),
+        drawn="<figures>/pose_noise.csv",
     log:
         "<results>/logs/poses.log",
     benchmark:
@@ -193,35 +251,3 @@ rule poses:
         "Writing what inexact poses cost"
     script:
         "../scripts/poses.py"
-
-
-rule pose_noise:
-    input:
-        noise=of_posed("noise.parquet"),
-        lib=library("pose_noise"),
-    output:
-        figures=report(
-            multiext("<figures>/pose_noise", ".pdf", ".png"),
-            caption="../report/poses.rst",
-            category="Paper",
-            labels={"figure": "Noise in poses"},
-        ),
-        numbers="<figures>/pose_noise.csv",
-    log:
-        "<results>/logs/pose_noise.log",
-    benchmark:
-        "<results>/benchmarks/pose_noise.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
-    params:
-        scenes=first_scenes(),
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
-        facts=facts(),
-    message:
-        "Drawing PSNR against noise in the poses"
-    script:
-        "../scripts/pose_noise.py"

@@ -15,11 +15,7 @@ rule selection_time:
         frames=f"<results>/{TIMED}/frames.parquet",
         points=f"<results>/{TIMED}/points.parquet",
         images=f"<results>/{TIMED}/images.npy",
-        ours=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
-        ours_no_appearance=collect(
-            "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
-        ),
-        fsel=collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
+        weights=SCORERS,
         lib=library("selection_time"),
     output:
         table=report(
@@ -66,7 +62,7 @@ rule speed_settings:
         ],
         lib=library("speed_settings"),
     output:
-        "<results>/speed_settings.csv",
+        numbers="<results>/speed_settings.csv",
     log:
         "<results>/logs/speed_settings.log",
     benchmark:
@@ -157,17 +153,11 @@ rule speed_error:
             category="Speed",
             labels={"table": "Speed against error", "form": "numbers"},
         ),
-        pdf=report(
-            "<figures>/speed_error.pdf",
+        figures=report(
+            multiext("<figures>/speed_error", ".pdf", ".png"),
             caption="../report/speed_error.rst",
             category="Speed",
-            labels={"figure": "Speed against error", "form": "PDF"},
-        ),
-        png=report(
-            "<figures>/speed_error.png",
-            caption="../report/speed_error.rst",
-            category="Speed",
-            labels={"figure": "Speed against error", "form": "PNG"},
+            labels={"figure": "Speed against error"},
         ),
     log:
         "<results>/logs/speed_error.log",
@@ -188,15 +178,65 @@ rule speed_error:
         "../scripts/speed_error.py"
 
 
+rule select_damping:
+    input:
+        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
+        lib=library("select_damping"),
+    output:
+        picks="<results>/{dataset}/{scene}/draw{draw}/damping_picks.parquet",
+    log:
+        "<results>/logs/select_damping/{dataset}/{scene}/draw{draw}.log",
+    benchmark:
+        "<results>/benchmarks/select_damping/{dataset}/{scene}/draw{draw}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=30,
+    params:
+        budgets=config["budgets"],
+    message:
+        "Selecting frames of {wildcards.dataset}/{wildcards.scene} under every lambda of FisherRF"
+    script:
+        "../scripts/select_damping.py"
+
+
+rule evaluate_damping:
+    input:
+        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        picks="<results>/{dataset}/{scene}/draw{draw}/damping_picks.parquet",
+        lib=library("evaluate_damping"),
+    output:
+        evaluation="<results>/{dataset}/{scene}/draw{draw}/damping.parquet",
+    log:
+        "<results>/logs/evaluate_damping/{dataset}/{scene}/draw{draw}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_damping/{dataset}/{scene}/draw{draw}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=30,
+    params:
+        reconstruction=config["reconstruction"],
+    message:
+        "Reconstructing {wildcards.dataset}/{wildcards.scene} under every lambda of FisherRF"
+    script:
+        "../scripts/evaluate_damping.py"
+
+
 rule fisher_damping:
     input:
-        splits=collect("<results>/{problem}/split.parquet", problem=SWEPT),
-        frames=[f"<results>/{d}/{s}/frames.parquet" for d, s in evaluation_scenes()],
-        points=[f"<results>/{d}/{s}/points.parquet" for d, s in evaluation_scenes()],
-        images=[f"<results>/{d}/{s}/images.npy" for d, s in evaluation_scenes()],
-        descriptors=[
-            f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
-        ],
+        evaluations=collect("<results>/{problem}/damping.parquet", problem=SWEPT),
         lib=library("fisher_damping"),
     output:
         table=report(
@@ -219,13 +259,12 @@ rule fisher_damping:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=30,
+        mem_mb=1000,
+        runtime=10,
     params:
-        datasets=[dataset for dataset, _ in evaluation_scenes()],
+        scenes=evaluation_scenes(),
         budgets=config["budgets"],
-        reconstruction=config["reconstruction"],
     message:
-        "Sweeping FisherRF's lambda"
+        "Writing the sweep of FisherRF's lambda"
     script:
         "../scripts/fisher_damping.py"

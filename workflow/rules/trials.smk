@@ -24,7 +24,7 @@ rule trial:
         validation_splits=of_validation_scenes("split.parquet", range(config["draws"])),
         lib=library("trial"),
     output:
-        "<results>/trials/{table}/{trial}.parquet",
+        picks="<results>/trials/{table}/{trial}.parquet",
     log:
         "<results>/logs/trial/{table}/{trial}.log",
     benchmark:
@@ -53,7 +53,7 @@ rule trial:
         "../scripts/trial.py"
 
 
-rule measure_trials:
+rule evaluate_trials:
     input:
         splits=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
@@ -63,13 +63,13 @@ rule measure_trials:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         trials=lambda wildcards: of_trials(wildcards.table)(wildcards),
-        lib=library("measure_trials"),
+        lib=library("evaluate_trials"),
     output:
-        "<results>/{dataset}/{scene}/{table}.parquet",
+        evaluation="<results>/{dataset}/{scene}/{table}.parquet",
     log:
-        "<results>/logs/measure_trials/{dataset}/{scene}/{table}.log",
+        "<results>/logs/evaluate_trials/{dataset}/{scene}/{table}.log",
     benchmark:
-        "<results>/benchmarks/measure_trials/{dataset}/{scene}/{table}.jsonl"
+        "<results>/benchmarks/evaluate_trials/{dataset}/{scene}/{table}.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -82,12 +82,12 @@ rule measure_trials:
     message:
         "Reconstructing {wildcards.dataset}/{wildcards.scene} from the picks of {wildcards.table}"
     script:
-        "../scripts/measure_trials.py"
+        "../scripts/evaluate_trials.py"
 
 
 rule feature_sweep:
     input:
-        measured=of_validation_scenes("feature_sweep.parquet"),
+        evaluations=of_validation_scenes("feature_sweep.parquet"),
         trials=of_trials("feature_sweep"),
         lib=library("feature_sweep"),
     output:
@@ -126,7 +126,7 @@ rule feature_sweep:
 
 rule scorer_arch:
     input:
-        measured=of_validation_scenes("scorer_arch.parquet"),
+        evaluations=of_validation_scenes("scorer_arch.parquet"),
         trials=of_trials("scorer_arch"),
         lib=library("scorer_arch"),
     output:

@@ -3,15 +3,9 @@
 from typing import TYPE_CHECKING
 
 from fsel.experiments.costs import saturation
-from fsel.stages.job import job
+from fsel.stages.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
-with job(snakemake):
-    saturation(
-        snakemake.input.costs,
-        snakemake.output.figures,
-        snakemake.output.numbers,
-        facts=snakemake.params.facts,
-    )
+run(snakemake, saturation)

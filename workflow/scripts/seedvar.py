@@ -3,19 +3,9 @@
 from typing import TYPE_CHECKING
 
 from fsel.experiments.seedvar import seedvar
-from fsel.report.sweep import named
-from fsel.stages.job import job
+from fsel.stages.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
-with job(snakemake):
-    seedvar(
-        named(snakemake.params.problems, snakemake.input.evaluations),
-        snakemake.output.table,
-        snakemake.output.numbers,
-        datasets=snakemake.params.datasets,
-        budgets=snakemake.params.budgets,
-        bootstrap=snakemake.params.bootstrap,
-        facts=snakemake.params.facts,
-    )
+run(snakemake, seedvar)

@@ -3,10 +3,9 @@
 from typing import TYPE_CHECKING
 
 from fsel.experiments.stability import stability
-from fsel.stages.job import job
+from fsel.stages.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
-with job(snakemake):
-    stability(snakemake.output.table, snakemake.output.numbers)
+run(snakemake, stability)

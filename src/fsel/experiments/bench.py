@@ -40,19 +40,20 @@ class Bench:
     depth: np.ndarray | None
 
 
-def bench_of(problem: Mapping, *, k: int, long_side: int) -> Bench:
+def bench_of(
+    folder: str | Path, split: str | Path, generated: Mapping | None, *, k: int, long_side: int
+) -> Bench:
     """The frames nearest to a draw's proxies, judged at its targets.
 
     Args:
-        problem: folder of a canonical capture, split, and `generated`: keywords of `true_depth`,
-            or None.
+        folder: a canonical capture with its descriptors.
+        split: split.parquet of a draw.
+        generated: keywords of `true_depth`; None where depth is not known.
         k: frames to reconstruct from.
         long_side: pixels at which images are compared.
     """
-    posed = Problem.load(Path(problem["folder"]), problem["split"])
-    targets = Split.load(problem["split"]).targets
+    posed, targets = Problem.load(folder, split), Split.load(split).targets
     small = posed.capture.resized(long_side)
-    generated = problem["generated"]
     return Bench(
         capture=posed.capture,
         picks=np.sort(nearest(posed, posed.observed, k)),

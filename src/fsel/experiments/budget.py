@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,107 +13,134 @@ import pandas as pd
 from fsel.capture import Capture
 from fsel.experiments.bench import Bench, measure_cold
 from fsel.files import write_table, write_text
+from fsel.measuring import Run, chance, picks_at, runs
 from fsel.problem import Problem
 from fsel.report.captions import made_by
 from fsel.report.latex import plain_table, tex
 from fsel.report.numbers import write_csv
+from fsel.report.sweep import of_scenes
 from fsel.request.budget import Auto, find, most, view_shift
-from fsel.selector.greedy import greedy
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
 from fsel.split import Split, coverage_split
 
 logger = logging.getLogger(__name__)
 
 RULES = ("auto", "memory")
 UNITS = {"coverage": "%", "psnr": "dB", "seconds": "s, fit and rendering", "bytes": "bytes"}
+REQUEST = ["coverage", "draw"]
 VALUES = ["k", "psnr", "seconds", "bytes"]
 MEAN = "Mean"
 
 
-def measure_budgets(
+def select_budgets(
     folder: str | Path,
     splits: Sequence[str | Path],
     weights: str | Path,
     record: str | Path,
-    output: str | Path,
+    picks: str | Path,
     *,
     budgets: Sequence[int],
     coverages: Sequence[int],
     auto: Mapping,
     seed: int,
-    reconstruction: Mapping,
+    long_side: int,
     config: str,
 ) -> None:
-    """Reconstruct from what the rules keep of `fsel`'s picks, and from every fixed budget.
+    """`fsel`'s picks: what the rules keep of them, and every fixed number.
 
     Args:
         folder: a canonical capture with its descriptors.
         splits: split.parquet, one a draw of the experiment.
         weights: the scorer.
         record: what `fsel.experiments.budget_curves.fit_budget` wrote.
-        output: receives coverage (0: a draw of the experiment), draw, rule (`auto`, `memory`: the
-            same within a memory, `fixed`), k, psnr, seconds, bytes.
+        picks: receives coverage (0: a draw of the experiment), draw, rule (`auto`, `memory`: the
+            same within a memory, `fixed`), k, order, frame.
         budgets: fixed ones.
         coverages: per cent of the capture that further requests are drawn from.
         auto: the config's section.
         seed: of those requests.
-        reconstruction: the config's section.
+        long_side: pixels of the images that are reconstructed from, whose memory counts.
         config: digest of the parameters.
     """
-    folder = Path(folder)
-    capture, scorer = Capture.load(folder), Scorer.load(weights)
-    described = pd.read_parquet(folder / "descriptors.parquet")
+    capture, (run,) = Capture.load(folder), runs([], [weights])
+    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
     worth = np.array(json.loads(Path(record).read_text(encoding="utf-8"))["worth"])
-    small = capture.resized(reconstruction["long_side"])
+    size = capture.resized(long_side).size
     rules = [Auto(auto["threshold"]), Auto(auto["threshold"], auto["memory"])]
-    rows = []
-    for coverage, draw, split in _requests(capture, splits, coverages, seed):
-        picks, kept = kept_of(
-            Problem.of(capture, split, described), scorer, rules, max(budgets), worth, small.size
-        )
+    tables = []
+    requests = [(0, draw, Split.load(path)) for draw, path in enumerate(splits)]
+    requests += [(coverage, 0, coverage_split(capture, coverage, seed)) for coverage in coverages]
+    for coverage, draw, split in requests:
+        problem = Problem.of(capture, split, described)
+        frames, kept = kept_of(problem, run, rules, max(budgets), worth, size)
         asked = [*zip(RULES, kept, strict=True), *(("fixed", k) for k in budgets)]
-        known = {k: _cost(small, picks[:k], split, reconstruction) for k in {k for _, k in asked}}
-        head = {"coverage": coverage, "draw": draw}
-        rows += [{**head, "rule": rule, "k": k, **known[k]} for rule, k in asked]
+        for rule, k in asked:
+            head = {"coverage": coverage, "draw": draw, "rule": rule, "k": k}
+            tables.append(pd.DataFrame({**head, "order": range(k), "frame": frames[:k]}))
         logger.info("%d %%, request %d: %s", coverage, draw, dict(zip(RULES, kept, strict=True)))
-    write_table(pd.DataFrame(rows), output, units=UNITS, config=config)
+    write_table(pd.concat(tables), picks, units={"coverage": "%"}, config=config)
 
 
 def kept_of(
     problem: Problem,
-    scorer: Scorer,
+    run: Run,
     rules: Sequence[Auto],
     least: int,
     worth: np.ndarray,
     size: tuple[int, int],
 ) -> tuple[np.ndarray, list[int]]:
-    """Picks of `fsel` in order, at least so many, and how many of them each rule keeps.
+    """Picks in order, at least so many, and how many of them each rule keeps.
 
     Args:
         problem: the selection problem.
-        scorer: of `fsel`.
+        run: of a nested method.
         rules: the budgets to find.
         least: picks, where the pool has as many.
         worth: see `fsel.request.budget.predicted`.
         size: (width, height) of the images that are reconstructed from.
     """
-    prepared = POLICIES["fsel"].prepare(problem)
-    shift = view_shift(problem.capture, prepared.pool, problem.targets)
+    pool = problem.pool(run.method.pool)
+    shift = view_shift(problem.capture, pool, problem.targets)
     count = max(most(shift, rule, worth) for rule in rules)
     count = min(max(count, least), len(shift))
-    rows = greedy(prepared, scorer, count)[0]
-    return prepared.pool[rows], [find(shift[rows], rule, size, worth).frames for rule in rules]
+    (found,) = picks_at(problem, run, [count], chance(0))
+    rows = np.searchsorted(pool, found.frames)
+    return found.frames, [find(shift[rows], rule, size, worth).frames for rule in rules]
 
 
-def _requests(
-    capture: Capture, splits: Sequence[str | Path], coverages: Sequence[int], seed: int
-) -> Iterator[tuple[int, int, Split]]:
-    """(coverage, draw, split): the experiment's draws, then requests of several sizes."""
-    for draw, path in enumerate(splits):
-        yield 0, draw, Split.load(path)
-    for coverage in coverages:
-        yield coverage, 0, coverage_split(capture, coverage, seed)
+def evaluate_budgets(
+    folder: str | Path,
+    splits: Sequence[str | Path],
+    picks: str | Path,
+    evaluation: str | Path,
+    *,
+    seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What those picks are worth and cost, nothing being cached.
+
+    Args:
+        folder: a canonical capture.
+        splits: split.parquet, one a draw of the experiment.
+        picks: what `select_budgets` wrote.
+        evaluation: receives coverage, draw, rule, k, psnr, seconds, bytes.
+        seed: of the requests beyond the experiment's draws.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    capture = Capture.load(folder)
+    small = capture.resized(reconstruction["long_side"])
+    rows = []
+    for (coverage, draw), part in pd.read_parquet(picks).groupby(REQUEST, sort=False):
+        split = coverage_split(capture, coverage, seed) if coverage else Split.load(splits[draw])
+        costs: dict[int, dict] = {}
+        for (rule, k), kept in part.groupby(["rule", "k"], sort=False):
+            if k not in costs:  # fewer picks are the first of more
+                frames = kept["frame"].to_numpy(np.int64)
+                costs[k] = _cost(small, frames, split, reconstruction)
+            rows.append({"coverage": coverage, "draw": draw, "rule": rule, "k": k, **costs[k]})
+        logger.info("%d %%, request %d: %s", coverage, draw, costs)
+    write_table(pd.DataFrame(rows), evaluation, units=UNITS, config=config)
 
 
 def _cost(small: Capture, picks: np.ndarray, split: Split, reconstruction: Mapping) -> dict:
@@ -125,10 +152,11 @@ def _cost(small: Capture, picks: np.ndarray, split: Split, reconstruction: Mappi
 
 
 def budget(
-    measured: Sequence[Mapping],
+    evaluations: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    scenes: Sequence[tuple[str, str]],
     datasets: Mapping[str, str],
     auto: Mapping,
     facts: Mapping,
@@ -136,10 +164,10 @@ def budget(
     """K, PSNR and seconds of both rules beside every fixed budget.
 
     Args:
-        measured: one mapping a scene: dataset, scene, and path of what `measure_budgets`
-            wrote.
+        evaluations: what `evaluate_budgets` wrote, one a scene.
         table: receives LaTeX.
         numbers: receives request, rule, k, psnr, seconds and bytes.
+        scenes: dataset and scene of each.
         datasets: name -> printed label.
         auto: the config's section.
         facts: see `captions.made_by`.
@@ -148,7 +176,7 @@ def budget(
         pd.read_parquet(item["path"]).assign(
             scene=f"{datasets[item['dataset']]}, {item['scene'].removeprefix('evaluation')}"
         )
-        for item in measured
+        for item in of_scenes(scenes, evaluations)
     )
     drawn, sized = rows[rows["coverage"] == 0], rows[rows["coverage"] > 0]
     parts = {"draws": means(drawn, "scene")}
@@ -165,7 +193,7 @@ def means(rows: pd.DataFrame, by: str) -> pd.DataFrame:
     """request, rule, budget (of fixed ones, else 0), k, psnr, seconds, bytes; last the mean of all.
 
     Args:
-        rows: what `measure_budgets` wrote.
+        rows: what `evaluate_budgets` wrote.
         by: column that tells the table's rows.
     """
     rows = rows.assign(budget=rows["k"].where(rows["rule"] == "fixed", 0))

@@ -14,12 +14,10 @@ from scipy.optimize import nnls
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.files import atomic, write_table, write_text
+from fsel.measuring import PICK_UNITS, chance, runs, select
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.request.budget import enough, predicted, shifts, view_shift
-from fsel.selector.greedy import greedy
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
 from fsel.split import coverage_split
 
 logger = logging.getLogger(__name__)
@@ -32,49 +30,74 @@ CURVE = ["scene", "coverage", "repeat"]
 UNITS = {"coverage": "%", "psnr": "dB"} | dict.fromkeys(SHIFTS, "fields of view")
 
 
-def measure_curves(
+def select_curves(
     folder: str | Path,
     weights: str | Path,
-    output: str | Path,
+    picks: str | Path,
     *,
     coverages: Sequence[int],
     seed: int,
-    reconstruction: Mapping,
     config: str,
 ) -> None:
-    """What `fsel` reaches with ever more frames, for requests of several sizes on one scene.
+    """What `fsel` picks for requests of several sizes on one scene.
 
     Args:
         folder: a canonical capture with its descriptors.
         weights: the scorer.
-        output: receives coverage, repeat, k, psnr (NaN where nothing was reconstructed) and the
-            mean shifts of `fsel.request.budget.shifts`.
+        picks: receives coverage, repeat and the columns of `fsel.measuring.select`, of the largest
+            number of frames in `COUNTS` that the scene has.
         coverages: per cent of the capture that requests are drawn from.
         seed: of the scene.
-        reconstruction: the config's section.
         config: digest of the parameters.
     """
-    folder = Path(folder)
-    capture, scorer = Capture.load(folder), Scorer.load(weights)
-    described = pd.read_parquet(folder / "descriptors.parquet")
-    reconstructor = reconstructor_of(capture, reconstruction)
+    capture = Capture.load(folder)
+    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    asked = runs([], [weights])
     tables = []
     for coverage in coverages:
         for repeat in range(REPEATS):
             split = coverage_split(capture, coverage, seed + repeat)
             problem = Problem.of(capture, split, described)
-            prepared = POLICIES["fsel"].prepare(problem)
-            counts = [k for k in COUNTS if k <= len(prepared.pool)]
-            picks = prepared.pool[greedy(prepared, scorer, counts[-1])[0]]
-            evaluate = Evaluator.on_frames(reconstructor, split.targets)
-            psnr = {k: evaluate(picks[:k])[0] for k in counts}
-            table = pd.DataFrame(
-                shifts(view_shift(capture, picks, problem.targets)), columns=SHIFTS
-            )
-            table = table.assign(coverage=coverage, repeat=repeat, k=table.index)
-            tables.append(table.assign(psnr=table["k"].map(psnr)))
-            logger.info("%d %%, request %d: %s", coverage, repeat, psnr)
-    write_table(pd.concat(tables), output, units=UNITS, config=config)
+            k = max(k for k in COUNTS if k <= len(problem.observed))
+            found = select(problem, asked, [k], chance(seed))
+            tables.append(found.assign(coverage=coverage, repeat=repeat))
+    write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
+
+
+def evaluate_curves(
+    folder: str | Path,
+    picks: str | Path,
+    curves: str | Path,
+    *,
+    seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What those requests reach with ever more frames.
+
+    Args:
+        folder: a canonical capture.
+        picks: what `select_curves` wrote.
+        curves: receives coverage, repeat, k, psnr (NaN where nothing was reconstructed) and the
+            mean shifts of `fsel.request.budget.shifts`.
+        seed: of the scene.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    capture = Capture.load(folder)
+    reconstructor = reconstructor_of(capture, reconstruction)
+    tables = []
+    for (coverage, repeat), part in pd.read_parquet(picks).groupby(CURVE[1:], sort=False):
+        targets = coverage_split(capture, coverage, seed + repeat).targets
+        frames = part["frame"].to_numpy(np.int64)
+        evaluate = Evaluator.on_frames(reconstructor, targets)
+        psnr = {k: evaluate(frames[:k])[0] for k in COUNTS if k <= len(frames)}
+        means = shifts(view_shift(capture, frames, capture.view(targets)))
+        table = pd.DataFrame(means, columns=SHIFTS)
+        table = table.assign(coverage=coverage, repeat=repeat, k=table.index)
+        tables.append(table.assign(psnr=table["k"].map(psnr)))
+        logger.info("%d %%, request %d: %s", coverage, repeat, psnr)
+    write_table(pd.concat(tables), curves, units=UNITS, config=config)
 
 
 def fit_worth(curves: pd.DataFrame) -> np.ndarray:
@@ -156,19 +179,25 @@ def _beside_fixed(
 
 
 def fit_budget(
-    curves: Sequence[Mapping], record: str | Path, comparison: str | Path, *, config: str
+    curves: Sequence[str | Path],
+    record: str | Path,
+    comparison: str | Path,
+    *,
+    scenes: Sequence[tuple[str, str]],
+    config: str,
 ) -> None:
     """Fit the prediction to all training scenes, and compare thresholds.
 
     Args:
-        curves: one mapping a scene: dataset, scene, and path of what `measure_curves` wrote.
+        curves: what `evaluate_curves` wrote, one a scene.
         record: receives `worth` and where it comes from, as JSON.
         comparison: receives the columns of `compare_thresholds`.
+        scenes: dataset and scene of each.
         config: digest of the parameters.
     """
     table = pd.concat(
-        pd.read_parquet(item["path"]).assign(dataset=item["dataset"], scene=item["scene"])
-        for item in curves
+        pd.read_parquet(path).assign(dataset=dataset, scene=scene)
+        for (dataset, scene), path in zip(scenes, curves, strict=True)
     )
     worth = fit_worth(table)
     count = len(table.drop_duplicates(["dataset", *CURVE]))

@@ -17,7 +17,7 @@ from fsel.experiments.selection_time import timed
 from fsel.features.appearance import descriptors
 from fsel.features.sharpness import sharpness
 from fsel.files import write_table
-from fsel.problem import Problem, checked_select
+from fsel.problem import Method, Problem, checked_select
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
@@ -40,7 +40,7 @@ UNITS = {
 def measure_costs(
     folder: str | Path,
     split: str | Path,
-    weights: Mapping[str, str | Path],
+    weights: Sequence[str | Path],
     costs: str | Path,
     times: str | Path,
     *,
@@ -54,7 +54,7 @@ def measure_costs(
     Args:
         folder: a canonical capture with its descriptors.
         split: split.parquet of a draw.
-        weights: key of `VARIANTS` -> one scorer.
+        weights: one scorer of each of `VARIANTS`, in their order.
         costs: receives method, step (budget, share of the candidates, or `all`), k, psnr,
             fit_seconds, render_seconds, peak_bytes.
         times: receives variant, k, seconds: descriptors of all observed frames, where the variant
@@ -65,10 +65,11 @@ def measure_costs(
     """
     problem = Problem.load(folder, split)
     targets = Split.load(split).targets
-    methods = {
-        "ours": VARIANTS["ours"].method(Scorer.load(weights["ours"])),
-        "uniform": METHODS["uniform"],
+    variants = {
+        name: variant.method(Scorer.load(path))
+        for (name, variant), path in zip(VARIANTS.items(), weights, strict=True)
     }
+    methods = {"ours": variants["ours"], "uniform": METHODS["uniform"]}
     rows = []
     for step, k in steps(len(problem.candidates), budgets).items():
         for name, method in methods.items():
@@ -80,7 +81,7 @@ def measure_costs(
     every = {"step": EVERY, "k": len(problem.observed), **cost}
     rows += [{"method": name, **every} for name in methods]
     write_table(pd.DataFrame(rows), costs, units=UNITS, config=config)
-    seconds = selection_seconds(problem, weights, budgets, appearance)
+    seconds = selection_seconds(problem, variants, budgets, appearance)
     write_table(seconds, times, units={"seconds": "s"}, config=config)
 
 
@@ -96,7 +97,7 @@ def steps(candidates: int, budgets: Sequence[int]) -> dict[str, int]:
 
 def selection_seconds(
     problem: Problem,
-    weights: Mapping[str, str | Path],
+    variants: Mapping[str, Method],
     budgets: Sequence[int],
     appearance: Mapping,
 ) -> pd.DataFrame:
@@ -107,9 +108,8 @@ def selection_seconds(
         "sharpness": timed(lambda: sharpness(images)),
     }
     rows = []
-    for name, variant in VARIANTS.items():
-        method = variant.method(Scorer.load(weights[name]))
-        before = sum(a_pool[read] for read in variant.reads)
+    for name, method in variants.items():
+        before = sum(a_pool[read] for read in VARIANTS[name].reads)
         for k in budgets:
             run = partial(checked_select, method, problem, k, np.random.default_rng(0))
             run()  # compiles

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,17 +15,16 @@ from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.files import write_table, write_text
 from fsel.geometry import pose_distance
-from fsel.metrics import HIGHER_IS_BETTER, METRIC_UNITS, METRICS
-from fsel.problem import Method, Problem, checked_select
+from fsel.measuring import PICK_UNITS, Chance, Run, measure, measured_units, runs, select
+from fsel.metrics import HIGHER_IS_BETTER, METRICS
+from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
 from fsel.report.latex import number, plain_table
 from fsel.report.numbers import write_csv
-from fsel.report.summary import differences, draw_means, summarise
-from fsel.report.sweep import LEARNED
+from fsel.report.summary import differences, draw_means, leaders, summarise
+from fsel.report.sweep import LEARNED, of_scenes
 from fsel.seeds import name_seed
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
 from fsel.split import Split
 
 logger = logging.getLogger(__name__)
@@ -63,77 +62,77 @@ def cross_split(capture: Capture, held_out: str) -> Split:
     return Split(away[near], rest[match], candidates, candidates)
 
 
-def measure_crosscapture(
+def select_crosscapture(
     folder: str | Path,
-    weights: Mapping[str, Sequence[str | Path]],
-    output: str | Path,
+    weights: Sequence[str | Path],
+    picks: str | Path,
     *,
     budgets: Sequence[int],
     seed: int,
-    reconstruction: Mapping,
     config: str,
 ) -> None:
-    """Every method with every pass of a room held out in turn.
+    """Every method's picks with every pass of a room held out in turn.
 
     Args:
         folder: a canonical capture of several passes, with its descriptors.
-        weights: learned method -> its scorers, one a training seed.
-        output: receives held_out, method, seed, k, target, metrics.
+        weights: scorers of the learned methods.
+        picks: receives held_out and the columns of `fsel.measuring.select`.
         budgets: frames to pick.
         seed: of the scene.
-        reconstruction: the config's section.
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
     described = pd.read_parquet(Path(folder) / "descriptors.parquet")
-    reconstructor = reconstructor_of(capture, reconstruction)
-    runs = contenders(BASELINES, weights)
+    asked = runs([METHODS[name] for name in BASELINES], weights)
     tables = []
     for held_out in dict.fromkeys(capture.sequences):
-        split = cross_split(capture, held_out)
-        evaluate = Evaluator.on_frames(reconstructor, split.targets)
-        problem = Problem.of(capture, split, described)
-        for method, s in runs:
-            for k, picks in budget_picks(problem, method, budgets, [seed, s, name_seed(held_out)]):
-                head = {"held_out": held_out, "method": method.name, "seed": s, "k": k}
-                table = pd.DataFrame({**head, "target": split.targets})
-                table[list(METRICS)] = evaluate.measure(picks).scores
-                tables.append(table)
-        logger.info("%s: %d targets held out", held_out, len(split.targets))
-    write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)
+        problem = Problem.of(capture, cross_split(capture, held_out), described)
+        found = select(problem, asked, budgets, _chance(seed, held_out))
+        tables.append(found.assign(held_out=held_out))
+        logger.info("%s: %d targets held out", held_out, len(problem.targets))
+    write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
 
 
-def contenders(
-    baselines: Iterable[str], weights: Mapping[str, Sequence[str | Path]]
-) -> list[tuple[Method, int]]:
-    """Every method with each of its seeds: the baselines', then a learned method's scorers.
+def _chance(seed: int, held_out: str) -> Chance:
+    def of(run: Run, k: int) -> np.random.Generator:
+        return np.random.default_rng([seed, run.seed, name_seed(held_out), k])
+
+    return of
+
+
+def evaluate_crosscapture(
+    folder: str | Path,
+    picks: str | Path,
+    evaluation: str | Path,
+    *,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What the picks are worth on the targets of the pass that was held out.
 
     Args:
-        baselines: keys of `METHODS`.
-        weights: key of `POLICIES` -> its scorers, one a training seed.
+        folder: a canonical capture of several passes.
+        picks: what `select_crosscapture` wrote.
+        evaluation: receives held_out and the columns of `fsel.measuring.measure`.
+        reconstruction: the config's section.
+        config: digest of the parameters.
     """
-    runs = [(METHODS[name], s) for name in baselines for s in range(METHODS[name].seeds)]
-    for name, paths in weights.items():
-        runs += [(POLICIES[name].method(Scorer.load(path)), s) for s, path in enumerate(paths)]
-    return runs
-
-
-def budget_picks(
-    problem: Problem, method: Method, budgets: Sequence[int], seed: Sequence[int]
-) -> Iterator[tuple[int, np.ndarray]]:
-    """Budget and picks; a nested method runs once, at the largest."""
-    runs = {}
-    for k in [max(budgets)] if method.nested else budgets:
-        runs[k] = checked_select(method, problem, k, np.random.default_rng([*seed, k]))
-    for k in budgets:
-        yield k, runs[max(runs) if method.nested else k][:k]
+    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
+    tables = []
+    for held_out, part in pd.read_parquet(picks).groupby("held_out"):
+        targets = cross_split(reconstructor.capture, held_out).targets
+        table = measure(Evaluator.on_frames(reconstructor, targets), part)
+        tables.append(table.assign(held_out=held_out))
+        logger.info("%s: %.2f dB", held_out, table["psnr"].mean())
+    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
 
 
 def crosscapture(
-    measured: Sequence[Mapping],
+    evaluations: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    scenes: Sequence[tuple[str, str]],
     budgets: Sequence[int],
     bootstrap: Mapping[str, int],
     facts: Mapping,
@@ -141,13 +140,16 @@ def crosscapture(
     """The table "Cross-capture novel view synthesis"; one measurement a room and held-out pass.
 
     Args:
-        measured: dataset, scene, path of what `measure_crosscapture` wrote.
+        evaluations: what `evaluate_crosscapture` wrote, one a room.
         table, numbers: receive LaTeX, and method, k, metric, mean, ci_low, ci_high, leads, n.
+        scenes: dataset and scene of every room.
         budgets: columns.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
-    cells = pd.concat([part for item in measured for part in _measurements(item)])
+    cells = pd.concat(
+        [part for item in of_scenes(scenes, evaluations) for part in _measurements(item)]
+    )
     means = summarise(cells, METRICS, **bootstrap).drop(columns="dataset")
     ahead = leaders(differences(cells, list(SHOWN), METRICS, **bootstrap))
     keys = zip(means["method"], means["k"], means["metric"], strict=True)
@@ -171,20 +173,6 @@ def crosscapture(
     groups = [(f"$K{{=}}{k}$", len(METRICS)) for k in budgets]
     made = plain_table(head, rows, caption=text, label="tab:crossvideowopt", groups=groups)
     write_text(made, table)
-
-
-def leaders(gaps: pd.DataFrame) -> set[tuple[str, int, str]]:
-    """method, k, metric that are better than every other method, all intervals excluding zero.
-
-    Args:
-        gaps: see `fsel.report.summary.differences`.
-    """
-    found = set()
-    for key, part in gaps.groupby(["method", "k", "metric"]):
-        rises = HIGHER_IS_BETTER[key[2]]
-        if ((part["ci_low"] > 0) if rises else (part["ci_high"] < 0)).all():
-            found.add(key)
-    return found
 
 
 def _measurements(item: Mapping) -> Iterator[pd.DataFrame]:

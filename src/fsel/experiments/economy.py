@@ -34,10 +34,12 @@ COSTS = ("primitives", "bytes", "seconds", "psnr")
 
 
 def economy(
-    problems: Sequence[Mapping],
+    folders: Sequence[str | Path],
+    splits: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    generated: Sequence[Mapping | None],
     k: int,
     reconstruction: Mapping,
     appearance: Mapping,
@@ -45,19 +47,21 @@ def economy(
     """Switch off each saving in turn.
 
     Args:
-        problems: see `fsel.experiments.bench.bench_of`.
+        folders: canonical captures with their descriptors.
+        splits: split.parquet of a draw, one a capture.
         table, numbers: receive LaTeX, and saving and primitives, bytes, seconds and psnr with it
             (`with_*`) and without it (`without_*`), means over the problems.
+        generated: see `bench.bench_of`.
         k: frames reconstructed from.
         reconstruction, appearance: the config's sections.
     """
     rows = []
-    for problem in problems:
-        place = bench_of(problem, k=k, long_side=reconstruction["long_side"])
+    for folder, split, made in zip(folders, splits, generated, strict=True):
+        place = bench_of(folder, split, made, k=k, long_side=reconstruction["long_side"])
         measure_cold(place, reconstruction)  # compiles
         rows += _of_reconstruction(place, reconstruction)
         rows.append(_of_descriptors(place.capture, appearance))
-        logger.info("%s: %d savings", problem["folder"], len(SAVINGS))
+        logger.info("%s: %d savings", folder, len(SAVINGS))
     means = pd.DataFrame(rows).groupby("saving", sort=False).mean().reset_index()
     with atomic(numbers) as temporary:
         means.to_csv(temporary, index=False, float_format="%.6f")

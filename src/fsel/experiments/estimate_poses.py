@@ -21,8 +21,8 @@ logger = logging.getLogger(__name__)
 
 def estimate_poses(
     source: str | Path,
-    given: str | Path,
-    estimated: str | Path,
+    given_folder: str | Path,
+    estimated_folder: str | Path,
     errors: str | Path,
     *,
     frames: int,
@@ -39,7 +39,7 @@ def estimate_poses(
 
     Args:
         source: folder as the dataset distributes it.
-        given, estimated: receive the captures.
+        given_folder, estimated_folder: receive the captures.
         errors: receives name, placed, degrees, percent: of every frame, see `pose_errors`.
         frames: how many of the source's are used, evenly spaced.
         matching_side: longer side in pixels of the images matched.
@@ -61,8 +61,8 @@ def estimate_poses(
         )
     placed = capture.subset(kept)
     found = replace(placed, world_to_camera=poses, points=points)
-    placed.resized(long_side).save(given)
-    found.resized(long_side).save(estimated)
+    placed.resized(long_side).save(given_folder)
+    found.resized(long_side).save(estimated_folder)
     table = pd.DataFrame({"name": placed.names, "placed": True})
     table["degrees"], table["percent"] = pose_errors(poses, placed.world_to_camera)
     lost = [name for name in capture.names if name not in set(placed.names)]

@@ -10,45 +10,87 @@ import numpy as np
 import pandas as pd
 
 from fsel.baselines.fisher_rf import DAMPING, SWEEP, fisher_rf
+from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import atomic, write_text
-from fsel.problem import Problem, checked_select
+from fsel.files import atomic, write_table, write_text
+from fsel.measuring import PICK_UNITS, chance, measure, measured_units, runs, select
+from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.report.latex import number, plain_table
 from fsel.split import Split
 
 logger = logging.getLogger(__name__)
 
+DAMPINGS = {f"lambda {damping:g}": damping for damping in SWEEP}
+
+
+def select_damping(
+    folder: str | Path, split: str | Path, picks: str | Path, *, budgets: Sequence[int], config: str
+) -> None:
+    """FisherRF's picks under every lambda.
+
+    Args:
+        folder: a canonical capture with its descriptors.
+        split: split.parquet of a draw.
+        picks: receives the columns of `fsel.measuring.select`; methods as in `DAMPINGS`.
+        budgets: frames to pick.
+        config: digest of the parameters.
+    """
+    methods = [fisher_rf(damping, name, "FisherRF") for name, damping in DAMPINGS.items()]
+    problem = Problem.load(folder, split)
+    table = select(problem, runs(methods), budgets, chance(0))  # no method here leaves it to chance
+    write_table(table, picks, units=PICK_UNITS, config=config)
+
+
+def evaluate_damping(
+    folder: str | Path,
+    split: str | Path,
+    picks: str | Path,
+    evaluation: str | Path,
+    *,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What those picks are worth.
+
+    Args:
+        folder: a canonical capture.
+        split: split.parquet of a draw.
+        picks: what `select_damping` wrote.
+        evaluation: receives the columns of `fsel.measuring.measure`.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
+    evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets)
+    table = measure(evaluator, pd.read_parquet(picks))
+    logger.info("%s", table.groupby(["method", "k"])["psnr"].mean())
+    write_table(table, evaluation, units=measured_units(), config=config)
+
 
 def fisher_damping(
-    problems: Sequence[Mapping],
+    evaluations: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    scenes: Sequence[tuple[str, str]],
     budgets: Sequence[int],
-    reconstruction: Mapping,
 ) -> None:
     """PSNR of FisherRF's selections under every lambda.
 
     Args:
-        problems: one mapping a problem: dataset, folder (a canonical capture with its descriptors)
-            and split.
-        table, numbers: receive LaTeX, and dataset, damping, k, psnr, n (problems).
-        budgets: frames to pick.
-        reconstruction: the config's section.
+        evaluations: what `evaluate_damping` wrote, one a scene.
+        table, numbers: receive LaTeX, and dataset, damping, k, psnr, n (scenes).
+        scenes: dataset and scene of each.
+        budgets: columns.
     """
-    rows = []
-    for item in problems:
-        problem = Problem.load(item["folder"], item["split"])
-        targets = Split.load(item["split"]).targets
-        evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, reconstruction), targets)
-        for damping in SWEEP:
-            method = fisher_rf(damping, "fisher_rf", "FisherRF")
-            picks = checked_select(method, problem, max(budgets), np.random.default_rng(0))
-            rows += [(item["dataset"], damping, k, evaluate(picks[:k])[0]) for k in budgets]
-        logger.info("%s: %d selections", item["folder"], len(SWEEP) * len(budgets))
-    cells = pd.DataFrame(rows, columns=["dataset", "damping", "k", "psnr"])
-    groups = cells.groupby(["dataset", "damping", "k"], sort=False)["psnr"]
+    cells = []
+    for (dataset, _), path in zip(scenes, evaluations, strict=True):
+        psnr = pd.read_parquet(path).groupby(["method", "k"])["psnr"].mean()
+        for name, damping in DAMPINGS.items():
+            cells += [(dataset, damping, k, psnr[name, k]) for k in budgets]
+    groups = pd.DataFrame(cells, columns=["dataset", "damping", "k", "psnr"])
+    groups = groups.groupby(["dataset", "damping", "k"], sort=False)["psnr"]
     means = groups.agg(psnr="mean", n="size").reset_index()
     with atomic(numbers) as temporary:
         means.to_csv(temporary, index=False, float_format="%.6f")

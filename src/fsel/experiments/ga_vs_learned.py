@@ -18,7 +18,7 @@ from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
-from fsel.report.sweep import sweep_cells
+from fsel.report.sweep import named, sweep_cells
 from fsel.split import Split
 
 logger = logging.getLogger(__name__)
@@ -35,11 +35,11 @@ ROWS = {
 }
 
 
-def measure_searched(
+def evaluate_searched(
     folder: str | Path,
     split: str | Path,
     subsets: str | Path,
-    output: str | Path,
+    evaluation: str | Path,
     *,
     reconstruction: Mapping,
     config: str,
@@ -49,8 +49,8 @@ def measure_searched(
     Args:
         folder: a canonical capture.
         split: split.parquet of the draw.
-        subsets: what `selection.search_oracle` wrote.
-        output: receives method, generation and metrics, rows as in `subsets`.
+        subsets: what `fsel.stages.search_oracle` wrote.
+        evaluation: receives method, generation and metrics, rows as in `subsets`.
         reconstruction: the config's section.
         config: digest of the parameters.
     """
@@ -59,16 +59,18 @@ def measure_searched(
     evaluate = Evaluator.on_frames(reconstructor_of(Capture.load(folder), reconstruction), targets)
     measured = table[["method", "generation"]].copy()
     measured[list(METRICS)] = [evaluate(np.array(subset)) for subset in table["subset"]]
-    write_table(measured, output, units=METRIC_UNITS, config=config)
+    write_table(measured, evaluation, units=METRIC_UNITS, config=config)
     logger.info("%d subsets\n%s", len(table), measured.groupby("method")["psnr"].describe())
 
 
 def ga_vs_learned(
-    evaluations: Sequence[Mapping],
-    searched: Sequence[Mapping],
+    evaluations: Sequence[str | Path],
+    oracles: Sequence[str | Path],
+    searched: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    problems: Sequence[str],
     k: int,
     bootstrap: Mapping[str, int],
     facts: Mapping,
@@ -76,18 +78,19 @@ def ga_vs_learned(
     """Average subset, random search, search and selectors, all scored on the targets.
 
     Args:
-        evaluations: see `tables.sweep_cells`; those of the searches among them.
-        searched: dataset, scene, draw, path of what `measure_searched` wrote.
+        evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote, one a problem.
+        searched: what `evaluate_searched` wrote, one a problem.
         table, numbers: receive LaTeX, and the columns of `compare_with_search`.
+        problems: `dataset/scene/draw0` of each.
         k: budget of the search.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
-    cells = sweep_cells(evaluations)
-    averages = pd.concat([_averages(item, k) for item in searched])
+    cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]))
+    averages = pd.concat([_averages(item, k) for item in named(problems, searched)])
     result = compare_with_search(pd.concat([averages, cells[cells["k"] == k]]), bootstrap)
     write_csv(result, numbers)
-    tried = pd.concat([pd.read_parquet(item["path"]) for item in searched])
+    tried = pd.concat([pd.read_parquet(path) for path in searched])
     tried = len(tried[tried["method"] == SEARCH]) / len(searched)
     text = (
         rf"\textbf{{Comparison with the genetic search}}, $K{{=}}{k}$, held-out scenes: "

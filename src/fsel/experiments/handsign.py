@@ -10,16 +10,17 @@ from fsel.report.captions import made_by
 from fsel.report.latex import dataset_table, difference
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences
-from fsel.report.sweep import sweep_cells
+from fsel.report.sweep import named, sweep_cells
 
 LEARNED, UNTRAINED = "ours", "untrained"
 
 
 def handsign(
-    evaluations: Sequence[Mapping],
+    evaluations: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    problems: Sequence[str],
     datasets: Mapping[str, str],
     budgets: Sequence[int],
     bootstrap: Mapping[str, int],
@@ -28,14 +29,15 @@ def handsign(
     """PSNR of the learned scorer minus that of the untrained sum (paper, Table 7).
 
     Args:
-        evaluations: see `fsel.report.sweep.sweep_cells`.
+        evaluations: what `fsel.stages.evaluate` wrote, one a problem.
         table, numbers: receive LaTeX, and dataset, k, mean, ci_low, ci_high, n (scenes).
+        problems: `dataset/scene/draw0` of each.
         datasets: name -> printed label, in order.
         budgets: columns.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
-    cells = sweep_cells(evaluations)
+    cells = sweep_cells(named(problems, evaluations))
     cells = cells[cells["method"].isin([LEARNED, UNTRAINED])]
     gaps = differences(cells, [LEARNED], ["psnr"], **bootstrap)
     write_csv(gaps, numbers)

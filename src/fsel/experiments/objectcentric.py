@@ -13,16 +13,17 @@ import pandas as pd
 from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.experiments.crosscapture import BASELINES, contenders, leaders
+from fsel.experiments.crosscapture import BASELINES
 from fsel.files import write_table, write_text
-from fsel.metrics import HIGHER_IS_BETTER, METRIC_UNITS, METRICS, inside
-from fsel.problem import Problem, checked_select
+from fsel.measuring import PICK_UNITS, draw_chance, measure, measured_units, runs, select
+from fsel.metrics import HIGHER_IS_BETTER, METRICS, inside
+from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv
-from fsel.report.summary import differences, draw_means, summarise
-from fsel.report.sweep import LEARNED
+from fsel.report.summary import differences, draw_means, leaders, summarise
+from fsel.report.sweep import LEARNED, of_scenes
 from fsel.request.focus import from_capture
 from fsel.split import Split, evaluation_split
 
@@ -73,10 +74,10 @@ def object_problem(capture: Capture, split: Split, described: pd.DataFrame) -> P
     return replace(problem, focus=from_capture(capture, problem.observed).center)
 
 
-def measure_objects(
+def select_objects(
     folder: str | Path,
-    weights: Mapping[str, Sequence[str | Path]],
-    output: str | Path,
+    weights: Sequence[str | Path],
+    picks: str | Path,
     *,
     k: int,
     draws: int,
@@ -85,43 +86,68 @@ def measure_objects(
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """Every method on the object of one capture.
+    """Every method's picks for views of one object.
 
     Args:
         folder: a canonical capture with masks and descriptors.
-        weights: learned method -> its scorers, one a training seed.
-        output: receives draw, method, seed, k, target, metrics inside the masks.
+        weights: scorers of the learned methods.
+        picks: receives draw and the columns of `fsel.measuring.select`.
         k: frames to pick.
         draws: of targets.
         targets: of a draw.
         seed: of the scene.
-        reconstruction: the config's section.
+        reconstruction: the config's section; masks are counted at the size that it compares at.
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
     described = pd.read_parquet(Path(folder) / "descriptors.parquet")
-    reconstructor = reconstructor_of(capture, reconstruction)
-    runs = contenders(UNTRAINED, weights)
+    small = capture.resized(reconstruction["long_side"])
+    asked = runs([METHODS[name] for name in UNTRAINED], weights)
     tables = []
     for draw in range(draws):
-        split = object_split(reconstructor.capture, draw, seed, targets)
+        split = object_split(small, draw, seed, targets)
         problem = object_problem(capture, split, described)
-        evaluate = Evaluator.on_frames(reconstructor, split.targets, masked=True)
-        for method, s in runs:
-            picks = checked_select(method, problem, k, np.random.default_rng([seed, draw, s, k]))
-            head = {"draw": draw, "method": method.name, "seed": s, "k": k}
-            table = pd.DataFrame({**head, "target": split.targets})
-            table[list(METRICS)] = evaluate.measure(picks).scores
-            tables.append(table)
+        tables.append(select(problem, asked, [k], draw_chance(seed, draw)).assign(draw=draw))
         logger.info("draw %d: the object's centre is %s", draw, problem.focus.round(3))
-    write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)
+    write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
+
+
+def evaluate_objects(
+    folder: str | Path,
+    picks: str | Path,
+    evaluation: str | Path,
+    *,
+    targets: int,
+    seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What the picks are worth inside the object's masks.
+
+    Args:
+        folder: a canonical capture with masks.
+        picks: what `select_objects` wrote.
+        evaluation: receives draw and the columns of `fsel.measuring.measure`.
+        targets, seed: as in `select_objects`.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
+    tables = []
+    for draw, part in pd.read_parquet(picks).groupby("draw"):
+        frames = object_split(reconstructor.capture, draw, seed, targets).targets
+        evaluator = Evaluator.on_frames(reconstructor, frames, masked=True)
+        tables.append(measure(evaluator, part).assign(draw=draw))
+        logger.info("draw %d: %.2f dB", draw, tables[-1]["psnr"].mean())
+    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
 
 
 def objectcentric(
-    measured: Sequence[Mapping],
+    evaluations: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    scenes: Sequence[tuple[str, str]],
     datasets: Mapping[str, str],
     bootstrap: Mapping[str, int],
     facts: Mapping,
@@ -129,14 +155,15 @@ def objectcentric(
     """The table "Object-centric novel view synthesis".
 
     Args:
-        measured: dataset, scene, path of what `measure_objects` wrote.
+        evaluations: what `evaluate_objects` wrote, one a scene.
         table, numbers: receive LaTeX, and dataset, method, k, metric, mean, ci_low, ci_high, n,
             leads.
+        scenes: dataset and scene of each.
         datasets: name -> printed label, in order.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
-    cells = pd.concat([_measurements(item) for item in measured])
+    cells = pd.concat([_measurements(item) for item in of_scenes(scenes, evaluations)])
     place = {name: at for at, name in enumerate(SHOWN)}
     cells = cells.sort_values("method", key=lambda names: names.map(place), kind="stable")
     means = summarise(cells, METRICS, **bootstrap)
@@ -152,8 +179,8 @@ def objectcentric(
     ]
     arrows = {True: r"$\uparrow$", False: r"$\downarrow$"}
     head = [f"{name.upper()}{arrows[HIGHER_IS_BETTER[name]]}" for name in METRICS]
-    scenes = means.groupby("dataset")["n"].first()
-    titles = [rf"\textbf{{{tex(label)}}} ($n{{=}}{scenes[d]}$)" for d, label in datasets.items()]
+    count = means.groupby("dataset")["n"].first()
+    titles = [rf"\textbf{{{tex(label)}}} ($n{{=}}{count[d]}$)" for d, label in datasets.items()]
     made = plain_table(
         ["Selection", *head * len(datasets)],
         rows,

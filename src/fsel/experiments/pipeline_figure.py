@@ -20,11 +20,12 @@ from fsel.training.search import fittest_so_far
 def pipeline_figure(
     folder: str | Path,
     splits: str | Path,
-    labels: Mapping[int, str | Path],
+    labels: Sequence[str | Path],
     trajectories: str | Path,
     figures: Sequence[str | Path],
     numbers: str | Path,
     *,
+    coverages: Sequence[int],
     scene: str,
     facts: Mapping,
 ) -> None:
@@ -35,17 +36,19 @@ def pipeline_figure(
     Args:
         folder: canonical capture of a labelled scene.
         splits: its splits at all coverage levels.
-        labels: coverage -> its searched subsets; the population of the widest is drawn.
+        labels: the searched subsets of each coverage level; the population of the widest is drawn.
         trajectories: of all scenes.
         figures: paths; their endings choose the format.
         numbers: receives panel, coverage and, of `population`, generation, psnr, fitness, best; of
             `plan`, order, frame, x, y in world units.
+        coverages: the levels.
         scene: its name among the trajectories.
         facts: see `captions.note`.
     """
-    levels = sorted(labels)
+    searched = dict(zip(coverages, labels, strict=True))
+    levels = sorted(searched)
     widest, shown = levels[-1], {levels[0], levels[len(levels) // 2], levels[-1]}
-    population = met_until(pd.read_parquet(labels[widest]))
+    population = met_until(pd.read_parquet(searched[widest]))
     parts = [population.assign(panel="population", coverage=widest)]
     ordered = pd.read_parquet(trajectories).query("scene == @scene and rank == 0")
     ordered = ordered[ordered["coverage"].isin(shown)]

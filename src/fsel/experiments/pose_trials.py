@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +13,11 @@ import pandas as pd
 from fsel.baselines import FURTHER, PAPER
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.experiments.crosscapture import budget_picks
 from fsel.experiments.pose_errors import perturbed
 from fsel.files import write_table
-from fsel.metrics import METRIC_UNITS, METRICS
-from fsel.problem import Method, Problem
-from fsel.reconstruct import Reconstructor, reconstructor_of
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
+from fsel.measuring import PICK_UNITS, draw_chance, measure, measured_units, runs, select
+from fsel.problem import Problem
+from fsel.reconstruct import reconstructor_of
 from fsel.split import evaluation_split
 
 logger = logging.getLogger(__name__)
@@ -29,119 +25,95 @@ logger = logging.getLogger(__name__)
 SELECTORS = {**PAPER, **FURTHER}
 EXACT, ESTIMATED = "none", "estimated"  # what was done to the poses
 SELECTOR, BOTH = "selector", "both"  # who works with the poses that result
-Judge = Callable[[np.ndarray], np.ndarray]
+NOISE = ["change", "level", "noise"]
 
 
-@dataclass(frozen=True)
-class Trial:
-    """What every set of poses is tried with.
+def select_estimated(
+    given_folder: str | Path,
+    estimated_folder: str | Path,
+    weights: Sequence[str | Path],
+    picks: str | Path,
+    *,
+    draws: int,
+    budgets: Sequence[int],
+    targets: int,
+    seed: int,
+    split_seed: int,
+    config: str,
+) -> None:
+    """Every selector on given and on estimated poses.
 
-    Attributes:
-        runs: methods, each with the number of its seed.
-        described: descriptors.parquet, of all frames.
+    Args:
+        given_folder, estimated_folder: what `estimate_poses` wrote; descriptors beside the first.
+        weights: scorers of the learned methods.
+        picks: receives draw, change (`none` or `estimated`) and the columns of
+            `fsel.measuring.select`.
+        draws: of targets.
         budgets: frames to pick.
         targets: held-out views of a draw.
         seed: of the scene.
         split_seed: of the scene's draws of targets.
-    """
-
-    runs: list[tuple[Method, int]]
-    described: pd.DataFrame
-    budgets: Sequence[int]
-    targets: int
-    seed: int
-    split_seed: int
-
-    @classmethod
-    def of(cls, folder: str | Path, weights: Mapping[str, Sequence[str | Path]], **rest) -> Trial:
-        """Every selector: those without training, and the scorers of each learned one."""
-        runs = [(method, s) for method in SELECTORS.values() for s in range(method.seeds)]
-        for name, paths in weights.items():
-            runs += [(POLICIES[name].method(Scorer.load(p)), s) for s, p in enumerate(paths)]
-        return cls(runs, pd.read_parquet(Path(folder) / "descriptors.parquet"), **rest)
-
-    def drawn(self, capture: Capture, draw: int) -> np.ndarray:
-        """The targets of a draw: at random, independent of the poses."""
-        return evaluation_split(capture, draw, self.split_seed, self.targets).targets
-
-    def measured(self, seen: Capture, draw: int, judges: Mapping[str, Judge]) -> pd.DataFrame:
-        """What the picks of every run are worth; proxies too are matched by the poses seen.
-
-        Args:
-            seen: the capture with the poses that selectors are given.
-            draw: of the targets.
-            judges: scope -> metrics of a subset.
-
-        Returns:
-            draw, method, seed, k, scope, metrics.
-        """
-        split = evaluation_split(seen, draw, self.split_seed, self.targets)
-        problem = Problem.of(seen, split, self.described)
-        rows = [
-            (draw, method.name, s, k, scope, *judge(picks))
-            for method, s in self.runs
-            for k, picks in budget_picks(problem, method, self.budgets, [self.seed, draw, s])
-            for scope, judge in judges.items()
-        ]
-        return pd.DataFrame(rows, columns=["draw", "method", "seed", "k", "scope", *METRICS])
-
-
-def judge_of(reconstructor: Reconstructor, targets: np.ndarray) -> Judge:
-    """Mean metrics of subsets on the targets, each distinct one reconstructed once."""
-    evaluate = Evaluator.on_frames(reconstructor, targets)
-    known = cache(lambda subset: evaluate(np.array(subset)))
-    return lambda picks: known(tuple(np.sort(picks).tolist()))
-
-
-def measure_estimated(
-    given: str | Path,
-    estimated: str | Path,
-    weights: Mapping[str, Sequence[str | Path]],
-    output: str | Path,
-    *,
-    draws: int,
-    reconstruction: Mapping,
-    config: str,
-    **settings,
-) -> None:
-    """Every selector on given poses, and on estimated ones.
-
-    Args:
-        given: a canonical capture with its descriptors.
-        estimated: the same images, other poses.
-        weights: learned method -> its scorers, one a training seed.
-        output: receives draw, method, seed, k, scope, metrics, change: with change `none` all is
-            made with the given poses; with `estimated` and scope `selector` the reconstruction is
-            still, with scope `both` nothing is.
-        draws: of targets.
-        reconstruction: the config's section.
         config: digest of the parameters.
-        settings: `budgets`, `targets`, `seed`, `split_seed`; see `Trial`.
     """
-    trial = Trial.of(given, weights, **settings)
-    captures = {EXACT: Capture.load(given), ESTIMATED: Capture.load(estimated)}
-    built = {name: reconstructor_of(c, reconstruction) for name, c in captures.items()}
+    captures = {EXACT: Capture.load(given_folder), ESTIMATED: Capture.load(estimated_folder)}
+    described = pd.read_parquet(Path(given_folder) / "descriptors.parquet")
+    asked = runs(SELECTORS.values(), weights)
     tables = []
     for draw in range(draws):
-        targets = trial.drawn(captures[EXACT], draw)
-        exact, own = (judge_of(built[name], targets) for name in (EXACT, ESTIMATED))
-        table = trial.measured(captures[EXACT], draw, {BOTH: exact})
-        tables.append(table.assign(change=EXACT))
-        table = trial.measured(captures[ESTIMATED], draw, {SELECTOR: exact, BOTH: own})
-        tables.append(table.assign(change=ESTIMATED))
-    write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)
+        for change, seen in captures.items():
+            problem = _problem(seen, draw, described, targets, split_seed)
+            found = select(problem, asked, budgets, draw_chance(seed, draw))
+            tables.append(found.assign(draw=draw, change=change))
+    write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
 
 
-def measure_noise(
+def evaluate_estimated(
+    given_folder: str | Path,
+    estimated_folder: str | Path,
+    picks: str | Path,
+    evaluation: str | Path,
+    *,
+    targets: int,
+    split_seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What the picks are worth: with the poses that selectors saw, and with the given ones.
+
+    Args:
+        given_folder, estimated_folder: as in `select_estimated`.
+        picks: what it wrote.
+        evaluation: receives draw, change, scope (who works with the poses: `selector` alone, the
+            reconstruction having the given ones, or `both`) and the columns of
+            `fsel.measuring.measure`.
+        targets, split_seed: as in `select_estimated`.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    captures = {EXACT: Capture.load(given_folder), ESTIMATED: Capture.load(estimated_folder)}
+    built = {name: reconstructor_of(c, reconstruction) for name, c in captures.items()}
+    tables = []
+    for draw, part in pd.read_parquet(picks).groupby("draw"):
+        frames = _drawn(captures[EXACT], draw, targets, split_seed)
+        judges = {name: Evaluator.on_frames(r, frames) for name, r in built.items()}
+        for change, picked in part.groupby("change", sort=False):
+            table = _measure(picked, judges[EXACT], judges[change], change)
+            tables.append(table.assign(draw=draw, change=change))
+    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
+
+
+def select_noise(
     folder: str | Path,
-    weights: Mapping[str, Sequence[str | Path]],
-    output: str | Path,
+    weights: Sequence[str | Path],
+    picks: str | Path,
     *,
     levels: Mapping[str, Sequence[float]],
     noises: int,
-    reconstruction: Mapping,
+    budgets: Sequence[int],
+    targets: int,
+    seed: int,
+    split_seed: int,
     config: str,
-    **settings,
 ) -> None:
     """Every selector on poses with ever more noise, in rotations and in centres; first draw.
 
@@ -149,28 +121,85 @@ def measure_noise(
 
     Args:
         folder: a canonical capture with its descriptors.
-        weights: learned method -> its scorers, one a training seed.
-        output: receives draw, method, seed, k, scope, metrics, change (`none`, or a key of
-            `levels`), level, noise (its seed); scope as in `measure_estimated`.
+        weights: scorers of the learned methods.
+        picks: receives draw, change (`none`, or a key of `levels`), level, noise (its seed) and the
+            columns of `fsel.measuring.select`.
         levels: `degrees` and `percent` -> levels, see `fsel.experiments.pose_errors.perturbed`.
         noises: seeds of the noise.
+        budgets, targets, seed, split_seed: as in `select_estimated`.
+        config: digest of the parameters.
+    """
+    capture = Capture.load(folder)
+    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    asked = runs(SELECTORS.values(), weights)
+    cases = [(EXACT, 0.0, 0)]
+    cases += [(c, float(at), n) for c in levels for at in levels[c] for n in range(noises)]
+    tables = []
+    for case in cases:
+        problem = _problem(disturbed(capture, *case, seed), 0, described, targets, split_seed)
+        found = select(problem, asked, budgets, draw_chance(seed, 0))
+        tables.append(found.assign(draw=0, **dict(zip(NOISE, case, strict=True))))
+        logger.info("%s %g, noise %d", *case)
+    write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
+
+
+def evaluate_noise(
+    folder: str | Path,
+    picks: str | Path,
+    evaluation: str | Path,
+    *,
+    targets: int,
+    seed: int,
+    split_seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What the picks are worth: with the poses that selectors saw, and with the exact ones.
+
+    Args:
+        folder: a canonical capture.
+        picks: what `select_noise` wrote.
+        evaluation: receives draw, change, level, noise, scope (as in `evaluate_estimated`) and the
+            columns of `fsel.measuring.measure`.
+        targets, seed, split_seed: as in `select_estimated`.
         reconstruction: the config's section.
         config: digest of the parameters.
-        settings: as in `measure_estimated`.
     """
-    trial, capture = Trial.of(folder, weights, **settings), Capture.load(folder)
-    targets = trial.drawn(capture, 0)
-    exact = judge_of(reconstructor_of(capture, reconstruction), targets)
-    table = trial.measured(capture, 0, {BOTH: exact})
-    tables = [table.assign(change=EXACT, level=0.0, noise=0)]
-    for change, level in [(name, level) for name in levels for level in levels[name]]:
-        for noise in range(noises):
-            amounts = {"degrees": 0.0, "percent": 0.0, change: level}
-            rng = np.random.default_rng([trial.seed, noise])
-            poses = perturbed(capture.world_to_camera, **amounts, rng=rng)
-            seen = replace(capture, world_to_camera=poses)
-            own = judge_of(reconstructor_of(seen, reconstruction), targets)
-            table = trial.measured(seen, 0, {SELECTOR: exact, BOTH: own})
-            tables.append(table.assign(change=change, level=float(level), noise=noise))
-        logger.info("%s %g: %.2f dB", change, level, tables[-1]["psnr"].mean())
-    write_table(pd.concat(tables), output, units=METRIC_UNITS, config=config)
+    capture = Capture.load(folder)
+    frames = _drawn(capture, 0, targets, split_seed)
+    exact = Evaluator.on_frames(reconstructor_of(capture, reconstruction), frames)
+    tables = []
+    for case, picked in pd.read_parquet(picks).groupby(NOISE, sort=False):
+        seen, change = disturbed(capture, *case, seed), case[0]
+        own = Evaluator.on_frames(reconstructor_of(seen, reconstruction), frames)
+        table = _measure(picked, exact, own, change)
+        tables.append(table.assign(draw=0, **dict(zip(NOISE, case, strict=True))))
+        logger.info("%s %g, noise %d: %.2f dB", *case, table["psnr"].mean())
+    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
+
+
+def disturbed(capture: Capture, change: str, level: float, noise: int, seed: int) -> Capture:
+    """The capture with noise in its poses; with none where `change` is `none`."""
+    if change == EXACT:
+        return capture
+    amounts = {"degrees": 0.0, "percent": 0.0, change: level}
+    rng = np.random.default_rng([seed, noise])
+    return replace(capture, world_to_camera=perturbed(capture.world_to_camera, **amounts, rng=rng))
+
+
+def _problem(
+    seen: Capture, draw: int, described: pd.DataFrame, targets: int, split_seed: int
+) -> Problem:
+    """The problem as a selector sees it: proxies too are matched by the poses seen."""
+    return Problem.of(seen, evaluation_split(seen, draw, split_seed, targets), described)
+
+
+def _drawn(capture: Capture, draw: int, targets: int, split_seed: int) -> np.ndarray:
+    """The targets of a draw: chance alone decides, whatever the poses."""
+    return evaluation_split(capture, draw, split_seed, targets).targets
+
+
+def _measure(picked: pd.DataFrame, exact: Evaluator, own: Evaluator, change: str) -> pd.DataFrame:
+    """scope and what `measure` returns; picks on exact poses are of one scope."""
+    judges = {BOTH: exact} if change == EXACT else {SELECTOR: exact, BOTH: own}
+    return pd.concat([measure(j, picked).assign(scope=scope) for scope, j in judges.items()])

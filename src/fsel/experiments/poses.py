@@ -14,28 +14,23 @@ from fsel.report.captions import made_by, note
 from fsel.report.latex import difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import summarise
-from fsel.report.sweep import LEARNED
+from fsel.report.sweep import LEARNED, of_scenes
 from fsel.selector.policies import POLICIES
 
 LABELS = {name: method.label for name, method in SELECTORS.items()} | LEARNED
 PLAIN = {name: m.label for name, m in {**SELECTORS, **POLICIES}.items()}
 MARKED = ("uniform", "fvs", "kmedoids", "cover", "nearest", "untrained", "ours", "fsel")
+PLACE = {name: at for at, name in enumerate(LABELS)}
 CASE = ["change", "level", "scope"]
 SHARED = ["scene", "draw", "method", "k"]
 SIGNS = {"degrees": r"^\circ", "percent": r"\%"}
-
-
-def of_scenes(scenes: Sequence[tuple[str, str]], paths: Sequence[str | Path]) -> list[dict]:
-    """dataset, scene, path of each file."""
-    pairs = zip(scenes, paths, strict=True)
-    return [{"dataset": d, "scene": s, "path": path} for (d, s), path in pairs]
 
 
 def changes(measured: Sequence[Mapping], bootstrap: Mapping[str, int]) -> pd.DataFrame:
     """PSNR under every change of the poses, and its paired difference to exact poses.
 
     Args:
-        measured: dataset, scene, path of what `measure_estimated` or `measure_noise` wrote.
+        measured: dataset, scene, path of what `evaluate_estimated` or `evaluate_noise` wrote.
         bootstrap: its `resamples` and `seed`.
 
     Returns:
@@ -58,22 +53,29 @@ def changes(measured: Sequence[Mapping], bootstrap: Mapping[str, int]) -> pd.Dat
 
 
 def _cells(item: Mapping) -> pd.DataFrame:
-    """Means over the seeds of methods and noise."""
+    """Means over targets, then over the seeds of methods and noise; methods in `LABELS`' order."""
     table = pd.read_parquet(item["path"])
     if "level" not in table:
         table = table.assign(level=float("nan"))
     keys = ["draw", *CASE, "method", "k"]
-    means = table.groupby(keys, sort=False, dropna=False)["psnr"].mean().reset_index()
+    if "noise" not in table:
+        table = table.assign(noise=0)
+    runs = table.groupby([*keys, "noise", "seed"], sort=False, dropna=False)["psnr"].mean()
+    means = runs.groupby(keys, sort=False, dropna=False).mean().reset_index()
+    means = means.sort_values("method", key=lambda names: names.map(PLACE), kind="stable")
     return means.assign(scene=f"{item['dataset']}/{item['scene']}")
 
 
 def poses(
-    estimated: Sequence[Mapping],
-    noise: Sequence[Mapping],
+    estimated: Sequence[str | Path],
+    noise: Sequence[str | Path],
     errors: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
+    figures: Sequence[str | Path],
+    drawn: str | Path,
     *,
+    scenes: Sequence[tuple[str, str]],
     budgets: Sequence[int],
     bootstrap: Mapping[str, int],
     facts: Mapping,
@@ -81,20 +83,27 @@ def poses(
     """Given against estimated poses, and against noisy ones, for every selector.
 
     Args:
-        estimated, noise: see `changes`.
-        errors: what `estimate` wrote, one a scene.
+        estimated, noise: what `evaluate_estimated` and `evaluate_noise` wrote, one a scene.
+        errors: what `estimate_poses` wrote, one a scene.
         table: receives two LaTeX tables.
         numbers: receives captures (`registered` or `usual`) and what `changes` returns.
-        budgets: columns of the first.
+        figures: PSNR against the noise; paths, their endings choose the format.
+        drawn: receives what the figure is made of.
+        scenes: dataset and scene of each file.
+        budgets: columns of the first table.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
-    registered, usual = changes(estimated, bootstrap), changes(noise, bootstrap)
+    registered, usual = (
+        changes(of_scenes(scenes, paths), bootstrap) for paths in (estimated, noise)
+    )
     both = [registered.assign(captures="registered"), usual.assign(captures="usual")]
     numbered = pd.concat(both)
     write_csv(numbered[["captures", *registered.columns]], numbers)
     first = _estimated_table(registered, errors, budgets, facts)
     write_text(f"{first}\n{_noise_table(usual, facts)}", table)
+    write_csv(usual, drawn)
+    _draw(usual, figures, facts)
 
 
 def _estimated_table(
@@ -173,25 +182,8 @@ def _gap(row: pd.Series, interval: bool = True) -> str:
     return difference(row["difference"], *bounds, interval=interval)
 
 
-def pose_noise(
-    measured: Sequence[Mapping],
-    figures: Sequence[str | Path],
-    numbers: str | Path,
-    *,
-    bootstrap: Mapping[str, int],
-    facts: Mapping,
-) -> None:
-    """PSNR against the noise in the poses.
-
-    Args:
-        measured: see `changes`.
-        figures: paths; their endings choose the format.
-        numbers: receives what `changes` returns.
-        bootstrap: its `resamples` and `seed`.
-        facts: see `captions.note`.
-    """
-    found = changes(measured, bootstrap)
-    write_csv(found, numbers)
+def _draw(found: pd.DataFrame, figures: Sequence[str | Path], facts: Mapping) -> None:
+    """PSNR against the noise in the poses."""
     marked = {name: PLAIN[name] for name in MARKED if name in set(found["method"])}
     k, count = found["k"].iloc[0], found["n"].max()
     text = (

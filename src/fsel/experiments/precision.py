@@ -137,12 +137,19 @@ def trainings(
 
 
 def precision(
-    problems: Sequence[Mapping],
-    weights: Mapping[str, str | Path],
-    training: Mapping,
+    folders: Sequence[str | Path],
+    splits: Sequence[str | Path],
+    weights: Sequence[str | Path],
+    trajectories: str | Path,
+    trained_folders: Sequence[str | Path],
+    trained_splits: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    labels: Sequence[str],
+    problems: Sequence[str],
+    scenes: Sequence[str],
+    training: Mapping,
     k: int,
     reconstruction: Mapping,
     facts: Mapping,
@@ -150,28 +157,34 @@ def precision(
     """Compare arithmetics on every scene, on hard cases, and in training.
 
     Args:
-        problems: one mapping a problem: label (of its dataset), name, folder (a canonical capture
-            with its descriptors) and split.
-        weights: policy -> its scorer.
-        training: arguments of `trainings`.
+        folders: canonical captures with their descriptors.
+        splits: split.parquet of a draw, one a capture.
+        weights: one scorer of each policy.
+        trajectories: what `fsel.stages.order` wrote.
+        trained_folders, trained_splits: captures of the labelled scenes, and their splits.
         table, numbers: receive LaTeX, and part, name, method, arithmetic, agreement, psnr,
             psnr_change, seconds, loss.
+        labels: of each capture's dataset.
+        problems: `dataset/scene/draw0` of each capture.
+        scenes: names of the labelled scenes.
+        training: seed, epochs, learning_rate.
         k: frames to pick.
         reconstruction: the config's section.
         facts: see `captions.made_by`.
     """
-    scorers = {policy: Scorer.load(path) for policy, path in weights.items()}
-    trained, curves, seconds = trainings(**training)
+    loaded = [Scorer.load(path) for path in weights]
+    scorers = {scorer.provenance["policy"]: scorer for scorer in loaded}
+    labelled = dict(zip(scenes, zip(trained_folders, trained_splits, strict=True), strict=True))
+    trained, curves, seconds = trainings(labelled, trajectories, **training)
     rows, retrained = [], []
-    for item in problems:
-        problem = Problem.load(item["folder"], item["split"])
-        targets = Split.load(item["split"]).targets
+    for label, name, folder, split in zip(labels, problems, folders, splits, strict=True):
+        problem, targets = Problem.load(folder, split), Split.load(split).targets
         evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, reconstruction), targets)
-        place = {"part": item["label"], "name": item["name"]}
+        place = {"part": label, "name": name}
         rows += [place | row for row in compare_arithmetic(problem, scorers, k, evaluate)]
-        place = {"part": TRAINING, "name": item["name"]}
+        place = {"part": TRAINING, "name": name}
         retrained += [place | row for row in _retrained(problem, trained, seconds, k, evaluate)]
-        logger.info("%s: %s", item["name"], rows[-1])
+        logger.info("%s: %s", name, rows[-1])
     rows += [*hard_cases(scorers, min(k, FEW)), *retrained, *curves]
     result = pd.DataFrame(rows)[[*COLUMNS, "seconds", "loss"]]
     with atomic(numbers) as temporary:

@@ -42,7 +42,7 @@ def qualitative(
     Args:
         folder: a canonical capture.
         split: split.parquet of the draw.
-        selections: what `selection.select` wrote for it.
+        selections: what `fsel.stages.select` wrote for it.
         figures: paths; their endings choose the format.
         numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units and,
             of targets, the metrics; of each method, the seconds of its reconstruction and of

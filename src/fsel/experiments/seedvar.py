@@ -12,16 +12,17 @@ from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, dataset_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES, seed_spread, summarise
-from fsel.report.sweep import BASELINES, sweep_cells
+from fsel.report.sweep import BASELINES, named, sweep_cells
 
 LEARNED = "ours"
 
 
 def seedvar(
-    evaluations: Sequence[Mapping],
+    evaluations: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    problems: Sequence[str],
     datasets: Mapping[str, str],
     budgets: Sequence[int],
     bootstrap: Mapping[str, int],
@@ -30,18 +31,19 @@ def seedvar(
     """Spread of the dataset mean over training seeds, in dB.
 
     Args:
-        evaluations: see `fsel.report.sweep.sweep_cells`.
+        evaluations: what `fsel.stages.evaluate` wrote, one a problem.
         table, numbers: receive LaTeX, and dataset, k, std, seeds, n (scenes), and margin:
             how far the method's mean is from that of the strongest baseline, which the spread is to
             be read against.
+        problems: `dataset/scene/draw0` of each.
         datasets: name -> printed label, in order.
         budgets: columns.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
-    runs = [_by_seed(item) for item in evaluations]
+    runs = [_by_seed(item) for item in named(problems, evaluations)]
     spread = seed_spread(pd.concat(runs), "psnr")
-    means = summarise(sweep_cells(evaluations), ["psnr"], **bootstrap)
+    means = summarise(sweep_cells(named(problems, evaluations)), ["psnr"], **bootstrap)
     spread["margin"] = _margins(means, spread)
     write_csv(spread, numbers)
     texts = {

@@ -19,12 +19,11 @@ from fsel.features.appearance import descriptors
 from fsel.features.sharpness import sharpness
 from fsel.files import atomic, write_text
 from fsel.geometry import poses_at
+from fsel.measuring import learned_runs
 from fsel.points import grouped_rows
 from fsel.problem import Method, Problem, checked_select
 from fsel.report.latex import plain_table, tex
 from fsel.report.sweep import BASELINES, LEARNED
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Scorer
 from fsel.split import evaluation_split
 
 logger = logging.getLogger(__name__)
@@ -129,7 +128,7 @@ def timed(run: Callable[[], object], repeats: int = REPEATS) -> float:
 
 def selection_time(
     folder: str | Path,
-    weights: Mapping[str, Sequence[str | Path]],
+    weights: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
@@ -142,7 +141,7 @@ def selection_time(
 
     Args:
         folder: a canonical capture, refilmed at other frame rates to make the pools.
-        weights: learned method -> its scorers; the first is timed.
+        weights: scorers of the learned methods; the first of each is timed.
         table, numbers: receive LaTeX, and method, k, pool, descriptors, selection in seconds.
         pools: frames that a baseline may pick.
         k: frames to pick.
@@ -173,9 +172,9 @@ def selection_time(
     write_text(_time_table(result, targets, appearance["kind"]), table)
 
 
-def _methods(weights: Mapping[str, Sequence[str | Path]]) -> list[Method]:
+def _methods(weights: Sequence[str | Path]) -> list[Method]:
     """All that select: not `all`."""
-    learned = [POLICIES[name].method(Scorer.load(paths[0])) for name, paths in weights.items()]
+    learned = [run.method for run in learned_runs(weights) if run.seed == 0]
     return [*(METHODS[name] for name in BASELINES), *learned]
 
 

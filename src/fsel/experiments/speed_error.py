@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ import pandas as pd
 from fsel.files import atomic, write_text
 from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
-from fsel.report.sweep import BASELINES, LEARNED, sweep_cells
+from fsel.report.sweep import BASELINES, LEARNED, named, sweep_cells
 from fsel.selector.policies import POLICIES
 from fsel.training.search import fittest_so_far
 
@@ -22,10 +22,15 @@ STEP = 10  # evaluations between points of a curve
 def speed_error(
     times: str | Path,
     settings: str | Path,
-    evaluations: Sequence[Mapping],
-    searches: Mapping[str, Sequence[str | Path]],
-    outputs: Mapping[str, str | Path],
+    evaluations: Sequence[str | Path],
+    oracles: Sequence[str | Path],
+    subsets: Sequence[str | Path],
+    labels: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    figures: Sequence[str | Path],
     *,
+    problems: Sequence[str],
     k: int,
 ) -> None:
     """The figure of three panels and the table of the same numbers.
@@ -33,54 +38,57 @@ def speed_error(
     Args:
         times: what `fsel.experiments.selection_time` wrote; its smallest pool is drawn.
         settings: what `speed_settings` wrote.
-        evaluations: see `tables.sweep_cells`, those of the searches among them.
-        searches: `oracles` and `labels`: paths of searched subsets.
-        outputs: `table`, `numbers`, `pdf` and `png`.
+        evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote, one a problem.
+        subsets, labels: searched subsets, of those problems and of training scenes.
+        table, numbers: receive LaTeX, and the numbers of every panel.
+        figures: paths; their endings choose the format.
+        problems: `dataset/scene/draw0` of each.
         k: budget of the search.
     """
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
-    cells = sweep_cells(evaluations)
+    cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]))
     methods = speed.gaps(cells[cells["k"] == k], reference="search", methods=list(timed.index))
     methods["seconds"] = methods["method"].map(timed["descriptors"] + timed["selection"])
     swept = pd.read_csv(settings, dtype={"value": str})
-    curves = progress(searches)
+    curves = progress(subsets, labels)
     timed_k, pool = timed[["k", "pool"]].iloc[0]
-    labels = {name: label.replace(r"\textbf{", "").rstrip("}") for name, label in LEARNED.items()}
+    plain = {name: label.replace(r"\textbf{", "").rstrip("}") for name, label in LEARNED.items()}
     speed.draw(
         methods,
         swept,
         curves,
-        [outputs["pdf"], outputs["png"]],
-        labels=BASELINES | labels,
+        figures,
+        labels=BASELINES | plain,
         ours=list(POLICIES),
         selected=f"{timed_k} of {pool} frames",
         k=k,
     )
-    table = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
-    table = table.droplevel(1).rename_axis("panel").reset_index()
-    with atomic(outputs["numbers"]) as temporary:
-        table.to_csv(temporary, index=False, float_format="%.6f")
-    write_text(_tables(methods, swept, curves, f"{timed_k} of {pool} frames", k), outputs["table"])
+    every = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
+    every = every.droplevel(1).rename_axis("panel").reset_index()
+    with atomic(numbers) as temporary:
+        every.to_csv(temporary, index=False, float_format="%.6f")
+    write_text(_tables(methods, swept, curves, f"{timed_k} of {pool} frames", k), table)
 
 
-def progress(searches: Mapping[str, Sequence[str | Path]]) -> pd.DataFrame:
+def progress(subsets: Sequence[str | Path], labels: Sequence[str | Path]) -> pd.DataFrame:
     """What stopping a search early costs.
 
     Args:
-        searches: `oracles` (with a column `method`) and `labels`: paths of searched subsets.
+        subsets: paths of searched subsets of evaluation problems, with a column `method`.
+        labels: of training scenes.
 
     Returns:
         search, evaluations, generations, gap: mean PSNR in dB, on the proxies, of the fittest
         subset of the genetic search at its end minus that of the fittest after so many evaluations.
     """
     found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {name: [] for name in speed.SEARCHES}
-    for path in searches["oracles"]:
+    for path in subsets:
         runs = dict(list(pd.read_parquet(path).groupby("method")))
         best = _incumbent(runs["search"])
         for name, run in runs.items():
             found[name].append((best[-1] - _incumbent(run), run["generation"].to_numpy()))
-    for path in searches["labels"]:
+    for path in labels:
         run = pd.read_parquet(path)
         best = _incumbent(run)
         found["labels"].append((best[-1] - best, run["generation"].to_numpy()))

@@ -22,20 +22,28 @@ RESOLUTION = (0.5, 0.75, 1.0, 1.5, 2.0)  # of the configured longer side
 
 
 def speed_settings(
-    problems: Sequence[Mapping], numbers: str | Path, *, k: int, reconstruction: Mapping
+    folders: Sequence[str | Path],
+    splits: Sequence[str | Path],
+    numbers: str | Path,
+    *,
+    generated: Sequence[Mapping | None],
+    k: int,
+    reconstruction: Mapping,
 ) -> None:
     """Measure the reconstructor with one setting changed at a time.
 
     Args:
-        problems: see `fsel.experiments.bench.bench_of`.
+        folders: canonical captures with their descriptors.
+        splits: split.parquet of a draw, one a capture.
         numbers: receives setting, value, default, and means over the problems of what
             `bench.measure_cold` returns, `seconds` being fit and rendering together.
+        generated: see `bench.bench_of`.
         k: frames reconstructed from.
         reconstruction: the config's section.
     """
     rows = []
-    for problem in problems:
-        place = bench_of(problem, k=k, long_side=reconstruction["long_side"])
+    for folder, split, made in zip(folders, splits, generated, strict=True):
+        place = bench_of(folder, split, made, k=k, long_side=reconstruction["long_side"])
         measure_cold(place, reconstruction)  # compiles
         usual, model = measure_cold(place, reconstruction)
         for setting, value, default, changes in settings_of(reconstruction, place.capture.size):
@@ -43,7 +51,7 @@ def speed_settings(
             rows.append({"setting": setting, "value": value, "default": default, **found})
         rounded = {"setting": "precision", "value": "float16", "default": False}
         rows.append(rounded | usual | measure_model(place, halved(model)))
-        logger.info("%s: %d variants", problem["folder"], len(rows))
+        logger.info("%s: %d variants", folder, len(rows))
     table = pd.DataFrame(rows)
     table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
     means = table.groupby(["setting", "value", "default"], sort=False).mean().reset_index()

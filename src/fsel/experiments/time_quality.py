@@ -15,18 +15,20 @@ from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES, differences, summarise
-from fsel.report.sweep import sweep_cells
+from fsel.report.sweep import named, sweep_cells
 
 ALL = "all"
 
 
 def time_quality(
-    evaluations: Sequence[Mapping],
+    evaluations: Sequence[str | Path],
+    variant: Sequence[str | Path],
     costs: Sequence[str | Path],
     times: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
+    problems: Sequence[str],
     budgets: Sequence[int],
     bootstrap: Mapping[str, int],
     facts: Mapping,
@@ -34,14 +36,16 @@ def time_quality(
     """PSNR, seconds and memory of ours and its variants at every budget, and of all frames.
 
     Args:
-        evaluations: see `tables.sweep_cells`; those of every variant among them.
+        evaluations, variant: what `fsel.stages.evaluate` wrote of the sweep's selections and of the
+            variant's, one a problem.
         costs, times: what `costs.measure_costs` wrote, one a scene.
         table, numbers: receive LaTeX, and the columns of `joined`.
+        problems: `dataset/scene/draw0` of each.
         budgets: rows.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
-    cells = sweep_cells(evaluations)
+    cells = sweep_cells(named([*problems, *problems], [*evaluations, *variant]))
     cells = cells[cells["method"].isin([*VARIANTS, ALL])]
     result = joined(cells, mean_costs(costs), pd.concat(map(pd.read_parquet, times)), bootstrap)
     write_csv(result, numbers)

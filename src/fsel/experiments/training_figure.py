@@ -22,7 +22,7 @@ def training_figure(
     """Loss and agreement with the labels over epochs.
 
     Args:
-        logs: what `selectors.clone` logged, one a seed in order.
+        logs: what `fsel.stages.train` logged, one a seed in order.
         figures: paths; their endings choose the format.
         numbers: receives seed, epoch, split, loss, agreement.
         facts: see `captions.note`.

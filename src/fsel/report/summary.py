@@ -9,6 +9,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
+from fsel.metrics import HIGHER_IS_BETTER
+
 ALL_FRAMES = 0  # the budget of a method that takes every frame; tables write it as "all"
 LEVELS = (2.5, 97.5)  # percentiles of a 95% interval
 SUMMARY = ("dataset", "method", "k", "metric", "mean", "ci_low", "ci_high", "n")
@@ -126,6 +128,20 @@ def differences(
                 rows.append((dataset, method, reference, k, metric, value, low[0], high[0], n))
     table = pd.DataFrame(rows, columns=columns)
     return _sorted(table, cells, ["dataset", "method", "reference"])
+
+
+def leaders(gaps: pd.DataFrame) -> set[tuple[str, int, str]]:
+    """method, k, metric that are better than every other method, all intervals excluding zero.
+
+    Args:
+        gaps: see `differences`.
+    """
+    found = set()
+    for key, part in gaps.groupby(["method", "k", "metric"]):
+        rises = HIGHER_IS_BETTER[key[2]]
+        if ((part["ci_low"] > 0) if rises else (part["ci_high"] < 0)).all():
+            found.add(key)
+    return found
 
 
 def seed_spread(runs: pd.DataFrame, metric: str) -> pd.DataFrame:

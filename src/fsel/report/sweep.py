@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 
 import pandas as pd
 
@@ -19,7 +20,7 @@ REFERENCES = {
 }
 
 
-def named(problems: Iterable[str], paths: Iterable[str]) -> list[dict[str, str]]:
+def named(problems: Iterable[str], paths: Iterable[str | Path]) -> list[dict[str, str | Path]]:
     """One mapping a file of a problem: dataset, scene, draw, path.
 
     Args:
@@ -31,6 +32,19 @@ def named(problems: Iterable[str], paths: Iterable[str]) -> list[dict[str, str]]
         dict(zip(keys, problem.split("/"), strict=True), path=path)
         for problem, path in zip(problems, paths, strict=True)
     ]
+
+
+def of_scenes(
+    scenes: Iterable[tuple[str, str]], paths: Iterable[str | Path]
+) -> list[dict[str, str | Path]]:
+    """One mapping a file of a scene: dataset, scene, path.
+
+    Args:
+        scenes: dataset and scene of each file.
+        paths: of the files.
+    """
+    pairs = zip(scenes, paths, strict=True)
+    return [{"dataset": d, "scene": scene, "path": path} for (d, scene), path in pairs]
 
 
 def sweep_cells(evaluations: Sequence[Mapping], metrics: Sequence[str] = ("psnr",)) -> pd.DataFrame:

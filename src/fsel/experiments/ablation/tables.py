@@ -14,7 +14,9 @@ from fsel.report.captions import made_by
 from fsel.report.latex import difference, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
+from fsel.report.sweep import of_scenes
 
+OURS = "ours"  # the scorer that others are compared with
 VALIDATION = "validation"  # all scenes together, whatever their dataset
 SYMBOLS = {
     "d_min_o": r"$d_{\min}^{\mathcal{O}}$",
@@ -40,29 +42,29 @@ MARK = r"$\bullet$"
 
 
 def feature_sweep(
-    measured: Sequence[tuple[str, str, str | Path]],
-    trials: Mapping[str, str | Path],
+    evaluations: Sequence[str | Path],
+    trials: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
-    reference: str,
+    scenes: Sequence[tuple[str, str]],
     cases: Mapping[str, Mapping],
     bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
-    """PSNR of every feature configuration minus that of one (paper, "Tested features").
+    """PSNR of every feature configuration minus that of the first (paper, "Tested features").
 
     Args:
-        measured: dataset, scene, and path of what `trials.measure_trials` wrote, of every
-            validation scene.
-        trials: name -> what `trials.trial` wrote, in the table's order.
+        evaluations: what `trials.evaluate_trials` wrote, one a validation scene.
+        trials: what `trials.trial` wrote, one a case.
         table, numbers: receive LaTeX, and the columns of `compare_trials`.
-        reference: name of the trial to compare with.
-        cases: name -> its `shown` and `added`.
+        scenes: dataset and scene of each evaluation.
+        cases: name -> its `shown` and `added`, in the table's order.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`; and `epochs` of the training.
     """
-    result = compare_trials(trial_cells(measured), trials, reference, bootstrap)
+    every, reference = dict(zip(cases, trials, strict=True)), next(iter(cases))
+    result = compare_trials(trial_cells(evaluations, scenes), every, reference, bootstrap)
     write_csv(result, numbers)
     text = (
         r"\textbf{Tested features.} Each row is one feature configuration: a mark means that the "
@@ -89,23 +91,24 @@ def feature_sweep(
 
 
 def scorer_arch(
-    measured: Sequence[tuple[str, str, str | Path]],
-    trials: Mapping[str, str | Path],
+    evaluations: Sequence[str | Path],
+    trials: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
     *,
-    reference: str,
+    scenes: Sequence[tuple[str, str]],
     labels: Mapping[str, str],
     bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
-    """PSNR of every scorer minus that of one (paper, "Scorer-architecture comparison").
+    """PSNR of every scorer minus that of ours (paper, "Scorer-architecture comparison").
 
     Args:
-        measured, trials, table, numbers, reference, bootstrap, facts: as in `feature_sweep`.
-        labels: name -> how to print it.
+        evaluations, trials, table, numbers, scenes, bootstrap, facts: as in `feature_sweep`.
+        labels: name -> how to print it, in the table's order.
     """
-    result = compare_trials(trial_cells(measured), trials, reference, bootstrap)
+    every = dict(zip(labels, trials, strict=True))
+    result = compare_trials(trial_cells(evaluations, scenes), every, OURS, bootstrap)
     write_csv(result, numbers)
     text = (
         r"\textbf{Scorer architectures.} All are trained by the same loop on the same "
@@ -120,13 +123,17 @@ def scorer_arch(
     write_text(plain_table(head, rows, caption=text, label="tab:scorer_arch"), table)
 
 
-def trial_cells(measured: Sequence[tuple[str, str, str | Path]]) -> pd.DataFrame:
+def trial_cells(
+    evaluations: Sequence[str | Path], scenes: Sequence[tuple[str, str]]
+) -> pd.DataFrame:
     """dataset (one for all), scene, draw, method, k, psnr: means over seeds; and seeds."""
-    tables = []
-    for dataset, scene, path in measured:
-        runs = pd.read_parquet(path).groupby(["method", "draw", "k"], sort=False)["psnr"]
+    tables, keys = [], ["method", "draw", "k"]
+    for item in of_scenes(scenes, evaluations):
+        by_seed = pd.read_parquet(item["path"]).groupby([*keys, "seed"], sort=False)["psnr"].mean()
+        runs = by_seed.groupby(keys, sort=False)
         cells = runs.agg(psnr="mean", seeds="size").reset_index()
-        tables.append(cells.assign(scene=f"{dataset}/{scene}", dataset=VALIDATION))
+        scene = f"{item['dataset']}/{item['scene']}"
+        tables.append(cells.assign(scene=scene, dataset=VALIDATION))
     return pd.concat(tables, ignore_index=True)
 
 

@@ -18,7 +18,7 @@ from fsel.experiments.ablation.architectures.steps import Steps
 from fsel.experiments.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.ablation.walk import PartialWalk, view_inputs
 from fsel.files import write_table
-from fsel.metrics import METRIC_UNITS, METRICS
+from fsel.measuring import measure, measured_units
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared
@@ -56,12 +56,16 @@ class Case:
 
 
 def trial(
-    case: Case,
-    scenes: Scenes,
+    folders: Sequence[str | Path],
+    splits: Sequence[str | Path],
     trajectories: str | Path,
-    validation: Sequence[Mapping],
-    output: str | Path,
+    validation_folders: Sequence[str | Path],
+    validation_splits: Sequence[str | Path],
+    picks: str | Path,
     *,
+    case: Mapping,
+    scenes: Sequence[str],
+    problems: Sequence[str],
     k: int,
     seeds: int,
     epochs: int,
@@ -71,19 +75,26 @@ def trial(
     """Train a case with several seeds and let it pick frames of validation scenes.
 
     Args:
-        case: what to train.
-        scenes: see `fsel.training.labelled.Scenes`, of all label items.
+        folders, splits: canonical captures of the labelled scenes, and their splits.
         trajectories: what `fsel.stages.order` wrote.
-        validation: one mapping a problem: dataset, scene, draw, path of its split, folder.
-        output: receives seed, dataset, scene, draw, picks, and of the training: parameters, loss
+        validation_folders: canonical captures of the validation scenes.
+        validation_splits: split.parquet of every draw of each of them.
+        picks: receives seed, dataset, scene, draw, picks, and of the training: parameters, loss
             and agreement on the training trajectories after the last pass.
+        case: what to train, see `Case`.
+        scenes: names of the labelled scenes.
+        problems: `dataset/scene/draw0` of each of `validation_splits`.
         k: frames to pick.
         seeds, epochs, learning_rate: of the training.
         config: digest of the parameters.
     """
+    case = Case(**case)
     table = pd.read_parquet(trajectories).query("role == 'train'")
-    data = training_steps(case, table, scenes)
-    problems = [Problem.load(item["folder"], item["path"]) for item in validation]
+    labelled = dict(zip(scenes, zip(folders, splits, strict=True), strict=True))
+    data = training_steps(case, table, labelled)
+    draws = len(validation_splits) // len(validation_folders)
+    drawn = zip(np.repeat(validation_folders, draws), validation_splits, strict=True)
+    validation = [Problem.load(*item) for item in drawn]
     rows = []
     for seed in range(seeds):
         network = trained(case, data, seed=seed, epochs=epochs, learning_rate=learning_rate)
@@ -95,11 +106,11 @@ def trial(
             "agreement": agreement,
         }
         logger.info("%s: %s", case, record)
-        for item, problem in zip(validation, problems, strict=True):
-            place = {key: item[key] for key in ("dataset", "scene", "draw")}
-            picks = selected(network, case, problem, k).tolist()
-            rows.append({**place, **record, "picks": picks})
-    write_table(pd.DataFrame(rows), output, units={"loss": "nats"}, config=config)
+        for name, problem in zip(problems, validation, strict=True):
+            place = dict(zip(("dataset", "scene", "draw"), name.split("/"), strict=True))
+            frames = selected(network, case, problem, k).tolist()
+            rows.append({**place, **record, "picks": frames})
+    write_table(pd.DataFrame(rows), picks, units={"loss": "nats"}, config=config)
 
 
 def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tuple[Steps, float]]:
@@ -158,12 +169,13 @@ def _cost(network: torch.nn.Module, steps: Steps) -> tuple[torch.Tensor, torch.T
     return imitation(network(steps), steps.selectable, steps.picks)
 
 
-def measure_trials(
+def evaluate_trials(
     folder: str | Path,
     splits: Sequence[str | Path],
-    trials: Mapping[str, str | Path],
-    output: str | Path,
+    trials: Sequence[str | Path],
+    evaluation: str | Path,
     *,
+    names: Sequence[str],
     dataset: str,
     scene: str,
     reconstruction: Mapping,
@@ -174,25 +186,23 @@ def measure_trials(
     Args:
         folder: its canonical capture.
         splits: split.parquet, one a draw.
-        trials: name -> what `trial` wrote.
-        output: receives method (the name), seed, draw, k, metrics averaged over the targets.
+        trials: what `trial` wrote.
+        evaluation: receives draw, method (the name), seed, k and the columns of
+            `fsel.measuring.measure`.
+        names: of the trials.
         dataset, scene: which picks are its own.
         reconstruction: the config's section.
         config: digest of the parameters.
     """
-    tables = [pd.read_parquet(path).assign(method=name) for name, path in trials.items()]
-    picks = pd.concat(tables).query("dataset == @dataset and scene == @scene")
+    every = zip(names, trials, strict=True)
+    picks = pd.concat([pd.read_parquet(path).assign(method=name) for name, path in every])
+    picks = picks.query("dataset == @dataset and scene == @scene")
+    picks = picks.assign(k=picks["picks"].map(len), frame=picks["picks"]).explode("frame")
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    rows = []
+    tables = []
     for draw, path in enumerate(splits):
-        targets = Split.load(path).targets
-        evaluate = Evaluator.on_frames(reconstructor, targets)
-        known: dict[tuple, np.ndarray] = {}
-        for row in picks[picks["draw"] == f"draw{draw}"].itertuples():
-            subset = tuple(sorted(row.picks))
-            if subset not in known:
-                known[subset] = evaluate(np.array(subset))
-            rows.append((row.method, row.seed, draw, len(subset), *known[subset]))
-        logger.info("draw %d: %d distinct subsets", draw, len(known))
-    table = pd.DataFrame(rows, columns=["method", "seed", "draw", "k", *METRICS])
-    write_table(table, output, units=METRIC_UNITS, config=config)
+        evaluator = Evaluator.on_frames(reconstructor, Split.load(path).targets)
+        table = measure(evaluator, picks[picks["draw"] == f"draw{draw}"])
+        tables.append(table.assign(draw=draw))
+        logger.info("draw %d: %.2f dB", draw, table["psnr"].mean())
+    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)

@@ -1,0 +1,31 @@
+"""Evaluation files with given PSNRs."""
+
+import pandas as pd
+
+from fsel.metrics import METRICS
+
+FACTS = {
+    "embedded": ["Tanks & Temples"],
+    "real": [],
+    "reconstructor": "splats",
+    "long_side": 64,
+    "descriptor": "lab_hog",
+}
+BOOTSTRAP = {"resamples": 200, "seed": 0}
+
+
+def written(folder, values: dict) -> tuple[list[str], list]:
+    """Problems and paths of evaluation files with one target.
+
+    Args:
+        values: (scene, draw) -> {(method, seed, k): PSNR}.
+    """
+    problems, paths = [], []
+    for (scene, draw), runs in values.items():
+        rows = [(m, s, k, 0, v, 0.5, 0.1) for (m, s, k), v in runs.items()]
+        path = folder / f"{scene}-{draw}-{len(paths)}.parquet"
+        columns = ["method", "seed", "k", "target", *METRICS]
+        pd.DataFrame(rows, columns=columns).to_parquet(path)
+        problems.append(f"d/{scene}/{draw}")
+        paths.append(path)
+    return problems, paths

@@ -1,0 +1,11 @@
+"""Reconstruct one evaluation scene from adaptive and fixed numbers of frames."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.budget import evaluate_budgets
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, evaluate_budgets)

@@ -1,0 +1,11 @@
+"""Reconstruct with given and with estimated poses."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.pose_trials import evaluate_estimated
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, evaluate_estimated)

@@ -1,0 +1,11 @@
+"""Score every searched subset of one evaluation problem on its targets."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.ga_vs_learned import evaluate_searched
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, evaluate_searched)

@@ -1,0 +1,11 @@
+"""Select ever more frames of one training scene."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.budget_curves import select_curves
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, select_curves)

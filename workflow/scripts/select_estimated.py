@@ -1,0 +1,11 @@
+"""Select on given and on estimated poses."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.pose_trials import select_estimated
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, select_estimated)
