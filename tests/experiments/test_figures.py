@@ -128,9 +128,9 @@ def test_the_plans_show_the_fittest_labels_of_three_levels(scene, tmp_path):
     columns = ["scene", "coverage", "rank", "picks"]
     pd.DataFrame(rows, columns=columns).to_parquet(trajectories)
     figures, numbers = outputs(tmp_path)
-    pipeline_figure(
-        scene, splits, labels, trajectories, figures, numbers, scene="here", facts=FACTS
-    )
+    read = scene, splits, [*labels.values()], trajectories
+    settings = {"coverages": [*labels], "scene": "here", "facts": FACTS}
+    pipeline_figure(*read, figures, numbers, **settings)
     found = pd.read_csv(numbers)
     assert found.query("panel == 'population'")["psnr"].tolist() == [120.0, 121.0]
     plans = found[found["panel"] == "plan"].groupby("coverage")["frame"].apply(list)

@@ -14,7 +14,7 @@ from fsel.capture import Capture, Views
 from fsel.evaluation import Evaluator
 from fsel.experiments.bench import Bench, depth_error, halved, rendered_inverse_depth
 from fsel.experiments.economy import SAVINGS, economy
-from fsel.experiments.fisher_damping import fisher_damping
+from fsel.experiments.fisher_damping import evaluate_damping, fisher_damping, select_damping
 from fsel.experiments.selection_time import problem_of_size, refilmed, selection_time, timed
 from fsel.experiments.speed_error import progress, speed_error
 from fsel.experiments.speed_settings import speed_settings
@@ -32,6 +32,7 @@ from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 GENERATED = {"family": "dl3dv", "seed": 3, "recorded": 40}
+ENDINGS = ("tex", "csv", "pdf", "png")
 APPEARANCE = {"kind": "lab_hog", "weights": None}
 
 
@@ -98,7 +99,7 @@ def test_slow_runs_are_repeated_less(monkeypatch, seconds, runs):
 def test_every_method_is_timed_and_only_readers_pay_for_descriptors(scene, tmp_path):
     paths = [tmp_path / "t.tex", tmp_path / "t.csv"]
     sizes = {"pools": [30, 20], "k": 6, "targets": 4}
-    selection_time(scene, {}, *paths, **sizes, appearance=APPEARANCE)
+    selection_time(scene, [], *paths, **sizes, appearance=APPEARANCE)
     table = pd.read_csv(paths[1])
     assert table["pool"].unique().tolist() == [20, 30]
     assert set(table["method"]) == set(METHODS) - {"all"}
@@ -142,7 +143,7 @@ def test_a_search_that_ended_early_lacks_nothing_afterwards(tmp_path):
     for name, count in (("a", 30), ("b", 10)):
         searched(np.arange(count, dtype=float)).to_parquet(tmp_path / f"{name}.parquet")
     labels = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
-    found = progress({"oracles": [tmp_path / "o.parquet"], "labels": labels})
+    found = progress([tmp_path / "o.parquet"], labels)
     gap = found.set_index(["search", "evaluations"])["gap"]
     assert gap["search"].to_dict() == {10: 20, 20: 10, 30: 0}
     assert gap["random_search"].to_dict() == {10: 29, 20: 29, 30: 29}
@@ -153,8 +154,8 @@ def test_a_search_that_ended_early_lacks_nothing_afterwards(tmp_path):
 def swept(scene, tmp_path_factory):
     """The settings of the scene's reconstruction, measured."""
     path = tmp_path_factory.mktemp("swept") / "settings.csv"
-    problem = {"folder": scene, "split": scene / "split.parquet", "generated": GENERATED}
-    speed_settings([problem], path, k=8, reconstruction=RECONSTRUCTION)
+    settings = {"generated": [GENERATED], "k": 8, "reconstruction": RECONSTRUCTION}
+    speed_settings([scene], [scene / "split.parquet"], path, **settings)
     return path
 
 
@@ -235,10 +236,9 @@ def test_culling_keeps_what_views_see_and_changes_no_pixel():
 
 
 def test_each_saving_is_switched_off_in_turn(scene, tmp_path):
-    problem = {"folder": scene, "split": scene / "split.parquet", "generated": None}
     paths = [tmp_path / "e.tex", tmp_path / "e.csv"]
     settings = {"k": 8, "reconstruction": RECONSTRUCTION, "appearance": APPEARANCE}
-    economy([problem], *paths, **settings)
+    economy([scene], [scene / "split.parquet"], *paths, generated=[None], **settings)
     table = pd.read_csv(paths[1]).set_index("saving")
     assert table.index.tolist() == list(SAVINGS)
     assert table.loc["opacity", "without_primitives"] == 8 * 32 * 24
@@ -261,19 +261,16 @@ def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
     times = pd.DataFrame({"method": ["fvs", "random", "fvs"], "k": 30, "pool": [130, 130, 1000]})
     times.assign(descriptors=0.1, selection=[0.2, 0.001, 9]).to_csv(tmp_path / "t.csv")
     tables = {"evaluation": {"fvs": [20, 21], "random": [18, 18]}, "oracle": {"search": [22, 23]}}
-    items = []
     for name, values in tables.items():
         evaluation_of(values).to_parquet(tmp_path / f"{name}.parquet")
-        path = tmp_path / f"{name}.parquet"
-        items.append({"dataset": "d", "scene": "s", "draw": "draw0", "path": path})
     both = [searched(np.arange(20.0, 50), name) for name in ("search", "random_search")]
     pd.concat(both).to_parquet(tmp_path / "subsets.parquet")
-    searches = {key: [tmp_path / "subsets.parquet"] for key in ("oracles", "labels")}
-    made = {"table": "tex", "numbers": "csv", "pdf": "pdf", "png": "png"}
+    read = [[tmp_path / f"{name}.parquet"] for name in (*tables, "subsets", "subsets")]
     for name in "ab":
-        outputs = {key: tmp_path / f"{name}.{ending}" for key, ending in made.items()}
-        speed_error(tmp_path / "t.csv", swept, items, searches, outputs, k=10)
-    for ending in made.values():
+        table, numbers, *figures = (tmp_path / f"{name}.{ending}" for ending in ENDINGS)
+        made = table, numbers, figures
+        speed_error(tmp_path / "t.csv", swept, *read, *made, problems=["d/s/draw0"], k=10)
+    for ending in ENDINGS:
         first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
         assert first == second
     text = (tmp_path / "a.tex").read_text()
@@ -284,9 +281,13 @@ def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
 
 
 def test_the_default_lambda_of_the_sweep_is_the_comparisons_fisherrf(scene, tmp_path):
-    problems = [{"dataset": "d", "folder": scene, "split": scene / "split.parquet"}]
     paths = [tmp_path / "f.tex", tmp_path / "f.csv"]
-    fisher_damping(problems, *paths, budgets=[6, 12], reconstruction=RECONSTRUCTION)
+    picked, measured = tmp_path / "p.parquet", tmp_path / "m.parquet"
+    split = scene / "split.parquet"
+    select_damping(scene, split, picked, budgets=[6, 12], config="c")
+    settings = {"reconstruction": RECONSTRUCTION, "config": "c"}
+    evaluate_damping(scene, split, picked, measured, **settings)
+    fisher_damping([measured], *paths, scenes=[("d", "s")], budgets=[6, 12])
     table = pd.read_csv(paths[1])
     assert table["damping"].unique().tolist() == list(SWEEP)
     problem = Problem.load(scene, scene / "split.parquet")

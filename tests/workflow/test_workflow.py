@@ -35,8 +35,15 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
     asked = planned(dry_run(tmp_path, changed(tmp_path), *targets))
     assert asked["selection_time"] == asked["speed_error"] == asked["fisher_damping"] == 1
     assert asked["speed_settings"] == asked["economy"] == 1
-    assert asked["measure_curves"] == asked["fit_budget"] == asked["budget"] == 1
-    assert asked["measure_budgets"] == 2
+    assert (
+        asked["select_curves"]
+        == asked["evaluate_curves"]
+        == asked["fit_budget"]
+        == asked["budget"]
+        == 1
+    )
+    assert asked["select_budgets"] == asked["evaluate_budgets"] == 2
+    assert asked["select_damping"] == asked["evaluate_damping"] == 2
     usual = planned(dry_run(tmp_path, changed(tmp_path)))
     assert usual["ksweep"] == 1
     assert not {
@@ -53,7 +60,8 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
 PAPER = {
     "crosscapture",
     "objectcentric",
-    "measure_objects",
+    "select_objects",
+    "evaluate_objects",
     "ingest_masked",
     "handsign",
     "seedvar",
@@ -61,7 +69,6 @@ PAPER = {
     "training_figure",
     "pipeline_figure",
     "poses",
-    "pose_noise",
     "teaser",
     "time_quality",
     "saturation",
@@ -73,15 +80,18 @@ PAPER = {
 def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     asked = planned(dry_run(tmp_path, changed(tmp_path), "paper"))
     assert set(asked) >= PAPER
-    assert asked["measure_searched"] == 1  # of the held-out training dataset alone
+    assert asked["evaluate_searched"] == 1  # of the held-out training dataset alone
     assert asked["qualitative"] == 2
-    assert asked["measure_crosscapture"] == 1  # of the rooms filmed in several passes
-    assert asked["measure_objects"] == asked["ingest_masked"] == 2
+    assert (
+        asked["select_crosscapture"] == asked["evaluate_crosscapture"] == 1
+    )  # of the rooms filmed in several passes
+    assert asked["select_objects"] == asked["evaluate_objects"] == asked["ingest_masked"] == 2
     assert asked["measure_costs"] == asked["evaluate_geometry"] == 1
     assert asked["trial"] == 43 + 17
-    assert asked["measure_trials"] == 2  # of one validation scene, for two tables
+    assert asked["evaluate_trials"] == 2  # of one validation scene, for two tables
     # of each dataset's first evaluation scene, filmed anew with larger images
-    assert asked["generate_large"] == asked["measure_estimated"] == asked["measure_noise"] == 2
+    assert asked["generate_large"] == asked["select_estimated"] == asked["evaluate_estimated"] == 2
+    assert asked["select_noise"] == asked["evaluate_noise"] == 2
     assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
 
 

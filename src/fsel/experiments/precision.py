@@ -111,7 +111,7 @@ def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
 
 
 def trainings(
-    scenes: Mapping[str, Mapping], trajectories: str | Path, **settings
+    scenes: Scenes, trajectories: str | Path, **settings
 ) -> tuple[dict[str, Network], list[dict], dict[str, float]]:
     """Train on the same labels in both precisions: networks, loss curves, seconds."""
     table = pd.read_parquet(trajectories)

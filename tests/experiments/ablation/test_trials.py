@@ -20,7 +20,7 @@ from fsel.experiments.ablation.tables import (
     scorer_arch,
     trial_cells,
 )
-from fsel.experiments.ablation.trials import Case, measure_trials, trial
+from fsel.experiments.ablation.trials import evaluate_trials, trial
 from fsel.features.columns import FEATURES
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
@@ -32,6 +32,7 @@ from fsel.synthesis import record
 ROOT = Path(__file__).resolve().parents[3]
 SCORERS = yaml.safe_load((ROOT / "config" / "scorers.yaml").read_text())
 PAPER = ROOT.parent / "shared" / "paper.tex"
+SCENES = [("d", "a"), ("d", "b")]
 BOOTSTRAP = {"resamples": 200, "seed": 0}
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 FACTS = {
@@ -156,17 +157,17 @@ def labelled(tmp_path_factory):
 
 def tried(labelled, output, seeds=2, k=4, **case):
     _, folder, splits = labelled
-    problems = [
-        {"dataset": "d", "scene": "v", "draw": f"draw{n}", "path": path, "folder": folder}
-        for n, path in enumerate(splits)
-    ]
     settings = {"module": "perceptron", "settings": {"width": 64}, "shown": FEATURES, "added": None}
     trial(
-        Case(**settings | case),
-        {"s": (folder, folder / "splits.parquet")},
+        [folder],
+        [folder / "splits.parquet"],
         folder / "trajectories.parquet",
-        problems,
+        [folder],
+        splits,
         output,
+        case=settings | case,
+        scenes=["s"],
+        problems=[f"d/v/draw{n}" for n in range(len(splits))],
         k=k,
         seeds=seeds,
         epochs=1,
@@ -213,11 +214,13 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
         paths[name] = tmp_path / f"{name}.parquet"
         tried(labelled, paths[name], seeds=1)
     output = tmp_path / "measured.parquet"
-    measure_trials(
-        folder, splits, paths, output, dataset="d", scene="v", reconstruction=RECONSTRUCTION,
-        config="x",
+    evaluate_trials(
+        folder, splits, [*paths.values()], output, names=[*paths], dataset="d", scene="v",
+        reconstruction=RECONSTRUCTION, config="x",
     )  # fmt: skip
-    found = pd.read_parquet(output).set_index(["method", "draw"])
+    table = pd.read_parquet(output)
+    assert table["k"].unique().tolist() == [4]
+    found = table.groupby(["method", "draw"])[list(METRICS)].mean()
     assert len(found) == 4
     reconstructor = reconstructor_of(capture, RECONSTRUCTION)
     for draw, path in enumerate(splits):
@@ -227,12 +230,6 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
             found.loc[("a", draw), list(METRICS)].astype(float), evaluate(np.array(picks))
         )
         assert found.loc[("b", draw), "psnr"] == found.loc[("a", draw), "psnr"]
-    other = tmp_path / "other.parquet"
-    measure_trials(
-        folder, splits, paths, other, dataset="d", scene="w", reconstruction=RECONSTRUCTION,
-        config="x",
-    )  # fmt: skip
-    assert len(pd.read_parquet(other)) == 0
 
 
 def results(folder, psnr: dict) -> tuple[list, dict]:
@@ -240,15 +237,16 @@ def results(folder, psnr: dict) -> tuple[list, dict]:
     measured, trials = [], {}
     for scene in ("a", "b"):
         rows = [
-            (name, seed, draw, 20, value, 0.5, 0.1)
+            (name, seed, draw, 20, value + sign, 0.5, 0.1)
             for name, values in psnr.items()
             for (where, draw, seed), value in values.items()
             if where == scene
+            for sign in (-1, 1)  # two targets
         ]
         columns = ["method", "seed", "draw", "k", *METRICS]
         path = folder / f"{scene}.parquet"
         pd.DataFrame(rows, columns=columns).to_parquet(path)
-        measured.append(("d", scene, path))
+        measured.append(path)
     for i, name in enumerate(psnr):
         trials[name] = folder / f"trial-{name}.parquet"
         rows = {"parameters": [1000 + i] * 2, "loss": [4.0, 5.0], "agreement": [0.1, 0.2]}
@@ -275,7 +273,9 @@ def test_differences_to_the_reference_by_hand(tmp_path):
         "rnn": shifted(-1.0, 0.0, 1.0, 2.0),
     }
     measured, trials = results(tmp_path, psnr)
-    table = compare_trials(trial_cells(measured), trials, "ours", BOOTSTRAP).set_index("method")
+    table = compare_trials(trial_cells(measured, SCENES), trials, "ours", BOOTSTRAP).set_index(
+        "method"
+    )
     assert list(table.index) == ["wider", "ours", "rnn"]
     np.testing.assert_allclose(table["mean"], [21.0, 20.0, 20.5])
     np.testing.assert_allclose(table["difference"], [1.0, np.nan, 0.5])
@@ -285,8 +285,8 @@ def test_differences_to_the_reference_by_hand(tmp_path):
     assert table.loc["ours", ["loss", "seeds", "draws", "n"]].tolist() == [4.5, 2, 2, 2]
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
     labels = {name: SCORERS[name]["label"] for name in psnr}
-    settings = {"reference": "ours", "labels": labels, "bootstrap": BOOTSTRAP, "facts": FACTS}
-    scorer_arch(measured, trials, *paths, **settings)
+    settings = {"scenes": SCENES, "labels": labels, "bootstrap": BOOTSTRAP, "facts": FACTS}
+    scorer_arch(measured, [*trials.values()], *paths, **settings)
     text = paths[0].read_text()
     assert r"Wider MLP (256 units) & 1,000 & $\mathbf{+1.00}$ {\tiny$[+1.00,+1.00]$}" in text
     assert r"3-layer MLP (ours) & 1,001 & $0$ \\" in text
@@ -306,8 +306,8 @@ def test_the_table_of_features_marks_what_is_shown(tmp_path):
     psnr = {"1": shifted(0, 0, 0, 0), "6": shifted(0, 0, 0, 0), "37": shifted(-1, -1, -1, -1)}
     measured, trials = results(tmp_path, psnr)
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"reference": "1", "cases": cases, "bootstrap": BOOTSTRAP, "facts": FACTS}
-    feature_sweep(measured, trials, *paths, **settings)
+    settings = {"scenes": SCENES, "cases": cases, "bootstrap": BOOTSTRAP, "facts": FACTS}
+    feature_sweep(measured, [*trials.values()], *paths, **settings)
     lines = paths[0].read_text().splitlines()
     marked = {line.split(" & ")[0]: line for line in lines if r"\bullet" in line}
     assert {name: line.count("bullet") for name, line in marked.items()} == {
