@@ -28,7 +28,7 @@ from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Network, Scorer
 from fsel.split import Split
 from fsel.training.imitation import train
-from fsel.training.labelled import training_data
+from fsel.training.labelled import Scenes, training_data
 
 logger = logging.getLogger(__name__)
 
