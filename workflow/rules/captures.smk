@@ -24,12 +24,12 @@ rule generate:
         mem_mb=2000,
         runtime=10,
     params:
+        **config["embedded"],
         layout=lambda wildcards: config["datasets"][wildcards.dataset]["layout"],
         family=lambda wildcards: config["datasets"][wildcards.dataset]["embedded"][
             "family"
         ],
         seed=lambda wildcards: scene_seed(wildcards),
-        **config["embedded"],
     message:
         "Generating the embedded capture {wildcards.dataset}/{wildcards.scene}"
     script:

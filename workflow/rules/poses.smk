@@ -19,12 +19,12 @@ use rule generate as generate_large with:
     benchmark:
         "<results>/benchmarks/generate_large/{dataset}/{scene}.jsonl"
     params:
+        **{key: config["poses"][key] for key in ("frames", "width", "height")},
         layout=lambda wildcards: config["datasets"][wildcards.dataset]["layout"],
         family=lambda wildcards: config["datasets"][wildcards.dataset]["embedded"][
             "family"
         ],
         seed=lambda wildcards: scene_seed(wildcards),
-        **{key: config["poses"][key] for key in ("frames", "width", "height")},
     message:
         "Generating {wildcards.dataset}/{wildcards.scene} with large images"
 
