@@ -29,6 +29,7 @@ from fsel.metrics import score_views
 from fsel.reconstruct.gaussians import (
     GaussianModel,
     Gaussians,
+    gradients,
     losses,
     optimiser,
     projection,
@@ -47,7 +48,7 @@ STAGES = (
     (rasterize, "composite"),
     (losses, "loss_gradient"),
     (rasterize, "backward"),
-    (projection, "backward"),
+    (gradients, "backward"),
     (optimiser, "penalise"),
     (optimiser, "_update"),
     (optimiser, "shake"),

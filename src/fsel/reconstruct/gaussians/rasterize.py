@@ -114,7 +114,7 @@ def backward(rows, starts, members, image, pull, pulls):
         rows, starts, members: as in `composite`.
         image: (3, h, w) as `composite` filled it.
         pull: (3, h, w) gradient with respect to it.
-        pulls: (v, 9) zeros, filled: see `projection.backward`.
+        pulls: (v, 9) zeros, filled: see `gradients.backward`.
     """
     height, width = image.shape[1:]
     across = (width + TILE - 1) // TILE

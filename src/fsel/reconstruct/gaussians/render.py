@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.reconstruct.gaussians import projection, rasterize, tiles
+from fsel.reconstruct.gaussians import gradients, projection, rasterize, tiles
 
 NEAREST = 0.01  # depth in the normalised frame below which a Gaussian is not drawn
 
@@ -52,12 +52,11 @@ class Canvas:
             camera: as `camera_of` gives it.
 
         Returns:
-            (v,) int32 rows of the table that the camera sees.
+            (v,) int32 rows of the table that the camera sees, ascending, until the next drawing.
         """
         count, depth = projection.project(table, degree, factor, camera, self._rows, self._source)
-        self.rows, self.source = tiles.sort_rows(
-            depth[:count], self._rows[:count], self._source[:count]
-        )
+        self.source = self._source[:count]
+        self.rows, self.rank = tiles.sort_rows(depth[:count], self._rows[:count])
         self.tiles = tiles.assign(self.rows, self.width, self.height)
         rasterize.composite(self.rows, *self.tiles, self.background, self.image, self.rest)
         return self.source
@@ -71,4 +70,4 @@ class Canvas:
         """
         pulls = np.zeros((len(self.rows), 9), table.dtype)
         rasterize.backward(self.rows, *self.tiles, self.image, gradient, pulls)
-        projection.backward(table, degree, camera, self.rows, self.source, pulls, grad)
+        gradients.backward(table, degree, camera, self.rows, self.rank, self.source, pulls, grad)

@@ -45,14 +45,15 @@ def by_depth(depth):
 
 
 @jit
-def sort_rows(depth, rows, source):
-    """Projected Gaussians and their sources, nearest first."""
+def sort_rows(depth, rows):
+    """Projected Gaussians nearest first, and the place (v,) int32 that each came to."""
     order = by_depth(depth)
-    ordered, origin = np.empty_like(rows), np.empty(len(order), np.int32)
+    ordered, rank = np.empty_like(rows), np.empty(len(order), np.int32)
     for n in range(len(order)):
-        ordered[n] = rows[order[n]]
-        origin[n] = source[order[n]]
-    return ordered, origin
+        rank[order[n]] = n
+        for k in range(rows.shape[1]):
+            ordered[n, k] = rows[order[n], k]
+    return ordered, rank
 
 
 @jit

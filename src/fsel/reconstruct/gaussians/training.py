@@ -72,7 +72,7 @@ class Training:
         factor, loss, seen = self._factor(step), 0.0, []
         for _ in range(settings.views):
             view = self._next()
-            seen.append(self.canvas.draw(table, degree, factor, self.cameras[view]))
+            seen.append(self.canvas.draw(table, degree, factor, self.cameras[view]).copy())
             mask = self.masks[view] if self.masks is not None else np.empty((0, 0), bool)
             loss += losses.loss_gradient(
                 self.canvas.image, self.truth[view], mask, self.window, self.pull
