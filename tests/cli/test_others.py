@@ -162,7 +162,8 @@ def test_reconstruct_writes_splats_that_an_independent_reader_reads(capture, tmp
     said = json.loads(capsys.readouterr().out)
     assert said["frames"] == names
     vertex = PlyData.read(str(out))["vertex"]
-    assert len(vertex) == said["splats"] > 0
+    assert len(vertex) == said["primitives"] > 0
+    assert said["device"] == "cpu"
     fields = ["x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"]
     fields += ["scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"]
     assert [field.name for field in vertex.properties] == fields

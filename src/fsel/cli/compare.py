@@ -12,6 +12,7 @@ import numpy as np
 from fsel import api
 from fsel.capture import Capture
 from fsel.cli.console import Console
+from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of
 from fsel.evaluation import Evaluator
 from fsel.export.records import FolderRecord
@@ -21,7 +22,7 @@ from fsel.layouts.previews import sharpness_of_files
 from fsel.measuring import Run, picks_at, runs
 from fsel.methods import METHODS
 from fsel.metrics import METRICS
-from fsel.reconstruct import RECONSTRUCTORS
+from fsel.reconstruct import Model, Reconstructor
 from fsel.request.focus import Focus
 from fsel.request.targets import Targets
 
@@ -32,6 +33,7 @@ Picks = dict[tuple[int, str], list[np.ndarray]]
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
+    checked(asked)
     with staged(asked.out, "compare", FolderRecord(), inputs_of(asked), asked.force) as stage:
         opened = open_capture(asked.capture, asked.layout, asked.long_side)
         focus = focus_of(asked, opened.capture)
@@ -50,6 +52,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         content = {
             "capture": str(asked.capture.resolve()),
             "targets": [capture.names[i] for i in targets.frames],
+            "reconstructor": asked.reconstructor,
             "long_side": asked.long_side,
             "seed": asked.seed,
             "rows": rows,
@@ -105,7 +108,7 @@ def _scores(
     asked: argparse.Namespace, capture: Capture, targets: Targets, picks: Picks, console: Console
 ) -> tuple[list[dict], Evaluator]:
     """A row of mean metrics for each k and method, over targets and seeds."""
-    evaluator = Evaluator.on_frames(RECONSTRUCTORS["splats"](capture), targets.frames)
+    evaluator = Evaluator.on_frames(_Keeping(bound(asked, capture)), targets.frames)
     order = [(k, name) for k in asked.k for name in asked.methods]
     runs = [(key, chosen) for key in order for chosen in picks[key]]
     found: dict[tuple[int, str], list[np.ndarray]] = {key: [] for key in order}
@@ -117,6 +120,20 @@ def _scores(
         names = [[capture.names[i] for i in chosen] for chosen in picks[k, name]]
         rows.append({"k": k, "method": name, **means, "seeds": len(values), "picks": names})
     return rows, evaluator
+
+
+class _Keeping:
+    """A reconstructor that fits no subset twice: the sheets show the models that were scored."""
+
+    def __init__(self, reconstructor: Reconstructor) -> None:
+        self.reconstructor, self.capture = reconstructor, reconstructor.capture
+        self.models: dict[tuple[int, ...], Model] = {}
+
+    def fit(self, frames: np.ndarray) -> Model:
+        key = tuple(frames.tolist())
+        if key not in self.models:
+            self.models[key] = self.reconstructor.fit(frames)
+        return self.models[key]
 
 
 def _table(rows: Sequence[dict]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Event, Thread
@@ -79,6 +79,23 @@ class Console:
         finally:
             done.set()
             thread.join()
+
+    @contextmanager
+    def steps(self, label: str) -> Iterator[Callable[[int, int, float], None]]:
+        """What is told the steps made, all steps and the loss; a bar after two seconds."""
+        if self.silent:
+            yield lambda made, count, loss: None
+            return
+        from tqdm import tqdm
+
+        with tqdm(desc=label, delay=PATIENCE, leave=False, unit="step") as shown:
+
+            def told(made: int, count: int, loss: float) -> None:
+                shown.total = count
+                shown.set_postfix(loss=f"{loss:.4f}", refresh=False)
+                shown.update(made - shown.n)
+
+            yield told
 
     def bar(self, label: str) -> Progress:
         """A progress bar on standard error after two seconds."""

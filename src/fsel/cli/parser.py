@@ -22,13 +22,20 @@ def parser() -> argparse.ArgumentParser:
     _add_info(commands)
     _add_compare(commands)
     _add_reconstruct(commands)
+    _add_render(commands)
     return root
 
 
-def _command(commands, name: str, text: str) -> argparse.ArgumentParser:
-    """A command with the options that all share."""
+def _command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
+    """A command with the options that all share; it takes a capture, or a model and a capture."""
     command = commands.add_parser(name, help=text, description=text)
-    command.add_argument("capture", type=Path, help="folder of the capture")
+    if model:
+        command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
+        command.add_argument(
+            "--capture", type=Path, required=True, help="folder of the capture, in its world frame"
+        )
+    else:
+        command.add_argument("capture", type=Path, help="folder of the capture")
     command.add_argument(
         "--layout", default="auto", help="how the folder is laid out; recognised by default"
     )
@@ -133,25 +140,54 @@ def _add_compare(commands) -> None:
         help="names, fsel,uniform,fvs by default",
     )
     _add_request(command, targets="every:8")
+    _add_reconstructor(command)
     _add_size(command)
     _add_output(command, "folder to write")
 
 
 def _add_reconstruct(commands) -> None:
-    command = _command(commands, "reconstruct", "Write splats of some frames as a 3DGS .ply.")
+    command = _command(commands, "reconstruct", "Write a model of some frames as a 3DGS .ply.")
     command.add_argument(
         "--frames", type=Path, required=True, help="file with a frame name a line, as frames.txt"
     )
+    _add_reconstructor(command)
     _add_size(command)
     _add_output(command, "file to write")
 
 
-def _add_size(command: argparse.ArgumentParser, what: str = "") -> None:
+def _add_render(commands) -> None:
+    command = _command(
+        commands,
+        "render",
+        "Render a 3DGS .ply, and compare it with the frames of a capture.",
+        model=True,
+    )
+    command.add_argument(
+        "--targets",
+        metavar="WHAT",
+        required=True,
+        help="the views: every:N or names.txt (frames, which are compared), path.json, orbit or "
+        "trajectory (which have no truth to compare with)",
+    )
+    _add_size(command, default=384)
+    _add_output(command, "folder to write")
+
+
+def _add_reconstructor(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--reconstructor", default="splats", help="splats (by default), gaussians, ..."
+    )
+    command.add_argument(
+        "--steps", type=int, help="of a reconstructor that optimises, as gaussians"
+    )
+
+
+def _add_size(command: argparse.ArgumentParser, what: str = "", default: int = 96) -> None:
     command.add_argument(
         "--long-side",
         type=int,
-        default=96,
-        help=f"{what}longer side in pixels of the images reconstructed from, 96 by default",
+        default=default,
+        help=f"{what}longer side in pixels of the images, {default} by default",
     )
 
 

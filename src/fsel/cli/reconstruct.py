@@ -1,13 +1,14 @@
-"""`fsel reconstruct`: splats of some frames as a standard `.ply`."""
+"""`fsel reconstruct`: a model of some frames as a standard 3D Gaussian splatting `.ply`."""
 
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
 import numpy as np
 
-from fsel import api
 from fsel.cli.console import Console
+from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.cli.request import inputs_of
 from fsel.export.records import PlyRecord
 from fsel.export.staging import staged
@@ -17,22 +18,34 @@ from fsel.request.targets import named_in
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
+    checked(asked)
+    if asked.reconstructor not in WRITE_PLY:
+        raise ValueError(
+            f"reconstructor {asked.reconstructor!r} has no .ply to write; allowed: "
+            f"{', '.join(WRITE_PLY)}"
+        )
     with staged(asked.out, "reconstruct", PlyRecord(), inputs_of(asked), asked.force) as stage:
         opened = open_capture(asked.capture, asked.layout, asked.long_side)
         frames = named_in(asked.frames, opened.capture)
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
-        with console.clock("reconstructing"):
-            model = api.fit(loaded, np.arange(len(frames)))
+        model: Any = fitted(bound(asked, loaded), np.arange(len(frames)), console)
         model.export_ply(stage)
+    content = {
+        "reconstructor": asked.reconstructor,
+        "frames": list(loaded.names),
+        "size": list(loaded.size),
+        "primitives": model.primitives,
+        "seconds": round(model.seconds, 4),
+        "peak_bytes": model.peak_bytes,
+        "device": model.device,
+    }
+    steps = ""
+    if hasattr(model, "steps"):
+        content["steps"] = model.steps
+        steps = f" in {model.steps} steps"
     console.say(
-        "written", f"{asked.out}: {model.primitives} splats, fitted in {model.seconds:.1f} s"
+        "written",
+        f"{asked.out}: {model.primitives} Gaussians, fitted{steps} in {model.seconds:.1f} s",
     )
-    console.give(
-        {
-            "frames": list(loaded.names),
-            "size": list(loaded.size),
-            "splats": model.primitives,
-            "seconds": round(model.seconds, 4),
-        }
-    )
+    console.give(content)

@@ -1,0 +1,70 @@
+"""Reconstructors as the commands use them: named, asked for their needs, watched, interrupted."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+import numpy as np
+
+from fsel.capture import Capture
+from fsel.cli.console import Console
+from fsel.reconstruct import RECONSTRUCTORS, Model, Reconstructor, check_needs
+
+WRITE_PLY = ("splats", "gaussians")  # whose models are Gaussians
+
+
+def checked(asked: argparse.Namespace) -> dict[str, int]:
+    """The settings of `--reconstructor` that the command line gives.
+
+    Raises:
+        ValueError: for a reconstructor that is unknown, cannot work here, or takes no `--steps`.
+    """
+    settings = {} if asked.steps is None else {"steps": asked.steps}
+    check_needs({"name": asked.reconstructor, "settings": settings})
+    return settings
+
+
+def bound(asked: argparse.Namespace, capture: Capture) -> Reconstructor:
+    """The reconstructor that the command line names, bound to a capture."""
+    return RECONSTRUCTORS.checked(asked.reconstructor)(capture, **checked(asked))
+
+
+def fitted(reconstructor: Reconstructor, frames: np.ndarray, console: Console) -> Model:
+    """A model of some frames.
+
+    Reconstructors that take steps show them, with the time left. Ctrl-C ends those that can be
+    stopped, and the model so far is returned; a second Ctrl-C gives up.
+    """
+    fit: Callable[..., Model] = reconstructor.fit
+    taken = inspect.signature(fit).parameters
+    if "progress" not in taken:
+        with console.clock("reconstructing"):
+            return fit(frames)
+    with console.steps("reconstructing") as progress:
+        if "stop" not in taken:
+            return fit(frames, progress=progress)
+        with _stopped_by_interrupt(console) as stop:
+            return fit(frames, progress=progress, stop=stop)
+
+
+@contextmanager
+def _stopped_by_interrupt(console: Console) -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed; the second time it interrupts as usual."""
+    pressed: list[int] = []
+
+    def press(number: int, frame: FrameType | None) -> None:
+        if pressed:
+            raise KeyboardInterrupt
+        pressed.append(number)
+        console.warn("interrupted: the model so far is written; again to give up")
+
+    previous = signal.signal(signal.SIGINT, press)
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, previous)

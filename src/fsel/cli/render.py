@@ -1,0 +1,89 @@
+"""`fsel render`: views of a 3D Gaussian splatting `.ply`, compared with the frames there are."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+import cv2
+import numpy as np
+
+from fsel.cli.console import Console
+from fsel.cli.request import inputs_of
+from fsel.export.records import FolderRecord
+from fsel.export.staging import staged
+from fsel.layouts.opening import open_capture
+from fsel.metrics import METRICS, score_views
+from fsel.reconstruct.gaussians import GaussianModel
+from fsel.request.targets import targets_of
+
+
+def run(asked: argparse.Namespace, console: Console) -> None:
+    """Carry the command out."""
+    read = [*inputs_of(asked), asked.model]
+    with staged(asked.out, "render", FolderRecord(), read, asked.force) as stage:
+        model = GaussianModel.read_ply(asked.model)
+        console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
+        opened = open_capture(asked.capture, asked.layout, asked.long_side)
+        targets = targets_of(opened.capture, asked.targets)
+        console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
+        truth = None
+        if len(targets.frames):
+            truth = opened.loaded(targets.frames, console.bar("images")).images
+        names = _names(opened.capture.names, targets.frames, len(targets.views))
+        (stage / "renders").mkdir()
+        rows = []
+        for t in console.bar("rendering")(range(len(names)), len(names)):
+            image = model.render(targets.views.subset(slice(t, t + 1)))
+            bright = np.round(image[0] * 255).astype(np.uint8)
+            cv2.imwrite(str(stage / "renders" / f"{names[t]}.png"), bright[..., ::-1])
+            row: dict[str, str | float] = {"view": names[t]}
+            if truth is not None:
+                scores = score_views(image, np.asarray(truth[t : t + 1]))[0]
+                row |= dict(zip(METRICS, scores.round(5).tolist(), strict=True))
+            rows.append(row)
+        content = _content(asked, model, targets.views.size, rows, truth is not None)
+        (stage / "render.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
+        table = _table(rows, content["mean"])
+        (stage / "render.txt").write_text(table, encoding="utf-8")
+    console.text(table)
+    console.say("written", f"{asked.out}: render.json, render.txt, renders")
+    console.give(content)
+
+
+def _names(known: tuple[str, ...], frames: np.ndarray, views: int) -> list[str]:
+    """What the views are called: as the frames that they are, else by number."""
+    if not len(frames):
+        return [f"view_{t:03d}" for t in range(views)]
+    return [known[frame].replace("/", "_") for frame in frames]
+
+
+def _content(
+    asked: argparse.Namespace,
+    model: GaussianModel,
+    size: tuple[int, int],
+    rows: list[dict],
+    scored: bool,
+) -> dict:
+    """What render.json holds; the means are null where there is no truth."""
+    means = {name: round(float(np.mean([r[name] for r in rows])), 5) for name in METRICS if scored}
+    return {
+        "model": str(asked.model.resolve()),
+        "capture": str(asked.capture.resolve()),
+        "size": list(size),
+        "primitives": model.primitives,
+        "mean": means or None,
+        "views": rows,
+    }
+
+
+def _table(rows: list[dict], means: dict | None) -> str:
+    """PSNR in dB, SSIM, and GMSD, of which less is better, one row a view; or the views' names."""
+    if means is None:
+        return "".join(f"{row['view']}\n" for row in rows)
+    wide = max(len(row["view"]) for row in [*rows, {"view": "mean"}])
+    lines = [f"{'view':{wide}}  {'PSNR':>6}  {'SSIM':>6}  {'GMSD':>6}"]
+    for row in [*rows, {"view": "mean", **means}]:
+        metrics = f"{row['psnr']:6.2f}  {row['ssim']:6.4f}  {row['gmsd']:6.4f}"
+        lines.append(f"{row['view']:{wide}}  {metrics}")
+    return "\n".join([*lines, ""])

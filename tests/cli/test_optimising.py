@@ -1,0 +1,192 @@
+"""`fsel reconstruct`, `render` and `compare` with a reconstructor that takes steps."""
+
+import json
+import signal
+
+import cv2
+import numpy as np
+import pytest
+from small_captures import camera_path, ring, write_ring
+
+import fsel
+from fsel.cli import main
+from fsel.cli.optimising import WRITE_PLY
+from fsel.layouts import images
+from fsel.reconstruct import RECONSTRUCTORS
+from fsel.reconstruct.gaussians import GaussianModel
+from fsel.reconstruct.gaussians.training import Training
+
+SIDE = 32
+GAUSSIANS = ["--reconstructor", "gaussians", "--long-side", SIDE]
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("garden") / "capture"
+    write_ring(folder)
+    return folder
+
+
+@pytest.fixture
+def listed(tmp_path):
+    path = tmp_path / "frames.txt"
+    path.write_text("".join(f"frame_{i:03d}.jpg\n" for i in (3, 4, 5, 7)))
+    return path
+
+
+@pytest.fixture(scope="module")
+def ply(capture, tmp_path_factory):
+    """A model of eight frames that another trainer might have written."""
+    path = tmp_path_factory.mktemp("model") / "garden.ply"
+    whole = fsel.read_capture(capture, long_side=SIDE)
+    fsel.fit(whole, np.arange(1, 9), "gaussians", steps=20, gaussians=300).export_ply(path)
+    return path
+
+
+def run(*arguments):
+    return main([*map(str, arguments)])
+
+
+def test_gaussians_are_written_after_the_steps_asked_for(capture, listed, tmp_path, capsys):
+    out = tmp_path / "scene.ply"
+    asked = ["--frames", listed, *GAUSSIANS, "--steps", 4, "--json"]
+    assert run("reconstruct", capture, *asked, "-o", out) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["reconstructor"], said["steps"], said["size"]) == ("gaussians", 4, [32, 24])
+    model = GaussianModel.read_ply(out)
+    assert model.primitives == said["primitives"] > 0
+    assert model.degree == 2
+
+
+def test_ctrl_c_writes_the_model_so_far(capture, listed, tmp_path, capsys, monkeypatch):
+    made, step = [], Training.step
+
+    def interrupted(self, at):
+        made.append(at)
+        if at == 2:
+            signal.raise_signal(signal.SIGINT)
+        return step(self, at)
+
+    monkeypatch.setattr(Training, "step", interrupted)
+    out = tmp_path / "scene.ply"
+    assert run("reconstruct", capture, "--frames", listed, *GAUSSIANS, "-o", out) == 0
+    told = capsys.readouterr()
+    assert made == [0, 1, 2]
+    assert "in 3 steps" in told.out
+    assert "the model so far is written" in told.err
+    assert GaussianModel.read_ply(out).primitives > 0
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_twice_gives_up(capture, listed, tmp_path, capsys, monkeypatch):
+    def interrupted(self, at):
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Training, "step", interrupted)
+    out = tmp_path / "scene.ply"
+    assert run("reconstruct", capture, "--frames", listed, *GAUSSIANS, "-o", out) == 130
+    assert "nothing was written" in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (["--reconstructor", "nerf"], "reconstructor is 'nerf'; allowed: splats, gaussians"),
+        (["--steps", 5], "reconstructor 'splats': no setting 'steps'; allowed: partners"),
+        (["--reconstructor", "gaussians", "--steps", -1], "steps must be an integer of at least 0"),
+        (["--reconstructor", "radiance_field"], "'radiance_field' has no .ply to write; allowed"),
+    ],
+)
+def test_a_reconstructor_is_refused_before_any_image_is_opened(
+    asked, said, capture, listed, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(images, "load", lambda *_: pytest.fail("an image was opened"))
+    assert run("reconstruct", capture, "--frames", listed, *asked, "-o", tmp_path / "x.ply") == 1
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "x.ply").exists()
+
+
+def test_those_that_write_a_ply_are_those_whose_models_do(capture):
+    quick = {
+        "gaussians": {"steps": 1, "gaussians": 50},
+        "radiance_field": {"sides": [8], "steps": [1], "rays": 32},
+    }
+    whole = fsel.read_capture(capture, long_side=16)
+    for name in RECONSTRUCTORS:
+        model = fsel.fit(whole, [1, 2, 3], name, **quick.get(name, {}))
+        assert (name in WRITE_PLY) == hasattr(model, "export_ply")
+
+
+def test_a_ply_is_rendered_and_scored_as_the_library_does(capture, ply, tmp_path, capsys):
+    out = tmp_path / "rendered"
+    asked = ["--capture", capture, "--targets", "every:8", "--long-side", SIDE, "--json"]
+    assert run("render", ply, *asked, "-o", out) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content == json.loads((out / "render.json").read_text())
+    whole, held = fsel.read_capture(capture, long_side=SIDE), np.array([0, 8, 16])
+    model = GaussianModel.read_ply(ply)
+    scores = fsel.evaluate(whole, model, held)
+    assert [row["view"] for row in content["views"]] == [whole.names[i] for i in held]
+    for name in ("psnr", "ssim", "gmsd"):
+        found = [row[name] for row in content["views"]]
+        np.testing.assert_allclose(found, scores[name], atol=1e-5)
+        assert content["mean"][name] == pytest.approx(np.mean(found), abs=1e-5)
+    expected = model.render(whole.view(held))
+    for i, image in zip(held, expected, strict=True):
+        written = cv2.imread(str(out / "renders" / f"{whole.names[i]}.png"))[..., ::-1]
+        np.testing.assert_array_equal(written, np.round(image * 255))
+    table = (out / "render.txt").read_text().splitlines()
+    assert table[0].split() == ["view", "PSNR", "SSIM", "GMSD"]
+    assert table[-1].split()[:2] == ["mean", f"{content['mean']['psnr']:.2f}"]
+
+
+def test_views_without_truth_are_rendered_and_not_scored(capture, ply, tmp_path):
+    path = camera_path(tmp_path, ring(24)[:2])
+    out = tmp_path / "rendered"
+    asked = ["--capture", capture, "--targets", path, "--long-side", SIDE]
+    assert run("render", ply, *asked, "-o", out) == 0
+    assert json.loads((out / "render.json").read_text())["mean"] is None
+    assert sorted(p.name for p in (out / "renders").iterdir()) == ["view_000.png", "view_001.png"]
+
+
+def test_what_is_no_model_is_refused_by_the_name_of_its_file(capture, tmp_path, capsys):
+    for name, content in {"text.ply": "no model", "cloud.ply": CLOUD}.items():
+        (tmp_path / name).write_text(content)
+        asked = [tmp_path / name, "--capture", capture, "--targets", "every:8"]
+        assert run("render", *asked, "-o", tmp_path / "out") == 1
+        assert f"{name}: no " in capsys.readouterr().err
+    asked = [tmp_path / "none.ply", "--capture", capture, "--targets", "every:8"]
+    assert run("render", *asked, "-o", tmp_path / "out") == 1
+    assert "none.ply: No such file" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+CLOUD = """ply
+format ascii 1.0
+element vertex 1
+property float x
+property float y
+property float z
+end_header
+0 0 1
+"""
+
+
+def test_compare_asks_another_reconstructor_about_the_same_picks(capture, tmp_path, capsys):
+    asked = ["-k", "4", "--methods", "fsel,uniform", "--json", "--long-side", SIDE]
+    found = {}
+    for name, more in {"splats": [], "gaussians": ["--steps", 3]}.items():
+        own = ["--reconstructor", name, *more, "-o", tmp_path / name]
+        assert run("compare", capture, *asked, *own) == 0
+        found[name] = json.loads(capsys.readouterr().out)
+        assert found[name]["reconstructor"] == name
+    splats, gaussians = (found[name]["rows"] for name in found)
+    assert [row["picks"] for row in splats] == [row["picks"] for row in gaussians]
+    whole = fsel.read_capture(capture, long_side=SIDE)
+    for row in gaussians:
+        picks = np.sort([whole.names.index(frame) for frame in row["picks"][0]])
+        model = fsel.fit(whole, picks, "gaussians", steps=3)
+        scores = fsel.evaluate(whole, model, np.array([0, 8, 16]))
+        assert row["psnr"] == pytest.approx(scores["psnr"].mean(), abs=1e-4)
