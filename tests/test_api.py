@@ -15,7 +15,7 @@ from small_captures import write_ring
 import fsel
 from fsel import api
 from fsel.features.sharpness import sharpness
-from fsel.layouts import opening, previews
+from fsel.layouts import gate, previews
 from fsel.layouts.opening import open_capture
 from fsel.selector import plain, pretrained
 from fsel.selector.scorer import Linear
@@ -181,7 +181,7 @@ def test_an_opened_capture_loads_the_frames_asked_for(folder):
 
 
 def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch):
-    monkeypatch.setattr(opening, "SAMPLE", 4)
+    monkeypatch.setattr(gate, "SAMPLE", 4)
     opened = open_capture(folder, long_side=64)
     assert opened.capture.points is None
     points, whole = opened.with_points().points, fsel.read_capture(folder, long_side=64).points

@@ -16,6 +16,7 @@ from fsel.geometry import camera_centers, merged
 from fsel.points import SparsePoints, points_from_table, points_table
 
 ROTATION_TOLERANCE = 1e-6
+LEAST_LENGTH, MOST_LENGTH = 1e-60, 1e60  # of the longest translation, world units
 
 
 @dataclass(frozen=True)
@@ -227,6 +228,14 @@ def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) 
     for i in np.flatnonzero(~finite)[:1]:
         where = f"{source}: frame {names[i]!r}"
         _expect(False, f"pose is not finite: {world_to_camera[i].tolist()}", where)
+    reach = np.abs(world_to_camera[:, :, 3]).max(axis=1)
+    for i in [int(np.argmax(reach))] if reach.any() else []:
+        _expect(
+            LEAST_LENGTH <= reach[i] <= MOST_LENGTH,
+            f"translation is {world_to_camera[i, :, 3].tolist()}, the largest of all; allowed: "
+            f"{LEAST_LENGTH:g} to {MOST_LENGTH:g}, whose squares are still numbers",
+            f"{source}: frame {names[i]!r}",
+        )
     rotation = world_to_camera[:, :, :3]
     off = np.abs(rotation @ rotation.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
     determinant = np.linalg.det(rotation)

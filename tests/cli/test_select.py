@@ -163,7 +163,7 @@ def test_transforms_state_the_camera_as_nerfstudio_has_it(model, params, expecte
     built.cameras[1].model = getattr(pycolmap.CameraModelId, model)
     built.cameras[1].params = params
     built.write_binary(str(sparse))
-    assert select(tmp_path / "capture", "-k", 4, "-o", tmp_path / "out") == 0
+    assert select(tmp_path / "capture", "-k", 4, "--max-error", 1, "-o", tmp_path / "out") == 0
     content = json.loads((tmp_path / "out" / "transforms.json").read_text())
     assert {key: content[key] for key in expected} == expected
     whole = read_capture(tmp_path / "capture", "colmap", long_side=64, max_error=1)

@@ -160,10 +160,54 @@ def test_requests_without_sense_are_refused(request_, said, circle):
         targets_of(circle, request_)
 
 
+TURNED = np.eye(4).tolist()
+
+
+@pytest.mark.parametrize(
+    ("key", "poses", "said"),
+    [
+        ("frames", [np.eye(4)[:3].tolist()] * 3 + [np.eye(4)[:, :3].tolist()], "must be 4x4"),
+        ("camera_path", [TURNED, np.zeros((4, 4)).tolist()], r"'camera_path\[1\]': rotation has"),
+        ("camera_path", [TURNED, [[1e400] * 4] * 4], r"camera_path\[1\] must be finite"),
+        ("frames", [None], "field 'transform_matrix' is missing"),
+    ],
+)
+def test_poses_of_a_path_are_rigid_motions(key, poses, said, circle, tmp_path):
+    field = "camera_to_world" if key == "camera_path" else "transform_matrix"
+    (tmp_path / "p.json").write_text(json.dumps({key: [{field: pose} for pose in poses]}))
+    with pytest.raises(ValueError, match=said) as error:
+        targets_of(circle, tmp_path / "p.json")
+    assert "p.json" in str(error.value)
+
+
+def test_four_poses_of_three_rows_are_four_views(circle, tmp_path):
+    rows = [{"transform_matrix": pose[:3]} for pose in [TURNED] * 4]
+    (tmp_path / "p.json").write_text(json.dumps({"frames": rows}))
+    assert len(targets_of(circle, tmp_path / "p.json").views) == 4
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"scale": None}, "field 'scale' is missing"),
+        ({"scale": 0}, "scale is 0; allowed: more than 0"),
+        ({"scale": "x"}, "scale must be one number"),
+        ({"transform": None}, "field 'transform' is missing"),
+        ({"transform": [[0] * 4] * 3}, "transform cannot be undone"),
+    ],
+)
+def test_a_damaged_transform_beside_a_path_is_named(change, said, circle, tmp_path):
+    (tmp_path / "p.json").write_text(json.dumps({"camera_path": [{"camera_to_world": TURNED}]}))
+    stated = {"scale": 1.0, "transform": TURNED[:3]} | change
+    (tmp_path / "dataparser_transforms.json").write_text(json.dumps(stated))
+    with pytest.raises(ValueError, match=rf"dataparser_transforms\.json: {said}"):
+        targets_of(circle, tmp_path / "p.json")
+
+
 @pytest.mark.parametrize("content", [{}, {"camera_path": [{"camera_to_world": [1, 2]}]}])
 def test_a_path_of_another_kind_is_refused(content, circle, tmp_path):
     (tmp_path / "p.json").write_text(json.dumps(content))
-    with pytest.raises(ValueError, match=r"p\.json: (expected|needs)"):
+    with pytest.raises(ValueError, match=r"p\.json: (expected|camera_to_world of)"):
         targets_of(circle, tmp_path / "p.json")
 
 
@@ -226,8 +270,8 @@ def test_a_box_has_a_centre_and_corners():
         (1, 2, 3),
         *((x, y, z) for x in (0, 2) for y in (0, 4) for z in (0, 6)),
     }
-    for wrong in ([1, 2, 3], [1, 1, 1, 1, 1, 1], [0, 0, 0, 1, 1, np.nan]):
-        with pytest.raises(ValueError, match="two different corners"):
+    for wrong in ([1, 2, 3], [1, 1, 1, 1, 1, 1], [0, 0, 0, 1, 1, np.nan], [0, 0, 0, 1, -1, 1]):
+        with pytest.raises(ValueError, match=r"box is .*; allowed: x y z of its least corner"):
             focus.from_box(np.array(wrong, float))
 
 

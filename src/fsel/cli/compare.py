@@ -35,7 +35,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     checked(asked)
     with staged(asked.out, "compare", FolderRecord(), inputs_of(asked), asked.force) as stage:
-        opened = open_capture(asked.capture, asked.layout, asked.long_side)
+        opened = open_capture(asked.capture, asked.layout, asked.long_side, asked.max_error)
         focus = focus_of(asked, opened.capture)
         targets = _checked(asked, opened.capture, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")

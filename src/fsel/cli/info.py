@@ -10,8 +10,7 @@ from fsel.cli.console import Console
 from fsel.cli.request import reasons
 from fsel.export.service import BLURRED, relative_sharpness
 from fsel.geometry import lengths
-from fsel.layouts import MAX_ERROR
-from fsel.layouts.checks import measure
+from fsel.layouts.gate import sample
 from fsel.layouts.opening import Opened, open_capture
 from fsel.layouts.previews import sharpness_of_files
 from fsel.points import SparsePoints
@@ -20,12 +19,12 @@ from fsel.request.scene_depth import viewing_distance, worth_keeping
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    opened = open_capture(asked.capture, asked.layout)
+    with console.clock("reading"):
+        opened = open_capture(asked.capture, asked.layout, max_error=asked.max_error)
     sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     with console.clock("points"):
-        drawn, sample = opened.sample()
-        agreement = measure(sample, MAX_ERROR)
-        points = sample.sparse()
+        drawn, raw = sample(opened.raw)
+        points = raw.sparse()
     result = described(
         opened, sharpness, drawn, None if points is None else points.without_pixels()
     )
@@ -40,16 +39,14 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         f"extent {result['extent']:.4g}, step {result['step']:.4g}, looking "
         f"{result['distance']:.4g} far (medians, world units)",
     )
-    console.say("agree", str(agreement))
-    if agreement.share > MAX_ERROR:
-        console.warn(f"poses and images disagree. Likely cause: {agreement.cause}")
+    console.say("agree", str(opened.agreement))
     blurred = result["blurred"]
     console.say("blurred", f"{len(blurred)}: {', '.join(blurred[:5])}" if blurred else "none")
     console.say(
         "keep",
         f"about {kept} of {frames}: the others lie within 8 degrees of parallax of one of them",
     )
-    console.give(result | {"agreement": str(agreement)})
+    console.give(result | {"agreement": str(opened.agreement)})
 
 
 def described(

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
+from fsel.bounds import MAX_ERROR
+
 UNITS = {"GB": 10**9, "MB": 10**6, "kB": 10**3}
 
 
@@ -38,6 +40,14 @@ def _command(commands, name: str, text: str, model: bool = False) -> argparse.Ar
         command.add_argument("capture", type=Path, help="folder of the capture")
     command.add_argument(
         "--layout", default="auto", help="how the folder is laid out; recognised by default"
+    )
+    command.add_argument(
+        "--max-error",
+        type=float,
+        metavar="SHARE",
+        default=MAX_ERROR,
+        help="greatest median disagreement of poses and images, as a share of the images' longer "
+        f"side, {MAX_ERROR} by default",
     )
     command.add_argument("--quiet", action="store_true", help="print nothing but errors")
     command.add_argument("--json", action="store_true", help="print the result as JSON")

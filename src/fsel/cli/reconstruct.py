@@ -25,7 +25,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             f"{', '.join(WRITE_PLY)}"
         )
     with staged(asked.out, "reconstruct", PlyRecord(), inputs_of(asked), asked.force) as stage:
-        opened = open_capture(asked.capture, asked.layout, asked.long_side)
+        opened = open_capture(asked.capture, asked.layout, asked.long_side, asked.max_error)
         frames = named_in(asked.frames, opened.capture)
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")

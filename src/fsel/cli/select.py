@@ -36,7 +36,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         )
     with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
         with console.clock("reading"):
-            opened = open_capture(asked.capture, asked.layout)
+            opened = open_capture(asked.capture, asked.layout, max_error=asked.max_error)
         seconds = {"read": time.perf_counter() - started}
         outcome = _select(asked, console, opened, seconds)
         written = time.perf_counter()

@@ -7,11 +7,13 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from fsel.bounds import MAX_ERROR
 from fsel.capture import Capture
 from fsel.layouts import bare, colmap, sfm
 from fsel.layouts.base import Layout, RawCapture
-from fsel.layouts.checks import Agreement, measure
-from fsel.layouts.ingest import in_order, ingest, natural_order
+from fsel.layouts.checks import Agreement
+from fsel.layouts.gate import admitted
+from fsel.layouts.ingest import ingest, natural_order
 from fsel.registry import Registry
 
 log = logging.getLogger(__name__)
@@ -35,7 +37,6 @@ LAYOUTS: Registry[Layout] = Registry(
 """By name, the most particular first: the order in which `auto` asks."""
 POSES = ("layout", "colmap", "file")
 POINTS = ("layout", "triangulate")
-MAX_ERROR = 0.02  # median reprojection or epipolar error, as a share of the image's longer side
 TRIANGULATION_LONG_SIDE = 800
 
 
@@ -118,10 +119,11 @@ def read_folder(
         layout = bare.LAYOUT.name
     known, raw = read_raw(folder, layout, reading)
     source = f"{known.name} at {folder}"
-    raw = in_order(_placed(_thinned(raw, every), folder, poses, model), source)
+    raw = _placed(_thinned(raw, every), folder, poses, model)
+    raw, agreement = admitted(raw, source, long_side, max_error)
     for reason, count in sorted(Counter(raw.dropped.values()).items()):
         log.info("%s: left out %d frames: %s", source, count, reason)
-    agreement = _verified(raw, source, max_error)
+    log.info("%s: %s", source, agreement)
     capture = ingest(raw, known, folder, long_side, store=store)
     if capture.points is None and points == "triangulate":
         large = ingest(raw, known, folder, TRIANGULATION_LONG_SIDE, lazy=True)
@@ -171,18 +173,6 @@ def _thinned(raw: RawCapture, every: int) -> RawCapture:
         rows.setdefault(raw.sequences[i], []).append(i)
     kept = sorted(i for row in rows.values() for i in row[::every])
     return raw.subset(kept, f"not one of every {every}")
-
-
-def _verified(raw: RawCapture, source: str, bound: float) -> Agreement:
-    """How well the parts agree, refused where they do not."""
-    agreement = measure(raw, bound)
-    log.info("%s: %s", source, agreement)
-    if agreement.share > bound:
-        raise ValueError(
-            f"{source}: {agreement}; allowed is a median of {bound * agreement.long_side:.1f}. "
-            f"Likely cause: {agreement.cause}. Hint: `max_error` is the bound"
-        )
-    return agreement
 
 
 def _allowed(key: str, value: str, allowed: tuple[str, ...]) -> None:

@@ -190,7 +190,7 @@ def read_matrix(path: Path, shape: tuple[int, int] = (4, 4)) -> np.ndarray:
 def matched(names: list[str], others: list[str]) -> dict[str, int]:
     """Which of `names` each of `others` is: by whole names, else by file names, else by stems.
 
-    A way of comparing under which two of `names` are alike is passed over.
+    A way of comparing under which two of `names`, or two of `others`, are alike is passed over.
 
     Returns:
         Other name -> index into `names`, for those that are found.
@@ -198,7 +198,7 @@ def matched(names: list[str], others: list[str]) -> dict[str, int]:
     for key in (str, lambda name: Path(name).name, lambda name: Path(name).stem):
         rows = {key(name): i for i, name in enumerate(names)}
         found = {other: rows[key(other)] for other in others if key(other) in rows}
-        if found and len(rows) == len(names):
+        if found and len(rows) == len(names) and len(set(found.values())) == len(found):
             return found
     return {}
 

@@ -14,10 +14,15 @@ IMAGE = 4 + 7 * 8 + 4  # id, quaternion and translation, camera id
 OBSERVATION = 8 + 8 + 8  # x, y, point id
 POINT = 8 + 3 * 8 + 3 + 8  # id, position, colour, error
 TRACK_ELEMENT = 4 + 4  # image id, index of the observation
+RIG = 4 + 4  # id, number of sensors
+SENSOR = 4 + 4  # type, id
+POSE = 7 * 8  # quaternion and translation
+FRAME = 4 + 4 + POSE  # id, rig's id, pose
+DATUM = SENSOR + 8  # sensor, id of the image
 
 
 def check_whole(model: Path) -> None:
-    """Refuse cameras.bin, images.bin or points3D.bin that end early or go on too long.
+    """Refuse files that end before their counts say, or go on too long.
 
     A cut file would make COLMAP allocate all memory of the machine.
 
@@ -58,7 +63,23 @@ def _after_point(content: bytes, at: int) -> int:
     return at + POINT + 8 + TRACK_ELEMENT * unpack_from("<Q", content, at + POINT)[0]
 
 
+def _after_rig(content: bytes, at: int) -> int:
+    """Each sensor but the first says whether its pose follows."""
+    (sensors,) = unpack_from("<I", content, at + 4)
+    at += RIG + SENSOR * (sensors > 0)
+    for _ in range(1, sensors):
+        (posed,) = unpack_from("<B", content, at + SENSOR)
+        at += SENSOR + 1 + POSE * (posed > 0)
+    return at
+
+
+def _after_frame(content: bytes, at: int) -> int:
+    return at + FRAME + 4 + DATUM * unpack_from("<I", content, at + FRAME)[0]
+
+
 ENTRIES = {
+    "rigs.bin": _after_rig,
+    "frames.bin": _after_frame,
     "cameras.bin": _after_camera,
     "images.bin": _after_image,
     "points3D.bin": _after_point,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections import Counter
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -16,6 +18,7 @@ from fsel.layouts.recording import Camera, Recording
 from fsel.points import grouped_rows
 
 MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0", "colmap", "dense/sparse", ".")
+LEAST_TURN = 0.5  # length of a quaternion; others off from 1 are refused as matrices
 IMAGE_FOLDERS = ("images", "images_2", "images_4", "images_8", "input")
 
 
@@ -50,9 +53,30 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
         raise ValueError(f"{model}: not a readable COLMAP model ({error})") from error
     if not reconstruction.images:
         raise ValueError(f"{model}: the COLMAP model holds no images")
+    _check_turns(reconstruction, model)
     if not (model / "images.bin").is_file():
         _complete_names(reconstruction, model / "images.txt")
     return reconstruction
+
+
+def _check_turns(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
+    """Refuse quaternions near zero, which would pass for no turn at all."""
+    poses = {
+        f"frame {key}": frame.rig_from_world
+        for key, frame in reconstruction.frames.items()
+        if frame.has_pose
+    }
+    for rig in reconstruction.rigs.values():
+        for sensor, pose in rig.non_ref_sensors.items():
+            if pose is not None:
+                poses[f"sensor {sensor.id} of rig {rig.rig_id}"] = pose
+    for what, pose in poses.items():
+        length = float(np.linalg.norm(pose.rotation.quat))
+        if not length > LEAST_TURN:
+            raise ValueError(
+                f"{model}: {what} has a quaternion of length {length:.3g}, which is no rotation; "
+                "allowed: 1"
+            )
 
 
 def _complete_names(reconstruction: pycolmap.Reconstruction, path: Path) -> None:
@@ -81,7 +105,10 @@ def read(folder: Path) -> RawCapture:
     if model is None:
         allowed = ", ".join(MODEL_FOLDERS)
         raise FileNotFoundError(f"{folder}: no COLMAP model; looked in {allowed}")
-    raw = from_model(load_model(model), find_images(folder), model)
+    images = find_images(folder)
+    if not any(images.iterdir()):  # before a model of any size is read
+        raise FileNotFoundError(f"{images}: no images in it")
+    raw = from_model(load_model(model), images, model)
     if not (folder / "masks").is_dir():
         return raw
     return replace(raw, masks=[_mask(folder / "masks", name) for name in raw.names])
@@ -108,7 +135,7 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
         sequences=[str(Path(name).parent) for name in names],
         points=cache(
             lambda rows: points_of(
-                reconstruction, {posed[row].image_id: at for at, row in enumerate(rows)}
+                reconstruction, {posed[row].image_id: at for at, row in enumerate(rows)}, model
             )
         ),
         dropped={i.name: "no pose" for i in reconstruction.images.values() if not i.has_pose},
@@ -116,17 +143,37 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
 
 
 def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
-    """Files by name; where downscaled copies have other endings, by their stems."""
+    """Files by name; where downscaled copies have another ending, the one of the same folder."""
     files = [inside(images, name, model) for name in names]
-    if all(file.is_file() for file in files):
-        return files
-    by_stem = {file.stem: file for file in sorted(images.iterdir()) if file.is_file()}
-    found = [file if file.is_file() else by_stem.get(file.stem) for file in files]
-    missing = [name for name, file in zip(names, found, strict=True) if file is None]
+    there = {folder: _by_stem(folder) for folder in {file.parent for file in files}}
+    found = []
+    missing = []
+    for name, file in zip(names, files, strict=True):
+        alike = there[file.parent].get(file.stem, [])
+        if file.name in alike:
+            found.append(file)
+        elif len(alike) == 1:
+            found.append(file.with_name(alike[0]))
+        else:
+            missing.append(name)
     if missing:
         raise FileNotFoundError(
             f"{images / missing[0]}: image of {model} is missing ({len(missing)} in all)"
         )
+    twice = [file for file, count in Counter(found).items() if count > 1]
+    if twice:
+        raise ValueError(f"{twice[0]}: would stand for several images of {model}")
+    return found
+
+
+def _by_stem(folder: Path) -> dict[str, list[str]]:
+    """Names of a folder's files by what comes before their endings."""
+    found: dict[str, list[str]] = {}
+    if folder.is_dir():
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                if entry.is_file():
+                    found.setdefault(Path(entry.name).stem, []).append(entry.name)
     return found
 
 
@@ -134,8 +181,15 @@ def camera_of(camera: pycolmap.Camera) -> Camera:
     return Camera(camera.model_name, camera.width, camera.height, tuple(camera.params))
 
 
-def points_of(reconstruction: pycolmap.Reconstruction, rows: dict[int, int]) -> RawPoints | None:
-    """Sparse points with their observations in the frames that `rows` numbers by image id."""
+def points_of(
+    reconstruction: pycolmap.Reconstruction, rows: dict[int, int], source: str | Path
+) -> RawPoints | None:
+    """Sparse points with their observations in the frames that `rows` numbers by image id.
+
+    Raises:
+        ValueError: naming the `source`, for numbers that are not finite, or an observation of a
+            point that is not there.
+    """
     if not reconstruction.points3D:
         return None
     keys = sorted(reconstruction.points3D)
@@ -144,13 +198,22 @@ def points_of(reconstruction: pycolmap.Reconstruction, rows: dict[int, int]) -> 
     points, frames, places = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2))]
     for image, row in sorted(rows.items(), key=lambda item: item[1]):
         seen = reconstruction.images[image].get_observation_points2D()
+        absent = next((p.point3D_id for p in seen if p.point3D_id not in number), None)
+        if absent is not None:
+            name = reconstruction.images[image].name
+            raise ValueError(f"{source}: {name!r} observes point {absent}, which is not there")
         points.append(np.array([number[p.point3D_id] for p in seen], np.int64))
         frames.append(np.full(len(seen), row))
         places.append(np.array([p.xy for p in seen]).reshape(-1, 2))
     point, frame, xy = np.concatenate(points), np.concatenate(frames), np.concatenate(places)
     _, first = np.unique(point * len(rows) + frame, return_index=True)  # one observation a frame
+    xyz = np.array([entry.xyz for entry in entries])
+    for row in np.flatnonzero(~np.isfinite(xyz).all(axis=1))[:1]:
+        raise ValueError(f"{source}: point {keys[row]} lies at {xyz[row].tolist()}, not finite")
+    for row in np.flatnonzero(~np.isfinite(xy).all(axis=1))[:1]:
+        raise ValueError(f"{source}: point {keys[point[row]]} is seen at {xy[row].tolist()}")
     return RawPoints(
-        xyz=np.array([entry.xyz for entry in entries]),
+        xyz=xyz,
         rgb=np.array([entry.color for entry in entries], np.uint8),
         track_point=point[first],
         track_frame=frame[first],
@@ -170,7 +233,7 @@ def _points_beside(raw: RawCapture, model: Path, asked: tuple[int, ...]) -> RawP
     position = {row: at for at, row in enumerate(asked)}
     images = [i for i in reconstruction.images.values() if rows.get(i.name) in position]
     numbered = {image.image_id: position[rows[image.name]] for image in images}
-    points = points_of(reconstruction, numbered)
+    points = points_of(reconstruction, numbered, model)
     if points is None:
         return None
     scale = np.ones((len(asked), 2))

@@ -10,6 +10,8 @@ from types import TracebackType
 import cv2
 import numpy as np
 
+from fsel.layouts.headers import size_of
+
 # as the sensor stored it: cameras describe the pixels before any turn that EXIF asks for
 STORED = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 ENCODING = {
@@ -99,21 +101,11 @@ def _decoded(path: Path, flags: int) -> np.ndarray:
     content = path.read_bytes()
     if not content:
         raise ValueError(f"{path}: image file is empty (0 bytes)")
-    if _truncated(content):
-        raise ValueError(f"{path}: image file is truncated ({len(content)} bytes)")
+    size_of(content, path)
     image = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
     if image is None:
         raise ValueError(f"{path}: not a readable image ({len(content)} bytes)")
     return image
-
-
-def _truncated(content: bytes) -> bool:
-    """Whether a PNG or JPEG lacks its end: decoders would fill the rest with grey."""
-    if content.startswith(b"\x89PNG"):
-        return b"IEND" not in content[-16:]
-    if content.startswith(b"\xff\xd8"):
-        return b"\xff\xd9" not in content[-1024:]
-    return False
 
 
 def write(frames: np.ndarray, folder: Path, names: list[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import time
 from collections import Counter
 from dataclasses import replace
@@ -86,13 +87,19 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
         raise ValueError(f"{source}: duplicate frame names {twice[:3]}")
     if not raw.names:
         raise ValueError(f"{source}: no frame is left; left out {len(raw.dropped)}")
+    for name in raw.names:
+        if not _plain(name):
+            raise ValueError(
+                f"{source}: frame name {name!r} is no plain path; allowed: no `.` or `..` between "
+                "slashes, no control character, no space at either end"
+            )
     if np.isnan(raw.world_to_camera).all():
         raise ValueError(
             f"{source}: images without poses. Hint: `poses: colmap` finds them, `poses: file` "
             "reads them from a COLMAP model"
         )
     raw = raw.subset(natural_order(raw))
-    raw = replace(raw, world_to_camera=_rigid(raw.world_to_camera))
+    raw = replace(raw, world_to_camera=rigid(raw.world_to_camera))
     check_poses(raw.names, raw.world_to_camera, source)
     for camera, name in dict(zip(raw.cameras, raw.names, strict=True)).items():
         if not _possible(camera):
@@ -103,6 +110,11 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
     return raw
 
 
+def _plain(name: str) -> bool:
+    """Whether a name can stand on a line of a list, and says where its file is without detours."""
+    return name.isprintable() and name == name.strip() and name == os.path.normpath(name)
+
+
 def _possible(camera: Camera) -> bool:
     if not (0 < camera.width < LARGEST and 0 < camera.height < LARGEST):
         return False
@@ -111,7 +123,7 @@ def _possible(camera: Camera) -> bool:
     return bool(np.isfinite(camera.params).all()) and focal > 0
 
 
-def _rigid(poses: np.ndarray) -> np.ndarray:
+def rigid(poses: np.ndarray) -> np.ndarray:
     """Poses whose rotations, printed with few digits, are made orthonormal again.
 
     Only errors of rounding are corrected; larger ones are refused later.
@@ -138,13 +150,13 @@ def _opened(
             image = images.load(file)
             lens = prepared(lens_of, camera, image, long_side, file)
             size = size or lens.size
-            _same_size(file, lens.size, size)
+            check_same_size(file, lens.size, size)
             frames.append(lens.straighten(image))
             intrinsics.append(lens.intrinsics)
             if raw.masks:
                 mask = images.load_mask(raw.masks[i], raw.mask_values)
                 lens = prepared(lens_of, camera, mask, long_side, raw.masks[i])
-                _same_size(raw.masks[i], lens.size, size)
+                check_same_size(raw.masks[i], lens.size, size)
                 masks.append(lens.straighten_mask(mask))
             if (i + 1) % PROGRESS == 0:
                 rate = (i + 1) / (time.perf_counter() - started)
@@ -160,7 +172,7 @@ def _unopened(raw: RawCapture, long_side: int) -> tuple[LazyImages, np.ndarray]:
         if camera not in lens_of:
             lens_of[camera] = Lens(camera, (camera.width, camera.height), long_side)
         size = size or lens_of[camera].size
-        _same_size(file, lens_of[camera].size, size)
+        check_same_size(file, lens_of[camera].size, size)
     intrinsics = np.array([lens_of[camera].intrinsics for camera in raw.cameras])
     return LazyImages(raw.images, raw.cameras, size), intrinsics
 
@@ -208,7 +220,8 @@ class LazyImages:
         return cv2.resize(straight, self._size, interpolation=cv2.INTER_AREA)
 
 
-def _same_size(file: images.Image, size: tuple[int, int], first: tuple[int, int]) -> None:
+def check_same_size(file: images.Image, size: tuple[int, int], first: tuple[int, int]) -> None:
+    """Refuse a file whose working size is not that of the first one."""
     if size != first:
         raise ValueError(
             f"{file}: {size} pixels after ingestion, others {first}; a capture's images and masks "

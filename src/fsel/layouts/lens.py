@@ -81,6 +81,28 @@ def undistortion_maps(
     return tables[0], tables[1]
 
 
+def working_size(camera: Camera, size: tuple[int, int], long_side: int) -> tuple[int, int]:
+    """(width, height) that an image is brought to.
+
+    Args:
+        camera: at the size that the dataset states.
+        size: (width, height) of the image as it is.
+        long_side: longer side of the images to make; smaller ones keep their size.
+
+    Raises:
+        ValueError: when the two sizes differ in shape.
+    """
+    width, height = size
+    across, down = width / camera.width, height / camera.height
+    if abs(across / down - 1) > ASPECT_TOLERANCE:
+        raise ValueError(
+            f"image is {width}x{height} but its camera {camera.width}x{camera.height}; "
+            "the two scales may differ by 1 % at most"
+        )
+    scale = min(1.0, long_side / max(width, height))
+    return max(1, round(width * scale)), max(1, round(height * scale))
+
+
 class Lens:
     """Undistortion and resizing of one camera's images of one true size.
 
@@ -100,17 +122,9 @@ class Lens:
         Raises:
             ValueError: when the two sizes differ in shape, or the model cannot be undistorted.
         """
-        width, height = size
-        across, down = width / camera.width, height / camera.height
-        if abs(across / down - 1) > ASPECT_TOLERANCE:
-            raise ValueError(
-                f"image is {width}x{height} but its camera {camera.width}x{camera.height}; "
-                "the two scales may differ by 1 % at most"
-            )
+        self.size = working_size(camera, size, long_side)
         pinhole = straight(camera)
         self._maps = None if _is_straight(camera) else undistortion_maps(camera, pinhole, size)
-        scale = min(1.0, long_side / max(width, height))
-        self.size = (max(1, round(width * scale)), max(1, round(height * scale)))
         self._same = self.size == size
         factors = np.array(self.size) / (camera.width, camera.height)
         self.intrinsics = np.array(pinhole.params) * np.tile(factors, 2)

@@ -97,11 +97,18 @@ def from_json(
 
 def _applied(content: dict, path: Path) -> np.ndarray | None:
     stored = content.get("applied_transform")
-    if stored is None:
-        return None
-    matrix = numbers(stored, (3, 4), path, "applied_transform")
-    if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:, :3])) < SINGULAR:
-        raise ValueError(f"{path}: applied_transform cannot be undone: {stored}")
+    return None if stored is None else world_transform(stored, path, "applied_transform")
+
+
+def world_transform(stored: object, path: Path, what: str) -> np.ndarray:
+    """(3, 4) float64 of a JSON value that can be undone.
+
+    Raises:
+        ValueError: naming file and field, for anything else.
+    """
+    matrix = numbers(stored, (3, 4), path, what)
+    if not np.isfinite(matrix).all() or not abs(np.linalg.det(matrix[:, :3])) >= SINGULAR:
+        raise ValueError(f"{path}: {what} cannot be undone: {stored}")
     return matrix
 
 
@@ -114,7 +121,7 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
         if not isinstance(frame, dict) or not isinstance(frame.get("file_path"), str):
             raise ValueError(f"{path}: frames[{at}] has no file_path")
     dropped = {f["file_path"]: "marked bad by its owner" for f in frames if f.get("is_bad")}
-    lists = [content[key] for key in SPLITS if key in content]
+    lists = [_listed(content, key, path) for key in SPLITS if key in content]
     if lists:
         named = {name for entry in lists for name in entry}
         absent = sorted(named - {frame["file_path"] for frame in frames})
@@ -126,6 +133,13 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
     if not kept:
         raise ValueError(f"{path}: every frame is marked bad or in no *_filenames list")
     return kept, dropped
+
+
+def _listed(content: dict, key: str, path: Path) -> list[str]:
+    names = content[key]
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"{path}: {key} must be a list of names, got {str(names)[:80]}")
+    return names
 
 
 def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:
@@ -163,8 +177,14 @@ def camera_of(content: dict, frame: dict, path: Path) -> Camera:
     }
     width, height = merged.get("w"), merged.get("h")
     focal = merged.get("fl_x")
-    if focal is None and "camera_angle_x" in merged and width:
-        focal = 0.5 * width / np.tan(merged["camera_angle_x"] / 2)
+    angle = merged.get("camera_angle_x")
+    if angle is not None and not 0 < angle < np.pi:
+        raise ValueError(
+            f"{path}: camera_angle_x of {frame['file_path']} is {angle:g}; allowed: radians "
+            "between 0 and pi"
+        )
+    if focal is None and angle is not None and width:
+        focal = 0.5 * width / np.tan(angle / 2)
     if not (width and height and focal):
         raise ValueError(
             f"{path}: intrinsics of {frame['file_path']} are missing; need w, h and fl_x "
@@ -179,7 +199,16 @@ def camera_of(content: dict, frame: dict, path: Path) -> Camera:
 def _with_distortion(
     merged: dict, pinhole: tuple[float, ...], size: tuple[int, int], path: Path
 ) -> Camera:
-    listed = dict(zip(LISTED, merged.get("distortion_params") or [], strict=False))
+    stated = merged.get("distortion_params") or []
+    if not isinstance(stated, list) or len(stated) > len(LISTED):
+        raise ValueError(
+            f"{path}: distortion_params must be a list of up to {len(LISTED)} numbers "
+            f"({', '.join(LISTED)}), got {str(stated)[:80]}"
+        )
+    listed = {
+        key: number(entry, path, f"distortion_params ({key})")
+        for key, entry in zip(LISTED, stated, strict=False)
+    }
     value = {key: float(merged.get(key, listed.get(key, 0.0))) for key in LISTED}
     model = merged.get("camera_model", "OPENCV")
     if model == "OPENCV_FISHEYE":

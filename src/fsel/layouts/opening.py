@@ -7,14 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.bounds import MAX_ERROR
 from fsel.capture import Capture
 from fsel.layouts import read_raw
 from fsel.layouts.base import RawCapture
-from fsel.layouts.ingest import in_order, ingest
+from fsel.layouts.checks import Agreement
+from fsel.layouts.gate import admitted, sample
+from fsel.layouts.ingest import ingest
 from fsel.layouts.previews import Progress, in_silence, in_turn
 
 LONG_SIDE = 128  # pixels of the images that descriptors are made from
-SAMPLE = 300  # frames whose points are read: a long capture has millions
 
 
 @dataclass(frozen=True)
@@ -25,11 +27,13 @@ class Opened:
         layout: what it was recognised as.
         raw: what the files say.
         capture: poses, and images that are opened when indexed.
+        agreement: how well poses, cameras and images agree.
     """
 
     layout: str
     raw: RawCapture
     capture: Capture
+    agreement: Agreement
 
     @property
     def longest(self) -> int:
@@ -49,15 +53,9 @@ class Opened:
         known = None if points is None else points.without_pixels()
         return replace(capture.subset(frames, np.stack(images)), points=known)
 
-    def sample(self) -> tuple[np.ndarray, RawCapture]:
-        """(m,) int64 frames, evenly drawn if many, and what the files say of them."""
-        count = len(self.capture)
-        drawn = np.linspace(0, count - 1, min(SAMPLE, count)).round().astype(np.int64)
-        return drawn, self.raw.subset(drawn.tolist())
-
     def with_points(self) -> Capture:
         """The capture, its images unopened, with the points that a sample of its frames see."""
-        drawn, raw = self.sample()
+        drawn, raw = sample(self.raw)
         points = raw.sparse()
         if points is None:
             return self.capture
@@ -65,13 +63,19 @@ class Opened:
         return replace(self.capture, points=replace(kept, track_frame=drawn[kept.track_frame]))
 
 
-def open_capture(path: str | Path, layout: str = "auto", long_side: int = LONG_SIDE) -> Opened:
-    """Open a capture without opening its images.
+def open_capture(
+    path: str | Path,
+    layout: str = "auto",
+    long_side: int = LONG_SIDE,
+    max_error: float = MAX_ERROR,
+) -> Opened:
+    """Open a capture without opening its images, refusing all that `read_folder` refuses.
 
     Args:
         path: its folder.
         layout: a key of `LAYOUTS`, or `auto` to recognise it.
         long_side: pixels of the longer side of images that are opened later.
+        max_error: see `fsel.layouts.gate.admitted`.
 
     Raises:
         FileNotFoundError: when the folder or its model is not there.
@@ -79,5 +83,6 @@ def open_capture(path: str | Path, layout: str = "auto", long_side: int = LONG_S
     """
     folder = Path(path)
     known, raw = read_raw(folder, layout)
-    raw = in_order(raw, f"{known.name} at {folder}")
-    return Opened(known.name, raw, ingest(raw, known, folder, long_side, lazy=True))
+    raw, agreement = admitted(raw, f"{known.name} at {folder}", long_side, max_error)
+    capture = ingest(raw, known, folder, long_side, lazy=True)
+    return Opened(known.name, raw, capture, agreement)

@@ -115,6 +115,8 @@ def _pgt(folder: Path) -> dict[str, tuple[np.ndarray, float]]:
         for at, line in enumerate(read_text(path).splitlines(), start=1):
             file, *words = line.split() or [""]
             w, x, y, z, *rest = numbers(words, (8,), path, f"what follows the name in line {at}")
+            if not np.linalg.norm([x, y, z, w]) > 0:
+                raise ValueError(f"{path}: the quaternion in line {at} is zero, which is no turn")
             rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
             pose = np.column_stack([rotation, rest[:3]])
             name = "/".join(Path(file).parts[-2:]).removesuffix(".color.png")

@@ -58,7 +58,8 @@ def triangulate(capture: Capture) -> SparsePoints | None:
             model, database, folder / "images", output, options=options
         )
         rows = {name: i for i, name in enumerate(names)}
-        points = colmap.points_of(found, {k: rows[v.name] for k, v in found.images.items()})
+        seen = {key: rows[image.name] for key, image in found.images.items()}
+        points = colmap.points_of(found, seen, capture.source)
     log.info("%s: triangulated %d points", capture.source, len(points.xyz) if points else 0)
     return points and points.without_pixels()
 
@@ -250,6 +251,6 @@ def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> 
         world_to_camera=np.array([image.cam_from_world().matrix() for image in found]),
         cameras=[colmap.camera_of(model.cameras[image.camera_id]) for image in found],
         points=lambda asked: colmap.points_of(
-            model, {found[row].image_id: at for at, row in enumerate(asked)}
+            model, {found[row].image_id: at for at, row in enumerate(asked)}, "the model"
         ),
     )

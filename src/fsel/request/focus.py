@@ -37,11 +37,16 @@ def from_box(values: np.ndarray) -> Focus:
     """An axis-aligned box: x, y, z of one corner, then of the opposite one.
 
     Raises:
-        ValueError: for anything but six finite numbers, or a box without extent.
+        ValueError: for anything but six finite numbers, a box without extent, or one whose second
+            corner is less than the first along an axis.
     """
     ends = np.asarray(values, float).reshape(-1)
-    if ends.shape != (6,) or not np.isfinite(ends).all() or np.all(ends[:3] == ends[3:]):
-        raise ValueError(f"a box is two different corners, x y z x y z, got {ends.tolist()}")
+    whole = ends.shape == (6,) and bool(np.isfinite(ends).all())
+    if not whole or np.all(ends[:3] == ends[3:]) or np.any(ends[:3] > ends[3:]):
+        raise ValueError(
+            f"box is {ends.tolist()}; allowed: x y z of its least corner, then of its greatest, "
+            "finite and different"
+        )
     corners = np.array(list(product(*ends.reshape(2, 3).T)))
     center = corners.mean(axis=0)
     return Focus(center, np.vstack([center, corners]), "a box")

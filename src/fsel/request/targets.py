@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from fsel.capture import Capture, Views
+from fsel.capture import Capture, Views, check_poses
 from fsel.geometry import OPENGL_TO_OPENCV, invert_pose, pairwise_distances
-from fsel.layouts.base import read_json
+from fsel.layouts.base import member, number, numbers, read_json, read_text
+from fsel.layouts.ingest import rigid
+from fsel.layouts.nerfstudio import world_transform
 from fsel.request.paths import orbit, trajectory, whole
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
@@ -115,7 +117,7 @@ def named_in(path: Path, capture: Capture) -> np.ndarray:
     Raises:
         ValueError: when it names none, or one that the capture does not have.
     """
-    names = [line.strip() for line in path.read_text(encoding="utf-8").splitlines()]
+    names = [line.strip() for line in read_text(path).splitlines()]
     return _numbers(capture, [name for name in names if name], path)
 
 
@@ -176,38 +178,52 @@ def camera_path(path: Path, capture: Capture) -> Views:
         capture: whose world frame the poses should be in.
 
     Raises:
-        ValueError: for a file that holds neither.
+        ValueError: for a file that holds neither, or a pose that is no rigid motion.
     """
     content = read_json(path)
-    try:
-        if "camera_path" in content:
-            listed = [view["camera_to_world"] for view in content["camera_path"]]
-        else:
-            listed = [view["transform_matrix"] for view in content["frames"]]
-        poses = np.array(listed, float).reshape(-1, 4, 4)
-    except (KeyError, TypeError, ValueError) as error:
+    key, field = ("camera_path", "camera_to_world")
+    if key not in content:
+        key, field = ("frames", "transform_matrix")
+    listed = content.get(key)
+    if not isinstance(listed, list) or not listed:
         raise ValueError(
-            f"{path}: expected `camera_path` with `camera_to_world`, or `frames` with "
-            f"`transform_matrix`, of 4x4 numbers each ({error})"
-        ) from error
-    if not len(poses) or not np.isfinite(poses).all():
-        raise ValueError(f"{path}: needs at least one pose, of finite numbers")
+            f"{path}: expected a list `camera_path` with `camera_to_world`, or `frames` with "
+            "`transform_matrix`, of 4x4 numbers each"
+        )
+    poses = np.array([_matrix(view, field, path, f"{key}[{i}]") for i, view in enumerate(listed)])
     poses = _undone(poses, path, content)
     poses[:, :3, :3] = poses[:, :3, :3] @ OPENGL_TO_OPENCV
-    inverse = np.array([invert_pose(pose) for pose in poses])
+    inverse = rigid(invert_pose(poses))
+    check_poses([f"{key}[{i}]" for i in range(len(inverse))], inverse, str(path))
     return Views(inverse, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
+
+
+def _matrix(view: object, field: str, path: Path, where: str) -> np.ndarray:
+    """(4, 4) of a view's sixteen numbers in a row, four rows of four, or three."""
+    value = member(view, field, path, where)
+    rows = len(value) if isinstance(value, list) else 0
+    shape = (16,) if rows == 16 else (3, 4) if rows == 3 else (4, 4)
+    found = numbers(value, shape, path, f"{field} of {where}").reshape(-1, 4)
+    if not np.isfinite(found).all():
+        raise ValueError(f"{path}: {field} of {where} must be finite, got {str(value)[:80]}")
+    return np.vstack([found[:3], [0, 0, 0, 1]])
 
 
 def _undone(poses: np.ndarray, path: Path, content: dict[str, Any]) -> np.ndarray:
     """Camera-to-world poses without the world transform that the file or its neighbour states."""
     beside = path.with_name("dataparser_transforms.json")
-    scale, transform = 1.0, content.get("applied_transform")
+    scale, stored, source = 1.0, content.get("applied_transform"), path
+    what = "applied_transform"
     if "camera_path" in content and beside.is_file():
-        stated = read_json(beside)
-        scale, transform = float(stated["scale"]), stated["transform"]
-    if transform is None:
+        stated, source, what = read_json(beside), beside, "transform"
+        scale = number(member(stated, "scale", beside), beside, "scale")
+        stored = member(stated, "transform", beside)
+        if scale <= 0:
+            raise ValueError(f"{beside}: scale is {scale:g}; allowed: more than 0")
+    if stored is None:
         return poses
-    full = np.vstack([np.array(transform, float)[:3], [0, 0, 0, 1]])
+    stored = stored[:3] if isinstance(stored, list) else stored
+    full = np.vstack([world_transform(stored, source, what), [0, 0, 0, 1]])
     unscaled = poses.copy()
     unscaled[:, :3, 3] /= scale
     return np.linalg.inv(full) @ unscaled

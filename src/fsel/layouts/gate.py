@@ -1,0 +1,85 @@
+"""The gate that every capture passes, whether `read_capture` or a command asks for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fsel.bounds import MAX_ERROR
+from fsel.layouts import headers
+from fsel.layouts.base import RawCapture
+from fsel.layouts.checks import Agreement, measure
+from fsel.layouts.ingest import check_same_size, in_order
+from fsel.layouts.lens import working_size
+from fsel.layouts.previews import in_turn
+
+SAMPLE = 300  # frames whose points are read: a long capture has millions
+
+
+def admitted(
+    raw: RawCapture, source: str, long_side: int, max_error: float = MAX_ERROR
+) -> tuple[RawCapture, Agreement]:
+    """A capture's frames in natural order, and how well their parts agree.
+
+    Every image's header is read, and its pixels only where poses have no points to agree with.
+
+    Args:
+        raw: what a layout's reader found.
+        source: what was read, in words.
+        long_side: pixels of the longer side that images will be brought to.
+        max_error: greatest median disagreement of poses and images, as a share of the images'
+            longer side.
+
+    Raises:
+        ValueError: for what `in_order` refuses, an image that is missing, damaged, too large or
+            of another shape than its camera, images of several sizes, or poses that disagree with
+            points or images.
+    """
+    raw = in_order(raw, source)
+    check_images(raw, long_side)
+    return raw, _agreeing(raw, source, max_error)
+
+
+def sample(raw: RawCapture) -> tuple[np.ndarray, RawCapture]:
+    """(m,) int64 frames, evenly drawn if many, and what the files say of them."""
+    count = len(raw.names)
+    drawn = np.linspace(0, count - 1, min(SAMPLE, count)).round().astype(np.int64)
+    return drawn, raw.subset(drawn.tolist())
+
+
+def check_images(raw: RawCapture, long_side: int) -> None:
+    """Refuse images and masks by their headers; those of a video are left to its decoder.
+
+    Raises:
+        ValueError: naming the file.
+    """
+    files = [
+        (file, camera)
+        for group in (raw.images, raw.masks or ())
+        for file, camera in zip(group, raw.cameras, strict=False)
+        if isinstance(file, Path)
+    ]
+    missing = next((file for file, _ in files if not file.is_file()), None)
+    if missing is not None:  # before any is opened: a capture may have a million
+        raise ValueError(f"{missing}: image file is missing")
+    found = in_turn(lambda at: headers.check(files[at][0]), [file for file, _ in files])
+    first = None
+    for (file, camera), size in zip(files, found, strict=True):
+        try:
+            brought = working_size(camera, size, long_side)
+        except ValueError as error:
+            raise ValueError(f"{file}: {error}") from error
+        first = first or brought
+        check_same_size(file, brought, first)
+
+
+def _agreeing(raw: RawCapture, source: str, bound: float) -> Agreement:
+    """How well the parts agree, refused where they do not."""
+    agreement = measure(sample(raw)[1], bound)
+    if agreement.share > bound:
+        raise ValueError(
+            f"{source}: {agreement}; allowed is a median of {bound * agreement.long_side:.1f}. "
+            f"Likely cause: {agreement.cause}. Hint: `max_error` (--max-error) is the bound"
+        )
+    return agreement
