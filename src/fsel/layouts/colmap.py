@@ -146,14 +146,11 @@ def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
     """Files by name; where downscaled copies have another ending, the one of the same folder."""
     files = [inside(images, name, model) for name in names]
     there = {folder: _by_stem(folder) for folder in {file.parent for file in files}}
-    found = []
-    missing = []
+    found, missing = [], []
     for name, file in zip(names, files, strict=True):
         alike = there[file.parent].get(file.stem, [])
-        if file.name in alike:
-            found.append(file)
-        elif len(alike) == 1:
-            found.append(file.with_name(alike[0]))
+        if file.name in alike or len(alike) == 1:
+            found.append(file if file.name in alike else file.with_name(alike[0]))
         else:
             missing.append(name)
     if missing:
