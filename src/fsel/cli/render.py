@@ -24,7 +24,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     with staged(asked.out, "render", FolderRecord(), read, asked.force) as stage:
         model = GaussianModel.read_ply(asked.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
-        opened = open_capture(asked.capture, asked.layout, asked.long_side)
+        opened = open_capture(asked.capture, asked.layout, asked.long_side, asked.max_error)
         targets = targets_of(opened.capture, asked.targets)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         truth = None
