@@ -20,7 +20,7 @@ from fsel.evaluation import COSTS, Evaluator
 from fsel.metrics import METRICS, units
 from fsel.problem import Method, Problem, checked_select
 from fsel.seeds import name_seed
-from fsel.selector.policies import POLICIES
+from fsel.selector.policies import KNOWN
 from fsel.selector.scorer import Scorer
 
 if TYPE_CHECKING:
@@ -67,24 +67,24 @@ def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[
             in the order of their seeds.
 
     Raises:
-        ValueError: for a scorer of none of `fsel.selector.policies.POLICIES`.
+        ValueError: for a scorer of none of `fsel.selector.policies.KNOWN`.
     """
     found = [Run(method, seed) for method in methods for seed in range(method.seeds)]
     return found + learned_runs(weights)
 
 
 def learned_runs(weights: Iterable[str | Path]) -> list[Run]:
-    """One run a scorer, in the order of `POLICIES`, then of the files; arguments as in `runs`."""
+    """One run a scorer, in the order of `KNOWN`, then of the files; arguments as in `runs`."""
     learned: list[Run] = []
     seeds: Counter[str] = Counter()
     for path in weights:
         scorer = Scorer.load(path)
         name = scorer.provenance.get("policy")
-        if name not in POLICIES:
-            raise ValueError(f"{path}: scorer of the policy {name!r}; known: {', '.join(POLICIES)}")
-        learned.append(Run(POLICIES[name].method(scorer), seeds[name]))
+        if name not in KNOWN:
+            raise ValueError(f"{path}: scorer of the policy {name!r}; known: {', '.join(KNOWN)}")
+        learned.append(Run(KNOWN[name].method(scorer), seeds[name]))
         seeds[name] += 1
-    order = list(POLICIES)
+    order = list(KNOWN)
     return sorted(learned, key=lambda run: order.index(run.method.name))
 
 

@@ -1,4 +1,4 @@
-"""Variants that are denied features, and what reconstruction costs."""
+"""What selection and reconstruction cost, beside what they are worth."""
 
 import numpy as np
 import pandas as pd
@@ -6,52 +6,18 @@ import pytest
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.experiments.ablation.variants import VARIANTS, blinded, hide
 from fsel.experiments.costs import mean_costs, steps
 from fsel.experiments.footprint import footprint, measure_alone
-from fsel.experiments.time_quality import _row, joined
+from fsel.experiments.time_quality import VARIANTS, _row, joined
 from fsel.features.columns import FEATURES
 from fsel.reconstruct import reconstructor_of
 from fsel.report.latex import plain_table
 from fsel.report.summary import ALL_FRAMES
-from fsel.selector.scorer import SHAPES, Network
 from fsel.synthesis import record
-from fsel.training.imitation import Trajectory, train
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 BOOTSTRAP = {"resamples": 200, "seed": 0}
 SHARPNESS = FEATURES.index("sharpness")
-
-
-def trajectories(count: int = 3) -> list[Trajectory]:
-    rng = np.random.default_rng(0)
-    found = []
-    for _ in range(count):
-        features = rng.normal(size=(4, 9, 19)).astype(np.float32)
-        selectable = np.ones((4, 9), dtype=bool)
-        found.append(Trajectory(features, selectable, rng.integers(9, size=4), 1.0))
-    return found
-
-
-def test_only_hidden_features_are_zeroed():
-    data = trajectories()
-    for before, after in zip(data, hide(data, ["sharpness", "d_min_o"]), strict=True):
-        gone = [FEATURES.index("d_min_o"), SHARPNESS]
-        assert not after.features[..., gone].any()
-        kept = np.setdiff1d(np.arange(19), gone)
-        np.testing.assert_array_equal(after.features[..., kept], before.features[..., kept])
-
-
-def test_a_blinded_scorer_is_the_one_that_training_saw():
-    data = hide(trajectories(), ["sharpness"])
-    weights, _ = train(data, [], seed=0, epochs=1, learning_rate=1e-3)
-    blind = Network(blinded(weights, ["sharpness"]))
-    inputs = np.random.default_rng(1).normal(size=(6, 19))
-    dark = inputs.copy()
-    dark[:, SHARPNESS] = 0
-    np.testing.assert_allclose(blind.scores(inputs), Network(weights).scores(dark))
-    assert not np.allclose(Network(weights).scores(inputs), blind.scores(inputs))
-    assert {name: array.shape for name, array in blind.weights.items()} == SHAPES
 
 
 def test_the_steps_go_on_beyond_the_budgets():

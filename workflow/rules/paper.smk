@@ -3,7 +3,7 @@
 Inputs: evaluations, searches, labels, trained selectors and canonical captures.
 Outputs: <tables>/{handsign,seedvar,ga_vs_learned,time_quality,crosscapture}.{tex,csv},
 <figures>/{saturation,training,pipeline,teaser,qualitative_{dataset}}.{pdf,png,csv},
-<results>/{dataset}/{scene}/draw{draw}/{searched,geometry}.parquet,
+<results>/{dataset}/{scene}/draw{draw}/{searched,geometry_picks,geometry}.parquet,
 <results>/{dataset}/{scene}/{costs,times,crosscapture,crosscapture_picks}.parquet,
 <results>/selector/geometry/seed{seed}.safetensors.
 """
@@ -300,39 +300,24 @@ use rule qualitative as teaser with:
         "Drawing the full sequence, Uniform and ours"
 
 
-rule train_geometry:
-    input:
-        trajectories="<results>/trajectories.parquet",
-        frames=collect(f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED),
-        descriptors=collect(
-            f"<results>/{TRAINED}/{{scene}}/descriptors.parquet", scene=LABELLED
-        ),
-        splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
-        lib=library("train_variant"),
+use rule train as train_geometry with:
     output:
-        "<results>/selector/geometry/seed{seed}.safetensors",
+        weights=collect(
+            "<results>/selector/geometry/seed{seed}.safetensors", seed=SEEDS
+        ),
+        logs=collect("<results>/selector/geometry/seed{seed}.parquet", seed=SEEDS),
     log:
-        "<results>/logs/train/ours_geometry/seed{seed}.log",
+        "<results>/logs/train/ours_geometry.log",
     benchmark:
-        "<results>/benchmarks/train/ours_geometry/seed{seed}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=4000,
-        runtime=60,
+        "<results>/benchmarks/train/ours_geometry.jsonl"
     params:
-        name="ours_geometry",
+        policy="ours_geometry",
         scenes=list(LABELLED),
         epochs=config["training"]["epochs"],
         learning_rate=config["training"]["learning_rate"],
-    message:
-        "Training without appearance and sharpness, seed {wildcards.seed}"
-    script:
-        "../scripts/train_variant.py"
 
 
-rule evaluate_geometry:
+use rule select as select_geometry with:
     input:
         splits=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
@@ -345,9 +330,40 @@ rule evaluate_geometry:
         weights=collect(
             "<results>/selector/geometry/seed{seed}.safetensors", seed=SEEDS
         ),
-        lib=library("evaluate_variant"),
+        lib=library("select"),
     output:
-        expand(
+        selections=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/geometry_picks.parquet",
+            draw=range(config["draws"]),
+        ),
+    log:
+        "<results>/logs/select_geometry/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/select_geometry/{dataset}/{scene}.jsonl"
+    params:
+        budgets=config["budgets"],
+        seeds=lambda wildcards: [
+            scene_seed(wildcards, "select", draw) for draw in range(config["draws"])
+        ],
+        methods=[],
+
+
+use rule evaluate as evaluate_geometry with:
+    input:
+        splits=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
+            draw=range(config["draws"]),
+        ),
+        selections=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/geometry_picks.parquet",
+            draw=range(config["draws"]),
+        ),
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        lib=library("evaluate"),
+    output:
+        evaluations=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/geometry.parquet",
             draw=range(config["draws"]),
         ),
@@ -355,20 +371,6 @@ rule evaluate_geometry:
         "<results>/logs/evaluate_geometry/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/evaluate_geometry/{dataset}/{scene}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=4000,
-        runtime=60,
-    params:
-        name="ours_geometry",
-        budgets=config["budgets"],
-        reconstruction=config["reconstruction"],
-    message:
-        "Measuring {wildcards.dataset}/{wildcards.scene} without appearance and sharpness"
-    script:
-        "../scripts/evaluate_variant.py"
 
 
 rule measure_costs:

@@ -11,17 +11,16 @@ import numpy as np
 import pandas as pd
 
 from fsel.baselines import METHODS
-from fsel.experiments.ablation.variants import VARIANTS
 from fsel.experiments.footprint import measure_alone
 from fsel.experiments.selection_time import timed
 from fsel.features.appearance import descriptors
 from fsel.features.sharpness import sharpness
 from fsel.files import write_table
+from fsel.measuring import learned_runs
 from fsel.problem import Method, Problem, checked_select
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
-from fsel.selector.scorer import Scorer
 from fsel.split import Split
 
 logger = logging.getLogger(__name__)
@@ -54,7 +53,7 @@ def measure_costs(
     Args:
         folder: a canonical capture with its descriptors.
         split: split.parquet of a draw.
-        weights: one scorer of each of `VARIANTS`, in their order.
+        weights: one scorer of each variant: ours, and ours denied some features.
         costs: receives method, step (budget, share of the candidates, or `all`), k, psnr,
             fit_seconds, render_seconds, peak_bytes.
         times: receives variant, k, seconds: descriptors of all observed frames, where the variant
@@ -65,10 +64,7 @@ def measure_costs(
     """
     problem = Problem.load(folder, split)
     targets = Split.load(split).targets
-    variants = {
-        name: variant.method(Scorer.load(path))
-        for (name, variant), path in zip(VARIANTS.items(), weights, strict=True)
-    }
+    variants = {run.method.name: run.method for run in learned_runs(weights)}
     methods = {"ours": variants["ours"], "uniform": METHODS["uniform"]}
     rows = []
     for step, k in steps(len(problem.candidates), budgets).items():
@@ -109,7 +105,7 @@ def selection_seconds(
     }
     rows = []
     for name, method in variants.items():
-        before = sum(a_pool[read] for read in VARIANTS[name].reads)
+        before = sum(a_pool[read] for read in method.reads)
         for k in budgets:
             run = partial(checked_select, method, problem, k, np.random.default_rng(0))
             run()  # compiles

@@ -13,6 +13,7 @@ from fsel.features.columns import (
     APPEARANCE,
     FEATURES,
     INPUTS,
+    NAMES,
     RELATIONAL,
     SHARPNESS,
     STATIC_INPUTS,
@@ -68,6 +69,7 @@ class Policy:
         if self._read((*RELATIONAL, SHARPNESS)):
             raw = static_features(problem, frames, references, appearance)
             static[:, STATIC_INPUTS] = standardise(raw)
+            static[:, ~np.isin(NAMES, self.inputs)] = 0
         capture = problem.capture
         centers, axes = capture.centers[frames], capture.axes[frames]
         close = np.zeros((len(frames), 0))
@@ -154,3 +156,14 @@ POLICIES: dict[str, Policy] = {
     )
 }
 """In the order of the tables. `ours` is the paper's; `fsel` also sees the targets' poses."""
+
+GEOMETRY = Policy(
+    name="ours_geometry",
+    label="Ours, no appearance, no sharpness",
+    pool="candidates",
+    reference="proxies",
+    inputs=tuple(name for name in FEATURES if name not in (*APPEARANCE, SHARPNESS)),
+    kind=Network,
+)
+KNOWN: dict[str, Policy] = {**POLICIES, GEOMETRY.name: GEOMETRY}
+"""Every policy that can be trained; `GEOMETRY` is of the table of runtimes alone."""

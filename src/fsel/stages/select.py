@@ -19,6 +19,7 @@ def select(
     *,
     budgets: Sequence[int],
     seeds: Sequence[int],
+    methods: Sequence[str] = tuple(METHODS),
     config: str,
 ) -> None:
     """Every method's picks at every budget of every draw, one row a pick.
@@ -30,9 +31,10 @@ def select(
         selections: one a draw, see `fsel.measuring.select`.
         budgets: frames to pick.
         seeds: one a draw.
+        methods: without training, keys of `fsel.baselines.METHODS`.
         config: digest of the parameters.
     """
-    contenders = measuring.runs(METHODS.values(), weights)
+    contenders = measuring.runs([METHODS[name] for name in methods], weights)
     for split, path, seed in zip(splits, selections, seeds, strict=True):
         problem = Problem.load(folder, split)
         picks = measuring.select(problem, contenders, budgets, measuring.chance(seed))

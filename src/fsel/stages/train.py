@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from fsel.files import write_table
-from fsel.selector.policies import POLICIES
+from fsel.selector.policies import KNOWN
 from fsel.selector.scorer import Network
 from fsel.training import imitation
 from fsel.training.labelled import training_data
@@ -40,13 +40,13 @@ def train(
         weights: receive the scorers.
         logs: receive loss and agreement by epoch and split.
         scenes: their names.
-        policy: key of `POLICIES`.
+        policy: key of `fsel.selector.policies.KNOWN`.
         epochs, learning_rate: of the training.
         config: digest of the parameters.
     """
     places = dict(zip(scenes, zip(folders, splits, strict=True), strict=True))
     data = {
-        role: training_data(part, places, POLICIES[policy])
+        role: training_data(part, places, KNOWN[policy])
         for role, part in pd.read_parquet(trajectories).groupby("role", sort=True)
     }
     sets = data["train"], data.get("validation", [])
