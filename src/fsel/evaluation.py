@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from fsel.capture import Views
-from fsel.metrics import METRICS, score_views
+from fsel.metrics import METRICS, Metrics, checked, score_views
 from fsel.reconstruct import Reconstructor
 
 
@@ -45,7 +44,7 @@ class Evaluator:
         views: their poses.
         truth: (T, h, w, 3) uint8 their images, at the reconstruction size.
         masks: (T, h, w) bool, the pixels that count; None for all.
-        metrics: M keys of `fsel.metrics.REGISTERED`; searches need `METRICS`.
+        metrics: M keys of `fsel.metrics.REGISTERED`, or key -> settings.
     """
 
     reconstructor: Reconstructor
@@ -53,7 +52,7 @@ class Evaluator:
     views: Views
     truth: np.ndarray
     masks: np.ndarray | None = None
-    metrics: tuple[str, ...] = METRICS
+    metrics: Metrics = METRICS
     _known: dict[tuple[int, ...], Measured] = field(default_factory=dict, repr=False)
 
     @classmethod
@@ -62,7 +61,7 @@ class Evaluator:
         reconstructor: Reconstructor,
         frames: np.ndarray,
         masked: bool = False,
-        metrics: Sequence[str] = METRICS,
+        metrics: Metrics = METRICS,
     ) -> Evaluator:
         """Score on frames of the reconstructor's capture: proxies in a search, else targets.
 
@@ -70,11 +69,13 @@ class Evaluator:
             reconstructor: bound to the capture.
             frames: (T,) int64.
             masked: compare inside the capture's masks alone.
+            metrics: keys of `fsel.metrics.REGISTERED`, or key -> settings.
 
         Raises:
-            ValueError: for `masked` and a capture without masks.
-            metrics: keys of `fsel.metrics.REGISTERED`.
+            ValueError: for `masked` and a capture without masks, or an unknown metric.
+            FileNotFoundError: for weights of a metric that are not there.
         """
+        chosen = checked(metrics)
         capture = reconstructor.capture
         truth = np.asarray(capture.images[frames])
         masks = None
@@ -82,7 +83,7 @@ class Evaluator:
             if capture.masks is None:
                 raise ValueError(f"{capture.source}: has no masks to compare inside of")
             masks = np.asarray(capture.masks[frames])
-        return cls(reconstructor, frames, capture.view(frames), truth, masks, tuple(metrics))
+        return cls(reconstructor, frames, capture.view(frames), truth, masks, chosen)
 
     def measure(self, subset: np.ndarray) -> Measured:
         """Scores and costs of (K,) distinct frames, in any order."""

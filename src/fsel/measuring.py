@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fsel.evaluation import COSTS, Evaluator
-from fsel.metrics import METRICS, units
+from fsel.metrics import METRICS, Metrics, units
 from fsel.problem import Method, Problem, checked_select
 from fsel.seeds import name_seed
 from fsel.selector.policies import KNOWN
@@ -184,7 +184,7 @@ def measure(
     tables = []
     for key, part in picks.groupby(list(by)):
         table = measured(evaluator, part["frame"].to_numpy(np.int64))
-        first = evaluator.metrics[0]
+        first = next(iter(evaluator.metrics))
         logger.info("%s: %s %.3f", key, first, table[first].mean())
         head = pd.DataFrame(dict(zip(by, key, strict=True)), index=table.index)
         tables.append(pd.concat([head, table], axis=1))
@@ -206,6 +206,6 @@ def measured(evaluator: Evaluator, subset: np.ndarray) -> pd.DataFrame:
     return table.assign(**{cost: getattr(found, cost) for cost in COSTS})
 
 
-def measured_units(metrics: Sequence[str] = METRICS) -> dict[str, str]:
+def measured_units(metrics: Metrics = METRICS) -> dict[str, str]:
     """Column -> unit of what `measured` returns."""
     return {**units(metrics), **COST_UNITS}

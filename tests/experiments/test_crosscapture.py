@@ -93,8 +93,11 @@ def test_every_pass_is_held_out_once(tmp_path):
     once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
     pd.testing.assert_frame_equal(once, again)
     output = tmp_path / "measured.parquet"
-    evaluate_crosscapture(tmp_path, picks[0], output, reconstruction=RECONSTRUCTION, config="c")
+    settings = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr", "gmsd"]}
+    evaluate_crosscapture(tmp_path, picks[0], output, **settings, config="c")
     table = pd.read_parquet(output)
+    assert "gmsd" in table
+    assert "ssim" not in table
     assert set(table["method"]) == set(BASELINES)
     targets = table.groupby("held_out")["target"].unique()
     assert targets.index.tolist() == ["a", "b", "c"]
@@ -119,7 +122,7 @@ def test_each_room_and_pass_counts_once(tmp_path):
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
     bootstrap = {"resamples": 200, "seed": 0}
     settings = {"scenes": [("d", "room")], "budgets": [8], "bootstrap": bootstrap}
-    crosscapture([path], *outputs, **settings, facts=FACTS)
+    crosscapture([path], *outputs, **settings, metrics=METRICS, facts=FACTS)
     numbers = pd.read_csv(outputs[1]).query("metric == 'psnr'").set_index("method")
     assert numbers.loc[["fvs", "fsel"], "mean"].tolist() == [23.0, 24.0]
     assert numbers["n"].unique().tolist() == [3]

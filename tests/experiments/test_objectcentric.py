@@ -137,7 +137,7 @@ def test_every_method_is_measured_on_every_draw(stored, tmp_path):
         select_objects(folder, [], path, **ASKED, **further)
     once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
     pd.testing.assert_frame_equal(once, again)
-    evaluate_objects(folder, picks[0], output, targets=4, seed=1, **further)
+    evaluate_objects(folder, picks[0], output, targets=4, seed=1, metrics=METRICS, **further)
     table = pd.read_parquet(output)
     assert set(table["method"]) == set(UNTRAINED)
     assert set(table["draw"]) == {0, 1}
@@ -168,7 +168,7 @@ def test_the_table_has_a_group_of_columns_for_each_dataset(tmp_path):
     named = {"scannet": "ScanNet v2", "co3d": "CO3D"}
     bootstrap = {"resamples": 200, "seed": 0}
     settings = {"scenes": scenes, "datasets": named, "bootstrap": bootstrap, "facts": FACTS}
-    write_objectcentric(paths, *outputs, **settings)
+    write_objectcentric(paths, *outputs, metrics=METRICS, **settings)
     numbers = pd.read_csv(outputs[1])
     assert numbers["dataset"].unique().tolist() == list(named)
     assert numbers["method"].unique().tolist() == list(SHOWN)

@@ -40,6 +40,7 @@ def labelled(scene, tmp_path_factory):
     splits, labels = folder / "splits.parquet", [folder / "p25.parquet"]
     shared = {"coverages": [25], "config": "c"}
     settings = {"seed": 5, "search": SEARCH, "reconstruction": RECONSTRUCTION, "inputs": []}
+    settings["fitness"] = METRICS
     label(scene, labels, splits, **settings, **shared)
     trajectories = folder / "trajectories.parquet"
     order([scene], [splits], labels, trajectories, scenes={"s": "train"}, kept=2, **shared)

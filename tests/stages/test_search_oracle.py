@@ -17,6 +17,7 @@ def test_oracle_beats_its_own_first_subset(scene, tmp_path):
         tmp_path / "oracle.parquet",
         search=SEARCH,
         reconstruction=RECONSTRUCTION,
+        fitness=METRICS,
         metrics=METRICS,
         seed=0,
         inputs=[],

@@ -278,3 +278,10 @@ def test_the_tables_of_arithmetic_are_made_when_asked_for(tmp_path):
     assert not {"stability", "precision"} & set(planned(dry_run(tmp_path, changed(tmp_path))))
     alone = planned(dry_run(tmp_path, changed(tmp_path), targets[0]))
     assert set(alone) - {"total"} == {"stability"}
+
+
+def test_lpips_without_its_weights_is_refused_with_their_page(tmp_path):
+    config = changed(tmp_path, metrics=["psnr", "lpips"], lpips={"net": "alex"})
+    told = refusal(tmp_path, config)
+    assert "lpips.weights is 'None'" in told
+    assert "https://download.pytorch.org/models/alexnet-owt-7be5be79.pth" in told

@@ -400,6 +400,12 @@ def large_capture(wildcards):
 
 check_experiment()
 
+METRICS = {m: config["lpips"] if m == "lpips" else {} for m in config["metrics"]}
+# of searches: another metric in the tables changes no label and no selector
+FITNESS = {
+    m: METRICS.get(m, {})
+    for m in ("psnr", "ssim", "lpips" if "lpips" in METRICS else "gmsd")
+}
 TRAINED = config["training"]["dataset"]
 LABELLED = {s: r for r in ("train", "validation") for s in scenes(TRAINED, r)}
 SEEDS = range(config["training"]["seeds"])

@@ -33,6 +33,7 @@ rule label:
         coverages=config["coverages"],
         search=config["search"],
         reconstruction=config["reconstruction"],
+        fitness=FITNESS,
         seed=lambda wildcards: training_seed(wildcards),
     message:
         "Searching for good subsets of {wildcards.scene}"

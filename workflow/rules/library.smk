@@ -14,11 +14,19 @@ try:
         Path(".snakemake", "library.json"),
         using={
             "fsel.reconstruct:RECONSTRUCTORS": [config["reconstruction"]["name"]],
-            "fsel.metrics:REGISTERED": {"psnr", "ssim", "gmsd", *config["metrics"]},
+            "fsel.metrics:REGISTERED": {"psnr", "ssim", "gmsd", *METRICS},
         },
     )
 except (ValueError, SyntaxError) as error:
     raise WorkflowError(f"{error}\nHint: the workflow's scripts or the library name it")
+
+if "lpips" in METRICS:
+    from fsel.metrics.lpips import located
+
+    try:
+        located(**METRICS["lpips"])
+    except (ValueError, FileNotFoundError, ImportError) as error:
+        raise WorkflowError(f"config: {error}")
 
 
 def library(script):

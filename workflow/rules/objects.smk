@@ -79,6 +79,7 @@ rule evaluate_objects:
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "objects"),
         reconstruction=config["reconstruction"],
+        metrics=METRICS,
     message:
         "Reconstructing the object of {wildcards.dataset}/{wildcards.scene}"
     script:
@@ -117,6 +118,7 @@ rule objectcentric:
         datasets=lambda wildcards: {
             name: config["datasets"][name]["label"] for name in dict(object_scenes())
         },
+        metrics=METRICS,
         bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: facts(list(dict(object_scenes()))),
     message:

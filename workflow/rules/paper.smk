@@ -534,6 +534,7 @@ rule evaluate_crosscapture:
         runtime=60,
     params:
         reconstruction=config["reconstruction"],
+        metrics=METRICS,
     message:
         "Reconstructing {wildcards.dataset}/{wildcards.scene} with each pass held out"
     script:
@@ -570,6 +571,7 @@ rule crosscapture:
     params:
         scenes=lambda wildcards: rooms(),
         budgets=CROSSED,
+        metrics=METRICS,
         bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: facts(list(dict(rooms()))),
     message:

@@ -76,7 +76,7 @@ rule evaluate:
         runtime=180,
     params:
         reconstruction=config["reconstruction"],
-        metrics=config["metrics"],
+        metrics=METRICS,
     message:
         "Reconstructing {wildcards.dataset}/{wildcards.scene} from every selection"
     script:
@@ -107,7 +107,8 @@ rule search_oracle:
     params:
         search=config["search"],
         reconstruction=config["reconstruction"],
-        metrics=config["metrics"],
+        fitness=FITNESS,
+        metrics=METRICS,
         seed=lambda wildcards: scene_seed(wildcards, "oracle", wildcards.draw),
     message:
         "Searching {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}, to compare with"
@@ -159,7 +160,7 @@ rule ksweep:
         searched=problems(config["oracle"]["draws"]),
         datasets=labels(),
         budgets=config["budgets"],
-        metrics=config["metrics"],
+        metrics=METRICS,
         bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=facts(),
     message:

@@ -16,7 +16,7 @@ from fsel.evaluation import Evaluator
 from fsel.files import write_table, write_text
 from fsel.geometry import pose_distance
 from fsel.measuring import PICK_UNITS, Chance, Run, measure, measured_units, runs, select
-from fsel.metrics import HIGHER_IS_BETTER, METRICS
+from fsel.metrics import Metrics, headings
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
@@ -106,6 +106,7 @@ def evaluate_crosscapture(
     evaluation: str | Path,
     *,
     reconstruction: Mapping,
+    metrics: Metrics,
     config: str,
 ) -> None:
     """What the picks are worth on the targets of the pass that was held out.
@@ -115,16 +116,17 @@ def evaluate_crosscapture(
         picks: what `select_crosscapture` wrote.
         evaluation: receives held_out and the columns of `fsel.measuring.measure`.
         reconstruction: the config's section.
+        metrics: names, or name -> settings.
         config: digest of the parameters.
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     tables = []
     for held_out, part in pd.read_parquet(picks).groupby("held_out"):
         targets = cross_split(reconstructor.capture, held_out).targets
-        table = measure(Evaluator.on_frames(reconstructor, targets), part)
+        table = measure(Evaluator.on_frames(reconstructor, targets, metrics=metrics), part)
         tables.append(table.assign(held_out=held_out))
         logger.info("%s: %.2f dB", held_out, table["psnr"].mean())
-    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
+    write_table(pd.concat(tables), evaluation, units=measured_units(metrics), config=config)
 
 
 def crosscapture(
@@ -134,6 +136,7 @@ def crosscapture(
     *,
     scenes: Sequence[tuple[str, str]],
     budgets: Sequence[int],
+    metrics: Metrics,
     bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
@@ -144,14 +147,15 @@ def crosscapture(
         table, numbers: receive LaTeX, and method, k, metric, mean, ci_low, ci_high, leads, n.
         scenes: dataset and scene of every room.
         budgets: columns.
+        metrics: of a cell, in order; names, or name -> settings.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
     cells = pd.concat(
-        [part for item in of_scenes(scenes, evaluations) for part in _measurements(item)]
+        [part for item in of_scenes(scenes, evaluations) for part in _measurements(item, metrics)]
     )
-    means = summarise(cells, METRICS, **bootstrap).drop(columns="dataset")
-    ahead = leaders(differences(cells, list(SHOWN), METRICS, **bootstrap))
+    means = summarise(cells, metrics, **bootstrap).drop(columns="dataset")
+    ahead = leaders(differences(cells, list(SHOWN), metrics, **bootstrap))
     keys = zip(means["method"], means["k"], means["metric"], strict=True)
     means["leads"] = [key in ahead for key in keys]
     write_csv(means, numbers)
@@ -161,26 +165,23 @@ def crosscapture(
         f"{means['n'].max()} pairs of room and held-out pass. Bold: ahead of every other row, each "
         f"paired 95\\% interval over them excluding zero. {made_by(facts)}"
     )
-    arrows = {
-        name: r"$\uparrow$" if HIGHER_IS_BETTER[name] else r"$\downarrow$" for name in METRICS
-    }
-    head = ["Method", *[f"{name.upper()}{arrows[name]}" for name in METRICS] * len(budgets)]
+    head = ["Method", *headings(metrics) * len(budgets)]
     values = means.set_index(["method", "k", "metric"])
     rows = [
-        [label, *(_cell(values, name, k, metric) for k in budgets for metric in METRICS)]
+        [label, *(_cell(values, name, k, metric) for k in budgets for metric in metrics)]
         for name, label in SHOWN.items()
     ]
-    groups = [(f"$K{{=}}{k}$", len(METRICS)) for k in budgets]
+    groups = [(f"$K{{=}}{k}$", len(metrics)) for k in budgets]
     made = plain_table(head, rows, caption=text, label="tab:crossvideowopt", groups=groups)
     write_text(made, table)
 
 
-def _measurements(item: Mapping) -> Iterator[pd.DataFrame]:
+def _measurements(item: Mapping, metrics: Metrics) -> Iterator[pd.DataFrame]:
     """dataset, scene (room and pass), draw, method, k, metrics of every held-out pass."""
     for held_out, part in pd.read_parquet(item["path"]).groupby("held_out"):
         scene = f"{item['dataset']}/{item['scene']}/{held_out}"
         # one set of measurements whatever the dataset, so that each counts once
-        yield draw_means(part, METRICS).assign(dataset="crosscapture", scene=scene, draw=0)
+        yield draw_means(part, metrics).assign(dataset="crosscapture", scene=scene, draw=0)
 
 
 def _cell(values: pd.DataFrame, method: str, k: int, metric: str) -> str:

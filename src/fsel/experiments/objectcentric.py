@@ -16,7 +16,7 @@ from fsel.evaluation import Evaluator
 from fsel.experiments.crosscapture import BASELINES
 from fsel.files import write_table, write_text
 from fsel.measuring import PICK_UNITS, draw_chance, measure, measured_units, runs, select
-from fsel.metrics import HIGHER_IS_BETTER, METRICS, inside
+from fsel.metrics import Metrics, headings, inside
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
@@ -120,6 +120,7 @@ def evaluate_objects(
     targets: int,
     seed: int,
     reconstruction: Mapping,
+    metrics: Metrics,
     config: str,
 ) -> None:
     """What the picks are worth inside the object's masks.
@@ -130,16 +131,17 @@ def evaluate_objects(
         evaluation: receives draw and the columns of `fsel.measuring.measure`.
         targets, seed: as in `select_objects`.
         reconstruction: the config's section.
+        metrics: names, or name -> settings.
         config: digest of the parameters.
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     tables = []
     for draw, part in pd.read_parquet(picks).groupby("draw"):
         frames = object_split(reconstructor.capture, draw, seed, targets).targets
-        evaluator = Evaluator.on_frames(reconstructor, frames, masked=True)
+        evaluator = Evaluator.on_frames(reconstructor, frames, masked=True, metrics=metrics)
         tables.append(measure(evaluator, part).assign(draw=draw))
         logger.info("draw %d: %.2f dB", draw, tables[-1]["psnr"].mean())
-    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
+    write_table(pd.concat(tables), evaluation, units=measured_units(metrics), config=config)
 
 
 def objectcentric(
@@ -149,6 +151,7 @@ def objectcentric(
     *,
     scenes: Sequence[tuple[str, str]],
     datasets: Mapping[str, str],
+    metrics: Metrics,
     bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
@@ -160,33 +163,32 @@ def objectcentric(
             leads.
         scenes: dataset and scene of each.
         datasets: name -> printed label, in order.
+        metrics: of a cell, in order; names, or name -> settings.
         bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
-    cells = pd.concat([_measurements(item) for item in of_scenes(scenes, evaluations)])
+    cells = pd.concat([_measurements(item, metrics) for item in of_scenes(scenes, evaluations)])
     place = {name: at for at, name in enumerate(SHOWN)}
     cells = cells.sort_values("method", key=lambda names: names.map(place), kind="stable")
-    means = summarise(cells, METRICS, **bootstrap)
-    gaps = differences(cells, list(SHOWN), METRICS, **bootstrap)
+    means = summarise(cells, metrics, **bootstrap)
+    gaps = differences(cells, list(SHOWN), metrics, **bootstrap)
     ahead = {(name, *key) for name, part in gaps.groupby("dataset") for key in leaders(part)}
     keys = zip(*(means[key] for key in ("dataset", "method", "k", "metric")), strict=True)
     means["leads"] = [key in ahead for key in keys]
     write_csv(means, numbers)
     values = means.set_index(["dataset", "method", "metric"])
     rows = [
-        [label, *(_cell(values.loc[dataset, name, m], m) for dataset in datasets for m in METRICS)]
+        [label, *(_cell(values.loc[dataset, name, m], m) for dataset in datasets for m in metrics)]
         for name, label in SHOWN.items()
     ]
-    arrows = {True: r"$\uparrow$", False: r"$\downarrow$"}
-    head = [f"{name.upper()}{arrows[HIGHER_IS_BETTER[name]]}" for name in METRICS]
     count = means.groupby("dataset")["n"].first()
     titles = [rf"\textbf{{{tex(label)}}} ($n{{=}}{count[d]}$)" for d, label in datasets.items()]
     made = plain_table(
-        ["Selection", *head * len(datasets)],
+        ["Selection", *headings(metrics) * len(datasets)],
         rows,
         caption=_caption(int(means["k"].iloc[0]), facts),
         label="tab:objectcentric",
-        groups=[(title, len(METRICS)) for title in titles],
+        groups=[(title, len(metrics)) for title in titles],
     )
     write_text(made, table)
 
@@ -201,10 +203,10 @@ def _caption(k: int, facts: Mapping) -> str:
     )
 
 
-def _measurements(item: Mapping) -> pd.DataFrame:
+def _measurements(item: Mapping, metrics: Metrics) -> pd.DataFrame:
     """dataset, scene, draw, method, k, metrics of every draw of a scene."""
     parts = [
-        draw_means(part, METRICS).assign(draw=draw)
+        draw_means(part, metrics).assign(draw=draw)
         for draw, part in pd.read_parquet(item["path"]).groupby("draw")
     ]
     return pd.concat(parts).assign(dataset=item["dataset"], scene=item["scene"])

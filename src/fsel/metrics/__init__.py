@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -17,20 +18,25 @@ REGISTERED: Registry[Metric] = Registry(
         "psnr": "fsel.metrics.builtin:PSNR",
         "ssim": "fsel.metrics.builtin:SSIM",
         "gmsd": "fsel.metrics.builtin:GMSD",
+        "lpips": "fsel.metrics.lpips:METRIC",
     },
 )
-"""Every metric by name. The config's `metrics` chooses those of the budget sweep."""
+"""Every metric by name. The config's `metrics` chooses those of the tables."""
 
 METRICS = fused.NAMES
-"""Those that searches and the other tables measure; they cost one pass."""
+"""The metrics unless others are chosen; they cost one pass and need no weights."""
+
+Metrics = Collection[str]
+"""Names of metrics; in a mapping name -> settings, those with settings have them."""
 
 __all__ = [
-    "HIGHER_IS_BETTER",
     "METRICS",
     "METRIC_UNITS",
     "PSNR_CEILING",
     "REGISTERED",
     "Metric",
+    "Metrics",
+    "checked",
     "directions",
     "headings",
     "inside",
@@ -43,7 +49,7 @@ def score_views(
     rendered: np.ndarray,
     truth: np.ndarray,
     masks: np.ndarray | None = None,
-    metrics: Sequence[str] = METRICS,
+    metrics: Metrics = METRICS,
 ) -> np.ndarray:
     """Metrics of every view, or of the part of it inside a mask.
 
@@ -53,7 +59,7 @@ def score_views(
         rendered: (T, h, w, 3) float32 in [0, 1].
         truth: (T, h, w, 3) uint8.
         masks: (T, h, w) bool, or None for all pixels.
-        metrics: M keys of `REGISTERED`.
+        metrics: M keys of `REGISTERED`, or key -> settings.
 
     Returns:
         (T, M) float64, columns as `metrics`.
@@ -64,31 +70,54 @@ def score_views(
     """
     if tuple(metrics) == fused.NAMES:
         return fused.score(rendered, truth, masks)
-    columns = {}
-    if set(metrics) & set(fused.NAMES):
+    columns, settings = {}, _settings(metrics)
+    if set(settings) & set(fused.NAMES):
         together = fused.score(rendered, truth, masks)
         columns = dict(zip(fused.NAMES, together.T, strict=True))
-    for name in set(metrics) - set(columns):
-        columns[name] = REGISTERED.checked(name).score(rendered, truth, masks)
-    return np.stack([columns[name] for name in metrics], axis=1)
+    for name in settings.keys() - columns:
+        columns[name] = REGISTERED.checked(name).score(rendered, truth, masks, **settings[name])
+    return np.stack([columns[name] for name in settings], axis=1)
 
 
-def units(metrics: Sequence[str] = METRICS) -> dict[str, str]:
+def checked(metrics: Metrics) -> dict[str, Mapping[str, Any]]:
+    """Name -> settings of the metrics, once each is known to work with them.
+
+    Raises:
+        ValueError, FileNotFoundError, ImportError: for an unknown metric, settings of one that has
+            none, and whatever a metric refuses.
+    """
+    found = _settings(metrics)
+    for name, settings in found.items():
+        check = REGISTERED.checked(name).check
+        if check is not None:
+            check(**settings)
+        elif settings:
+            raise ValueError(f"metric {name!r} has no settings, got {sorted(settings)}")
+    return found
+
+
+def _settings(metrics: Metrics) -> dict[str, Mapping[str, Any]]:
+    return dict(metrics) if isinstance(metrics, Mapping) else {name: {} for name in metrics}
+
+
+def units(metrics: Metrics = METRICS) -> dict[str, str]:
     """Metric -> unit, of those that have one."""
     return {name: REGISTERED[name].unit for name in metrics if REGISTERED[name].unit}
 
 
-def directions(metrics: Sequence[str] = METRICS) -> dict[str, bool]:
+def directions(metrics: Metrics = METRICS) -> dict[str, bool]:
     """Metric -> whether higher is better, in the given order."""
     return {name: REGISTERED[name].higher_is_better for name in metrics}
 
 
-def headings(metrics: Sequence[str] = METRICS) -> list[str]:
-    r"""LaTeX headings: each metric's label and an arrow towards the better."""
+def headings(metrics: Metrics = METRICS) -> list[str]:
+    r"""LaTeX headings: each metric's label, its network if it has one, an arrow to the better."""
     arrows = {True: r"$\uparrow$", False: r"$\downarrow$"}
-    found = [REGISTERED[name] for name in metrics]
-    return [metric.label + arrows[metric.higher_is_better] for metric in found]
+    found = []
+    for name, settings in _settings(metrics).items():
+        network = f" ({settings['net']})" if "net" in settings else ""
+        found.append(REGISTERED[name].label + network + arrows[REGISTERED[name].higher_is_better])
+    return found
 
 
-HIGHER_IS_BETTER = directions(METRICS)
 METRIC_UNITS = units(METRICS)

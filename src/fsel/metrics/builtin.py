@@ -1,4 +1,4 @@
-"""The metrics of the paper's tables, GMSD in the place of LPIPS, whose weights are not at hand."""
+"""The metrics of the paper's tables that need no weights, GMSD in the place of LPIPS."""
 
 from __future__ import annotations
 

@@ -17,14 +17,18 @@ class Metric:
         label: how printed tables head its column.
         higher_is_better: its direction.
         score: (rendered (T, h, w, 3) float32 in [0, 1], truth (T, h, w, 3) uint8, masks (T, h, w)
-            bool or None) -> (T,) float64, of the part inside the mask.
+            bool or None) -> (T,) float64, of the part inside the mask. Settings, such as the file
+            of a network's weights, are keywords of it.
         unit: of its values; empty where they have none.
         digits: decimals that tables print.
+        check: refuses settings that `score` could not work with, before any work starts; None
+            where there are no settings.
     """
 
     name: str
     label: str
     higher_is_better: bool
-    score: Callable[[np.ndarray, np.ndarray, np.ndarray | None], np.ndarray]
+    score: Callable[..., np.ndarray]
     unit: str = ""
     digits: int = 3
+    check: Callable[..., None] | None = None

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
-from fsel.metrics import HIGHER_IS_BETTER
+from fsel.metrics import REGISTERED
 
 ALL_FRAMES = 0  # the budget of a method that takes every frame; tables write it as "all"
 LEVELS = (2.5, 97.5)  # percentiles of a 95% interval
@@ -138,7 +138,7 @@ def leaders(gaps: pd.DataFrame) -> set[tuple[str, int, str]]:
     """
     found = set()
     for key, part in gaps.groupby(["method", "k", "metric"]):
-        rises = HIGHER_IS_BETTER[key[2]]
+        rises = REGISTERED[key[2]].higher_is_better
         if ((part["ci_low"] > 0) if rises else (part["ci_high"] < 0)).all():
             found.add(key)
     return found

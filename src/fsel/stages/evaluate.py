@@ -12,6 +12,7 @@ from fsel import measuring
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.files import write_table
+from fsel.metrics import Metrics
 from fsel.reconstruct import reconstructor_of
 from fsel.split import Split
 
@@ -25,7 +26,7 @@ def evaluate(
     evaluations: Sequence[str | Path],
     *,
     reconstruction: Mapping,
-    metrics: Sequence[str],
+    metrics: Metrics,
     config: str,
 ) -> None:
     """Reconstruct every selection and compare it with the held-out targets of its draw.
@@ -37,7 +38,8 @@ def evaluate(
         splits: split.parquet, one a draw.
         selections: what `select` wrote, one a draw.
         evaluations: one a draw, see `fsel.measuring.measure`.
-        reconstruction, metrics: the config's sections.
+        reconstruction: the config's section.
+        metrics: names, or name -> settings.
         config: digest of the parameters.
     """
     units = measuring.measured_units(metrics)

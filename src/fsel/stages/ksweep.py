@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fsel.files import write_text
-from fsel.metrics import directions, headings
+from fsel.metrics import Metrics, directions, headings
 from fsel.report.captions import made_by
 from fsel.report.latex import sweep_table, tex
 from fsel.report.numbers import write_csv
@@ -26,7 +26,7 @@ def ksweep(
     searched: Sequence[str],
     datasets: Mapping[str, str],
     budgets: Sequence[int],
-    metrics: Sequence[str],
+    metrics: Metrics,
     bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
@@ -39,7 +39,7 @@ def ksweep(
         problems, searched: `dataset/scene/draw0` of each of the evaluations and oracles.
         datasets: name -> printed label, in order.
         budgets: columns.
-        metrics: of a cell, in order.
+        metrics: of a cell, in order; names, or name -> settings.
         bootstrap: its `resamples` and `seed`.
         facts: what the caption tells, see `caption`.
     """
@@ -62,7 +62,7 @@ def ksweep(
     write_text(text, table)
 
 
-def caption(facts: Mapping, metrics: Sequence[str]) -> str:
+def caption(facts: Mapping, metrics: Metrics) -> str:
     """Which captures, reconstructor, descriptor and metric made the table, in LaTeX.
 
     Args:

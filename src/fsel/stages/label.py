@@ -12,7 +12,7 @@ import pandas as pd
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.files import fingerprint, write_table
-from fsel.metrics import METRIC_UNITS
+from fsel.metrics import Metrics, units
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.split import coverage_split
@@ -31,6 +31,7 @@ def label(
     seed: int,
     search: Mapping,
     reconstruction: Mapping,
+    fitness: Metrics,
     inputs: Iterable[str | Path],
     config: str,
 ) -> None:
@@ -43,6 +44,7 @@ def label(
         coverages: per cent.
         seed: of the scene.
         search, reconstruction: the config's sections.
+        fitness: PSNR, SSIM and a perceptual distance of the registry, or name -> settings.
         inputs: files that the evaluations depend on; a change of one starts the search afresh.
         config: digest of the parameters.
     """
@@ -53,13 +55,13 @@ def label(
     with Journal(splits, fingerprint(inputs, {"config": config})) as journal:
         for coverage, path in zip(coverages, labels, strict=True):
             split = coverage_split(capture, coverage, seed)
-            evaluator = Evaluator.on_frames(reconstructor, split.proxies)
+            evaluator = Evaluator.on_frames(reconstructor, split.proxies, metrics=fitness)
             evaluate = journal.remember(f"p{coverage}", evaluator)
             problem = Problem.of(capture, split, described)
             rng = np.random.default_rng([seed, coverage])
             result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
-            table = search_table(result, search["stored"])
-            write_table(table, path, units=METRIC_UNITS, config=config)
+            table = search_table(result, search["stored"], fitness)
+            write_table(table, path, units=units(fitness), config=config)
             parts.append(split.table(capture.names).assign(coverage=coverage))
             logger.info("p%d: %d subsets\n%s", coverage, len(table), table[table["rank"] == 0])
         write_table(pd.concat(parts), splits, units={"coverage": "percent"}, config=config)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ import pandas as pd
 from fsel import measuring
 from fsel.evaluation import Evaluator
 from fsel.files import fingerprint, write_table
-from fsel.metrics import METRIC_UNITS
+from fsel.metrics import Metrics, units
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.seeds import name_seed
@@ -28,7 +28,8 @@ def search_oracle(
     *,
     search: Mapping,
     reconstruction: Mapping,
-    metrics: Sequence[str],
+    fitness: Metrics,
+    metrics: Metrics,
     seed: int,
     inputs: Iterable[str | Path],
     config: str,
@@ -41,24 +42,28 @@ def search_oracle(
         folder: a canonical capture with its descriptors.
         split: split.parquet of the draw.
         subsets, oracle: receive every subset, on the proxies, and the best two, on the targets.
-        search, reconstruction, metrics: the config's sections; searches have metrics of their own.
+        search, reconstruction: the config's sections.
+        fitness: PSNR, SSIM and a perceptual distance of the registry, or name -> settings.
+        metrics: of the comparison on the targets.
         seed: of the draw.
         inputs, config: files and digest of parameters that the evaluations depend on.
     """
     problem, parts = Problem.load(folder, split), Split.load(split)
     reconstructor = reconstructor_of(problem.capture, reconstruction)
     on_targets = Evaluator.on_frames(reconstructor, parts.targets, metrics=metrics)
-    searched, picks = [], []
+    evaluator = Evaluator.on_frames(reconstructor, parts.proxies, metrics=fitness)
+    found, picks = [], []
     with Journal(subsets, fingerprint(inputs, {"config": config})) as journal:
-        on_proxies = journal.remember("p", Evaluator.on_frames(reconstructor, parts.proxies))
+        on_proxies = journal.remember("p", evaluator)
         for name, labeller in (("search", "genetic"), ("random_search", "random")):
             rng = np.random.default_rng([seed, name_seed(name)])
             result = search_subsets(on_proxies, problem, parts, labeller, search, rng)
             search = {**search, "evaluations": len(result.subsets)}
-            searched.append(search_table(result, search["stored"]).assign(method=name))
+            table = search_table(result, search["stored"], fitness)
+            found.append(table.assign(method=name))
             fittest = result.subsets[result.best(1)[0]]
             head = {"method": name, "seed": 0, "k": search["k"]}
             picks.append(pd.DataFrame({**head, "frame": fittest}))
         measured = measuring.measure(on_targets, pd.concat(picks))
         write_table(measured, oracle, units=measuring.measured_units(metrics), config=config)
-        write_table(pd.concat(searched), subsets, units=METRIC_UNITS, config=config)
+        write_table(pd.concat(found), subsets, units=units(fitness), config=config)

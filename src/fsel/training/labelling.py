@@ -10,7 +10,7 @@ import pandas as pd
 
 from fsel.baselines.nearest import nearest
 from fsel.files import subsets_column
-from fsel.metrics import METRICS
+from fsel.metrics import METRICS, Metrics
 from fsel.problem import Problem
 from fsel.split import Split
 from fsel.training.search import (
@@ -82,14 +82,14 @@ LABELLERS: dict[str, Labeller] = {"genetic": _genetic, "swap": _swap, "random": 
 """(evaluate, problem, split, search, rng) -> searched subsets; the config's `search.labeller`."""
 
 
-def search_table(result: SearchResult, stored: int) -> pd.DataFrame:
+def search_table(result: SearchResult, stored: int, metrics: Metrics = METRICS) -> pd.DataFrame:
     """One row a distinct subset, in the order of evaluation; `rank` 0 is the fittest.
 
     `rank` is -1 beyond the `stored` fittest.
     """
     table = pd.DataFrame({"generation": result.generation})
     table["subset"] = subsets_column(result.subsets)
-    table[list(METRICS)] = result.metrics
+    table[list(metrics)] = result.metrics
     table["fitness"] = result.fitness
     table["rank"] = -1
     table.loc[result.best(stored), "rank"] = np.arange(min(stored, len(table)))
