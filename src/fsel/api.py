@@ -58,6 +58,7 @@ def select(
     *,
     sharpness: np.ndarray | None = None,
     focus: Focus | None = None,
+    descriptors: np.ndarray | None = None,
 ) -> Selection:
     """Choose the k frames that best serve the views to be rendered.
 
@@ -71,8 +72,8 @@ def select(
             camera path. `fsel.capture.Views`: poses. `Targets`: what `checked_request` returned.
         method: a key of `METHODS`.
         seed: of methods that draw at random.
-        sharpness: (N,) of every frame, where it is known already; else it is measured for methods
-            that read it.
+        sharpness, descriptors: (N,) and (N, D) of every frame, where they are known already; else
+            measured for methods that read them, descriptors by `lab_hog`, which needs no weights.
         focus: an object that targets must see, see `fsel.request.focus`.
 
     Raises:
@@ -88,13 +89,14 @@ def select(
         targets = checked_request(capture, k, targets, method, focus)
     read = reads(method)
     if sharpness is None:
-        measured = "sharpness" in read
-        sharpness = measure_sharpness(capture.images) if measured else np.zeros(len(capture))
-    seen = described(capture) if "appearance" in read else None
+        known = np.zeros(len(capture))
+        sharpness = measure_sharpness(capture.images) if "sharpness" in read else known
+    if descriptors is None and "appearance" in read:
+        descriptors = described(capture)
     ranked = _ranked_by(method, seed)
     asked = number_of(k)
     started = time.perf_counter()
-    problem = request_problem(capture, targets, sharpness, focus, seen)
+    problem = request_problem(capture, targets, sharpness, focus, descriptors)
     found = None
     if isinstance(asked, Auto):
         frames, scores, found = _enough(problem, ranked, asked)

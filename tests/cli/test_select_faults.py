@@ -98,6 +98,15 @@ def unknown_name(folder, tmp_path):
         (lambda *_: ["--targets", "every:1"], ["'every:1'", "every:N"]),
         (lambda *_: ["--targets", "nowhere.json"], ["nowhere.json", "no such file"]),
         (lambda *_: ["--method", "best"], ["'best'", "allowed: fsel"]),
+        (lambda *_: ["--appearance", "dinov2"], ["fsel does not compare frames by appearance"]),
+        (
+            lambda *_: ["--method", "dpp", "--appearance", "dinov2", "--appearance-weights", "no"],
+            ["'no', not a file", "https://huggingface.co/timm/"],
+        ),
+        (
+            lambda *_: ["--method", "dpp", "--appearance", "vgg"],
+            ["'vgg'", "allowed: dinov2, lab_hog"],
+        ),
         (lambda *_: ["--layout", "kitti"], ["'kitti'", "allowed: auto"]),
     ],
 )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import convolve, gaussian_filter
 
+from fsel.features import appearance
 from fsel.features.appearance import descriptors
 from fsel.features.sharpness import sharpness
 
@@ -69,7 +70,9 @@ def test_weights_without_use_are_refused():
 
 @pytest.mark.parametrize("weights", [None, "no/such/file.pth"])
 def test_missing_weights_are_named(weights):
-    with pytest.raises(FileNotFoundError, match=r"appearance.weights.*lab_hog"):
+    with pytest.raises(
+        FileNotFoundError, match=r"appearance.weights.*huggingface.co/timm/.*lab_hog"
+    ):
         descriptors(pictures(1), "dinov2", weights)
 
 
@@ -87,7 +90,7 @@ def test_dinov2_hands_the_checkpoint_over_and_normalises(tmp_path, monkeypatch):
 
     class Network(torch.nn.Module):
         def forward(self, batch):
-            seen["batch"] = tuple(batch.shape[1:])
+            seen.setdefault("batches", []).append(tuple(batch.shape))
             return batch.mean(dim=(2, 3))
 
     class Timm:
@@ -99,13 +102,17 @@ def test_dinov2_hands_the_checkpoint_over_and_normalises(tmp_path, monkeypatch):
     checkpoint = tmp_path / "dino.pth"
     checkpoint.write_bytes(b"")
     monkeypatch.setitem(sys.modules, "timm", Timm)
-    grey = np.full((2, 24, 32, 3), 255, np.uint8)
+    monkeypatch.setattr(appearance, "BATCH", 2)
+    grey = np.full((3, 24, 32, 3), 255, np.uint8)
+    grey[2, ..., 0] = 0  # of the second batch
     rows = descriptors(grey, "dinov2", str(checkpoint))
     white = (1 - np.array([0.485, 0.456, 0.406])) / np.array([0.229, 0.224, 0.225])
-    np.testing.assert_allclose(rows, np.tile(white / np.linalg.norm(white), (2, 1)), atol=1e-6)
+    dark = np.array([-0.485 / 0.229, white[1], white[2]])
+    expected = [v / np.linalg.norm(v) for v in (white, white, dark)]
+    np.testing.assert_allclose(rows, expected, atol=1e-6)
     assert seen["name"] == "vit_small_patch14_dinov2.lvd142m"
     assert seen["pretrained_cfg_overlay"] == {"file": str(checkpoint)}
-    assert seen["batch"] == (3, 224, 224)
+    assert seen["batches"] == [(2, 3, 224, 224), (1, 3, 224, 224)]
 
 
 def test_sharpness_against_a_plain_convolution():

@@ -120,6 +120,16 @@ def _add_select(commands) -> None:
     _add_request(command)
     command.add_argument("--method", default="fsel", help="fsel, uniform, fvs, nearest, ...")
     command.add_argument(
+        "--appearance",
+        default="lab_hog",
+        metavar="KIND",
+        help="descriptor of methods that compare frames by appearance: lab_hog (the default), or "
+        "dinov2",
+    )
+    command.add_argument(
+        "--appearance-weights", metavar="FILE", help="checkpoint of --appearance dinov2"
+    )
+    command.add_argument(
         "--geometry-only",
         action="store_true",
         help="do not open images: no sharpness, no pictures in the report",

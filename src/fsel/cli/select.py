@@ -18,12 +18,15 @@ from fsel.export import record, subset
 from fsel.export.page import page
 from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
-from fsel.layouts.opening import Opened, open_capture
+from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
+from fsel.features.appearance import check as check_appearance
+from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
 from fsel.layouts.previews import sharpness_of_files, thumbnails
 from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.targets import ALL
 from fsel.selector import pretrained
 
+SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described
 THUMBNAIL = 240  # pixels of the longer side, in the report
 
 
@@ -34,9 +37,11 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         raise ValueError(
             f"--threshold and --memory go with -k auto alone, and k is {asked.k}. Hint: -k auto"
         )
+    _check_appearance(asked)
     with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
         with console.clock("reading"):
-            opened = open_capture(asked.capture, asked.layout, max_error=asked.max_error)
+            side = SIDES[asked.appearance]
+            opened = open_capture(asked.capture, asked.layout, side, max_error=asked.max_error)
         seconds = {"read": time.perf_counter() - started}
         outcome = _select(asked, console, opened, seconds)
         written = time.perf_counter()
@@ -98,6 +103,7 @@ def _select(
         asked.seed,
         sharpness=np.zeros(len(capture)) if sharpness is None else sharpness,
         focus=focus,
+        descriptors=_described(asked, capture, seconds),
     )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness)
@@ -112,6 +118,30 @@ def _read(asked: argparse.Namespace, console: Console, opened: Opened) -> Captur
         with console.clock("points"):
             return opened.with_points()
     return opened.capture
+
+
+def _check_appearance(asked: argparse.Namespace) -> None:
+    """Refuse a descriptor that cannot be made, or that the method would not look at."""
+    if (asked.appearance, asked.appearance_weights) == (LAB_HOG, None):
+        return
+    if "appearance" not in api.reads(asked.method):
+        raise ValueError(
+            f"--appearance is {asked.appearance}, and {asked.method} does not compare frames by "
+            "appearance. Hint: leave it out, or --method kmedoids"
+        )
+    check_appearance(asked.appearance, asked.appearance_weights)
+
+
+def _described(
+    asked: argparse.Namespace, capture: Capture, seconds: dict[str, float]
+) -> np.ndarray | None:
+    """(N, D) appearance of every frame, of methods that read it."""
+    if "appearance" not in api.reads(asked.method):
+        return None
+    started = time.perf_counter()
+    found = descriptors(np.asarray(capture.images), asked.appearance, asked.appearance_weights)
+    seconds["appearance"] = time.perf_counter() - started
+    return found
 
 
 def _budget(asked: argparse.Namespace, opened: Opened) -> int | Auto:
@@ -159,6 +189,7 @@ def _content(
             "targets": asked.targets,
             "method": asked.method,
             "seed": asked.seed,
+            "appearance": asked.appearance if "appearance" in api.reads(asked.method) else None,
             "masks": str(asked.masks) if asked.masks else None,
             "box": asked.box,
             "geometry_only": asked.geometry_only,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import cv2
@@ -9,8 +11,11 @@ import numpy as np
 
 GRID = 4
 BINS = 8
+LAB_HOG = "lab_hog"
 DINOV2 = "vit_small_patch14_dinov2.lvd142m"
 DINOV2_SIDE = 224
+DINOV2_PAGE = "https://huggingface.co/timm/vit_small_patch14_dinov2.lvd142m"
+BATCH = 32  # images through the network at once
 KERNEL_JITTER = 1e-6  # added to the diagonal of a kernel of descriptors, which may be singular
 IMAGENET = np.array([[0.485, 0.456, 0.406], [0.229, 0.224, 0.225]], np.float32)
 
@@ -20,27 +25,63 @@ def descriptors(images: np.ndarray, kind: str, weights: str | None = None) -> np
 
     Args:
         images: (N, h, w, 3) uint8 RGB.
-        kind: `lab_hog`, which needs no weights, or `dinov2` (ViT-S/14 CLS token through timm).
+        kind: `lab_hog`, which needs no weights, or `dinov2` (Oquab et al. 2024): the class token of
+            ViT-S/14 through timm, in float32, on a GPU where there is one.
         weights: path of a DINOv2 checkpoint; only for `dinov2`.
+
+    The paper states no model, size or pooling of its DINO features. Here the whole frame is resized
+    to 224x224 (means of the pixels covered) and normalised by ImageNet's mean and deviation.
 
     Returns:
         (N, D) float32, rows of unit length; cosine similarity is their dot product.
 
     Raises:
-        ValueError: for an unknown kind, or weights given to a kind that has none.
-        FileNotFoundError: when the weights are not where they should be.
+        As `check`.
     """
-    if kind not in KINDS:
-        raise ValueError(f"appearance.kind is {kind!r}; allowed: {', '.join(sorted(KINDS))}")
+    check(kind, weights)
     raw = KINDS[kind](images, weights)
     length = np.linalg.norm(raw, axis=1, keepdims=True)
     return (raw / np.where(length > 0, length, 1)).astype(np.float32)
 
 
+def check(kind: str, weights: str | None = None) -> None:
+    """Refuse what `descriptors` could not make, before images are read.
+
+    Raises:
+        ValueError: for an unknown kind, or weights given to a kind that has none.
+        FileNotFoundError: when the weights are not where they should be.
+        ImportError: without the packages of `dinov2`.
+    """
+    if kind not in KINDS:
+        raise ValueError(f"appearance.kind is {kind!r}; allowed: {', '.join(sorted(KINDS))}")
+    if kind != "dinov2":
+        if weights is not None:
+            raise ValueError(
+                f"appearance.weights is set, but {kind} has none; did you mean dinov2?"
+            )
+        return
+    if weights is None or not Path(weights).is_file():
+        raise FileNotFoundError(
+            f"appearance.weights is {weights!r}, not a file; dinov2 needs the checkpoint of "
+            f"{DINOV2} on disk, from {DINOV2_PAGE}. Hint: give its path, or set appearance.kind to "
+            "lab_hog"
+        )
+    for package, extra in (("timm", "weights"), ("torch", "workflow")):
+        if not _installed(package):
+            raise ImportError(
+                f"appearance.kind dinov2 needs the package {package}: pip install 'fsel[{extra}]', "
+                "or set appearance.kind to lab_hog"
+            )
+
+
+def _installed(package: str) -> bool:
+    if package in sys.modules:
+        return sys.modules[package] is not None
+    return find_spec(package) is not None
+
+
 def _lab_hog(images: np.ndarray, weights: str | None) -> np.ndarray:
     """CIE Lab means and gradient-orientation histograms on a 4x4 grid (Dalal and Triggs 2005)."""
-    if weights is not None:
-        raise ValueError("appearance.weights is set, but lab_hog has none; did you mean dinov2?")
     return np.stack([_describe(np.ascontiguousarray(image)) for image in images])
 
 
@@ -69,18 +110,7 @@ def _describe(image: np.ndarray) -> np.ndarray:
 
 
 def _dinov2(images: np.ndarray, weights: str | None) -> np.ndarray:
-    if weights is None or not Path(weights).is_file():
-        raise FileNotFoundError(
-            f"appearance.weights is {weights!r}, not a file; dinov2 needs the checkpoint of "
-            f"{DINOV2} on disk, or set appearance.kind to lab_hog"
-        )
-    try:
-        import timm
-    except ImportError as error:
-        raise ImportError(
-            "appearance.kind dinov2 needs the package timm: pip install 'fsel[weights]', or set "
-            "appearance.kind to lab_hog"
-        ) from error
+    import timm
     import torch
 
     # loaded as pretrained weights, not as a checkpoint: only so are the position embeddings, made
@@ -92,14 +122,16 @@ def _dinov2(images: np.ndarray, weights: str | None) -> np.ndarray:
         img_size=DINOV2_SIDE,
         num_classes=0,
     ).eval()
-    rows = []
+    device = "cuda" if torch.cuda.is_available() else "cpu"
+    model, rows, side = model.to(device), [], (DINOV2_SIDE, DINOV2_SIDE)
     with torch.inference_mode():
-        for image in images:
-            side = (DINOV2_SIDE, DINOV2_SIDE)
-            small = cv2.resize(np.ascontiguousarray(image), side, interpolation=cv2.INTER_AREA)
+        for start in range(0, len(images), BATCH):
+            part = [np.ascontiguousarray(image) for image in images[start : start + BATCH]]
+            small = np.stack([cv2.resize(i, side, interpolation=cv2.INTER_AREA) for i in part])
             scaled = (small.astype(np.float32) / 255 - IMAGENET[0]) / IMAGENET[1]
-            rows.append(model(torch.from_numpy(scaled).permute(2, 0, 1)[None])[0].numpy())
-    return np.stack(rows)
+            batch = torch.from_numpy(scaled).permute(0, 3, 1, 2).to(device)
+            rows.append(model(batch).cpu().numpy())
+    return np.concatenate(rows)
 
 
 KINDS = {"lab_hog": _lab_hog, "dinov2": _dinov2}
