@@ -87,6 +87,16 @@ def test_methods_with_appearance_get_descriptors(folder):
     assert len(fsel.select(capture, 5, method="untrained").names) == 5
 
 
+def test_methods_with_appearance_take_the_descriptors_given(folder):
+    """All frames alike but for two: a determinantal process picks those and one of the others."""
+    capture = fsel.read_capture(folder, long_side=64)
+    given = np.zeros((len(capture), 3), np.float32)
+    given[:, 0] = 1
+    given[5], given[17] = [0, 1, 0], [0, 0, 1]
+    picks = fsel.select(capture, 3, method="dpp", descriptors=given).indices
+    assert {5, 17} < set(picks.tolist())
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
