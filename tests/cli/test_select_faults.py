@@ -178,7 +178,7 @@ def test_a_full_disk_leaves_nothing(capture, tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr(subset.shutil, "copy2", full)
     assert select(capture, "-k", 4, "--copy", "-o", tmp_path / "out") == 1
-    assert capsys.readouterr().err == "fsel: No space left on device\n"
+    assert capsys.readouterr().err == f"fsel: {tmp_path}/out: No space left on device\n"
     assert {path.name for path in tmp_path.iterdir()} == {"capture"}
 
 

@@ -8,48 +8,57 @@ written is there whole or not at all.
 from __future__ import annotations
 
 import os
-import signal
 import sys
+from argparse import Namespace
 from collections.abc import Sequence
-from types import FrameType
+from importlib import import_module
 
-from fsel.cli.parser import parser
+from fsel.cli.signals import SAID, Interruption, watched
 
 REFUSED = 1
-
-
-class _Terminated(KeyboardInterrupt):
-    pass
-
-
-def _terminate(number: int, frame: FrameType | None) -> None:
-    raise _Terminated
+INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
-    asked = parser().parse_args(arguments)
-    # before NumPy is imported: on a selection's small matrices more threads only wait for another
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    from fsel.cli.console import Console
+    with watched() as interruption:  # before anything that takes long to import
+        from fsel.cli.parser import parsed
+        from fsel.cli.silence import native_lines_dropped
 
-    console = Console(asked.quiet, asked.json)
-    previous = signal.signal(signal.SIGTERM, _terminate)
+        asked = parsed(arguments)
+        # before NumPy is imported: on a selection's small matrices more threads only wait for
+        # another
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        with native_lines_dropped():
+            return _run(asked, interruption)
+
+
+def _run(asked: Namespace, interruption: Interruption) -> int:
     try:
-        asked.command(asked, console)
-    except (ValueError, OSError) as error:
-        print(f"fsel: {_in_words(error)}", file=sys.stderr)
+        command = import_module(f"fsel.cli.{asked.command}")
+        from fsel.cli.console import Console
+
+        interruption.working = True
+        command.run(asked, Console(asked.quiet, asked.json))
+    except BaseException as error:
+        interruption.working = False
+        if interruption.number or isinstance(error, KeyboardInterrupt):
+            print(SAID, file=sys.stderr)
+            return 128 + interruption.number if interruption.number else INTERRUPTED
+        if not isinstance(error, ValueError | OSError | MemoryError):
+            raise
+        print(f"fsel: {_in_words(error, asked)}", file=sys.stderr)
         return REFUSED
-    except KeyboardInterrupt as error:
-        print("fsel: interrupted, nothing was written", file=sys.stderr)
-        number = signal.SIGTERM if isinstance(error, _Terminated) else signal.SIGINT
-        return 128 + number
-    finally:
-        signal.signal(signal.SIGTERM, previous)
     return 0
 
 
-def _in_words(error: Exception) -> str:
+def _in_words(error: Exception, asked: Namespace) -> str:
+    """One line that names a file."""
     if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-    return str(error)
+        named = error.filename or getattr(asked, "out", None) or asked.capture
+        return f"{named}: {error.strerror}"
+    if isinstance(error, MemoryError):
+        return f"{asked.capture}: takes more memory than there is"
+    if type(error).__name__ == "LinAlgError":  # of NumPy, which tells no file
+        return f"{asked.capture}: its cameras' poses leave the computation no answer ({error})"
+    return " ".join(str(error).split("\n"))

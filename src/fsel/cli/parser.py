@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from importlib import import_module
+import re
+import sys
+from collections.abc import Callable, Sequence
+from decimal import Decimal
 from pathlib import Path
 
 from fsel.bounds import MAX_ERROR
 
+LARGEST = 16384  # pixels of a working image's longer side
+EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
 UNITS = {"GB": 10**9, "MB": 10**6, "kB": 10**3}
 
 
@@ -28,6 +32,17 @@ def parser() -> argparse.ArgumentParser:
     return root
 
 
+def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """A command line, by default the process' own.
+
+    Negative numbers with exponents are written out: argparse takes them for options.
+    """
+    words = sys.argv[1:] if arguments is None else arguments
+    return parser().parse_args(
+        [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in words]
+    )
+
+
 def _command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
     """A command with the options that all share; it takes a capture, or a model and a capture."""
     command = commands.add_parser(name, help=text, description=text)
@@ -43,7 +58,7 @@ def _command(commands, name: str, text: str, model: bool = False) -> argparse.Ar
     )
     command.add_argument(
         "--max-error",
-        type=float,
+        type=_positive,
         metavar="SHARE",
         default=MAX_ERROR,
         help="greatest median disagreement of poses and images, as a share of the images' longer "
@@ -51,15 +66,8 @@ def _command(commands, name: str, text: str, model: bool = False) -> argparse.Ar
     )
     command.add_argument("--quiet", action="store_true", help="print nothing but errors")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
-    command.set_defaults(command=_deferred(name))
+    command.set_defaults(command=name)
     return command
-
-
-def _deferred(name: str) -> Callable:
-    def run(asked: argparse.Namespace, console) -> None:
-        import_module(f"fsel.cli.{name}").run(asked, console)
-
-    return run
 
 
 def _add_output(command: argparse.ArgumentParser, text: str) -> None:
@@ -91,7 +99,7 @@ def _add_request(command: argparse.ArgumentParser, targets: str | None = None) -
         metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
         help="the same for a box in world units",
     )
-    command.add_argument("--seed", type=int, default=0, help="of methods that draw at random")
+    command.add_argument("--seed", type=_whole(0), default=0, help="of methods that draw at random")
 
 
 def _add_select(commands) -> None:
@@ -106,7 +114,7 @@ def _add_select(commands) -> None:
     )
     command.add_argument(
         "--threshold",
-        type=float,
+        type=_positive,
         metavar="DB",
         help="of -k auto: least PSNR that further frames must gain each, 0.02 by default",
     )
@@ -198,14 +206,14 @@ def _add_reconstructor(command: argparse.ArgumentParser) -> None:
         "--reconstructor", default="splats", help="splats (by default), gaussians, ..."
     )
     command.add_argument(
-        "--steps", type=int, help="of a reconstructor that optimises, as gaussians"
+        "--steps", type=_whole(1), help="of a reconstructor that optimises, as gaussians"
     )
 
 
 def _add_size(command: argparse.ArgumentParser, what: str = "", default: int = 96) -> None:
     command.add_argument(
         "--long-side",
-        type=int,
+        type=_whole(1, LARGEST),
         default=default,
         help=f"{what}longer side in pixels of the images, {default} by default",
     )
@@ -221,10 +229,31 @@ def _number_or_auto(text: str) -> int | str:
 
 def _bytes(text: str) -> int:
     """2GB, 500MB, 100kB (powers of 1000) or plain bytes."""
-    for unit, size in UNITS.items():
-        if text.endswith(unit):
-            return int(float(text.removesuffix(unit)) * size)
-    return int(text)
+    unit = next((unit for unit in UNITS if text.endswith(unit)), "")
+    size = _positive(text.removesuffix(unit)) * UNITS.get(unit, 1)
+    if size == float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no size; allowed: as 500MB or 2GB")
+    return int(size)
+
+
+def _positive(text: str) -> float:
+    number = float(text)
+    if not number > 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: more than 0")
+    return number
+
+
+def _whole(least: int, most: int | None = None) -> Callable[[str], int]:
+    """Reads a whole number between two bounds, both included."""
+
+    def number(text: str) -> int:
+        value = int(text)
+        if value < least or (most is not None and value > most):
+            allowed = f"{least} or more" if most is None else f"{least} to {most}"
+            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {allowed}")
+        return value
+
+    return number
 
 
 def _numbers(text: str) -> list[int]:

@@ -24,14 +24,14 @@ def top_view(outcome: Outcome) -> str:
     near = targets.views.centers[~targets.far]
     centers = np.concatenate([capture.centers, near]) @ basis
     low, high = centers.min(axis=0), centers.max(axis=0)
-    extent = max(float((high - low).max()), np.finfo(float).tiny)
-    scale = (SIDE - 2 * MARGIN) / extent
-    offset = MARGIN + ((SIDE - 2 * MARGIN) - (high - low) * scale) / 2
-    places = (centers - low) * scale + offset
+    extent = float((high - low).max()) or 1.0  # all cameras in one place: in the middle
+    inner = SIDE - 2 * MARGIN
+    offset = MARGIN + inner * (1 - (high - low) / extent) / 2
+    places = (centers - low) / extent * inner + offset
     axes = np.concatenate([capture.axes, targets.views.axes[~targets.far]]) @ basis
     ends = places + TICK * SIDE * axes
     count = len(capture)
-    height = (high - low)[1] * scale + 2 * MARGIN
+    height = (high - low)[1] / extent * inner + 2 * MARGIN
     shift = (SIDE - height) / 2
     marks = [
         f'<svg viewBox="0 {shift:.1f} {SIDE} {height:.1f}" class="top" role="img" '
