@@ -52,7 +52,7 @@ def edit(path, change):
         (lambda c: c["frames"][1].pop("transform_matrix"), "f9.png: field 'transform_matrix'"),
         (lambda c: c["frames"][1].pop("file_path"), r"frames\[1\] has no file_path"),
         (lambda c: c.update(frames={"a": 1}), "list of frames"),
-        (lambda c: c.update(fl_x="wide"), "fl_x of .* must be one number, got wide"),
+        (lambda c: c.update(fl_x="wide"), "fl_x of .* must be one number, got 'wide'"),
         (lambda c: c.update(w=float("nan")), "w of .* must be finite"),
         (lambda c: c.update(fl_y=-3.0), "positive size and focal length"),
         (lambda c: c.update(camera_model="EQUIRECTANGULAR"), "camera_model is 'EQUI.*allowed"),

@@ -139,7 +139,7 @@ def numbers(value: object, shape: tuple[int, ...], path: Path, what: str) -> np.
         found = np.empty(0)
     if found.shape != shape:
         wanted = "x".join(map(str, shape)) or "one number"
-        raise ValueError(f"{path}: {what} must be {wanted}, got {str(value)[:80]}")
+        raise ValueError(f"{path}: {what} must be {wanted}, got {repr(value)[:80]}")
     return found
 
 

@@ -38,6 +38,8 @@ def check_whole(model: Path) -> None:
             (count,) = unpack_from("<Q", content)
             for _ in range(count):
                 at = skip(content, at)
+                if at > len(content):  # before a later entry is looked for there
+                    raise ValueError(f"an entry ends at {at} of {len(content)} bytes")
         except (Short, ValueError) as error:
             raise ValueError(f"{path}: cut short or damaged ({error})") from error
         if at != len(content):

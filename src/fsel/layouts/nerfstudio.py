@@ -108,7 +108,7 @@ def world_transform(stored: object, path: Path, what: str) -> np.ndarray:
     """
     matrix = numbers(stored, (3, 4), path, what)
     if not np.isfinite(matrix).all() or not abs(np.linalg.det(matrix[:, :3])) >= SINGULAR:
-        raise ValueError(f"{path}: {what} cannot be undone: {stored}")
+        raise ValueError(f"{path}: {what} cannot be undone: {repr(stored)[:200]}")
     return matrix
 
 
@@ -138,7 +138,7 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
 def _listed(content: dict, key: str, path: Path) -> list[str]:
     names = content[key]
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"{path}: {key} must be a list of names, got {str(names)[:80]}")
+        raise ValueError(f"{path}: {key} must be a list of names, got {repr(names)[:80]}")
     return names
 
 
@@ -203,7 +203,7 @@ def _with_distortion(
     if not isinstance(stated, list) or len(stated) > len(LISTED):
         raise ValueError(
             f"{path}: distortion_params must be a list of up to {len(LISTED)} numbers "
-            f"({', '.join(LISTED)}), got {str(stated)[:80]}"
+            f"({', '.join(LISTED)}), got {repr(stated)[:80]}"
         )
     listed = {
         key: number(entry, path, f"distortion_params ({key})")

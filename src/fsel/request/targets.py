@@ -205,7 +205,7 @@ def _matrix(view: object, field: str, path: Path, where: str) -> np.ndarray:
     shape = (16,) if rows == 16 else (3, 4) if rows == 3 else (4, 4)
     found = numbers(value, shape, path, f"{field} of {where}").reshape(-1, 4)
     if not np.isfinite(found).all():
-        raise ValueError(f"{path}: {field} of {where} must be finite, got {str(value)[:80]}")
+        raise ValueError(f"{path}: {field} of {where} must be finite, got {repr(value)[:80]}")
     return np.vstack([found[:3], [0, 0, 0, 1]])
 
 

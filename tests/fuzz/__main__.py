@@ -1,0 +1,44 @@
+"""The long run: `PYTHONPATH=src:tests python -m fuzz --cases 20000`.
+
+Prints a line a failure, shrunk, as an entry of cases.json, and the counts at the end.
+"""
+
+import argparse
+import json
+import resource
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+from tqdm import tqdm
+
+from fsel.cli.silence import native_lines_dropped
+
+from . import cases
+
+
+def main():
+    """Run, and say how many went wrong: the exit code is 1 if any did."""
+    parser = argparse.ArgumentParser(prog="python -m fuzz")
+    parser.add_argument("--cases", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    asked = parser.parse_args()
+    counts = Counter()
+    with native_lines_dropped(), tempfile.TemporaryDirectory() as name:
+        original, work = Path(name, "originals"), Path(name, "work")
+        original.mkdir()
+        cases.originals(original)
+        for case in tqdm(cases.drawn(asked.cases, asked.seed), disable=None):
+            wrong = cases.run(case, original, work)
+            counts["wrong" if wrong else "right"] += 1
+            if wrong:
+                small = cases.shrunk(case, original, work)
+                entry = [small.layout, small.seed, small.kept]
+                print(json.dumps(entry), wrong[0][:600], flush=True)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    print(f"{asked.cases} cases, {counts['wrong']} wrong, peak of memory {peak:.2f} GB")
+    return int(counts["wrong"] > 0)
+
+
+sys.exit(main())
