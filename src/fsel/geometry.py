@@ -48,9 +48,13 @@ def poses_at(centers: np.ndarray, rotations: np.ndarray) -> np.ndarray:
 
 
 def invert_pose(pose: np.ndarray) -> np.ndarray:
-    """(..., 3, 4) inverse of (..., 3+, 4) rigid poses, by transposing their rotations."""
+    """(..., 3, 4) inverse of (..., 3+, 4) rigid poses, by transposing their rotations.
+
+    Poses that are not finite, as trackers write where they are lost, give such ones.
+    """
     rotation = np.swapaxes(pose[..., :3, :3], -1, -2)
-    return np.concatenate([rotation, -rotation @ pose[..., :3, 3:]], axis=-1)
+    with np.errstate(invalid="ignore"):
+        return np.concatenate([rotation, -rotation @ pose[..., :3, 3:]], axis=-1)
 
 
 def pixel_centers(width: int, height: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pycolmap
 
+from fsel.capture import MOST_LENGTH
 from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, RawPoints, inside, matched, read_text
 from fsel.layouts.binary import check_whole
@@ -205,9 +206,9 @@ def points_of(
     point, frame, xy = np.concatenate(points), np.concatenate(frames), np.concatenate(places)
     _, first = np.unique(point * len(rows) + frame, return_index=True)  # one observation a frame
     xyz = np.array([entry.xyz for entry in entries])
-    for row in np.flatnonzero(~np.isfinite(xyz).all(axis=1))[:1]:
+    for row in np.flatnonzero(~(np.abs(xyz) < MOST_LENGTH).all(axis=1))[:1]:
         raise ValueError(f"{source}: point {keys[row]} lies at {xyz[row].tolist()}, not finite")
-    for row in np.flatnonzero(~np.isfinite(xy).all(axis=1))[:1]:
+    for row in np.flatnonzero(~(np.abs(xy) < MOST_LENGTH).all(axis=1))[:1]:
         raise ValueError(f"{source}: point {keys[point[row]]} is seen at {xy[row].tolist()}")
     return RawPoints(
         xyz=xyz,

@@ -155,6 +155,8 @@ def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> 
     stored = member(frame, "transform_matrix", path, frame["file_path"])
     shape = (len(stored), 4) if isinstance(stored, list) and len(stored) == 3 else (4, 4)
     matrix = numbers(stored, shape, path, f"transform_matrix of {frame['file_path']}")
+    if not np.isfinite(matrix).all():
+        raise ValueError(f"{path}: transform_matrix of {frame['file_path']} is not finite")
     matrix = np.vstack([matrix[:3], [0, 0, 0, 1]])
     matrix[:3, 3] /= scale
     if applied is not None:
