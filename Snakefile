@@ -37,6 +37,8 @@ include: "workflow/rules/trials.smk"
 include: "workflow/rules/objects.smk"
 include: "workflow/rules/poses.smk"
 include: "workflow/rules/paper.smk"
+include: "workflow/rules/judges.smk"
+include: "workflow/rules/transfer.smk"
 
 
 rule all:
@@ -44,6 +46,8 @@ rule all:
     input:
         "<tables>/ksweep.tex",
         "<figures>/heatmap.pdf",
+        collect("<tables>/{judge}/ksweep.tex", judge=FURTHER),
+        collect("<figures>/{judge}/heatmap.pdf", judge=FURTHER),
         # for inspection: every candidate's features; selectors compute their own
         features=collect(
             "<results>/{problem}/features.parquet", problem=problems(config["draws"])

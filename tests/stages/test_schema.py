@@ -26,6 +26,9 @@ $defs:
   dataset:
     properties:
       label: {description: Name.}
+  reconstructor:
+    properties:
+      name: {description: Which., default: old}
 """
 HEAD = "| key | default | meaning |\n|---|---|---|\n"
 
@@ -45,7 +48,7 @@ def test_a_list_is_what_its_comment_names():
 
 
 def test_tables_by_hand():
-    page = f"before\n\n{HEAD}| `old` | | |\n\nbetween\n\n{HEAD}\nafter\n"
+    page = f"before\n\n{HEAD}| `old` | | |\n\nbetween\n\n{HEAD}\nlast\n\n{HEAD}\nafter\n"
     assert with_keys(page, yaml.safe_load(SMALL)) == (
         f"before\n\n{HEAD}"
         '| `kind` | `"none"` | Which. One of `old`. |\n'
@@ -54,5 +57,7 @@ def test_tables_by_hand():
         "| `section.names` | | Of them. One of `a`, `b`. |\n"
         f"\nbetween\n\n{HEAD}"
         "| `datasets.*.label` | | Name. |\n"
+        f"\nlast\n\n{HEAD}"
+        '| `reconstruction.name` | `"old"` | Which. |\n'
         "\nafter\n"
     )

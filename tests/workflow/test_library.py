@@ -24,7 +24,7 @@ def scripts() -> dict[str, tuple[str, str]]:
     later = []
     for path in (ROOT / "workflow" / "rules").glob("*.smk"):
         for own, base, derived, text in RULE.findall(path.read_text()):
-            called = re.search(r'library\("(\w+)"\)', text)
+            called = re.search(r'library\(\s*"(\w+)"', text)
             started = re.search(r'"\.\./scripts/(\w+)\.py"', text)
             if own:
                 found[own] = (started[1] if started else "", called[1] if called else "")

@@ -38,6 +38,34 @@ except WorkflowError as error:
     )
 
 
+def judges(reconstructions, where):
+    """Name -> section of each configured reconstructor, in order."""
+    found = {}
+    for section in reconstructions:
+        name = section.get("as", section["name"])
+        if name in found:
+            refuse(
+                f"{where} has two named {name!r}", "`as` gives one of them another name"
+            )
+        found[name] = {k: v for k, v in section.items() if k != "as"}
+    return found
+
+
+def judged_by(name, reconstruction):
+    """What a caption tells of a reconstructor."""
+    own = reconstruction["name"]
+    return {
+        "reconstructor": own if own == name else f"{name} ({own})",
+        "long_side": reconstruction["long_side"],
+    }
+
+
+given = config["reconstruction"]
+JUDGES = judges(given if isinstance(given, list) else [given], "reconstruction")
+# the rules of one reconstructor have the first: it labels, and judges in every table
+config["reconstruction"] = next(iter(JUDGES.values()))
+
+
 def scenes(dataset, role):
     """Names of a dataset's scenes with a role, in order."""
     entry = config["datasets"][dataset]["scenes"]
@@ -258,8 +286,7 @@ def facts(names=None):
     return {
         "embedded": [d["label"] for d in datasets.values() if "embedded" in d],
         "real": [d["label"] for d in datasets.values() if "embedded" not in d],
-        "reconstructor": config["reconstruction"]["name"],
-        "long_side": config["reconstruction"]["long_side"],
+        **judged_by(*next(iter(JUDGES.items()))),
         "descriptor": config["appearance"]["kind"],
         "search_k": config["search"]["k"],
         "draws": config["draws"],

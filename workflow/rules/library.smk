@@ -1,24 +1,37 @@
 """The library as input: an edit reruns exactly what it may change."""
 
 import sys
+from functools import cache
 
 LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
+from fsel.reconstruct import check_needs
 from fsel.stages.dependencies import dependencies
 
-try:
-    NEEDED = dependencies(
-        LIBRARY,
-        LIBRARY / "../../workflow/scripts",
-        Path(".snakemake", "library.json"),
-        using={
-            "fsel.reconstruct:RECONSTRUCTORS": [config["reconstruction"]["name"]],
-            "fsel.metrics:REGISTERED": {"psnr", "ssim", "gmsd", *METRICS},
-        },
-    )
-except (ValueError, SyntaxError) as error:
-    raise WorkflowError(f"{error}\nHint: the workflow's scripts or the library name it")
+
+@cache
+def needed(reconstructor):
+    """Script -> files of the library that it needs with one reconstructor."""
+    first = reconstructor == config["reconstruction"]["name"]
+    try:
+        return dependencies(
+            LIBRARY,
+            LIBRARY / "../../workflow/scripts",
+            Path(
+                ".snakemake",
+                "library.json" if first else f"library_{reconstructor}.json",
+            ),
+            using={
+                "fsel.reconstruct:RECONSTRUCTORS": [reconstructor],
+                "fsel.metrics:REGISTERED": {"psnr", "ssim", "gmsd", *METRICS},
+            },
+        )
+    except (ValueError, SyntaxError) as error:
+        raise WorkflowError(
+            f"{error}\nHint: the workflow's scripts or the library name it"
+        )
+
 
 if "lpips" in METRICS:
     from fsel.metrics.lpips import located
@@ -29,11 +42,25 @@ if "lpips" in METRICS:
         raise WorkflowError(f"config: {error}")
 
 
-def library(script):
+def library(script, reconstructor=None):
     """Files of the library that a script in workflow/scripts needs, as inputs of its rule."""
-    if script not in NEEDED:
+    found = needed(reconstructor or config["reconstruction"]["name"])
+    if script not in found:
         raise WorkflowError(
             f"there is no workflow/scripts/{script}.py\n"
-            f"Hint: `library` takes the name of a script; there are {', '.join(NEEDED)}"
+            f"Hint: `library` takes the name of a script; there are {', '.join(found)}"
         )
-    return [str(LIBRARY / path) for path in NEEDED[script]]
+    return [str(LIBRARY / path) for path in found[script]]
+
+
+def check_judges(judges, where):
+    """Refuse reconstructors that cannot work here, before any job."""
+    for name, reconstruction in judges.items():
+        try:
+            check_needs(reconstruction)
+        except ValueError as error:
+            refuse(f"{where}, {name}: {error}", "config/README.md describes the keys")
+
+
+if workflow.is_main_process:
+    check_judges(JUDGES, "reconstruction")

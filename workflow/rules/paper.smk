@@ -591,6 +591,8 @@ rule paper:
         "<tables>/feature_sweep.tex",
         "<tables>/scorer_arch.tex",
         "<tables>/poses.tex",
+        "<tables>/transfer.tex",
+        "<tables>/reconchoice.tex",
         "<figures>/pose_noise.pdf",
         "<figures>/saturation.pdf",
         "<figures>/training.pdf",

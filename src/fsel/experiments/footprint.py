@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import ctypes
 import json
+import resource
+import signal
 import subprocess
 import sys
 import time
@@ -16,18 +18,24 @@ from pathlib import Path
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.metrics import score_views
+from fsel.metrics import Metrics, score_views
 from fsel.reconstruct import Reconstructor, reconstructor_of
+from fsel.reconstruct.memory import Peak
 
 REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles
 STATUS = Path("/proc/self/status")
-RESET = Path("/proc/self/clear_refs")
-RESET_PEAK = "5"  # proc(5): reset the peak resident set size
 
 
 def measure_alone(
-    folder: str | Path, frames: np.ndarray, targets: np.ndarray, reconstruction: Mapping
+    folder: str | Path,
+    frames: np.ndarray,
+    targets: np.ndarray,
+    reconstruction: Mapping,
+    *,
+    repeats: int = REPEATS,
+    metrics: Metrics = ("psnr",),
+    memory: int | None = None,
 ) -> dict[str, float]:
     """One reconstruction in a fresh process, so that no other's memory counts.
 
@@ -35,31 +43,46 @@ def measure_alone(
         folder: a canonical capture.
         frames: (K,) to reconstruct from; targets: (T,) to render.
         reconstruction: the config's section.
+        repeats: fresh reconstructors, of whose seconds the median is taken.
+        metrics: keys of `fsel.metrics.REGISTERED`.
+        memory: bytes that it may take beyond what the process holds before it; None for no limit.
 
     Returns:
-        fit_seconds and render_seconds, of the processor with nothing cached, psnr in dB, and
+        fit_seconds and render_seconds, of the processor with nothing cached, the metrics, and
         peak_bytes: of the resident set, above what the process held with everything compiled and
         the reconstructor bound to the capture.
 
     Raises:
-        RuntimeError: when the process fails; its last output is in the message.
+        MemoryError: when the memory does not suffice.
+        RuntimeError: when the process fails otherwise; its last output is in the message.
     """
     request = {
         "folder": str(folder),
         "frames": np.sort(frames).tolist(),
         "targets": np.asarray(targets).tolist(),
         "reconstruction": dict(reconstruction),
+        "repeats": repeats,
+        "metrics": dict(metrics) if isinstance(metrics, Mapping) else list(metrics),
+        "memory": memory,
     }
     command = [sys.executable, "-m", __spec__.name]
     done = subprocess.run(command, input=json.dumps(request), capture_output=True, text=True)
     if done.returncode:
         words = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
-        raise RuntimeError(f"{folder}: {len(frames)} frames: {words}")
+        full = done.returncode == -signal.SIGKILL or "MemoryError" in words
+        kind = MemoryError if full else RuntimeError
+        raise kind(f"{folder}: {len(frames)} frames: {words}")
     return json.loads(done.stdout)
 
 
 def footprint(
-    folder: str, frames: list[int], targets: list[int], reconstruction: Mapping
+    folder: str,
+    frames: list[int],
+    targets: list[int],
+    reconstruction: Mapping,
+    repeats: int = REPEATS,
+    metrics: Metrics = ("psnr",),
+    memory: int | None = None,
 ) -> dict[str, float]:
     """What `measure_alone` returns, of this process."""
     capture = Capture.load(folder)
@@ -68,19 +91,22 @@ def footprint(
     reconstructor = reconstructor_of(capture, reconstruction)
     truth = np.asarray(reconstructor.capture.images[np.array(targets)])
     ctypes.CDLL(None).malloc_trim(0)  # or the freed memory of compiling would serve the fit
-    RESET.write_text(RESET_PEAK)
-    before = _kilobytes("VmRSS")
+    if memory is not None:
+        most = 1024 * _kilobytes("VmData") + memory
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+    peak = Peak()
     rendered, *first = _run(reconstructor, frames, views)
-    peak = _kilobytes("VmHWM")
+    taken = peak.bytes
     runs = [first]
-    for _ in range(REPEATS - 1):
+    for _ in range(repeats - 1):
         runs.append(_run(reconstructor_of(capture, reconstruction), frames, views)[1:])
     fitting, rendering = np.median(runs, axis=0)
+    scores = score_views(rendered, truth, None, metrics)
     return {
         "fit_seconds": fitting,
         "render_seconds": rendering,
-        "peak_bytes": 1024 * (peak - before),
-        "psnr": float(score_views(rendered, truth)[:, 0].mean()),
+        "peak_bytes": taken,
+        **dict(zip(metrics, scores.mean(axis=0).tolist(), strict=True)),
     }
 
 

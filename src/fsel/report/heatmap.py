@@ -54,7 +54,10 @@ def gains(
 
 
 def draw(
-    panels: Mapping[str, pd.DataFrame], labels: Mapping[str, str], outputs: Sequence[str | Path]
+    panels: Mapping[str, pd.DataFrame],
+    labels: Mapping[str, str],
+    outputs: Sequence[str | Path],
+    judge: str = "",
 ) -> None:
     """One panel a method, on one colour scale centred at zero.
 
@@ -62,6 +65,7 @@ def draw(
         panels: title -> what `gains` returned; all over the same datasets and budgets.
         labels: dataset -> printed name.
         outputs: paths; their endings choose the format.
+        judge: the reconstructor to be named under the panels.
     """
     matplotlib.use("Agg")
     limit = max(float(panel["gain"].abs().max()) for panel in panels.values()) or 1.0
@@ -74,7 +78,8 @@ def draw(
     bar = figure.colorbar(image, ax=list(axes), shrink=0.9)
     bar.set_label("PSNR gain (dB)", fontsize=8)
     bar.ax.tick_params(labelsize=7)
-    figure.supxlabel("bold and *: the paired 95% interval excludes zero", fontsize=7)
+    made = f"; reconstructor: {judge}" if judge else ""
+    figure.supxlabel(f"bold and *: the paired 95% interval excludes zero{made}", fontsize=7)
     save(figure, outputs)
 
 

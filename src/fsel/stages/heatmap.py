@@ -20,6 +20,7 @@ def heatmap(
     *,
     datasets: Mapping[str, str],
     budgets: Sequence[int],
+    judge: str = "",
 ) -> None:
     """Gain of fsel and of ours over the strongest baseline, from the sweep's numbers.
 
@@ -28,6 +29,7 @@ def heatmap(
         figures: receive the figure, in the format of each one's ending.
         datasets: name -> printed label, in order.
         budgets: columns.
+        judge: the reconstructor, where it is not the first; it is named under the figure.
     """
     means, gaps = read_csv(numbers), read_csv(differences)
     panels = {}
@@ -41,4 +43,4 @@ def heatmap(
             datasets=list(datasets),
             budgets=budgets,
         )
-    report.draw(panels, datasets, figures)
+    report.draw(panels, datasets, figures, judge)

@@ -40,8 +40,13 @@ def with_names(schema: str) -> str:
 
 
 def with_keys(page: str, schema: Mapping) -> str:
-    """The page's text with both tables of keys: the config's, and those of each dataset."""
-    tables = [_table(schema, ""), _table(schema["$defs"]["dataset"], "datasets.*.")]
+    """The page's text with its tables of keys: the config's, a dataset's, a reconstructor's."""
+    parts = schema["$defs"]
+    tables = [
+        _table(schema, ""),
+        _table(parts["dataset"], "datasets.*."),
+        _table(parts["reconstructor"], "reconstruction."),
+    ]
     found = iter(tables)
     return TABLE.sub(lambda _: next(found), page)
 

@@ -1,0 +1,146 @@
+"""Frozen picks under other reconstructors, and what each reconstructor makes of all frames."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from evaluation_files import BOOTSTRAP, FACTS, written
+
+from fsel.capture import Capture
+from fsel.experiments.reconchoice import choice_means, evaluate_reconchoice, reconchoice
+from fsel.experiments.transfer import SHOWN, evaluate_transfer, transfer
+from fsel.report.numbers import read_csv
+from fsel.report.summary import ALL_FRAMES
+from fsel.split import Split
+from fsel.synthesis import record
+
+RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
+JUDGES = {
+    "splats": {"reconstructor": "splats", "long_side": 96},
+    "g_2": {"reconstructor": "g_2 (gaussians)", "long_side": 64},
+}
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A small capture, a split and picks that no method of the library would make."""
+    folder = tmp_path_factory.mktemp("scene")
+    made = record("dl3dv", 3, frames=20, width=32, height=24)
+    focal = made.camera.params[0]
+    camera = np.tile([focal, focal, 16.0, 12.0], (20, 1))
+    Capture(made.names, made.world_to_camera, camera, made.images, made.sequences).save(folder)
+    candidates = np.setdiff1d(np.arange(20), [1, 9, 2, 10])
+    split = Split(np.array([1, 9]), np.array([2, 10]), candidates, candidates)
+    split.table(made.names).to_parquet(folder / "split.parquet")
+    rows = [(m, s, 3, i) for m in ("fvs", "ours") for s in (0, 1) for i in (3 + s, 7, 13)]
+    rows += [("fvs", 0, 4, i) for i in (3, 5, 7, 13)] + [("sharpest", 0, 3, i) for i in (3, 4, 5)]
+    rows += [("all", 0, 16, i) for i in candidates]
+    picks = pd.DataFrame(rows, columns=["method", "seed", "k", "frame"])
+    picks.to_parquet(folder / "selections.parquet")
+    return folder
+
+
+def test_the_picks_asked_for_are_measured_and_no_others(scene, tmp_path):
+    evaluate_transfer(
+        scene,
+        [scene / "split.parquet"],
+        [scene / "selections.parquet"],
+        [tmp_path / "t.parquet"],
+        reconstruction=RECONSTRUCTION,
+        metrics=["psnr"],
+        budgets=[3],
+        config="c",
+    )
+    table = pd.read_parquet(tmp_path / "t.parquet")
+    found = table[["method", "seed", "k", "target"]].values.tolist()
+    assert found == [[m, 0, 3, t] for m in ("fvs", "ours") for t in (1, 9)]
+    by_method = table.set_index("method")["psnr"]
+    assert by_method["fvs"].tolist() == by_method["ours"].tolist()  # the same frames
+    assert set(table["device"]) == {"cpu"}
+
+
+def test_differences_are_paired_within_a_reconstructor(tmp_path):
+    problems, paths = [], []
+    for lead in (1.0, 3.0):
+        values = {
+            (scene, "draw0"): {
+                (m, 0, 30): base + (lead if m == "ours" else 0.5 if m == "fsel" else 0)
+                for m in SHOWN
+            }
+            for scene, base in (("a", 20.0), ("b", 24.0))
+        }
+        (tmp_path / str(lead)).mkdir()
+        problems, own = written(tmp_path / str(lead), values)
+        paths += own
+    outputs = [tmp_path / name for name in ("t.tex", "t.csv", "d.csv")]
+    transfer(
+        paths,
+        *outputs,
+        problems=problems,
+        judges=JUDGES,
+        budgets=[30],
+        metrics=["psnr"],
+        bootstrap=BOOTSTRAP,
+        facts=FACTS,
+    )
+    means = read_csv(outputs[1]).set_index(["reconstructor", "method"])["mean"]
+    assert means["splats", "random"] == means["g_2", "random"] == 22
+    assert (means["splats", "ours"], means["g_2", "ours"]) == (23, 25)
+    gaps = read_csv(outputs[2]).set_index(["reconstructor", "method", "reference"])
+    assert gaps.loc[("splats", "ours", "nearest"), "mean"] == 1
+    assert gaps.loc[("g_2", "ours", "fsel"), "mean"] == 2.5
+    assert gaps.loc[("g_2", "fsel", "random"), ["ci_low", "ci_high"]].tolist() == [0.5, 0.5]
+    text = outputs[0].read_text()
+    assert r"g\_2 (gaussians)}, $K{=}30$" in text
+    assert "2 scenes, 2 draws" in text
+    assert "not the corpora themselves" in text
+    row = next(line for line in text.splitlines() if line.startswith("Random & "))
+    assert row.count("22.00") == 2
+    assert r"$\mathbf{+1.00}$" in row
+    assert r"$\mathbf{+3.00}$" in row
+    (own,) = [line for line in text.splitlines() if line.startswith(rf"{SHOWN['fsel']} & ")]
+    assert own.split(" & ")[3] == ""  # fsel minus itself
+
+
+ASKED = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr", "ssim"], "budgets": [3]}
+
+
+def test_few_frames_and_all_are_measured_alone(scene, tmp_path):
+    paths = scene / "split.parquet", scene / "selections.parquet", tmp_path / "r.parquet"
+    evaluate_reconchoice(scene, *paths, **ASKED, memory=10**9, config="c")
+    table = pd.read_parquet(paths[2]).set_index("k")
+    assert table.index.tolist() == [3, ALL_FRAMES]
+    assert (table > 0).all(axis=None)
+    assert table.loc[ALL_FRAMES, "fit_seconds"] > table.loc[3, "fit_seconds"]
+
+
+def test_what_does_not_fit_the_memory_is_a_result(scene, tmp_path):
+    paths = scene / "split.parquet", scene / "selections.parquet", tmp_path / "r.parquet"
+    evaluate_reconchoice(scene, *paths, **ASKED, memory=0, config="c")
+    table = pd.read_parquet(paths[2])
+    assert table["k"].tolist() == [3, ALL_FRAMES]
+    assert table.drop(columns="k").isna().all(axis=None)
+
+
+def choice(folder, values):
+    paths = []
+    for at, (psnr, seconds, peak) in enumerate(values):
+        rows = [(20, 20.0, 1.0, 0.5, 4e6), (ALL_FRAMES, psnr, seconds, 0.0, peak)]
+        columns = ["k", "psnr", "fit_seconds", "render_seconds", "peak_bytes"]
+        paths.append(folder / f"{at}-{seconds}.parquet")
+        pd.DataFrame(rows, columns=columns).to_parquet(paths[-1])
+    return paths
+
+
+def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
+    fits = choice(tmp_path, [(22.0, 3.0, 8e6), (24.0, 5.0, 1e7)])
+    nan = float("nan")
+    full = choice(tmp_path, [(22.0, 3.5, 8e6), (nan, nan, nan)])
+    means = choice_means(full, "x", ["psnr"])
+    assert means["full"].tolist() == [0, 1]
+    assert np.isnan(means["psnr"][1])
+    told = {"judges": JUDGES, "metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
+    reconchoice([*fits, *full], tmp_path / "r.tex", tmp_path / "r.csv", **told)
+    lines = (tmp_path / "r.tex").read_text().splitlines()
+    assert r"$K{=}20$ & 20.00 & 1.5 & 4 & 20.00 & 1.5 & 4 \\" in lines
+    assert r"all frames & 23.00 & 4.0 & 9 & out of memory &  &  \\" in lines
+    assert any("may take 8~GB" in line for line in lines)

@@ -1,0 +1,210 @@
+"""Several reconstructors side by side, on the picks of the sweep. Part of `paper` alone.
+
+Inputs: problems and picks of the training dataset's evaluation scenes.
+Outputs: <results>/{dataset}/{scene}/draw{draw}/{judge}/{transfer,reconchoice}.parquet,
+<tables>/{transfer,reconchoice}.{tex,csv}, <tables>/transfer_differences.csv.
+"""
+
+@cache
+def compared():
+    """Name -> section of each reconstructor of `transfer`, once it is known to work here."""
+    found = judges(config["transfer"]["reconstructions"], "transfer.reconstructions")
+    if workflow.is_main_process:
+        check_judges(found, "transfer.reconstructions")
+    return found
+
+
+def compared_budgets(key):
+    """Budgets of which picks exist."""
+    asked = config["transfer"][key]
+    if missing := [k for k in asked if k not in config["budgets"]]:
+        refuse(
+            f"transfer.{key} has {missing}, which are not among budgets {config['budgets']}",
+            "nothing is selected for these tables; picks of the sweep are taken",
+        )
+    return asked
+
+
+def compared_by(wildcards):
+    if wildcards.judge not in compared():
+        refuse(
+            f"transfer.reconstructions has no {wildcards.judge!r}",
+            f"its names are {list(compared())}",
+        )
+    return compared()[wildcards.judge]
+
+
+def of_compared(name, draws):
+    """Input function: a file of every reconstructor, held-out scene and draw."""
+    return lambda wildcards: [
+        f"<results>/{TRAINED}/{scene}/draw{n}/{judge}/{name}"
+        for judge in compared()
+        for scene in held_out_scenes()
+        for n in draws
+    ]
+
+
+def compared_facts():
+    return {name: judged_by(name, section) for name, section in compared().items()}
+
+
+rule evaluate_transfer:
+    input:
+        splits=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
+            draw=range(config["draws"]),
+        ),
+        selections=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/selections.parquet",
+            draw=range(config["draws"]),
+        ),
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        lib=lambda wildcards: library(
+            "evaluate_transfer", compared_by(wildcards)["name"]
+        ),
+    output:
+        evaluations=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/{{judge}}/transfer.parquet",
+            draw=range(config["draws"]),
+        ),
+    log:
+        "<results>/logs/evaluate_transfer/{judge}/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_transfer/{judge}/{dataset}/{scene}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=120,
+    params:
+        reconstruction=compared_by,
+        metrics=METRICS,
+        budgets=lambda wildcards: compared_budgets("budgets"),
+    message:
+        "Reconstructing {wildcards.dataset}/{wildcards.scene} by {wildcards.judge}"
+    script:
+        "../scripts/evaluate_transfer.py"
+
+
+rule transfer:
+    input:
+        evaluations=of_compared("transfer.parquet", range(config["draws"])),
+        lib=library("transfer"),
+    output:
+        table=report(
+            "<tables>/transfer.tex",
+            caption="../report/transfer.rst",
+            category="Paper",
+            labels={"table": "Other reconstructors", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/transfer.csv",
+            caption="../report/transfer.rst",
+            category="Paper",
+            labels={"table": "Other reconstructors", "form": "numbers"},
+        ),
+        differences=report(
+            "<tables>/transfer_differences.csv",
+            caption="../report/transfer.rst",
+            category="Paper",
+            labels={"table": "Other reconstructors, differences", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/transfer.log",
+    benchmark:
+        "<results>/benchmarks/transfer.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        problems=lambda wildcards: [
+            f"{TRAINED}/{scene}/draw{n}"
+            for scene in held_out_scenes()
+            for n in range(config["draws"])
+        ],
+        judges=lambda wildcards: compared_facts(),
+        budgets=lambda wildcards: compared_budgets("budgets"),
+        metrics=METRICS,
+        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
+        facts=lambda wildcards: facts([TRAINED]),
+    message:
+        "Writing what the picks are worth under other reconstructors"
+    script:
+        "../scripts/transfer.py"
+
+
+rule evaluate_reconchoice:
+    input:
+        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
+        selections="<results>/{dataset}/{scene}/draw{draw}/selections.parquet",
+        frames="<results>/{dataset}/{scene}/frames.parquet",
+        points="<results>/{dataset}/{scene}/points.parquet",
+        images="<results>/{dataset}/{scene}/images.npy",
+        lib=lambda wildcards: library(
+            "evaluate_reconchoice", compared_by(wildcards)["name"]
+        ),
+    output:
+        evaluation="<results>/{dataset}/{scene}/draw{draw}/{judge}/reconchoice.parquet",
+    log:
+        "<results>/logs/evaluate_reconchoice/{judge}/{dataset}/{scene}/draw{draw}.log",
+    benchmark:
+        "<results>/benchmarks/evaluate_reconchoice/{judge}/{dataset}/{scene}/draw{draw}.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=config["transfer"]["memory"] // 1_000_000,
+        runtime=60,
+    params:
+        reconstruction=compared_by,
+        metrics=METRICS,
+        budgets=lambda wildcards: compared_budgets("inputs"),
+        memory=config["transfer"]["memory"],
+    message:
+        "Measuring {wildcards.judge} on {wildcards.dataset}/{wildcards.scene}"
+    script:
+        "../scripts/evaluate_reconchoice.py"
+
+
+rule reconchoice:
+    input:
+        evaluations=of_compared("reconchoice.parquet", [0]),
+        lib=library("reconchoice"),
+    output:
+        table=report(
+            "<tables>/reconchoice.tex",
+            caption="../report/reconchoice.rst",
+            category="Paper",
+            labels={"table": "Reconstructors", "form": "LaTeX"},
+        ),
+        numbers=report(
+            "<tables>/reconchoice.csv",
+            caption="../report/reconchoice.rst",
+            category="Paper",
+            labels={"table": "Reconstructors", "form": "numbers"},
+        ),
+    log:
+        "<results>/logs/reconchoice.log",
+    benchmark:
+        "<results>/benchmarks/reconchoice.jsonl"
+    conda:
+        "../envs/fsel.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        judges=lambda wildcards: compared_facts(),
+        metrics=METRICS,
+        memory=config["transfer"]["memory"],
+        facts=lambda wildcards: facts([TRAINED]),
+    message:
+        "Comparing reconstructors"
+    script:
+        "../scripts/reconchoice.py"

@@ -1,0 +1,11 @@
+"""Write the table of frozen picks under other reconstructors."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.transfer import transfer
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, transfer)
