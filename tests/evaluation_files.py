@@ -11,7 +11,6 @@ FACTS = {
     "long_side": 64,
     "descriptor": "lab_hog",
 }
-BOOTSTRAP = {"resamples": 200, "seed": 0}
 
 
 def written(folder, values: dict) -> tuple[list[str], list]:

@@ -16,7 +16,6 @@ from fsel.report.summary import ALL_FRAMES
 from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
-BOOTSTRAP = {"resamples": 200, "seed": 0}
 SHARPNESS = FEATURES.index("sharpness")
 
 
@@ -84,7 +83,7 @@ def table_of(folder, worst: float) -> pd.DataFrame:
     cells = pd.DataFrame(rows, columns=["dataset", "scene", "draw", "method", "k", "psnr"])
     times = [(name, 10, seconds) for name in VARIANTS for seconds in (0.1, 0.3)]
     times = pd.DataFrame(times, columns=["variant", "k", "seconds"])
-    return joined(cells, costs_of(folder), times, BOOTSTRAP)
+    return joined(cells, costs_of(folder), times)
 
 
 def test_a_row_by_hand(tmp_path):

@@ -120,8 +120,7 @@ def test_each_room_and_pass_counts_once(tmp_path):
     columns = ["held_out", "method", "seed", "k", "target", *METRICS]
     pd.DataFrame(rows, columns=columns).to_parquet(path)
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
-    bootstrap = {"resamples": 200, "seed": 0}
-    settings = {"scenes": [("d", "room")], "budgets": [8], "bootstrap": bootstrap}
+    settings = {"scenes": [("d", "room")], "budgets": [8]}
     crosscapture([path], *outputs, **settings, metrics=METRICS, facts=FACTS)
     numbers = pd.read_csv(outputs[1]).query("metric == 'psnr'").set_index("method")
     assert numbers.loc[["fvs", "fsel"], "mean"].tolist() == [23.0, 24.0]

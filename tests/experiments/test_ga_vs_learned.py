@@ -2,7 +2,7 @@
 
 import numpy as np
 import pandas as pd
-from evaluation_files import BOOTSTRAP, FACTS, written
+from evaluation_files import FACTS, written
 
 from fsel.experiments.ga_vs_learned import compare_with_search, ga_vs_learned
 
@@ -24,7 +24,7 @@ def searched_cells() -> pd.DataFrame:
 
 
 def test_selectors_against_the_search_by_hand():
-    table = compare_with_search(searched_cells(), BOOTSTRAP).set_index("method")
+    table = compare_with_search(searched_cells()).set_index("method")
     assert "fvs" not in table.index
     assert table.loc["ours", ["mean", "difference", "ahead", "n"]].tolist() == [21.5, 0.0, 1, 2]
     assert table.loc["fsel", ["mean", "difference", "ahead"]].tolist() == [22.5, 1.0, 2]
@@ -51,7 +51,7 @@ def test_average_subsets_are_means_over_what_a_search_met(tmp_path):
     problems, paths = written(tmp_path, values)
     (tmp_path / "oracles").mkdir()
     _, oracles = written(tmp_path / "oracles", found)
-    settings = {"problems": problems, "k": 20, "bootstrap": BOOTSTRAP, "facts": FACTS}
+    settings = {"problems": problems, "k": 20, "facts": FACTS}
     ga_vs_learned(paths, oracles, searched, *outputs, **settings)
     means = pd.read_csv(outputs[1]).set_index("method")["mean"]
     assert means[["average_search", "average_random"]].tolist() == [15.0, 12.0]

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from evaluation_files import BOOTSTRAP, FACTS, written
+from evaluation_files import FACTS, written
 
 from fsel.experiments.handsign import handsign
 from fsel.report.latex import difference
@@ -39,7 +39,7 @@ def learned_and_not(shift):
 def test_learned_minus_untrained(tmp_path):
     problems, paths = written(tmp_path, learned_and_not([-1.0, 0.0, 0.4]))
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"datasets": {"d": "A & B"}, "budgets": [10, 20], "bootstrap": BOOTSTRAP}
+    settings = {"datasets": {"d": "A & B"}, "budgets": [10, 20]}
     handsign(paths, *outputs, problems=problems, **settings, facts=FACTS)
     numbers = pd.read_csv(outputs[1])
     np.testing.assert_allclose(numbers["mean"], [1.0, -0.2])

@@ -166,8 +166,7 @@ def test_the_table_has_a_group_of_columns_for_each_dataset(tmp_path):
             scenes.append((dataset, scene))
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
     named = {"scannet": "ScanNet v2", "co3d": "CO3D"}
-    bootstrap = {"resamples": 200, "seed": 0}
-    settings = {"scenes": scenes, "datasets": named, "bootstrap": bootstrap, "facts": FACTS}
+    settings = {"scenes": scenes, "datasets": named, "facts": FACTS}
     write_objectcentric(paths, *outputs, metrics=METRICS, **settings)
     numbers = pd.read_csv(outputs[1])
     assert numbers["dataset"].unique().tolist() == list(named)

@@ -33,7 +33,6 @@ FACTS = {
     "long_side": 32,
     "descriptor": "lab_hog",
 }
-BOOTSTRAP = {"resamples": 200, "seed": 0}
 
 
 def filmed():
@@ -164,7 +163,7 @@ def test_changes_are_paired_within_scenes(tmp_path):
         # two seeds of noise, -1 and -3: the mean of every scene falls by 2
         rows += [("degrees", 5.0, "both", n, "fvs", base - 1 - 2 * n) for n in (0, 1)]
         items.append(written(tmp_path, scene, rows))
-    table = changes(items, BOOTSTRAP).set_index("change")
+    table = changes(items).set_index("change")
     assert table.loc["degrees", ["mean", "difference"]].tolist() == [18.0, -2.0]
     bounds = ["difference_low", "difference_high"]
     np.testing.assert_allclose(table.loc["degrees", bounds].astype(float), -2.0)
@@ -206,7 +205,7 @@ def made(tmp_path, monkeypatch):
     pd.DataFrame(values).to_parquet(errors[1])
     outputs = tmp_path / "t.tex", tmp_path / "t.csv", [tmp_path / "f.png"], tmp_path / "n.csv"
     settings = {"scenes": [("d", "a"), ("d", "b")], "budgets": [8]}
-    settings |= {"bootstrap": BOOTSTRAP, "facts": FACTS}
+    settings |= {"facts": FACTS}
     poses(estimated, noise, errors, *outputs, **settings)
     return outputs[0].read_text(), pd.read_csv(outputs[1]), shown[0], pd.read_csv(outputs[3])
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from evaluation_files import BOOTSTRAP, FACTS, written
+from evaluation_files import FACTS, written
 
 from fsel.experiments.seedvar import seedvar
 from fsel.report.summary import seed_spread
@@ -24,7 +24,7 @@ def test_the_spread_is_read_against_the_distance_to_the_strongest_baseline(tmp_p
     others = {("fvs", 0, k): 19.0 for k in (10, 20)} | {("nearest", 0, k): 20.5 for k in (10, 20)}
     problems, paths = written(tmp_path, {("s", "draw0"): runs | others})
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"datasets": {"d": "D"}, "budgets": [10, 20], "bootstrap": BOOTSTRAP}
+    settings = {"datasets": {"d": "D"}, "budgets": [10, 20]}
     seedvar(paths, *outputs, problems=problems, **settings, facts=FACTS)
     numbers = pd.read_csv(outputs[1])
     np.testing.assert_allclose(numbers["std"], [0.1, 2.0])
@@ -39,7 +39,7 @@ def test_one_seed_has_no_spread(tmp_path):
     problems, paths = written(
         tmp_path, {("s", "draw0"): {("ours", 0, 10): 20.0, ("fvs", 0, 10): 19.0}}
     )
-    settings = {"datasets": {"d": "D"}, "budgets": [10], "bootstrap": BOOTSTRAP}
+    settings = {"datasets": {"d": "D"}, "budgets": [10]}
     seedvar(
         paths, tmp_path / "t.tex", tmp_path / "t.csv", problems=problems, **settings, facts=FACTS
     )

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from evaluation_files import BOOTSTRAP, FACTS, written
+from evaluation_files import FACTS, written
 
 from fsel.capture import Capture
 from fsel.experiments.reconchoice import choice_means, evaluate_reconchoice, reconchoice
@@ -79,7 +79,6 @@ def test_differences_are_paired_within_a_reconstructor(tmp_path):
         judges=JUDGES,
         budgets=[30],
         metrics=["psnr"],
-        bootstrap=BOOTSTRAP,
         facts=FACTS,
     )
     means = read_csv(outputs[1]).set_index(["reconstructor", "method"])["mean"]

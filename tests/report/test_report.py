@@ -5,15 +5,16 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from fsel.report.heatmap import draw, gains
 from fsel.report.latex import number, sweep_table, tex
 from fsel.report.summary import (
     ALL_FRAMES,
-    bootstrap_weights,
     differences,
     draw_means,
     summarise,
+    with_all_datasets,
 )
 
 METRICS = ("psnr", "ssim")
@@ -57,72 +58,83 @@ def test_all_frames_have_one_budget_whatever_their_number():
     assert draw_means(evaluation, ["psnr"])["k"].tolist() == [ALL_FRAMES]
 
 
-def test_bootstrap_weights_against_plain_loops():
-    scenes = np.array(["b", "a", "a", "b"])
-    fast = bootstrap_weights(scenes, 50, np.random.default_rng(3))
-    rng = np.random.default_rng(3)
-    rows = {0: [1, 2], 1: [0, 3]}  # scenes in sorted order: a, b
-    picked_scenes = rng.integers(2, size=(50, 2))
-    picked_draws = rng.integers(2, size=(50, 2, 2))
-    slow = np.zeros((50, 4))
-    for b in range(50):
-        for i, scene in enumerate(picked_scenes[b]):
-            for draw_ in picked_draws[b, i]:
-                slow[b, rows[int(scene)][int(draw_)]] += 1 / 4
-    np.testing.assert_array_equal(fast, slow)
-    np.testing.assert_allclose(fast.sum(axis=1), 1)
-
-
 def test_unequal_draws_are_refused():
-    with pytest.raises(ValueError, match=r"unequal sets.*'a': 2, 'b': 1"):
-        bootstrap_weights(np.array(["a", "a", "b"]), 10, np.random.default_rng(0))
+    table = grid()
+    lost = (table["scene"] == "s0") & (table["draw"] == 1)
+    with pytest.raises(ValueError, match=r"unequal sets.*'s0': 1, 's1': 2"):
+        summarise(table[~lost], METRICS)
 
 
 def test_summary_mean_interval_and_count():
-    table = summarise(grid(), METRICS, resamples=500, seed=0)
+    table = summarise(grid(), METRICS)
     source = grid().query("method == 'ours' and k == 20")["psnr"]
     row = table.query("method == 'ours' and k == 20 and metric == 'psnr'").iloc[0]
     assert row["mean"] == pytest.approx(source.mean())
-    assert row["ci_low"] < row["mean"] < row["ci_high"]
-    assert source.min() <= row["ci_low"]
-    assert row["ci_high"] <= source.max()
+    means = grid().query("method == 'ours' and k == 20").groupby("scene")["psnr"].mean()
+    wanted = stats.ttest_1samp(means, 0).confidence_interval(0.95)
+    np.testing.assert_allclose(row[["ci_low", "ci_high"]].astype(float), wanted)
     assert row["n"] == 3
     assert list(table["method"].unique()) == ["random", "ours"]
 
 
 def test_one_draw_of_one_scene_has_no_interval():
-    table = summarise(grid(scenes=1, draws=1), METRICS, resamples=100, seed=0)
+    table = summarise(grid(scenes=1, draws=1), METRICS)
     assert table[["ci_low", "ci_high"]].isna().all(axis=None)
     assert table["mean"].notna().all()
 
 
 def test_equal_scenes_have_an_interval_without_width():
     values = {("d", f"s{s}", 0, "m", 10): 20.0 for s in range(3)}
-    row = summarise(cells(values), ["psnr"], resamples=100, seed=0).iloc[0]
+    row = summarise(cells(values), ["psnr"]).iloc[0]
     assert row["ci_low"] == row["ci_high"] == pytest.approx(20)
 
 
-def test_interval_covers_the_true_mean_about_as_often_as_it_says():
-    rng = np.random.default_rng(1)
-    hits = 0
-    for seed in range(200):
-        values = {("d", f"s{s}", 0, "m", 10): rng.normal(5, 1) for s in range(20)}
-        row = summarise(cells(values), ["psnr"], resamples=200, seed=seed).iloc[0]
-        hits += row["ci_low"] <= 5 <= row["ci_high"]
-    assert 0.85 < hits / 200 < 0.99
+def test_scenes_of_one_place_are_one_place():
+    table = grid(scenes=4).assign(place=lambda t: t["scene"].map({"s0": "a", "s1": "a"}))
+    table["place"] = table["place"].fillna(table["scene"])
+    row = summarise(table, ["psnr"]).query("method == 'ours' and k == 10").iloc[0]
+    own = table.query("method == 'ours' and k == 10")
+    scenes = own.groupby(["place", "scene"])["psnr"].mean()
+    assert row["n"] == 3
+    assert row["mean"] == pytest.approx(scenes.groupby("place").mean().mean())
+
+
+def test_training_seeds_move_the_interval_and_not_the_mean():
+    seeds = {0: -1.0, 1: 0.0, 2: 1.0}
+    parts = [
+        grid(scenes=6).assign(seed=s, psnr=lambda t, up=up: t["psnr"] + up)
+        for s, up in seeds.items()
+    ]
+    table = pd.concat(parts)
+    apart, alike = summarise(table, ["psnr"], trained=["ours"]), summarise(table, ["psnr"])
+    np.testing.assert_allclose(apart["mean"], alike["mean"])
+    wider = (apart["ci_high"] - apart["ci_low"]) / (alike["ci_high"] - alike["ci_low"])
+    assert (wider[apart["method"] == "ours"] > 1.2).all()
+    np.testing.assert_allclose(wider[apart["method"] == "random"], 1)
+
+
+def test_all_datasets_are_one_more():
+    two = pd.concat([grid(0), grid(1).assign(dataset="e")], ignore_index=True)
+    table = summarise(with_all_datasets(two), ["psnr"]).set_index(["dataset", "method", "k"])
+    assert table.loc[("all", "ours", 10), "n"] == 6
+    halves = table.loc[[("d", "ours", 10), ("e", "ours", 10)], "mean"]
+    assert table.loc[("all", "ours", 10), "mean"] == pytest.approx(halves.mean())
+    lacking = two[(two["dataset"] == "d") | (two["method"] == "ours")]
+    assert "random" not in with_all_datasets(lacking).query("dataset == 'all'")["method"].to_numpy()
+    assert len(with_all_datasets(grid())) == len(grid())
 
 
 def test_a_method_missing_in_a_scene_is_refused():
     table = grid()
     gap = (table["scene"] == "s0") & (table["method"] == "ours")
     with pytest.raises(ValueError, match=r"d: a mean over unequal sets.*2 of 3 scenes"):
-        summarise(table[~gap], METRICS, resamples=100, seed=0)
+        summarise(table[~gap], METRICS)
 
 
 def test_a_method_of_fewer_draws_is_summarised_over_those():
     table = grid()
     table = table[(table["method"] != "ours") | (table["draw"] == 0)]
-    summary = summarise(table, ["psnr"], resamples=100, seed=0)
+    summary = summarise(table, ["psnr"])
     row = summary.query("method == 'ours' and k == 10").iloc[0]
     kept = table.query("method == 'ours' and k == 10")["psnr"]
     assert row["mean"] == pytest.approx(kept.mean())
@@ -135,7 +147,7 @@ def test_paired_differences_are_narrower_than_their_parts():
         hard = rng.normal(0, 5)
         values["d", f"s{s}", 0, "random", 10] = 20 + hard
         values["d", f"s{s}", 0, "ours", 10] = 21 + hard
-    table = differences(cells(values), ["ours"], ["psnr"], resamples=300, seed=0)
+    table = differences(cells(values), ["ours"], ["psnr"])
     row = table.iloc[0]
     assert (row["method"], row["reference"], row["k"], row["n"]) == ("ours", "random", 10, 10)
     np.testing.assert_allclose(row[["mean", "ci_low", "ci_high"]].astype(float), 1)
@@ -144,7 +156,7 @@ def test_paired_differences_are_narrower_than_their_parts():
 def test_every_budget_is_compared_with_all_frames():
     values = {("d", "s", 0, "ours", k): 20.0 + k for k in (10, 20)}
     values["d", "s", 0, "all", ALL_FRAMES] = 25.0
-    table = differences(cells(values), ["ours"], ["psnr"], resamples=100, seed=0)
+    table = differences(cells(values), ["ours"], ["psnr"])
     assert table[["reference", "k", "mean"]].to_numpy().tolist() == [
         ["all", 10, 5.0],
         ["all", 20, 15.0],
@@ -188,7 +200,7 @@ def test_table_cells_bold_and_counts():
         ("d", "s", 0, "ours", 20): 22.0,
         ("d", "s", 0, "all", ALL_FRAMES): 30.0,
     }
-    text = table_of(summarise(cells(values), METRICS, resamples=100, seed=0), {"d": "D"})
+    text = table_of(summarise(cells(values), METRICS), {"d": "D"})
     assert r"Random & 20.00/.200 & -- \\" in text
     assert r"Ours & \textbf{21.00}/\textbf{.210} & \textbf{22.00}/\textbf{.220} \\" in text
     assert r"All frames & \multicolumn{2}{c}{30.00/.300} \\" in text
@@ -197,14 +209,14 @@ def test_table_cells_bold_and_counts():
 
 def test_equal_prints_share_the_lead():
     values = {("d", "s", 0, "random", 10): 20.001, ("d", "s", 0, "ours", 10): 20.002}
-    text = table_of(summarise(cells(values), METRICS, resamples=100, seed=0), {"d": "D"})
+    text = table_of(summarise(cells(values), METRICS), {"d": "D"})
     assert text.count(r"\textbf{20.00}") == 2
 
 
 def test_three_datasets_make_two_blocks_of_equal_columns():
     values = {(d, "s", 0, "random", k): 20.0 for d in "abc" for k in (10, 20)}
     text = table_of(
-        summarise(cells(values), METRICS, resamples=100, seed=0),
+        summarise(cells(values), METRICS),
         dict(zip("abc", "ABC", strict=True)),
     )
     forms = re.findall(r"\\begin\{tabular\}\{(.*?)\}", text)
@@ -226,8 +238,8 @@ def panel(method: str = "ours") -> pd.DataFrame:
         values["d", f"s{s}", 0, "ours", 20] = 24.0 + s + (-1) ** s
     table = cells(values)
     return gains(
-        summarise(table, METRICS, resamples=200, seed=0),
-        differences(table, [method], METRICS, resamples=200, seed=0),
+        summarise(table, METRICS),
+        differences(table, [method], METRICS),
         method=method,
         baselines=["random", "nearest"],
         datasets=["d"],

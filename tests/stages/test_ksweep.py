@@ -35,7 +35,6 @@ def test_the_sweep_table_prints_means_of_the_evaluations(swept, tmp_path):
         datasets={"d": "D"},
         budgets=[3, 5],
         metrics=METRICS,
-        bootstrap={"resamples": 100, "seed": 0},
         facts=FACTS,
     )
     tables = [pd.read_parquet(path) for path in paths]

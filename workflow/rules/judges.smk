@@ -93,7 +93,6 @@ use rule ksweep as ksweep_further with:
         datasets=labels(),
         budgets=config["budgets"],
         metrics=METRICS,
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=judge_facts,
     message:
         "Writing the budget sweep by {wildcards.judge}"

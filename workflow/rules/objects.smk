@@ -119,7 +119,6 @@ rule objectcentric:
             name: config["datasets"][name]["label"] for name in dict(object_scenes())
         },
         metrics=METRICS,
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: facts(list(dict(object_scenes()))),
     message:
         "Writing the object-centric table"

@@ -11,7 +11,6 @@ Outputs: <tables>/{handsign,seedvar,ga_vs_learned,time_quality,crosscapture}.{te
 WHOLE = {
     "datasets": labels(),
     "budgets": config["budgets"],
-    "bootstrap": config["bootstrap"] | {"seed": config["seed"]},
     "facts": facts(),
 }
 DRAWN = scenes(TRAINED, "train")[0]
@@ -155,7 +154,6 @@ rule ga_vs_learned:
     params:
         problems=lambda wildcards: held_out_problems(),
         k=config["search"]["k"],
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: facts([TRAINED]),
     message:
         "Comparing the selectors with the search"
@@ -476,7 +474,6 @@ rule time_quality:
             for n in range(config["draws"])
         ],
         budgets=config["budgets"],
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: facts([TRAINED]),
     message:
         "Writing quality, runtime and memory"
@@ -572,7 +569,6 @@ rule crosscapture:
         scenes=lambda wildcards: rooms(),
         budgets=CROSSED,
         metrics=METRICS,
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: facts(list(dict(rooms()))),
     message:
         "Writing the cross-capture table"

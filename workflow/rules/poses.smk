@@ -245,7 +245,6 @@ rule poses:
     params:
         scenes=first_scenes(),
         budgets=TRIED,
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=facts(),
     message:
         "Writing what inexact poses cost"

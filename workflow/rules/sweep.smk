@@ -161,7 +161,6 @@ rule ksweep:
         datasets=labels(),
         budgets=config["budgets"],
         metrics=METRICS,
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=facts(),
     message:
         "Writing the budget sweep"

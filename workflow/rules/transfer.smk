@@ -131,7 +131,6 @@ rule transfer:
         judges=lambda wildcards: compared_facts(),
         budgets=lambda wildcards: compared_budgets("budgets"),
         metrics=METRICS,
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: facts([TRAINED]),
     message:
         "Writing what the picks are worth under other reconstructors"

@@ -116,7 +116,6 @@ rule feature_sweep:
     params:
         cases=feature_cases(),
         scenes=lambda wildcards: validation_scenes(),
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: trial_facts(),
     message:
         "Writing what other features are worth"
@@ -155,7 +154,6 @@ rule scorer_arch:
     params:
         labels={name: scorer["label"] for name, scorer in scorers().items()},
         scenes=lambda wildcards: validation_scenes(),
-        bootstrap=config["bootstrap"] | {"seed": config["seed"]},
         facts=lambda wildcards: trial_facts(),
     message:
         "Writing what other scorers are worth"

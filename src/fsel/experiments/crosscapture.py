@@ -137,7 +137,6 @@ def crosscapture(
     scenes: Sequence[tuple[str, str]],
     budgets: Sequence[int],
     metrics: Metrics,
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """The table "Cross-capture novel view synthesis"; one measurement a room and held-out pass.
@@ -148,14 +147,13 @@ def crosscapture(
         scenes: dataset and scene of every room.
         budgets: columns.
         metrics: of a cell, in order; names, or name -> settings.
-        bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
     cells = pd.concat(
         [part for item in of_scenes(scenes, evaluations) for part in _measurements(item, metrics)]
     )
-    means = summarise(cells, metrics, **bootstrap).drop(columns="dataset")
-    ahead = leaders(differences(cells, list(SHOWN), metrics, **bootstrap))
+    means = summarise(cells, metrics).drop(columns="dataset")
+    ahead = leaders(differences(cells, list(SHOWN), metrics))
     keys = zip(means["method"], means["k"], means["metric"], strict=True)
     means["leads"] = [key in ahead for key in keys]
     write_csv(means, numbers)

@@ -72,7 +72,6 @@ def ga_vs_learned(
     *,
     problems: Sequence[str],
     k: int,
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """Average subset, random search, search and selectors, all scored on the targets.
@@ -83,12 +82,11 @@ def ga_vs_learned(
         table, numbers: receive LaTeX, and the columns of `compare_with_search`.
         problems: `dataset/scene/draw0` of each.
         k: budget of the search.
-        bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
     cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]))
     averages = pd.concat([_averages(item, k) for item in named(problems, searched)])
-    result = compare_with_search(pd.concat([averages, cells[cells["k"] == k]]), bootstrap)
+    result = compare_with_search(pd.concat([averages, cells[cells["k"] == k]]))
     write_csv(result, numbers)
     tried = pd.concat([pd.read_parquet(path) for path in searched])
     tried = len(tried[tried["method"] == SEARCH]) / len(searched)
@@ -104,13 +102,12 @@ def ga_vs_learned(
     write_text(plain_table(head, _rows(result), caption=text, label="tab:ga_vs_learned"), table)
 
 
-def compare_with_search(cells: pd.DataFrame, bootstrap: Mapping[str, int]) -> pd.DataFrame:
+def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
     """Means of every row of the table, and their paired differences to the search's.
 
     Args:
         cells: scene, draw, method, k, psnr of one dataset at one budget; the draws that the search
             was run on are compared, the others left out.
-        bootstrap: its `resamples` and `seed`.
 
     Returns:
         method, k, mean, ci_low, ci_high, difference, difference_low, difference_high (NaN for the
@@ -119,9 +116,9 @@ def compare_with_search(cells: pd.DataFrame, bootstrap: Mapping[str, int]) -> pd
     cells = cells[cells["method"].isin(ROWS)]
     common = cells[cells["method"] == SEARCH][["dataset", "scene", "draw"]]
     cells = cells.merge(common, on=["dataset", "scene", "draw"])
-    means = summarise(cells, ["psnr"], **bootstrap)
+    means = summarise(cells, ["psnr"])
     others = [name for name in ROWS if name != SEARCH]
-    gaps = differences(cells, others, ["psnr"], **bootstrap)
+    gaps = differences(cells, others, ["psnr"])
     gaps = gaps[gaps["reference"] == SEARCH].set_index("method")
     bounds = {"mean": "difference", "ci_low": "difference_low", "ci_high": "difference_high"}
     result = means.set_index("method").join(gaps.rename(columns=bounds)[list(bounds.values())])

@@ -23,7 +23,6 @@ def handsign(
     problems: Sequence[str],
     datasets: Mapping[str, str],
     budgets: Sequence[int],
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """PSNR of the learned scorer minus that of the untrained sum (paper, Table 7).
@@ -34,12 +33,11 @@ def handsign(
         problems: `dataset/scene/draw0` of each.
         datasets: name -> printed label, in order.
         budgets: columns.
-        bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
     cells = sweep_cells(named(problems, evaluations))
     cells = cells[cells["method"].isin([LEARNED, UNTRAINED])]
-    gaps = differences(cells, [LEARNED], ["psnr"], **bootstrap)
+    gaps = differences(cells, [LEARNED], ["psnr"])
     write_csv(gaps, numbers)
     values = gaps.set_index(["dataset", "k"])[["mean", "ci_low", "ci_high"]]
     texts = {

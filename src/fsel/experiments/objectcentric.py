@@ -152,7 +152,6 @@ def objectcentric(
     scenes: Sequence[tuple[str, str]],
     datasets: Mapping[str, str],
     metrics: Metrics,
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """The table "Object-centric novel view synthesis".
@@ -164,14 +163,13 @@ def objectcentric(
         scenes: dataset and scene of each.
         datasets: name -> printed label, in order.
         metrics: of a cell, in order; names, or name -> settings.
-        bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
     cells = pd.concat([_measurements(item, metrics) for item in of_scenes(scenes, evaluations)])
     place = {name: at for at, name in enumerate(SHOWN)}
     cells = cells.sort_values("method", key=lambda names: names.map(place), kind="stable")
-    means = summarise(cells, metrics, **bootstrap)
-    gaps = differences(cells, list(SHOWN), metrics, **bootstrap)
+    means = summarise(cells, metrics)
+    gaps = differences(cells, list(SHOWN), metrics)
     ahead = {(name, *key) for name, part in gaps.groupby("dataset") for key in leaders(part)}
     keys = zip(*(means[key] for key in ("dataset", "method", "k", "metric")), strict=True)
     means["leads"] = [key in ahead for key in keys]

@@ -26,12 +26,11 @@ SHARED = ["scene", "draw", "method", "k"]
 SIGNS = {"degrees": r"^\circ", "percent": r"\%"}
 
 
-def changes(measured: Sequence[Mapping], bootstrap: Mapping[str, int]) -> pd.DataFrame:
+def changes(measured: Sequence[Mapping]) -> pd.DataFrame:
     """PSNR under every change of the poses, and its paired difference to exact poses.
 
     Args:
         measured: dataset, scene, path of what `evaluate_estimated` or `evaluate_noise` wrote.
-        bootstrap: its `resamples` and `seed`.
 
     Returns:
         change, level (NaN where it has none), scope, method, k, mean, ci_low, ci_high, difference,
@@ -43,7 +42,7 @@ def changes(measured: Sequence[Mapping], bootstrap: Mapping[str, int]) -> pd.Dat
     cells["difference"] = cells["psnr"] - cells["exact"]
     found = []
     for case, part in cells.groupby(CASE, sort=False, dropna=False):
-        table = summarise(part, ["psnr", "difference"], **bootstrap).set_index(["method", "k"])
+        table = summarise(part, ["psnr", "difference"]).set_index(["method", "k"])
         gaps = table[table["metric"] == "difference"][["mean", "ci_low", "ci_high"]]
         gaps.columns = ["difference", "difference_low", "difference_high"]
         table = table[table["metric"] == "psnr"][["mean", "ci_low", "ci_high", "n"]].join(gaps)
@@ -77,7 +76,6 @@ def poses(
     *,
     scenes: Sequence[tuple[str, str]],
     budgets: Sequence[int],
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """Given against estimated poses, and against noisy ones, for every selector.
@@ -91,12 +89,9 @@ def poses(
         drawn: receives what the figure is made of.
         scenes: dataset and scene of each file.
         budgets: columns of the first table.
-        bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
-    registered, usual = (
-        changes(of_scenes(scenes, paths), bootstrap) for paths in (estimated, noise)
-    )
+    registered, usual = (changes(of_scenes(scenes, paths)) for paths in (estimated, noise))
     both = [registered.assign(captures="registered"), usual.assign(captures="usual")]
     numbered = pd.concat(both)
     write_csv(numbered[["captures", *registered.columns]], numbers)

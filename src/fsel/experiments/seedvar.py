@@ -25,7 +25,6 @@ def seedvar(
     problems: Sequence[str],
     datasets: Mapping[str, str],
     budgets: Sequence[int],
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """Spread of the dataset mean over training seeds, in dB.
@@ -38,12 +37,11 @@ def seedvar(
         problems: `dataset/scene/draw0` of each.
         datasets: name -> printed label, in order.
         budgets: columns.
-        bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
     runs = [_by_seed(item) for item in named(problems, evaluations)]
     spread = seed_spread(pd.concat(runs), "psnr")
-    means = summarise(sweep_cells(named(problems, evaluations)), ["psnr"], **bootstrap)
+    means = summarise(sweep_cells(named(problems, evaluations)), ["psnr"])
     spread["margin"] = _margins(means, spread)
     write_csv(spread, numbers)
     texts = {

@@ -34,7 +34,6 @@ def time_quality(
     *,
     problems: Sequence[str],
     budgets: Sequence[int],
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """PSNR, seconds and memory of ours and its variants at every budget, and of all frames.
@@ -46,12 +45,11 @@ def time_quality(
         table, numbers: receive LaTeX, and the columns of `joined`.
         problems: `dataset/scene/draw0` of each.
         budgets: rows.
-        bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`.
     """
     cells = sweep_cells(named([*problems, *problems], [*evaluations, *variant]))
     cells = cells[cells["method"].isin([*VARIANTS, ALL])]
-    result = joined(cells, mean_costs(costs), pd.concat(map(pd.read_parquet, times)), bootstrap)
+    result = joined(cells, mean_costs(costs), pd.concat(map(pd.read_parquet, times)))
     write_csv(result, numbers)
     text = (
         r"\textbf{Quality, runtime and memory per scene}, scenes: "
@@ -81,7 +79,6 @@ def joined(
     cells: pd.DataFrame,
     costs: pd.DataFrame,
     times: pd.DataFrame,
-    bootstrap: Mapping[str, int],
 ) -> pd.DataFrame:
     """One row a method and budget.
 
@@ -89,16 +86,15 @@ def joined(
         cells: dataset, scene, draw, method, k, psnr of one dataset.
         costs: see `costs.mean_costs`.
         times: variant, k, seconds; one row a scene.
-        bootstrap: its `resamples` and `seed`.
 
     Returns:
         method, k (`ALL_FRAMES` for all), psnr, ci_low, ci_high, leads (ahead of every other
         variant, all intervals excluding zero), selection_s (0 for all), reconstruction_s, peak_mb,
         n (scenes).
     """
-    result = summarise(cells, ["psnr"], **bootstrap)
+    result = summarise(cells, ["psnr"])
     result = result.rename(columns={"mean": "psnr"}).drop(columns=["dataset", "metric"])
-    gaps = differences(cells, list(VARIANTS), ["psnr"], **bootstrap)
+    gaps = differences(cells, list(VARIANTS), ["psnr"])
     gaps = gaps[gaps["reference"].isin(VARIANTS)].assign(sure=gaps["ci_low"] > 0)
     leads = gaps.groupby(["method", "k"])["sure"].all()
     selecting = times.groupby(["variant", "k"])["seconds"].mean()

@@ -75,7 +75,6 @@ def transfer(
     judges: Mapping[str, Mapping],
     budgets: Sequence[int],
     metrics: Metrics,
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """The table "Cross-reconstructor transfer of selected views".
@@ -89,7 +88,6 @@ def transfer(
         judges: name -> `reconstructor` and `long_side` to print, one block of columns each.
         budgets: one group of columns each.
         metrics: of a cell, in order.
-        bootstrap: its `resamples` and `seed`.
         facts: see `captions.captures_of`.
     """
     count = len(problems)
@@ -98,8 +96,8 @@ def transfer(
         own = evaluations[at * count : (at + 1) * count]
         cells = sweep_cells(named(problems, own), metrics)
         for found, tables in (
-            (summarise(cells, metrics, **bootstrap), means),
-            (paired(cells, list(OURS), metrics, **bootstrap), gaps),
+            (summarise(cells, metrics), means),
+            (paired(cells, list(OURS), metrics), gaps),
         ):
             found.insert(0, "reconstructor", name)
             tables.append(found.drop(columns="dataset"))

@@ -8,7 +8,6 @@ Student's t on the means of places keeps to 5 % from two places on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -87,16 +86,20 @@ def of_places_and_seeds(values: np.ndarray) -> Interval:
     return Interval(mean, mean - half, mean + half, p, n)
 
 
-def ahead_of_all(gaps: Sequence[Interval]) -> float:
+def ahead_of_all(gaps: np.ndarray, p: np.ndarray) -> float:
     """p of the claim that a method is ahead of every one of its rivals.
 
     The claim is false if one rival is not behind, so that the weakest of the comparisons decides
     (intersection-union test, Berger 1982): no rival is chosen, and many rivals cost nothing.
 
     Args:
-        gaps: method less rival, one interval a rival.
+        gaps: (m,) means of method less rival; higher is better.
+        p: (m,) two-sided, of each gap being zero; NaN where nothing is known.
+
+    Returns:
+        NaN where a gap's p is.
     """
-    return max(gap.p if gap.mean > 0 or np.isnan(gap.p) else 1.0 for gap in gaps)
+    return float(np.max(np.where((gaps > 0) | np.isnan(p), p, 1.0)))
 
 
 def holm(p: np.ndarray) -> np.ndarray:

@@ -1,91 +1,143 @@
-"""Means over scenes with paired bootstrap intervals."""
+"""Means over scenes, and paired differences, with intervals that hold for few scenes."""
 
 from __future__ import annotations
 
-import functools
-import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from fsel.metrics import REGISTERED
+from fsel.report.statistics import Interval, of_places_and_seeds
 
 ALL_FRAMES = 0  # the budget of a method that takes every frame; tables write it as "all"
-LEVELS = (2.5, 97.5)  # percentiles of a 95% interval
+ALL_DATASETS = "all"
 SUMMARY = ("dataset", "method", "k", "metric", "mean", "ci_low", "ci_high", "n")
+DIFFERENCES = ("dataset", "method", "reference", "k", "metric", "mean", "ci_low", "ci_high", "p")
+
+Column = tuple[str, str, int]  # metric, method, budget
 
 
-def draw_means(evaluation: pd.DataFrame, metrics: Sequence[str]) -> pd.DataFrame:
+def draw_means(
+    evaluation: pd.DataFrame, metrics: Sequence[str], *, by_seed: bool = False
+) -> pd.DataFrame:
     """One row a method and budget of a draw: means over targets within a seed, then over seeds.
 
     Args:
         evaluation: rows of one draw's evaluation: method, seed, k, target, metrics.
         metrics: columns to average.
+        by_seed: stop at the seeds: one row each.
 
     Returns:
-        method, k and the metrics. The method `all` has the budget `ALL_FRAMES`.
+        method, k, seed where asked for, and the metrics. The method `all` has the budget
+        `ALL_FRAMES`.
     """
     table = evaluation.assign(k=evaluation["k"].where(evaluation["method"] != "all", ALL_FRAMES))
-    by_seed = table.groupby(["method", "k", "seed"])[list(metrics)].mean()
-    return by_seed.groupby(["method", "k"]).mean().reset_index()
+    means = table.groupby(["method", "k", "seed"])[list(metrics)].mean()
+    if not by_seed:
+        means = means.groupby(["method", "k"]).mean()
+    return means.reset_index()
 
 
-def bootstrap_weights(scenes: np.ndarray, resamples: int, rng: np.random.Generator) -> np.ndarray:
-    """Weights of rows in resamples of scenes, and of the draws within every scene met.
-
-    All methods and budgets share one set of weights, which makes their differences paired.
+def with_all_datasets(cells: pd.DataFrame) -> pd.DataFrame:
+    """The cells, and once more those of methods and budgets that every dataset has, as one dataset.
 
     Args:
-        scenes: (R,) scene of each row; every scene must have equally many rows, its draws.
-        resamples: how many.
-        rng: the only source of chance.
-
-    Returns:
-        (resamples, R) float64, each row of sum one.
-
-    Raises:
-        ValueError: when scenes have unequal numbers of draws.
+        cells: dataset, scene, draw, method, k, metrics.
     """
-    names, counts = np.unique(scenes, return_counts=True)
-    if len(set(counts.tolist())) != 1:
-        found = dict(zip(names.tolist(), counts.tolist(), strict=True))
-        raise ValueError(f"a mean over unequal sets: draws by scene are {found}")
-    rows = np.stack([np.flatnonzero(scenes == name) for name in names])
-    count, draws = rows.shape
-    scene = rng.integers(count, size=(resamples, count))
-    draw = rng.integers(draws, size=(resamples, count, draws))
-    met = rows[scene[:, :, None], draw].reshape(resamples, -1)
-    weights = np.zeros((resamples, len(scenes)))
-    np.add.at(weights, (np.arange(resamples)[:, None], met), 1 / (count * draws))
-    return weights
+    datasets = cells["dataset"].nunique()
+    if datasets == 1:
+        return cells
+    counts = cells.groupby(["method", "k"])["dataset"].transform("nunique")
+    shared = cells[counts == datasets]
+    scenes = shared["dataset"] + "/" + shared["scene"]
+    return pd.concat([cells, shared.assign(dataset=ALL_DATASETS, scene=scenes)], ignore_index=True)
+
+
+class _Part:
+    """The cells of one dataset, as arrays with a row a scene and draw.
+
+    Args:
+        cells: scene, draw, method, k, metrics; seed where single seeds count; place where scenes
+            share one.
+        metrics: columns to read.
+        trained: methods whose seeds are of training, the same in all scenes.
+    """
+
+    def __init__(self, cells: pd.DataFrame, metrics: Sequence[str], trained: Sequence[str]) -> None:
+        keys = ["scene", "draw"]
+        means = cells.groupby([*keys, "method", "k"], sort=False)[list(metrics)].mean()
+        wide = means.reset_index().pivot(index=keys, columns=["method", "k"], values=list(metrics))
+        self.dataset = cells["dataset"].iloc[0]
+        self.scenes = wide.index.get_level_values("scene").to_numpy()
+        places = dict(zip(cells["scene"], cells.get("place", cells["scene"]), strict=True))
+        self.places = np.array([places[scene] for scene in self.scenes])
+        self.columns: list[Column] = list(wide.columns)
+        self._values = dict(zip(self.columns, wide.to_numpy().T, strict=True))
+        self._seeds: dict[Column, np.ndarray] = {}
+        self._weights: dict[bytes, np.ndarray] = {}  # by the rows that a column has
+        for method in trained if "seed" in cells else ():
+            own = cells[cells["method"] == method]
+            parted = own.pivot(index=keys, columns=["k", "seed"], values=list(metrics))
+            parted = parted.reindex(wide.index)
+            for metric, k in {column[:2] for column in parted.columns}:
+                self._seeds[metric, method, k] = parted[metric][k].to_numpy()
+
+    def interval(self, column: Column, less: Column | None = None) -> Interval:
+        """Of a column's mean over places, or of its difference to another.
+
+        Raises:
+            ValueError: when a scene lacks the column, or scenes have unequal numbers of draws.
+        """
+        values = self._seeds.get(column, self._values[column][:, None])
+        if less is not None:
+            values = values - self._values[less][:, None]
+        known = np.isfinite(values).all(axis=1)
+        if (key := known.tobytes()) not in self._weights:
+            self._weights[key] = self._of_places(column, known)
+        return of_places_and_seeds(self._weights[key] @ values[known])
+
+    def _of_places(self, column: Column, known: np.ndarray) -> np.ndarray:
+        """(n, rows) weights of means over draws, then over the scenes of a place."""
+        names, counts = np.unique(self.scenes[known], return_counts=True)
+        every = len(np.unique(self.scenes))
+        if len(names) < every:
+            raise ValueError(
+                f"{self.dataset}: a mean over unequal sets: {column} was measured in {len(names)} "
+                f"of {every} scenes"
+            )
+        if len(set(counts.tolist())) > 1:
+            found = dict(zip(names.tolist(), counts.tolist(), strict=True))
+            raise ValueError(f"a mean over unequal sets: draws by scene are {found}")
+        places = self.places[known]
+        belongs = (np.unique(places)[:, None] == places).astype(float)
+        return belongs / belongs.sum(axis=1, keepdims=True)
 
 
 def summarise(
-    cells: pd.DataFrame, metrics: Sequence[str], *, resamples: int, seed: int
+    cells: pd.DataFrame, metrics: Sequence[str], *, trained: Sequence[str] = ()
 ) -> pd.DataFrame:
-    """Mean over scenes of every dataset, method, budget and metric, with a 95% interval.
+    """Mean over places of every dataset, method, budget and metric, with a 95 % interval.
 
     Args:
-        cells: dataset, scene, draw, method, k, metrics; one row a combination.
+        cells: dataset, scene, draw, method, k, metrics; one row a combination, or one a seed with
+            the column seed. The column place names what scenes share, where they share a place.
         metrics: columns to summarise.
-        resamples: of the bootstrap.
-        seed: of the bootstrap.
+        trained: methods whose seeds are of training, the same in all scenes; their chance enters
+            the interval.
 
     Returns:
-        Columns as `SUMMARY`; n counts scenes. Datasets and methods keep the order of `cells`.
+        Columns as `SUMMARY`; n counts places. Datasets and methods keep the order of `cells`.
 
     Raises:
         ValueError: when a method was not measured in all of a dataset's scenes.
     """
     rows = []
     for dataset, part in cells.groupby("dataset", sort=False):
-        wide = _wide(part, metrics)
-        for block in _blocks(wide, dataset):
-            low, high, count = _interval(block, resamples, seed, dataset)
-            for i, (metric, method, k) in enumerate(block.columns):
-                mean = block.iloc[:, i].mean()
-                rows.append((dataset, method, k, metric, mean, low[i], high[i], count))
+        found = _Part(part, metrics, trained)
+        for metric, method, k in found.columns:
+            mean, low, high, _, n = found.interval((metric, method, k))
+            rows.append((dataset, method, k, metric, mean, low, high, n))
     return _sorted(pd.DataFrame(rows, columns=list(SUMMARY)), cells, ["dataset", "method"])
 
 
@@ -94,39 +146,33 @@ def differences(
     methods: Sequence[str],
     metrics: Sequence[str],
     *,
-    resamples: int,
-    seed: int,
+    trained: Sequence[str] = (),
 ) -> pd.DataFrame:
-    """Paired differences, method minus reference, at equal budgets, with 95% intervals.
+    """Paired differences, method minus reference, at equal budgets, with 95 % intervals.
 
     A reference that takes every frame is compared at each of the method's budgets.
 
     Args:
-        cells: as in `summarise`.
+        cells, metrics, trained: as in `summarise`.
         methods: to compare with every other method.
-        metrics: columns to compare.
-        resamples, seed: of the bootstrap.
 
     Returns:
-        dataset, method, reference, k, metric, mean, ci_low, ci_high, n.
+        Columns as `DIFFERENCES`, and n; p is two-sided, of the difference being zero.
     """
-    columns = ["dataset", "method", "reference", *SUMMARY[2:]]
     rows = []
     for dataset, part in cells.groupby("dataset", sort=False):
-        wide = _wide(part, metrics)
-        for metric, method, k in wide.columns:
+        found = _Part(part, metrics, trained)
+        for metric, method, k in found.columns:
             if method not in methods or k == ALL_FRAMES:
                 continue
             for reference in part["method"].unique():
-                budget = k if (metric, reference, k) in wide.columns else ALL_FRAMES
-                if reference == method or (metric, reference, budget) not in wide.columns:
+                own = (metric, reference, k)
+                other = own if own in found.columns else (metric, reference, ALL_FRAMES)
+                if reference == method or other not in found.columns:
                     continue
-                gap = wide[metric, method, k] - wide[metric, reference, budget]
-                gap = gap.dropna().to_frame()
-                low, high, n = _interval(gap, resamples, seed, dataset)
-                value = gap.iloc[:, 0].mean()
-                rows.append((dataset, method, reference, k, metric, value, low[0], high[0], n))
-    table = pd.DataFrame(rows, columns=columns)
+                gap = found.interval((metric, method, k), other)
+                rows.append((dataset, method, reference, k, metric, *gap))
+    table = pd.DataFrame(rows, columns=[*DIFFERENCES, "n"])
     return _sorted(table, cells, ["dataset", "method", "reference"])
 
 
@@ -160,50 +206,6 @@ def seed_spread(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
     means = scenes.groupby(keys, sort=False).agg(["mean", "size"]).reset_index()
     cells = means.groupby(["dataset", "k"], sort=False)
     return cells.agg(std=("mean", "std"), seeds=("seed", "size"), n=("size", "first")).reset_index()
-
-
-def _wide(part: pd.DataFrame, metrics: Sequence[str]) -> pd.DataFrame:
-    """Rows: scene and draw. Columns: metric, method, k."""
-    return part.pivot(index=["scene", "draw"], columns=["method", "k"], values=list(metrics))
-
-
-def _blocks(wide: pd.DataFrame, dataset: str) -> Iterator[pd.DataFrame]:
-    """Columns that were measured in the same scenes and draws, together."""
-    scenes = wide.index.get_level_values("scene").nunique()
-    present = wide.notna()
-    for pattern in sorted({tuple(present[column]) for column in wide}, reverse=True):
-        columns = [column for column in wide if tuple(present[column]) == pattern]
-        block = wide.loc[list(pattern), columns]
-        found = block.index.get_level_values("scene").nunique()
-        if found != scenes:
-            raise ValueError(
-                f"{dataset}: a mean over unequal sets: {columns[0]} was measured in {found} of "
-                f"{scenes} scenes"
-            )
-        yield block
-
-
-def _interval(
-    block: pd.DataFrame, resamples: int, seed: int, dataset: str
-) -> tuple[np.ndarray, np.ndarray, int]:
-    """Interval bounds of every column's mean, and the number of scenes.
-
-    One draw of one scene says nothing about its own spread: its bounds are NaN.
-    """
-    scenes = block.index.get_level_values("scene").to_numpy()
-    if len(scenes) == 1:
-        unknown = np.full(block.shape[1], np.nan)
-        return unknown, unknown, 1
-    means = _shared_weights(tuple(scenes), resamples, seed, dataset) @ block.to_numpy()
-    low, high = np.percentile(means, LEVELS, axis=0)
-    return low, high, len(np.unique(scenes))
-
-
-@functools.lru_cache(maxsize=32)
-def _shared_weights(scenes: tuple[str, ...], resamples: int, seed: int, dataset: str) -> np.ndarray:
-    """The weights of a dataset's resamples: the same for every method, budget and difference."""
-    rng = np.random.default_rng([seed, zlib.crc32(dataset.encode())])
-    return bootstrap_weights(np.array(scenes), resamples, rng)
 
 
 def _sorted(table: pd.DataFrame, cells: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from fsel.baselines import FURTHER, METHODS, PAPER
-from fsel.report.summary import ALL_FRAMES, draw_means
+from fsel.report.summary import ALL_DATASETS, ALL_FRAMES, draw_means
 from fsel.selector.policies import POLICIES
 
 BASELINES = {name: method.label for name, method in {**PAPER, **FURTHER}.items()}
@@ -18,6 +18,12 @@ REFERENCES = {
     "random_search": r"\textit{Random search}",
     "all": METHODS["all"].label,
 }
+
+
+def with_all_label(datasets: Mapping[str, str]) -> dict[str, str]:
+    """Labels of the datasets, and of all together where there are several."""
+    together = {ALL_DATASETS: "All datasets"} if len(datasets) > 1 else {}
+    return {**datasets, **together}
 
 
 def named(problems: Iterable[str], paths: Iterable[str | Path]) -> list[dict[str, str | Path]]:
@@ -47,24 +53,27 @@ def of_scenes(
     return [{"dataset": d, "scene": scene, "path": path} for (d, scene), path in pairs]
 
 
-def sweep_cells(evaluations: Sequence[Mapping], metrics: Sequence[str] = ("psnr",)) -> pd.DataFrame:
+def sweep_cells(
+    evaluations: Sequence[Mapping], metrics: Sequence[str] = ("psnr",), *, by_seed: bool = False
+) -> pd.DataFrame:
     """dataset, scene, draw, method, k, metrics: means over targets and seeds of each file.
 
     Args:
         evaluations: one mapping a file, see `named`.
         metrics: their columns to read.
+        by_seed: one row a seed, with the column seed.
     """
     order = {name: i for i, name in enumerate([*BASELINES, *LEARNED, *REFERENCES])}
     tables = []
     for item in evaluations:
-        table = draw_means(pd.read_parquet(item["path"]), metrics)
+        table = draw_means(pd.read_parquet(item["path"]), metrics, by_seed=by_seed)
         tables.append(table.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"]))
     cells = pd.concat(tables)
-    cells["place"] = cells["method"].map(order)
+    cells["rank"] = cells["method"].map(order)
     datasets = {name: i for i, name in enumerate(cells["dataset"].unique())}
     cells["block"] = cells["dataset"].map(datasets)
-    cells = cells.sort_values(["block", "place", "k", "scene", "draw"], kind="stable")
-    return cells.drop(columns=["block", "place"]).reset_index(drop=True)
+    cells = cells.sort_values(["block", "rank", "k", "scene", "draw"], kind="stable")
+    return cells.drop(columns=["block", "rank"]).reset_index(drop=True)
 
 
 def row_groups(cells: pd.DataFrame, budgets: Sequence[int]) -> list[dict[str, str]]:

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 
+from fsel.baselines import PAPER
 from fsel.report import heatmap as report
 from fsel.report.numbers import read_csv
-from fsel.report.sweep import BASELINES
+from fsel.report.sweep import BASELINES, with_all_label
 from fsel.selector.policies import POLICIES
 
 PANELS = ("fsel", "ours")
+RIVALS = {
+    f"the paper's {len(PAPER)} baselines": list(PAPER),
+    f"all {len(BASELINES)} baselines": list(BASELINES),
+}
 
 
 def heatmap(
@@ -33,14 +39,15 @@ def heatmap(
     """
     means, gaps = read_csv(numbers), read_csv(differences)
     panels = {}
-    for method in PANELS:
-        title = f"{POLICIES[method].label}: gain over the strongest baseline"
+    labels = with_all_label(datasets)
+    for method, (count, baselines) in product(PANELS, RIVALS.items()):
+        title = f"{POLICIES[method].label}: gain over the strongest of {count}"
         panels[title] = report.gains(
             means,
             gaps,
             method=method,
-            baselines=list(BASELINES),
-            datasets=list(datasets),
+            baselines=baselines,
+            datasets=list(labels),
             budgets=budgets,
         )
-    report.draw(panels, datasets, figures, judge)
+    report.draw(panels, labels, figures, judge)

@@ -11,8 +11,8 @@ from fsel.report.captions import made_by
 from fsel.report.latex import sweep_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences as paired
-from fsel.report.summary import summarise
-from fsel.report.sweep import BASELINES, LEARNED, named, row_groups, sweep_cells
+from fsel.report.summary import summarise, with_all_datasets
+from fsel.report.sweep import BASELINES, LEARNED, named, row_groups, sweep_cells, with_all_label
 
 
 def ksweep(
@@ -27,7 +27,6 @@ def ksweep(
     datasets: Mapping[str, str],
     budgets: Sequence[int],
     metrics: Metrics,
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """The table "Input budget sweep", its numbers with intervals, and paired differences.
@@ -40,18 +39,18 @@ def ksweep(
         datasets: name -> printed label, in order.
         budgets: columns.
         metrics: of a cell, in order; names, or name -> settings.
-        bootstrap: its `resamples` and `seed`.
         facts: what the caption tells, see `caption`.
     """
-    cells = sweep_cells(named([*problems, *searched], [*evaluations, *oracles]), metrics)
-    means = summarise(cells, metrics, **bootstrap)
+    files = named([*problems, *searched], [*evaluations, *oracles])
+    cells = with_all_datasets(sweep_cells(files, metrics, by_seed=True))
+    means = summarise(cells, metrics, trained=list(LEARNED))
     write_csv(means, numbers)
-    write_csv(paired(cells, list(LEARNED), metrics, **bootstrap), differences)
+    write_csv(paired(cells, list(LEARNED), metrics, trained=list(LEARNED)), differences)
     groups = row_groups(cells, budgets)
     told = {**facts, "searched": any("search" in group for group in groups)}
     text = sweep_table(
         means,
-        datasets={name: tex(label) for name, label in datasets.items()},
+        datasets={name: tex(label) for name, label in with_all_label(datasets).items()},
         groups=groups,
         ranked=[*BASELINES, *LEARNED],
         budgets=budgets,

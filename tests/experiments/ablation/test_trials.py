@@ -33,7 +33,6 @@ ROOT = Path(__file__).resolve().parents[3]
 SCORERS = yaml.safe_load((ROOT / "config" / "scorers.yaml").read_text())
 PAPER = ROOT.parent / "shared" / "paper.tex"
 SCENES = [("d", "a"), ("d", "b")]
-BOOTSTRAP = {"resamples": 200, "seed": 0}
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 FACTS = {
     "embedded": ["DL3DV"],
@@ -273,9 +272,7 @@ def test_differences_to_the_reference_by_hand(tmp_path):
         "rnn": shifted(-1.0, 0.0, 1.0, 2.0),
     }
     measured, trials = results(tmp_path, psnr)
-    table = compare_trials(trial_cells(measured, SCENES), trials, "ours", BOOTSTRAP).set_index(
-        "method"
-    )
+    table = compare_trials(trial_cells(measured, SCENES), trials, "ours").set_index("method")
     assert list(table.index) == ["wider", "ours", "rnn"]
     np.testing.assert_allclose(table["mean"], [21.0, 20.0, 20.5])
     np.testing.assert_allclose(table["difference"], [1.0, np.nan, 0.5])
@@ -285,7 +282,7 @@ def test_differences_to_the_reference_by_hand(tmp_path):
     assert table.loc["ours", ["loss", "seeds", "draws", "n"]].tolist() == [4.5, 2, 2, 2]
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
     labels = {name: SCORERS[name]["label"] for name in psnr}
-    settings = {"scenes": SCENES, "labels": labels, "bootstrap": BOOTSTRAP, "facts": FACTS}
+    settings = {"scenes": SCENES, "labels": labels, "facts": FACTS}
     scorer_arch(measured, [*trials.values()], *paths, **settings)
     text = paths[0].read_text()
     assert r"Wider MLP (256 units) & 1,000 & $\mathbf{+1.00}$ {\tiny$[+1.00,+1.00]$}" in text
@@ -306,7 +303,7 @@ def test_the_table_of_features_marks_what_is_shown(tmp_path):
     psnr = {"1": shifted(0, 0, 0, 0), "6": shifted(0, 0, 0, 0), "37": shifted(-1, -1, -1, -1)}
     measured, trials = results(tmp_path, psnr)
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"scenes": SCENES, "cases": cases, "bootstrap": BOOTSTRAP, "facts": FACTS}
+    settings = {"scenes": SCENES, "cases": cases, "facts": FACTS}
     feature_sweep(measured, [*trials.values()], *paths, **settings)
     lines = paths[0].read_text().splitlines()
     marked = {line.split(" & ")[0]: line for line in lines if r"\bullet" in line}

@@ -49,7 +49,6 @@ def feature_sweep(
     *,
     scenes: Sequence[tuple[str, str]],
     cases: Mapping[str, Mapping],
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """PSNR of every feature configuration minus that of the first (paper, "Tested features").
@@ -60,11 +59,10 @@ def feature_sweep(
         table, numbers: receive LaTeX, and the columns of `compare_trials`.
         scenes: dataset and scene of each evaluation.
         cases: name -> its `shown` and `added`, in the table's order.
-        bootstrap: its `resamples` and `seed`.
         facts: see `captions.made_by`; and `epochs` of the training.
     """
     every, reference = dict(zip(cases, trials, strict=True)), next(iter(cases))
-    result = compare_trials(trial_cells(evaluations, scenes), every, reference, bootstrap)
+    result = compare_trials(trial_cells(evaluations, scenes), every, reference)
     write_csv(result, numbers)
     text = (
         r"\textbf{Tested features.} Each row is one feature configuration: a mark means that the "
@@ -98,17 +96,16 @@ def scorer_arch(
     *,
     scenes: Sequence[tuple[str, str]],
     labels: Mapping[str, str],
-    bootstrap: Mapping[str, int],
     facts: Mapping,
 ) -> None:
     """PSNR of every scorer minus that of ours (paper, "Scorer-architecture comparison").
 
     Args:
-        evaluations, trials, table, numbers, scenes, bootstrap, facts: as in `feature_sweep`.
+        evaluations, trials, table, numbers, scenes, facts: as in `feature_sweep`.
         labels: name -> how to print it, in the table's order.
     """
     every = dict(zip(labels, trials, strict=True))
-    result = compare_trials(trial_cells(evaluations, scenes), every, OURS, bootstrap)
+    result = compare_trials(trial_cells(evaluations, scenes), every, OURS)
     write_csv(result, numbers)
     text = (
         r"\textbf{Scorer architectures.} All are trained by the same loop on the same "
@@ -141,7 +138,6 @@ def compare_trials(
     cells: pd.DataFrame,
     trials: Mapping[str, str | Path],
     reference: str,
-    bootstrap: Mapping[str, int],
 ) -> pd.DataFrame:
     """Every trial beside a reference.
 
@@ -149,7 +145,6 @@ def compare_trials(
         cells: see `trial_cells`.
         trials: name -> what `trials.trial` wrote, in order.
         reference: name of a trial.
-        bootstrap: its `resamples` and `seed`.
 
     Returns:
         method, k, mean, difference, difference_low, difference_high (NaN for the reference
@@ -159,10 +154,10 @@ def compare_trials(
     for name in trials:
         if name != reference:
             pair = cells[cells["method"].isin([name, reference])]
-            gaps.append(differences(pair, [name], ["psnr"], **bootstrap))
+            gaps.append(differences(pair, [name], ["psnr"]))
     names = {"mean": "difference", "ci_low": "difference_low", "ci_high": "difference_high"}
     gaps = pd.concat(gaps).set_index("method").rename(columns=names)[list(names.values())]
-    result = summarise(cells, ["psnr"], **bootstrap).set_index("method")[["k", "mean", "n"]]
+    result = summarise(cells, ["psnr"]).set_index("method")[["k", "mean", "n"]]
     result = result.join(gaps)
     for name, path in trials.items():
         record = pd.read_parquet(path)[["parameters", "loss", "agreement"]].mean()
