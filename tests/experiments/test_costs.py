@@ -87,9 +87,9 @@ def table_of(folder, worst: float) -> pd.DataFrame:
 
 
 def test_a_row_by_hand(tmp_path):
-    result = table_of(tmp_path, worst=2.0)
+    result = table_of(tmp_path, worst=1.0)
     assert _row(result, "10", 10) == [
-        *["10", r"\textbf{22.00}", "21.00", "20.50"],
+        *["10", r"\textbf{22.00}", "21.00", "21.00"],
         *["0.200", "0.200", "0.200", "2.500"],
         *["2.700", "2.700", "2.700", "6"],
     ]
