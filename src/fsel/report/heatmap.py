@@ -92,7 +92,7 @@ def draw(
     made = f"; reconstructor: {judge}" if judge else ""
     figure.supxlabel(
         "number: over the baseline with the highest mean of the cell; n: scenes; bold and *: ahead "
-        f"of every baseline\n(paired t-tests on scene means, 5%, Holm over the panel's cells){made}",
+        f"of every baseline\n(paired t-tests on scene means, 5%, Holm over a panel's cells){made}",
         fontsize=7,
     )
     save(figure, outputs)
