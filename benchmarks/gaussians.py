@@ -171,6 +171,7 @@ def twin(_: argparse.Namespace) -> None:
     import torch
 
     torch.set_num_threads(1)
+    torch.set_default_dtype(torch.float64)
     capture = generated(FAMILIES[0], 0, 48)
     frames = split(capture, 8)[0]
     fitted(capture, frames, steps=120, gaussians=2000)

@@ -1,14 +1,13 @@
 """3D Gaussian splatting in float64 torch: every Gaussian at every pixel, no tiles, no shortcuts.
 
-The formulas of Kerbl et al. 2023, with the gradients that torch finds.
+The formulas of Kerbl et al. 2023, with the gradients that torch finds. Torch's default must be
+float64 while they run.
 """
 
 import math
 
 import torch
 import torch.nn.functional as F
-
-torch.set_default_dtype(torch.float64)
 
 
 def harmonics(degree, directions):

@@ -22,12 +22,13 @@ class Refusing:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Refusing())
-sys.stderr.isatty = lambda: True  # bars are shown at terminals alone, and need tqdm
 """
 COMMANDS = """
 from pathlib import Path
 from fsel.cli import main
+from fsel.cli.console import Console
 
+Console.silent = False  # bars are shown at terminals alone, and need tqdm
 for line in [
     "select ring -k 6 -o chosen --targets every:8",
     "select ring -k auto -o few --memory 300kB",

@@ -228,7 +228,7 @@ def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) 
     for i in np.flatnonzero(~finite)[:1]:
         where = f"{source}: frame {names[i]!r}"
         _expect(False, f"pose is not finite: {world_to_camera[i].tolist()}", where)
-    reach = np.abs(world_to_camera[:, :, 3]).max(axis=1)
+    reach = np.abs(world_to_camera[:, :, 3]).max(axis=1).astype(np.float64)
     for i in [int(np.argmax(reach))] if reach.any() else []:
         _expect(
             LEAST_LENGTH <= reach[i] <= MOST_LENGTH,
