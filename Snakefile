@@ -50,6 +50,7 @@ rule all:
         collect("<figures>/{judge}/heatmap.pdf", judge=FURTHER),
         # for inspection: every candidate's features; selectors compute their own
         features=collect(
-            "<results>/{problem}/features.parquet", problem=problems(config["draws"])
+            "<results>/{problem}/features.parquet",
+            problem=evaluation_problems(config["draws"]),
         ),
     localrule: True

@@ -128,10 +128,10 @@ def test_without_validation_scenes_features_and_scorers_are_not_compared(tmp_pat
 
 
 def test_too_few_frames_to_estimate_are_refused_when_asked_for(tmp_path):
-    config = changed(tmp_path, poses={"frames": 20})
+    config = changed(tmp_path, inexact_poses={"frames": 20})
     result = dry_run(tmp_path, config, "results/smoke/tables/poses.tex")
     assert result.returncode != 0
-    for part in ["poses.frames is 20", "needs 22", "Hint: "]:
+    for part in ["inexact_poses.frames is 20", "needs 22", "Hint: "]:
         assert part in result.stdout + result.stderr
     planned(dry_run(tmp_path, config))
 

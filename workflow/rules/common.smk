@@ -266,7 +266,7 @@ def evaluation_scenes():
     return [(d, scene) for d in config["datasets"] for scene in scenes(d, "evaluation")]
 
 
-def problems(draws):
+def evaluation_problems(draws):
     """dataset/scene/draw of every evaluation problem with a draw below a number."""
     return [f"{d}/{s}/draw{n}" for d, s in evaluation_scenes() for n in range(draws)]
 
@@ -413,12 +413,12 @@ def frames_to_place():
 
 def large_capture(wildcards):
     """The scene with images large enough to be matched: embedded ones are filmed anew."""
-    frames = config["poses"]["frames"]
+    frames = config["inexact_poses"]["frames"]
     if frames < frames_to_place():
         refuse(
-            f"poses.frames is {frames}, the experiment needs {frames_to_place()}: targets, as "
+            f"inexact_poses.frames is {frames}, the experiment needs {frames_to_place()}: targets, as "
             f"many proxies, and a budget of {budget_near(30)}",
-            "raise poses.frames, or lower targets or budgets",
+            "raise inexact_poses.frames, or lower targets or budgets",
         )
     if "embedded" in config["datasets"][wildcards.dataset]:
         return f"<results>/{wildcards.dataset}/{wildcards.scene}/poses/data"

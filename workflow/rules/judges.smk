@@ -60,7 +60,7 @@ use rule ksweep as ksweep_further with:
     input:
         evaluations=collect(
             "<results>/{problem}/{{judge}}/evaluation.parquet",
-            problem=problems(config["draws"]),
+            problem=evaluation_problems(config["draws"]),
         ),
         oracles=[],
         lib=library("ksweep"),
@@ -88,7 +88,7 @@ use rule ksweep as ksweep_further with:
     benchmark:
         "<results>/benchmarks/ksweep/{judge}.jsonl"
     params:
-        problems=problems(config["draws"]),
+        problems=evaluation_problems(config["draws"]),
         searched=[],
         datasets=labels(),
         budgets=config["budgets"],
@@ -126,7 +126,7 @@ use rule handsign as handsign_further with:
     input:
         evaluations=collect(
             "<results>/{problem}/{{judge}}/evaluation.parquet",
-            problem=problems(config["draws"]),
+            problem=evaluation_problems(config["draws"]),
         ),
         lib=library("handsign"),
     output:
@@ -148,14 +148,14 @@ use rule handsign as handsign_further with:
         "<results>/benchmarks/handsign/{judge}.jsonl"
     params:
         **{**WHOLE, "facts": judge_facts},
-        problems=problems(config["draws"]),
+        problems=evaluation_problems(config["draws"]),
 
 
 use rule seedvar as seedvar_further with:
     input:
         evaluations=collect(
             "<results>/{problem}/{{judge}}/evaluation.parquet",
-            problem=problems(config["draws"]),
+            problem=evaluation_problems(config["draws"]),
         ),
         lib=library("seedvar"),
     output:
@@ -177,4 +177,4 @@ use rule seedvar as seedvar_further with:
         "<results>/benchmarks/seedvar/{judge}.jsonl"
     params:
         **{**WHOLE, "facts": judge_facts},
-        problems=problems(config["draws"]),
+        problems=evaluation_problems(config["draws"]),

@@ -46,7 +46,9 @@ rule precision:
         descriptors=[
             f"<results>/{d}/{s}/descriptors.parquet" for d, s in evaluation_scenes()
         ],
-        splits=collect("<results>/{problem}/split.parquet", problem=problems(1)),
+        splits=collect(
+            "<results>/{problem}/split.parquet", problem=evaluation_problems(1)
+        ),
         weights=[
             "<results>/selector/seed0.safetensors",
             "<results>/selector/fsel/seed0.json",
@@ -87,7 +89,7 @@ rule precision:
         runtime=30,
     params:
         labels=[labels()[d] for d, _ in evaluation_scenes()],
-        problems=problems(1),
+        problems=evaluation_problems(1),
         scenes=list(LABELLED),
         training={"seed": 0}
         | {key: config["training"][key] for key in ("epochs", "learning_rate")},

@@ -21,7 +21,8 @@ QUALITATIVE = ("uniform", "fvs", "kmedoids", "cover", "nearest", "ours", "fsel")
 rule handsign:
     input:
         evaluations=collect(
-            "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
+            "<results>/{problem}/evaluation.parquet",
+            problem=evaluation_problems(config["draws"]),
         ),
         lib=library("handsign"),
     output:
@@ -49,7 +50,7 @@ rule handsign:
         runtime=10,
     params:
         **WHOLE,
-        problems=problems(config["draws"]),
+        problems=evaluation_problems(config["draws"]),
     message:
         "Writing what learning adds"
     script:
@@ -59,7 +60,8 @@ rule handsign:
 rule seedvar:
     input:
         evaluations=collect(
-            "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
+            "<results>/{problem}/evaluation.parquet",
+            problem=evaluation_problems(config["draws"]),
         ),
         lib=library("seedvar"),
     output:
@@ -87,7 +89,7 @@ rule seedvar:
         runtime=10,
     params:
         **WHOLE,
-        problems=problems(config["draws"]),
+        problems=evaluation_problems(config["draws"]),
     message:
         "Writing how far training seeds spread"
     script:

@@ -8,7 +8,7 @@ Outputs: <results>/{dataset}/{scene}/poses/{given,estimated}/ (canonical capture
 
 # of a capture of few frames, larger budgets would take nearly all
 TRIED = [k for k in config["budgets"] if k <= budget_near(30)]
-NOISY = {key: config["poses"][key] for key in ("degrees", "percent")}
+NOISY = {key: config["inexact_poses"][key] for key in ("degrees", "percent")}
 
 
 use rule generate as generate_large with:
@@ -19,7 +19,7 @@ use rule generate as generate_large with:
     benchmark:
         "<results>/benchmarks/generate_large/{dataset}/{scene}.jsonl"
     params:
-        **{key: config["poses"][key] for key in ("frames", "width", "height")},
+        **{key: config["inexact_poses"][key] for key in ("frames", "width", "height")},
         layout=lambda wildcards: config["datasets"][wildcards.dataset]["layout"],
         family=lambda wildcards: config["datasets"][wildcards.dataset]["embedded"][
             "family"
@@ -52,8 +52,8 @@ rule estimate_poses:
         mem_mb=4000,
         runtime=60,
     params:
-        frames=config["poses"]["frames"],
-        matching_side=max(config["poses"]["width"], config["poses"]["height"]),
+        frames=config["inexact_poses"]["frames"],
+        matching_side=max(config["inexact_poses"]["width"], config["inexact_poses"]["height"]),
         long_side=config["long_side"],
         at_least=frames_to_place(),
         reading=lambda wildcards: reading(wildcards.dataset, wildcards.scene),
@@ -165,7 +165,7 @@ rule select_noise:
         runtime=60,
     params:
         levels=NOISY,
-        noises=config["poses"]["noises"],
+        noises=config["inexact_poses"]["noises"],
         budgets=[budget_near(30)],
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "poses"),

@@ -6,8 +6,8 @@ Outputs: <tables>/{selection_time,speed_error,economy,fisher_damping}.{tex,csv},
 """
 
 TIMED = "/".join(evaluation_scenes()[0])
-MEASURED = problems(config["oracle"]["draws"])
-SWEPT = problems(1)
+MEASURED = evaluation_problems(config["oracle"]["draws"])
+SWEPT = evaluation_problems(1)
 
 
 rule selection_time:

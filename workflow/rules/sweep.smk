@@ -119,11 +119,12 @@ rule search_oracle:
 rule ksweep:
     input:
         evaluations=collect(
-            "<results>/{problem}/evaluation.parquet", problem=problems(config["draws"])
+            "<results>/{problem}/evaluation.parquet",
+            problem=evaluation_problems(config["draws"]),
         ),
         oracles=collect(
             "<results>/{problem}/oracle.parquet",
-            problem=problems(config["oracle"]["draws"]),
+            problem=evaluation_problems(config["oracle"]["draws"]),
         ),
         lib=library("ksweep"),
     output:
@@ -156,8 +157,8 @@ rule ksweep:
         mem_mb=1000,
         runtime=10,
     params:
-        problems=problems(config["draws"]),
-        searched=problems(config["oracle"]["draws"]),
+        problems=evaluation_problems(config["draws"]),
+        searched=evaluation_problems(config["oracle"]["draws"]),
         datasets=labels(),
         budgets=config["budgets"],
         metrics=METRICS,

@@ -51,7 +51,7 @@ def speed_settings(
             rows.append({"setting": setting, "value": value, "default": default, **found})
         rounded = {"setting": "precision", "value": "float16", "default": False}
         rows.append(rounded | usual | measure_model(place, halved(model)))
-        logger.info("%s: %d variants", folder, len(rows))
+        logger.info("%s: %d settings", folder, len(rows))
     table = pd.DataFrame(rows)
     table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
     means = table.groupby(["setting", "value", "default"], sort=False).mean().reset_index()

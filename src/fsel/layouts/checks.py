@@ -10,9 +10,9 @@ import numpy as np
 from fsel.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.layouts import images
 from fsel.layouts.base import RawCapture
-from fsel.layouts.lens import Lens, prepared
 from fsel.layouts.matching import choose_pairs, epipolar_distances, match
 from fsel.layouts.nerfstudio import NEW_APPLIED_TRANSFORM, OLD_APPLIED_TRANSFORM
+from fsel.layouts.undistortion import Lens, prepared
 
 PAIRS = 8
 MATCHING_LONG_SIDE = 640

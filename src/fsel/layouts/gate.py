@@ -11,8 +11,8 @@ from fsel.layouts import headers
 from fsel.layouts.base import RawCapture
 from fsel.layouts.checks import Agreement, measure
 from fsel.layouts.ingest import check_same_size, in_order
-from fsel.layouts.lens import working_size
 from fsel.layouts.previews import in_turn
+from fsel.layouts.undistortion import working_size
 
 SAMPLE = 300  # frames whose points are read: a long capture has millions
 

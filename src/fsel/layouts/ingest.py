@@ -16,8 +16,8 @@ import numpy as np
 from fsel.capture import Capture, check_poses
 from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, natural
-from fsel.layouts.lens import Lens, prepared
 from fsel.layouts.recording import Camera
+from fsel.layouts.undistortion import Lens, prepared
 
 ROUNDING = 1e-3
 PROGRESS = 500  # frames between two lines in the log

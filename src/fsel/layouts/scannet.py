@@ -9,8 +9,8 @@ import numpy as np
 from fsel.geometry import invert_pose
 from fsel.layouts import images
 from fsel.layouts.base import Layout, RawCapture, read_matrix
-from fsel.layouts.lens import HALF
 from fsel.layouts.recording import Camera, Recording
+from fsel.layouts.undistortion import HALF
 
 ORTHONORMAL = 1e-3
 

@@ -16,9 +16,9 @@ from fsel.layouts.base import (
     read_matrix,
     read_text,
 )
-from fsel.layouts.lens import HALF
 from fsel.layouts.matching import choose_pairs, focal_from_poses, match
 from fsel.layouts.recording import Camera, Recording
+from fsel.layouts.undistortion import HALF
 
 FACTOR = 2
 PAIRS = 12

@@ -196,16 +196,16 @@ def _filled(subset: np.ndarray, pool: np.ndarray, k: int, rng: np.random.Generat
 
 
 def random_search(
-    evaluate: Evaluate, pool: np.ndarray, k: int, budget: int, rng: np.random.Generator
+    evaluate: Evaluate, pool: np.ndarray, k: int, evaluations: int, rng: np.random.Generator
 ) -> SearchResult:
-    """`budget` distinct random subsets of the pool: what the genetic search must beat.
+    """`evaluations` distinct random subsets of the pool: what the genetic search must beat.
 
-    Stops short of the budget only where the pool has fewer distinct subsets to meet.
+    Stops short of them only where the pool has fewer distinct subsets to meet.
     """
     _check_size(k, pool)
     archive = _Archive(evaluate)
-    for _ in range(4 * budget):
-        if len(archive) == budget:
+    for _ in range(4 * evaluations):
+        if len(archive) == evaluations:
             break
         archive.row(rng.choice(pool, size=k, replace=False), 0)
     return archive.result()
@@ -215,7 +215,7 @@ def swap_search(
     evaluate: Evaluate,
     pool: np.ndarray,
     starts: list[np.ndarray],
-    budget: int,
+    evaluations: int,
     rng: np.random.Generator,
 ) -> SearchResult:
     """Hill climbing by single swaps from several starts, the stronger labeller.
@@ -228,7 +228,7 @@ def swap_search(
         evaluate: (K,) ascending frames -> (3,) metrics.
         pool: (P,) allowed frames, ascending.
         starts: subsets of equal size K < P, such as the Nearest frames.
-        budget: distinct subsets to evaluate, starts included.
+        evaluations: distinct subsets to evaluate, starts included.
         rng: the only source of chance.
     """
     _check_size(len(starts[0]) + 1, pool)
@@ -236,7 +236,7 @@ def swap_search(
     climbers = [np.sort(start) for start in starts]
     rows = [archive.row(subset, 0) for subset in climbers]
     generation = 0
-    while len(archive) < budget and generation < 4 * budget:
+    while len(archive) < evaluations and generation < 4 * evaluations:
         generation += 1
         for c, subset in enumerate(climbers):
             neighbour = _swapped(subset, pool, rng)

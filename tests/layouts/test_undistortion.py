@@ -5,8 +5,8 @@ import numpy as np
 import pycolmap
 import pytest
 
-from fsel.layouts.lens import Lens, straight, undistortion_maps
 from fsel.layouts.recording import Camera
+from fsel.layouts.undistortion import Lens, straight, undistortion_maps
 
 CAMERAS = {
     "SIMPLE_RADIAL": (150.0, 80.4, 59.7, -0.08),
