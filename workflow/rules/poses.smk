@@ -53,7 +53,9 @@ rule estimate_poses:
         runtime=60,
     params:
         frames=config["inexact_poses"]["frames"],
-        matching_side=max(config["inexact_poses"]["width"], config["inexact_poses"]["height"]),
+        matching_side=max(
+            config["inexact_poses"]["width"], config["inexact_poses"]["height"]
+        ),
         long_side=config["long_side"],
         at_least=frames_to_place(),
         reading=lambda wildcards: reading(wildcards.dataset, wildcards.scene),
