@@ -6,24 +6,9 @@ Outputs: <results>/{dataset}/{scene}/draw{draw}/{judge}/evaluation.parquet,
 <figures>/{judge}/heatmap.{pdf,png}.
 """
 
-FURTHER = list(JUDGES)[1:]
-
 
 wildcard_constraints:
     judge=r"[A-Za-z0-9][A-Za-z0-9_.-]*",
-
-
-def judge_of(wildcards):
-    if wildcards.judge not in FURTHER:
-        refuse(
-            f"reconstruction: {wildcards.judge!r} is not among the further ones, {FURTHER}",
-            "the tables of the first one are not in a folder of its name",
-        )
-    return JUDGES[wildcards.judge]
-
-
-def judge_facts(wildcards):
-    return facts() | judged_by(wildcards.judge, judge_of(wildcards))
 
 
 use rule evaluate as evaluate_further with:
