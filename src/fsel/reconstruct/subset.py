@@ -10,6 +10,18 @@ from fsel.capture import Capture
 from fsel.points import SparsePoints
 
 
+def distinct(frames: np.ndarray) -> np.ndarray:
+    """(K,) int64 frames as given, K >= 2.
+
+    Raises:
+        ValueError: for fewer than two, which hold no parallax, or repeated ones.
+    """
+    frames = np.asarray(frames, np.int64)
+    if len(frames) < 2 or len(np.unique(frames)) < len(frames):
+        raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
+    return frames
+
+
 def restricted(capture: Capture, frames: np.ndarray) -> Capture:
     """The capture of the given frames alone, with the points that at least two of them see.
 

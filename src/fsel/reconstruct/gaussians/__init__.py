@@ -16,7 +16,7 @@ from fsel.reconstruct.gaussians.training import Training
 from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
-from fsel.reconstruct.subset import restricted
+from fsel.reconstruct.subset import distinct, restricted
 
 __all__ = ["GaussianModel", "GaussianSettings", "Gaussians"]
 
@@ -62,9 +62,7 @@ class Gaussians:
         Raises:
             ValueError: for fewer than two frames, repeated ones, or nothing to start from.
         """
-        frames = np.sort(np.asarray(frames, np.int64))
-        if len(frames) < 2 or len(np.unique(frames)) < len(frames):
-            raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
+        frames = np.sort(distinct(frames))
         started, peak = time.perf_counter(), Peak()
         capture = restricted(self.capture, frames)
         frame, settings = Frame.of(capture), self.settings

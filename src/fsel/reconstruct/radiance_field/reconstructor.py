@@ -13,7 +13,7 @@ from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.radiance_field.model import RadianceModel, rays_of
 from fsel.reconstruct.radiance_field.settings import RadianceSettings
 from fsel.reconstruct.radiance_field.training import Pixels, Progress, optimised
-from fsel.reconstruct.subset import restricted
+from fsel.reconstruct.subset import distinct, restricted
 
 NEAR = 0.1  # of the frame's unit: where rays start unless points are nearer
 NEAREST = 1.0  # per cent of the points that count as mistaken for being too near
@@ -52,9 +52,7 @@ class RadianceField:
         Raises:
             ValueError: for fewer than two frames, which hold no parallax, or repeated ones.
         """
-        frames = np.sort(np.asarray(frames, np.int64))
-        if len(frames) < 2 or len(np.unique(frames)) < len(frames):
-            raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
+        frames = np.sort(distinct(frames))
         started, peak = time.perf_counter(), Peak()
         capture = restricted(self.capture, frames)
         frame = Frame.of(capture)

@@ -20,6 +20,7 @@ from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import fusion, planes, render, stereo
+from fsel.reconstruct.subset import distinct
 
 MAX_PARTNERS = 4
 # kept by a search at 64x48: matching costs of 5,000 pairs and the depth maps of 350 evaluations;
@@ -108,9 +109,7 @@ class Splats:
         Raises:
             ValueError: for fewer than two frames, which have no parallax.
         """
-        frames = np.asarray(frames, np.int64)
-        if len(frames) < 2 or len(np.unique(frames)) < len(frames):
-            raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
+        frames = distinct(frames)
         started, peak = time.perf_counter(), Peak()
         order = self._nearest(frames)
         maps = [self._depth_map(i, frames[order[a]]) for a, i in enumerate(frames)]
