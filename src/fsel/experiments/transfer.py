@@ -101,12 +101,12 @@ def transfer(
         ):
             found.insert(0, "reconstructor", name)
             tables.append(found.drop(columns="dataset"))
-    write_csv(pd.concat(means), numbers)
-    write_csv(pd.concat(gaps), differences)
+    every, ahead = pd.concat(means), pd.concat(gaps)
+    write_csv(every, numbers)
+    write_csv(ahead, differences)
     blocks = [(name, k) for name in judges for k in budgets]
     rows = [
-        [label, *_cells(pd.concat(means), pd.concat(gaps), method, blocks, metrics)]
-        for method, label in SHOWN.items()
+        [label, *_cells(every, ahead, method, blocks, metrics)] for method, label in SHOWN.items()
     ]
     head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(blocks)]
     groups = [
