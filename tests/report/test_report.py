@@ -227,6 +227,17 @@ def test_three_datasets_make_two_blocks_of_equal_columns():
     assert text.count(r"\begin{") == text.count(r"\end{")
 
 
+def test_seven_datasets_go_on_on_a_second_page():
+    names = "abcdefg"
+    values = {(d, "s", 0, "random", k): 20.0 for d in names for k in (10, 20)}
+    text = table_of(summarise(cells(values), METRICS), {name: name.upper() for name in names})
+    first, second = text.split(r"\begin{table*}")[1:]
+    assert (first.count(r"\toprule"), second.count(r"\toprule")) == (3, 1)
+    assert text.count(r"\label{") == 1
+    assert r"continued" in second
+    assert text.count(r"\begin{") == text.count(r"\end{")
+
+
 def panel(method: str = "ours") -> pd.DataFrame:
     values = {}
     for s in range(6):

@@ -16,6 +16,7 @@ from fsel.report.summary import ALL_FRAMES
 
 MISSING = "--"
 # to the page where it is wider, never enlarged
+BLOCKS = 3  # of two datasets each, on a page
 SHRUNK = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%"
 
 
@@ -70,12 +71,19 @@ def sweep_table(
     sheet = _Sheet(means, scenes, budgets, higher_is_better, ranked)
     titles = list(datasets.items())
     blocks = [sheet.block(dict(titles[i : i + 2]), groups) for i in range(0, len(titles), 2)]
+    pages = [blocks[i : i + BLOCKS] for i in range(0, len(blocks), BLOCKS)]
+    heads = [[rf"\caption{{{caption}}}", rf"\label{{{label}}}"]]
+    heads += [[rf"\caption{{Table~\ref{{{label}}}, continued.}}"] for _ in pages[1:]]
+    return "\n".join(map(_page, pages, heads))
+
+
+def _page(blocks: Sequence[str], head: Sequence[str]) -> str:
+    """Blocks below one another, as many as a page holds."""
     return "\n".join(
         [
             r"\begin{table*}[t]",
             r"\centering",
-            rf"\caption{{{caption}}}",
-            rf"\label{{{label}}}",
+            *head,
             r"\scriptsize",
             r"\setlength{\tabcolsep}{2.5pt}",
             "\n\\vspace{6pt}\n\n".join(blocks),
