@@ -17,6 +17,29 @@ def pair(seed, h=48, w=64, noise=0.1):
     return rendered.astype(np.float32), truth
 
 
+# scikit-image's form of the window and covariances of Wang et al. 2004
+WANG = {"data_range": 1, "channel_axis": -1, "full": True}
+WANG |= {"gaussian_weights": True, "sigma": 1.5, "use_sample_covariance": False}
+
+
+def plain_ssim(rendered, truth):
+    """Wang et al. 2004, every window by itself."""
+    along = np.exp(-((np.arange(11) - 5) ** 2) / (2 * 1.5**2))
+    window = np.outer(along, along) / along.sum() ** 2
+    values = []
+    for y in range(rendered.shape[0] - 10):
+        for x in range(rendered.shape[1] - 10):
+            for c in range(3):
+                a = rendered[y : y + 11, x : x + 11, c].astype(float)
+                b = truth[y : y + 11, x : x + 11, c] / 255
+                mean_a, mean_b = (window * a).sum(), (window * b).sum()
+                spread = (window * (a - mean_a) ** 2).sum() + (window * (b - mean_b) ** 2).sum()
+                both = (window * (a - mean_a) * (b - mean_b)).sum()
+                light = (2 * mean_a * mean_b + 1e-4) / (mean_a**2 + mean_b**2 + 1e-4)
+                values.append(light * (2 * both + 9e-4) / (spread + 9e-4))
+    return np.mean(values)
+
+
 def plain_gmsd(rendered, truth, counted=...):
     luma = [im @ [0.299, 0.587, 0.114] for im in (rendered.astype(float), truth / 255)]
     h, w = luma[0].shape[0] // 2, luma[0].shape[1] // 2
@@ -31,16 +54,29 @@ def plain_gmsd(rendered, truth, counted=...):
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.1, 0.5])
-@pytest.mark.parametrize("size", [(48, 64), (49, 63), (8, 8)])
+@pytest.mark.parametrize("size", [(48, 64), (49, 63), (12, 11)])
 def test_equal_to_the_oracles(noise, size):
     rendered, truth = pair(1, *size, noise=noise)
     got = score_views(rendered[None], truth[None])[0]
     reference = truth / 255
     psnr = peak_signal_noise_ratio(reference, rendered.astype(float), data_range=1)
-    ssim = structural_similarity(reference, rendered.astype(float), data_range=1, channel_axis=-1)
+    ssim, _ = structural_similarity(reference, rendered.astype(float), **WANG)
     np.testing.assert_allclose(got[:2], [psnr, ssim], rtol=1e-7, atol=1e-9)
-    if size != (8, 8):
+    if size != (12, 11):
         np.testing.assert_allclose(got[2], plain_gmsd(rendered, truth), rtol=1e-6)
+
+
+def test_ssim_is_that_of_every_window_by_itself():
+    rendered, truth = pair(7, 14, 17, noise=0.2)
+    got = score_views(rendered[None], truth[None])[0, 1]
+    assert got == pytest.approx(plain_ssim(rendered, truth), rel=1e-9)
+
+
+def test_ssim_of_flat_views_by_hand():
+    """No variance, no covariance: what is left is (2 a b + C1) / (a^2 + b^2 + C1)."""
+    truth = np.full((1, 11, 11, 3), 51, np.uint8)  # 0.2
+    got = score_views(np.full(truth.shape, 0.6, np.float32), truth)[0, 1]
+    assert got == pytest.approx((2 * 0.6 * 0.2 + 1e-4) / (0.36 + 0.04 + 1e-4), rel=1e-6)
 
 
 def test_identical_images():
@@ -57,7 +93,7 @@ def test_flat_images_are_finite(level):
 
 
 def test_psnr_by_hand():
-    truth = np.zeros((1, 8, 8, 3), np.uint8)
+    truth = np.zeros((1, 11, 11, 3), np.uint8)
     got = score_views(np.full(truth.shape, 0.1, np.float32), truth)
     assert got[0, 0] == pytest.approx(20, abs=1e-5)
 
@@ -83,11 +119,9 @@ def test_inside_a_mask_equal_to_the_oracles(mask):
     reference = truth / 255
     shown = np.where(mask[0, ..., None], rendered.astype(float), reference)
     error = ((shown - reference)[mask[0]] ** 2).mean()
-    _, windows = structural_similarity(
-        reference, shown, data_range=1, channel_axis=-1, full=True, win_size=7
-    )
+    _, windows = structural_similarity(reference, shown, **WANG)
     middles = np.zeros_like(mask[0])
-    middles[3:-3, 3:-3] = mask[0, 3:-3, 3:-3]
+    middles[5:-5, 5:-5] = mask[0, 5:-5, 5:-5]
     np.testing.assert_allclose(got[0], -10 * np.log10(error), rtol=1e-9)
     np.testing.assert_allclose(got[1], windows[middles].mean(), rtol=1e-7)
     touched = mask[0].reshape(24, 2, 32, 2).any(axis=(1, 3))[1:-1, 1:-1]
@@ -126,7 +160,7 @@ def test_a_mask_without_a_whole_window_is_refused(mask):
     rendered, truth = pair(6)
     good = oblong(10, 20, 10, 20)
     masks, twice = np.concatenate([good, mask]), (2, 1, 1, 1)
-    with pytest.raises(ValueError, match="mask of view 1 has no pixel 3 or more"):
+    with pytest.raises(ValueError, match="mask of view 1 has no pixel 5 or more"):
         score_views(np.tile(rendered, twice), np.tile(truth, twice), masks)
 
 

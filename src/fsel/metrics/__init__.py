@@ -65,7 +65,7 @@ def score_views(
         (T, M) float64, columns as `metrics`.
 
     Raises:
-        ValueError: for an unknown metric, when shapes differ, the images are smaller than 8x8, or
+        ValueError: for an unknown metric, when shapes differ, the images are smaller than 11x11, or
             a mask has no pixel with a whole window around it.
     """
     if tuple(metrics) == fused.NAMES:

@@ -10,8 +10,12 @@ import numba
 import numpy as np
 
 NAMES = ("psnr", "ssim", "gmsd")  # the columns
-SSIM_WINDOW = 7
+SSIM_WINDOW = 11
+SSIM_SIGMA = 1.5
 MARGIN = SSIM_WINDOW // 2  # pixels along the edge around which no whole window fits
+_GAUSSIAN = np.exp(-0.5 * (np.arange(-MARGIN, MARGIN + 1) / SSIM_SIGMA) ** 2)
+W5, W4, W3, W2, W1, W0 = (_GAUSSIAN / _GAUSSIAN.sum())[: MARGIN + 1].tolist()  # W0: the middle
+C1, C2 = 0.01**2, 0.03**2
 GMSD_CONSTANT = 170.0 / 255.0**2
 PSNR_CEILING = 100.0  # dB, for identical images
 
@@ -22,10 +26,12 @@ _jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"reasso
 def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None) -> np.ndarray:
     """PSNR, SSIM and GMSD of every view, or of the part of it inside a mask.
 
-    PSNR is over all channels, in dB, at most 100. SSIM (Wang et al. 2004) uses the uniform 7x7
-    window with sample covariances, scikit-image's default, averaged over channels. GMSD (Xue et
-    al. 2014; lower is better) is the standard deviation of the gradient similarity of the luma
-    halved in size, over the pixels with a whole 3x3 neighbourhood.
+    PSNR is over all channels, in dB, at most 100. SSIM (Wang et al. 2004) has their window, a
+    Gaussian of 1.5 pixels in 11x11, K1 = 0.01, K2 = 0.03 and population covariances, over the
+    pixels with a whole window, averaged over channels: as `pytorch-msssim` does it, and
+    `torchmetrics`, whose padded border is cut off again, in gsplat's trainer. GMSD (Xue et al.
+    2014; lower is better) is the standard deviation of the gradient similarity of the luma halved
+    in size, over the pixels with a whole 3x3 neighbourhood.
 
     With masks nothing outside them counts: there the rendering is taken to be the truth. PSNR is
     over the mask's pixels, SSIM over the windows whose middle lies in the mask, GMSD over the
@@ -40,12 +46,13 @@ def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = No
         (T, 3) float64, columns as `NAMES`.
 
     Raises:
-        ValueError: when shapes differ, the images are smaller than 8x8, or a mask has no pixel
+        ValueError: when shapes differ, the images are smaller than 11x11, or a mask has no pixel
             with a whole window around it.
     """
-    if rendered.shape != truth.shape or min(rendered.shape[1:3]) < 8:
+    if rendered.shape != truth.shape or min(rendered.shape[1:3]) < SSIM_WINDOW:
         raise ValueError(
-            f"views of equal size, at least 8x8, expected: {rendered.shape} against {truth.shape}"
+            f"views of equal size, at least {SSIM_WINDOW}x{SSIM_WINDOW}, expected: "
+            f"{rendered.shape} against {truth.shape}"
         )
     if masks is None:
         masks = np.ones(truth.shape[:3], bool)
@@ -102,55 +109,76 @@ def _score(rendered, truth, masks):
 
 @_jit
 def _ssim(first, second, mask):
-    """Mean SSIM of one channel: running sums of columns, then sums of seven of them."""
+    """Mean SSIM of one channel: rows are weighed across, eleven of them at a time down.
+
+    The variances enter as their sum alone, so four fields are weighed: both images, the sum of
+    their squares, and their product.
+    """
     height, width = first.shape
-    columns = np.zeros((5, width))
+    fields = np.empty((4, width))
+    rows = np.empty((4, SSIM_WINDOW, width - 2 * MARGIN))  # row y is number y modulo the window
     total, windows = 0.0, 0
     for y in range(height):
-        _add_row(columns, first[y], second[y], 1.0)
-        if y >= SSIM_WINDOW:
-            _add_row(columns, first[y - SSIM_WINDOW], second[y - SSIM_WINDOW], -1.0)
+        for x in range(width):
+            a, b = first[y, x], second[y, x]
+            fields[0, x], fields[1, x] = a, b
+            fields[2, x], fields[3, x] = a * a + b * b, a * b
+        for field in range(4):
+            _weigh_across(fields[field], rows[field, y % SSIM_WINDOW])
         if y >= SSIM_WINDOW - 1:
             middles = mask[y - MARGIN, MARGIN : width - MARGIN]
-            total += _ssim_row(columns, middles)
+            total += _ssim_row(rows, (y + 1) % SSIM_WINDOW, middles)
             windows += middles.sum()
     return total / windows
 
 
 @_jit
-def _add_row(columns, first, second, sign):
-    """Add a row of pixels to the sums of both, their squares and their product, or take it away."""
-    for x in range(columns.shape[1]):
-        a, b = first[x], second[x]
-        columns[0, x] += sign * a
-        columns[1, x] += sign * b
-        columns[2, x] += sign * a * a
-        columns[3, x] += sign * b * b
-        columns[4, x] += sign * a * b
+def _weigh_across(line, out):
+    for x in range(len(out)):
+        out[x] = (
+            W0 * line[x + 5]
+            + W1 * (line[x + 4] + line[x + 6])
+            + W2 * (line[x + 3] + line[x + 7])
+            + W3 * (line[x + 2] + line[x + 8])
+            + W4 * (line[x + 1] + line[x + 9])
+            + W5 * (line[x] + line[x + 10])
+        )
 
 
 @_jit
-def _ssim_row(columns, middles):
+def _ssim_row(rows, oldest, middles):
     """Sum over one row of windows, of those whose middle counts."""
-    count = SSIM_WINDOW * SSIM_WINDOW
-    unbiased = count / (count - 1.0)
+    down = np.empty((4, len(middles)))
+    for field in range(4):
+        _weigh_down(rows[field], oldest, down[field])
     total = 0.0
     for x in range(len(middles)):
-        a, b, aa, bb, ab = 0.0, 0.0, 0.0, 0.0, 0.0
-        for s in range(SSIM_WINDOW):
-            a += columns[0, x + s]
-            b += columns[1, x + s]
-            aa += columns[2, x + s]
-            bb += columns[3, x + s]
-            ab += columns[4, x + s]
-        a, b = a / count, b / count
-        va, vb = unbiased * (aa / count - a * a), unbiased * (bb / count - b * b)
-        cov = unbiased * (ab / count - a * b)
-        value = ((2 * a * b + 1e-4) * (2 * cov + 9e-4)) / (
-            (a * a + b * b + 1e-4) * (va + vb + 9e-4)
+        a, b = down[0, x], down[1, x]
+        squares, product = a * a + b * b, a * b
+        value = ((2 * product + C1) * (2 * (down[3, x] - product) + C2)) / (
+            (squares + C1) * (down[2, x] - squares + C2)
         )
         total += value if middles[x] else 0.0
     return total
+
+
+@_jit
+def _weigh_down(rows, oldest, out):
+    middle = rows[(oldest + 5) % SSIM_WINDOW]
+    above, below = rows[(oldest + 4) % SSIM_WINDOW], rows[(oldest + 6) % SSIM_WINDOW]
+    above2, below2 = rows[(oldest + 3) % SSIM_WINDOW], rows[(oldest + 7) % SSIM_WINDOW]
+    above3, below3 = rows[(oldest + 2) % SSIM_WINDOW], rows[(oldest + 8) % SSIM_WINDOW]
+    above4, below4 = rows[(oldest + 1) % SSIM_WINDOW], rows[(oldest + 9) % SSIM_WINDOW]
+    above5, below5 = rows[oldest], rows[(oldest + 10) % SSIM_WINDOW]
+    for x in range(len(out)):
+        out[x] = (
+            W0 * middle[x]
+            + W1 * (above[x] + below[x])
+            + W2 * (above2[x] + below2[x])
+            + W3 * (above3[x] + below3[x])
+            + W4 * (above4[x] + below4[x])
+            + W5 * (above5[x] + below5[x])
+        )
 
 
 @_jit
