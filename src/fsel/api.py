@@ -16,7 +16,7 @@ from fsel.problem import Method, Problem, checked_select
 from fsel.request import budget
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
-from fsel.request.targets import Request, Targets, targets_of
+from fsel.request.targets import Request, Targets, check_count, targets_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 LEAST_FRAMES = 3
 SHIPPED = "fsel"  # the method whose coefficients come with the package
 AUTO = "auto"
+ALL_FRAMES = "all"  # the method that takes the whole sequence
 Ranked = Callable[[Problem, int], tuple[np.ndarray, np.ndarray]]
 
 
@@ -78,8 +79,9 @@ def select(
 
     Raises:
         ValueError: for a capture of fewer than three frames, k beyond the frames that may be
-            selected, an unknown method, one whose picks are not nested where k is to be found, a
-            memory that two frames do not fit, or targets that make no sense for this capture.
+            selected (with a focus: that see it), an unknown method, one whose picks are not nested
+            where k is to be found, a memory that two frames do not fit, or targets that make no
+            sense for this capture.
 
     Example:
         >>> capture = fsel.read_capture("captures/fox")
@@ -175,17 +177,11 @@ def checked_request(
         )
     targets = targets_of(capture, request)
     if focus is not None:
-        targets = targets.seeing(focus.corners)
+        targets = targets.seeing(focus.corners, capture)
     if isinstance(asked, Auto):
         _check_auto(asked, method, capture)
         return targets
-    most = len(targets.pool(capture))
-    if not 1 <= asked <= most:
-        held = f", {len(targets.frames)} being held out as targets" if len(targets.frames) else ""
-        raise ValueError(
-            f"k is {asked}; allowed: 1 to {most}, the frames of {capture.source} that may be "
-            f"selected{held}"
-        )
+    check_count(asked, targets, capture, everything=method == ALL_FRAMES)
     return targets
 
 

@@ -47,7 +47,7 @@ def test_a_signal_amid_imports_is_one_line(number, code):
         (["--long-side", "1" * 12], "allowed: 1 to 16384"),
         (["--seed", "-1"], "--seed: -1 is out of range; allowed: 0 or more"),
         (["--memory", "infGB"], "--memory: 'infGB' is no size"),
-        (["--memory=-1GB"], "--memory: '-1' is out of range"),
+        (["--memory=-1GB"], "--memory: '-1GB' is no size"),
         (["--max-error", "nan"], "--max-error: 'nan' is out of range"),
         (["--threshold", "0"], "--threshold: '0' is out of range"),
     ],

@@ -292,7 +292,7 @@ def test_a_selection_for_an_object_looks_at_the_object(capture, tmp_path):
 def test_objects_that_cannot_be_are_refused(capture, tmp_path, capsys):
     far = ["--box", 0, 900, 0, 1, 901, 1]  # far below all cameras
     assert select(capture, "-k", 4, *far, "-o", tmp_path / "out") == 1
-    assert "sees the object" in capsys.readouterr().err
+    assert "outside of the scene" in capsys.readouterr().err
     assert select(capture, "-k", 4, "--masks", tmp_path / "no", "-o", tmp_path / "out") == 1
     assert "no such folder of masks" in capsys.readouterr().err
     with pytest.raises(SystemExit) as stop:

@@ -281,11 +281,11 @@ def test_targets_that_miss_the_object_are_left_out(circle):
     mixed = around(away)
     targets = targets_of(mixed, list(range(0, 24, 3)))
     box = focus.from_box(np.array([-0.1, -0.1, -0.1, 0.1, 0.1, 0.1]))
-    kept = targets.seeing(box.corners)
+    kept = targets.seeing(box.corners, circle)
     np.testing.assert_allclose(kept.views.world_to_camera, away[[0, 3, 6, 9]], atol=1e-12)
     np.testing.assert_array_equal(kept.frames, targets.frames)  # still never selected
     with pytest.raises(ValueError, match="none of the 8 target views"):
-        targets.seeing(np.array([[0.0, 100, 0]]))
+        targets.seeing(np.array([[0.0, 100, 0]]), circle)
 
 
 def test_an_object_is_every_views_reference_point(circle):

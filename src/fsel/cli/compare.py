@@ -13,7 +13,7 @@ from fsel import api
 from fsel.capture import Capture
 from fsel.cli.console import Console
 from fsel.cli.optimising import bound, checked
-from fsel.cli.request import focus_of, inputs_of
+from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.evaluation import Evaluator
 from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
@@ -36,9 +36,12 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     checked(asked)
     with staged(asked.out, "compare", FolderRecord(), inputs_of(asked), asked.force) as stage:
         opened = open_capture(asked.capture, asked.layout, asked.long_side, asked.max_error)
-        focus = focus_of(asked, opened.capture)
+        focus = focus_of(asked, opened)
         targets = _checked(asked, opened.capture, focus)
+        judged, masks = outlines(asked, opened.capture, targets.frames, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
+        if masks is not None:
+            console.say("object", f"in {len(judged)} held-out frames, compared inside of it alone")
         sharpness = np.zeros(len(opened.capture))
         if any("sharpness" in api.reads(method) for method in asked.methods):
             bar = console.bar("sharpness")
@@ -46,12 +49,12 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
             picks = _picks(asked, capture, targets, sharpness, focus)
-        rows, evaluator = _scores(asked, capture, targets, picks, console)
+        rows, evaluator = _scores(asked, capture, (judged, masks), picks, console)
         table = _table(rows)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
         content = {
             "capture": str(asked.capture.resolve()),
-            "targets": [capture.names[i] for i in targets.frames],
+            "targets": [capture.names[i] for i in judged],
             "reconstructor": asked.reconstructor,
             "long_side": asked.long_side,
             "seed": asked.seed,
@@ -59,7 +62,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         }
         (stage / "compare.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
         (stage / "renders").mkdir()
-        for name, sheet in _sheets(asked, capture, targets, picks, evaluator):
+        for name, sheet in _sheets(asked, capture, judged, picks, evaluator):
             cv2.imwrite(str(stage / "renders" / name), sheet[..., ::-1])
     console.text(table)
     console.say("written", f"{asked.out}: compare.json, compare.txt, renders")
@@ -72,7 +75,9 @@ def _checked(asked: argparse.Namespace, capture: Capture, focus: Focus | None) -
         for k in asked.k:
             if k < 2:
                 raise ValueError(f"k is {k}; a reconstruction needs at least two frames")
-            targets = api.checked_request(capture, k, asked.targets, method, focus)
+            # what takes every frame is compared as such, whatever k is
+            named = api.SHIPPED if method == api.ALL_FRAMES else method
+            targets = api.checked_request(capture, k, asked.targets, named, focus)
     if not len(targets.frames):
         raise ValueError(
             f"targets are {asked.targets!r}: there is no truth to compare with; allowed: every:N, "
@@ -99,27 +104,39 @@ def _picks(
 
     picks: Picks = {}
     for run in runs(methods):
+        if run.method.name == api.ALL_FRAMES:
+            picks |= {(k, api.ALL_FRAMES): [problem.observed] for k in asked.k}
+            continue
         for made in picks_at(problem, run, asked.k, chance):
             picks.setdefault((made.k, run.method.name), []).append(made.frames)
     return picks
 
 
 def _scores(
-    asked: argparse.Namespace, capture: Capture, targets: Targets, picks: Picks, console: Console
+    asked: argparse.Namespace,
+    capture: Capture,
+    judged: tuple[np.ndarray, np.ndarray | None],
+    picks: Picks,
+    console: Console,
 ) -> tuple[list[dict], Evaluator]:
-    """A row of mean metrics for each k and method, over targets and seeds."""
-    evaluator = Evaluator.on_frames(_Keeping(bound(asked, capture)), targets.frames)
+    """A row of mean metrics for each k and method, over frames (in their masks) and seeds."""
+    frames, masks = judged
+    truth = np.asarray(capture.images[frames])
+    keeping = _Keeping(bound(asked, capture))
+    evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks)
     order = [(k, name) for k in asked.k for name in asked.methods]
     runs = [(key, chosen) for key in order for chosen in picks[key]]
     found: dict[tuple[int, str], list[np.ndarray]] = {key: [] for key in order}
     for key, chosen in console.bar("reconstructing")(runs, len(runs)):
         found[key].append(evaluator(chosen))
-    rows = []
+    rows: dict[tuple[int, str], dict] = {}
     for (k, name), values in found.items():
+        used = len(picks[k, name][0])
         means = dict(zip(METRICS, np.mean(values, axis=0).round(5).tolist(), strict=True))
         names = [[capture.names[i] for i in chosen] for chosen in picks[k, name]]
-        rows.append({"k": k, "method": name, **means, "seeds": len(values), "picks": names})
-    return rows, evaluator
+        kept = {"k": used, "method": name, **means, "seeds": len(values), "picks": names}
+        rows.setdefault((used, name), kept)
+    return list(rows.values()), evaluator
 
 
 class _Keeping:
@@ -149,13 +166,13 @@ def _table(rows: Sequence[dict]) -> str:
 def _sheets(
     asked: argparse.Namespace,
     capture: Capture,
-    targets: Targets,
+    judged: np.ndarray,
     picks: Picks,
     evaluator: Evaluator,
 ) -> Iterator[tuple[str, np.ndarray]]:
     """(file name, image) of a few held-out frames; a row for each k: truth, then methods."""
-    drawn = np.unique(np.linspace(0, len(targets.frames) - 1, SHOWN).round().astype(int))
-    frames = targets.frames[drawn]
+    drawn = np.unique(np.linspace(0, len(judged) - 1, SHOWN).round().astype(int))
+    frames = judged[drawn]
     views = capture.view(frames)
     rows: list[list[np.ndarray]] = [[] for _ in frames]
     for k in asked.k:

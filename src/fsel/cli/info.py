@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from fsel.layouts.gate import sample
 from fsel.layouts.opening import Opened, open_capture
 from fsel.layouts.previews import sharpness_of_files
 from fsel.points import SparsePoints
+from fsel.request.focus import scene_bounds
 from fsel.request.scene_depth import viewing_distance, worth_keeping
 
 
@@ -39,6 +41,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         f"extent {result['extent']:.4g}, step {result['step']:.4g}, looking "
         f"{result['distance']:.4g} far (medians, world units)",
     )
+    low, high = (" ".join(f"{x:.4g}" for x in end) for end in result["bounds"])
+    console.say("bounds", f"{low} to {high} (of cameras and 98 % of the points; see --box)")
     console.say("agree", str(opened.agreement))
     blurred = result["blurred"]
     console.say("blurred", f"{len(blurred)}: {', '.join(blurred[:5])}" if blurred else "none")
@@ -76,6 +80,7 @@ def described(
         "extent": float(2 * lengths(centers - centers.mean(axis=0)).max()),
         "step": float(np.median(lengths(np.diff(centers, axis=0)))) if len(capture) > 1 else 0.0,
         "distance": float(np.median(distance)),
+        "bounds": scene_bounds(replace(capture, points=points)).tolist(),
         "blurred": [capture.names[i] for i in np.flatnonzero(blurred)],
         "worth_keeping": [capture.names[i] for i in keep],
     }

@@ -5,15 +5,24 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from decimal import Decimal
+from importlib.metadata import version
 from pathlib import Path
 
 from fsel.bounds import MAX_ERROR
+from fsel.cli.values import number_or_auto, numbers, positive, size_in_bytes, whole, words
 
 LARGEST = 16384  # pixels of a working image's longer side
 EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
-UNITS = {"GB": 10**9, "MB": 10**6, "kB": 10**3}
+
+
+class _Version(argparse.Action):
+    """Prints the version; it is looked up when asked for, since that takes as long as parsing."""
+
+    def __call__(self, parser, namespace, values, option=None):
+        print(f"fsel {version('fsel')}")
+        parser.exit()
 
 
 def parser() -> argparse.ArgumentParser:
@@ -23,6 +32,7 @@ def parser() -> argparse.ArgumentParser:
         description="Choose the frames of a posed capture that a novel-view reconstructor "
         "should be fed.",
     )
+    root.add_argument("--version", action=_Version, nargs=0, help="print the version and end")
     commands = root.add_subparsers(required=True, metavar="COMMAND")
     _add_select(commands)
     _add_info(commands)
@@ -37,9 +47,9 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 
     Negative numbers with exponents are written out: argparse takes them for options.
     """
-    words = sys.argv[1:] if arguments is None else arguments
+    given = sys.argv[1:] if arguments is None else arguments
     return parser().parse_args(
-        [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in words]
+        [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in given]
     )
 
 
@@ -58,7 +68,7 @@ def _command(commands, name: str, text: str, model: bool = False) -> argparse.Ar
     )
     command.add_argument(
         "--max-error",
-        type=_positive,
+        type=positive,
         metavar="SHARE",
         default=MAX_ERROR,
         help="greatest median disagreement of poses and images, as a share of the images' longer "
@@ -75,22 +85,25 @@ def _add_output(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--force", action="store_true", help="replace what an earlier run wrote")
 
 
-def _add_request(command: argparse.ArgumentParser, targets: str | None = None) -> None:
+def _add_request(command: argparse.ArgumentParser) -> None:
     """What is to be rendered."""
     command.add_argument(
         "--targets",
         metavar="WHAT",
-        default=targets,
         help="the views to be rendered: path.json (a camera path), names.txt (frames, one a line, "
         "held out), every:N (every N-th frame, held out), orbit, or trajectory; without it, "
         "anything that the capture saw",
     )
+    _add_object(command, "targets that see the object, and features measured around it")
+
+
+def _add_object(command: argparse.ArgumentParser, what: str) -> None:
+    """An object of interest, and the seed, which methods take beside it."""
     thing = command.add_mutually_exclusive_group()
     thing.add_argument(
         "--masks",
         type=Path,
-        help="folder of object masks, named like the frames: targets that "
-        "see the object, and features measured around it",
+        help=f"folder of object masks, named like the frames: {what}",
     )
     thing.add_argument(
         "--box",
@@ -99,7 +112,7 @@ def _add_request(command: argparse.ArgumentParser, targets: str | None = None) -
         metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
         help="the same for a box in world units",
     )
-    command.add_argument("--seed", type=_whole(0), default=0, help="of methods that draw at random")
+    command.add_argument("--seed", type=whole(0), default=0, help="of methods that draw at random")
 
 
 def _add_select(commands) -> None:
@@ -108,21 +121,21 @@ def _add_select(commands) -> None:
     )
     command.add_argument(
         "-k",
-        type=_number_or_auto,
+        type=number_or_auto,
         required=True,
         help="how many frames, or auto: until more are predicted to gain too little",
     )
     command.add_argument(
         "--threshold",
-        type=_positive,
+        type=positive,
         metavar="DB",
         help="of -k auto: least PSNR that further frames must gain each, 0.02 by default",
     )
     command.add_argument(
         "--memory",
-        type=_bytes,
+        type=size_in_bytes,
         metavar="SIZE",
-        help="of -k auto: bytes that the splats of a reconstruction may take, as 500MB or 2GB",
+        help="of -k auto: bytes that the splats of a reconstruction may take, as 500MB or 2GiB",
     )
     _add_size(command, "of --memory: ")
     _add_request(command)
@@ -159,15 +172,22 @@ def _add_compare(commands) -> None:
         "Reconstruct from what several methods pick, and compare renderings with held-out frames.",
     )
     command.add_argument(
-        "-k", type=_numbers, default=[10, 20, 30], help="numbers of frames, 10,20,30 by default"
+        "-k", type=numbers, default=[10, 20, 30], help="numbers of frames, 10,20,30 by default"
     )
     command.add_argument(
         "--methods",
-        type=_words,
+        type=words,
         default=["fsel", "uniform", "fvs"],
         help="names, fsel,uniform,fvs by default",
     )
-    _add_request(command, targets="every:8")
+    command.add_argument(
+        "--targets",
+        metavar="WHAT",
+        default="every:8",
+        help="the frames that are held out and compared with: every:N (every N-th; every:8 by "
+        "default), or names.txt (one a line)",
+    )
+    _add_object(command, "frames that see the object, compared inside of their masks")
     _add_reconstructor(command)
     _add_size(command)
     _add_output(command, "folder to write")
@@ -206,55 +226,14 @@ def _add_reconstructor(command: argparse.ArgumentParser) -> None:
         "--reconstructor", default="splats", help="splats (by default), gaussians, ..."
     )
     command.add_argument(
-        "--steps", type=_whole(1), help="of a reconstructor that optimises, as gaussians"
+        "--steps", type=whole(1), help="of a reconstructor that optimises, as gaussians"
     )
 
 
 def _add_size(command: argparse.ArgumentParser, what: str = "", default: int = 96) -> None:
     command.add_argument(
         "--long-side",
-        type=_whole(1, LARGEST),
+        type=whole(1, LARGEST),
         default=default,
         help=f"{what}longer side in pixels of the images, {default} by default",
     )
-
-
-def _words(text: str) -> list[str]:
-    return list(dict.fromkeys(text.split(",")))
-
-
-def _number_or_auto(text: str) -> int | str:
-    return text if text == "auto" else int(text)
-
-
-def _bytes(text: str) -> int:
-    """2GB, 500MB, 100kB (powers of 1000) or plain bytes."""
-    unit = next((unit for unit in UNITS if text.endswith(unit)), "")
-    size = _positive(text.removesuffix(unit)) * UNITS.get(unit, 1)
-    if size == float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no size; allowed: as 500MB or 2GB")
-    return int(size)
-
-
-def _positive(text: str) -> float:
-    number = float(text)
-    if not number > 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: more than 0")
-    return number
-
-
-def _whole(least: int, most: int | None = None) -> Callable[[str], int]:
-    """Reads a whole number between two bounds, both included."""
-
-    def number(text: str) -> int:
-        value = int(text)
-        if value < least or (most is not None and value > most):
-            allowed = f"{least} or more" if most is None else f"{least} to {most}"
-            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {allowed}")
-        return value
-
-    return number
-
-
-def _numbers(text: str) -> list[int]:
-    return sorted({int(word) for word in text.split(",")})

@@ -9,16 +9,44 @@ from pathlib import Path
 import numpy as np
 
 from fsel.capture import Capture
-from fsel.request.focus import Focus, from_box, from_masks
+from fsel.layouts.opening import Opened
+from fsel.metrics import inside
+from fsel.request import silhouettes
+from fsel.request.focus import Focus, check_within, from_box, from_masks, scene_bounds
 
 
-def focus_of(asked: argparse.Namespace, capture: Capture) -> Focus | None:
-    """The object of `--masks` or `--box`."""
+def focus_of(asked: argparse.Namespace, opened: Opened) -> Focus | None:
+    """The object of `--masks` or `--box`; a box is refused where the scene is not."""
     if asked.masks is not None:
-        return from_masks(capture, asked.masks)
+        return from_masks(opened.capture, asked.masks)
     if asked.box is not None:
-        return from_box(np.array(asked.box))
+        box = from_box(np.array(asked.box))
+        check_within(box, scene_bounds(opened.with_points()))
+        return box
     return None
+
+
+def outlines(
+    asked: argparse.Namespace, capture: Capture, frames: np.ndarray, focus: Focus | None
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """The frames that show the object of `--masks` or `--box`, and (n, h, w) where; or all, None.
+
+    Raises:
+        ValueError: when none of the frames shows it.
+    """
+    if focus is None:
+        return frames, None
+    if asked.masks is not None:
+        shown = silhouettes.masked(capture, frames, asked.masks)
+    else:
+        shown = silhouettes.boxed(capture, frames, focus)
+    kept = inside(shown) > 0
+    if not kept.any():
+        raise ValueError(
+            f"none of the {len(frames)} held-out frames shows the object ({focus.kind}): there is "
+            "nothing to compare. Hint: hold out other frames with --targets"
+        )
+    return frames[kept], shown[kept]
 
 
 def inputs_of(asked: argparse.Namespace) -> list[Path]:

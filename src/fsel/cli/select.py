@@ -23,7 +23,8 @@ from fsel.features.appearance import check as check_appearance
 from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
 from fsel.layouts.previews import sharpness_of_files, thumbnails
 from fsel.request.budget import THRESHOLD, Auto
-from fsel.request.targets import ALL
+from fsel.request.hidden import behind
+from fsel.request.targets import ALL, ORBIT, Targets
 from fsel.selector import pretrained
 
 SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described
@@ -80,7 +81,7 @@ def _select(
     if dropped:
         console.warn(f"{len(dropped)} frames are left out: {reasons(dropped)}")
     subset.check_cameras(opened.raw)
-    focus = focus_of(asked, capture)
+    focus = focus_of(asked, opened)
     k = _budget(asked, opened)
     targets = api.checked_request(capture, k, asked.targets, asked.method, focus)
     what = f"{targets.kind}, by {len(targets.views)} views"
@@ -89,6 +90,7 @@ def _select(
         console.warn(
             f"{targets.far.sum()} of {len(targets.views)} target views lie far from every camera"
         )
+    _warn_of_walls(asked, console, opened, targets)
     started = time.perf_counter()
     sharpness = None
     if not asked.geometry_only and "sharpness" in api.reads(asked.method):
@@ -107,6 +109,22 @@ def _select(
     )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness)
+
+
+def _warn_of_walls(
+    asked: argparse.Namespace, console: Console, opened: Opened, targets: Targets
+) -> None:
+    """Say how many views of an orbit lie behind what the cameras saw."""
+    if asked.targets != ORBIT:
+        return
+    capture = opened.with_points()
+    if capture.points is not None:
+        count = int(behind(targets.views, capture.views, capture.points).sum())
+        if count:
+            console.warn(
+                f"{count} of {len(targets.views)} views of the orbit lie behind surfaces that the "
+                "cameras saw, as if in or behind a wall. Hint: --targets trajectory"
+            )
 
 
 def _read(asked: argparse.Namespace, console: Console, opened: Opened) -> Capture:

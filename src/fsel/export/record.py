@@ -77,7 +77,8 @@ def left(outcome: Outcome) -> list[dict]:
     for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
         near = capture.names[closest[frame]]
         if frame not in adds:
-            reason = "held out as a target"
+            blind = frame in outcome.targets.blind
+            reason = "sees nothing of the object" if blind else "held out as a target"
         elif relative is not None and relative[frame] < BLURRED:
             reason = f"blurred: {relative[frame]:.0%} of its neighbours' sharpness"
         else:

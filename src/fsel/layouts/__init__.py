@@ -134,6 +134,8 @@ def read_folder(
 
 
 def _layout_of(folder: Path, layout: str) -> Layout:
+    if folder.is_file():
+        raise ValueError(f"{folder}: is a file; a capture is a folder with images and poses")
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: no such folder")
     if layout != "auto":
@@ -141,6 +143,9 @@ def _layout_of(folder: Path, layout: str) -> Layout:
         return LAYOUTS[layout]
     found = recognise(folder)
     if not found:
+        around = next((outer for outer in folder.resolve().parents[:2] if recognise(outer)), None)
+        if around is not None:
+            raise ValueError(f"{folder}: is part of the capture {around}, give that folder")
         inner = [child.name for child in sorted(folder.iterdir()) if child.is_dir()]
         scenes = [name for name in inner if recognise(folder / name)]
         hint = f"; its folders {scenes[:3]} are captures, give one of them" if scenes else ""

@@ -14,6 +14,7 @@ from fsel.capture import Capture
 from fsel.geometry import directions, line_equations
 from fsel.layouts import images
 
+MARGIN = 0.5  # of a scene's diagonal: how far outside of it an object may lie
 WHITE = 128  # least value of a mask's pixels that count
 ROUNDS = 20  # of reweighting; an L1 fit, so that one wrong mask does not move the object
 
@@ -50,6 +51,39 @@ def from_box(values: np.ndarray) -> Focus:
     corners = np.array(list(product(*ends.reshape(2, 3).T)))
     center = corners.mean(axis=0)
     return Focus(center, np.vstack([center, corners]), "a box")
+
+
+def check_within(focus: Focus, bounds: np.ndarray) -> None:
+    """Refuse an object outside of the scene.
+
+    Args:
+        focus: the object.
+        bounds: (2, 3) least and greatest corner of the scene, see `scene_bounds`.
+
+    Raises:
+        ValueError: with the bounds.
+    """
+    room = MARGIN * np.linalg.norm(bounds[1] - bounds[0])
+    low, high = focus.corners.min(axis=0), focus.corners.max(axis=0)
+    if np.any(low > bounds[1] + room) or np.any(high < bounds[0] - room):
+        raise ValueError(
+            f"{focus.kind} from {low.round(4).tolist()} to {high.round(4).tolist()} lies outside "
+            f"of the scene, which reaches from {bounds[0].round(4).tolist()} to "
+            f"{bounds[1].round(4).tolist()} (world units; fsel info prints it)"
+        )
+
+
+def scene_bounds(capture: Capture) -> np.ndarray:
+    """(2, 3) least and greatest corner of the box of the cameras and of 98 % of the points.
+
+    Args:
+        capture: with its sparse points, where it has any.
+    """
+    shown = capture.centers
+    if capture.points is not None and len(capture.points.xyz):
+        ends = np.percentile(capture.points.xyz, [1, 99], axis=0)
+        shown = np.concatenate([shown, ends])
+    return np.stack([shown.min(axis=0), shown.max(axis=0)])
 
 
 def from_masks(capture: Capture, folder: str | Path) -> Focus:

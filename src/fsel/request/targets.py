@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,8 @@ WHOLE_VIEWS = 30  # that stand for the whole capture; 15 to 60 gave equal result
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
 WORDS = ("every:N", "orbit", "trajectory", "a .json camera path", "a .txt list of frame names")
 ALL = "the whole capture"
+ORBIT = "orbit"
+LISTS = ("", ".txt", ".lst", ".list")  # endings of files of frame names
 
 Request = None | str | Path | Views | Sequence[str] | Sequence[int] | np.ndarray
 
@@ -35,22 +37,24 @@ class Targets:
             the views are no frames of the capture.
         kind: where the views come from, in words.
         far: (T,) bool, views so far from every camera that no frame can show what they see.
+        blind: (B,) int64 frames that see nothing of the object that is asked for: never selected.
     """
 
     views: Views
     frames: np.ndarray
     kind: str
     far: np.ndarray
+    blind: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     def pool(self, capture: Capture) -> np.ndarray:
         """(n,) int64 the frames that may be selected, ascending."""
-        return np.setdiff1d(np.arange(len(capture)), self.frames)
+        return np.setdiff1d(np.arange(len(capture)), np.concatenate([self.frames, self.blind]))
 
-    def seeing(self, corners: np.ndarray) -> Targets:
-        """The views that see any of (C, 3) points of an object.
+    def seeing(self, corners: np.ndarray, capture: Capture) -> Targets:
+        """The views that see any of (C, 3) points of an object, to be served by frames that do.
 
         Raises:
-            ValueError: when none does.
+            ValueError: when no view does.
         """
         kept = np.flatnonzero(sees(self.views, corners).any(axis=1))
         if not len(kept):
@@ -58,7 +62,8 @@ class Targets:
                 f"none of the {len(self.views)} target views ({self.kind}) sees the object; "
                 "is its position in the capture's world frame?"
             )
-        return replace(self, views=self.views.subset(kept), far=self.far[kept])
+        blind = np.flatnonzero(~sees(capture.views, corners).any(axis=1))
+        return replace(self, views=self.views.subset(kept), far=self.far[kept], blind=blind)
 
 
 def targets_of(capture: Capture, request: Request) -> Targets:
@@ -88,8 +93,35 @@ def targets_of(capture: Capture, request: Request) -> Targets:
     return _held_out(capture, np.sort(_numbers(capture, request)), f"{len(request)} given frames")
 
 
+def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool = False) -> None:
+    """Refuse more frames than may be selected.
+
+    Args:
+        k: how many are asked for.
+        targets: of the request.
+        capture: what is selected from.
+        everything: the method takes every frame, so that no other number will do.
+
+    Raises:
+        ValueError: with the numbers that are allowed, and why.
+    """
+    most = len(targets.pool(capture))
+    gone = [(targets.frames, "being held out as targets"), (targets.blind, "not seeing the object")]
+    why = "".join(f", {len(frames)} {text}" for frames, text in gone if len(frames))
+    if not 1 <= k <= most:
+        raise ValueError(
+            f"k is {k}; allowed: 1 to {most}, the frames of {capture.source} that may be "
+            f"selected{why}"
+        )
+    if everything and k != most:
+        raise ValueError(
+            f"k is {k}, and this method takes every frame; allowed: {most}, the frames of "
+            f"{capture.source} that may be selected{why}"
+        )
+
+
 def _of_word(capture: Capture, word: str) -> Targets:
-    if word == "orbit":
+    if word == ORBIT:
         return _request(capture, orbit(capture, MOST_VIEWS), "an orbit")
     if word == "trajectory":
         return _request(capture, trajectory(capture, MOST_VIEWS), "the smoothed camera path")
@@ -107,6 +139,8 @@ def _of_file(capture: Capture, path: Path) -> Targets:
         raise FileNotFoundError(f"{path}: no such file of targets; allowed: {', '.join(WORDS)}")
     if path.suffix == ".json":
         return _request(capture, camera_path(path, capture), f"the poses of {path.name}")
+    if path.suffix not in LISTS:
+        raise ValueError(f"{path}: is no file of targets; allowed: {', '.join(WORDS)}")
     frames = np.sort(named_in(path, capture))
     return _held_out(capture, frames, f"the {len(frames)} frames in {path.name}, held out")
 

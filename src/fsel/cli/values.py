@@ -1,0 +1,69 @@
+"""What stands behind an option on the command line, read and refused in words."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable
+
+NUMBER = r"\d+\.?\d*|\.\d+"
+SIZE = re.compile(rf"({NUMBER})\s*([kmgt]?)(i?)b?", re.IGNORECASE)
+POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
+
+
+def whole(least: int, most: int | None = None) -> Callable[[str], int]:
+    """Reads a whole number between two bounds, both included."""
+    allowed = f"{least} or more" if most is None else f"{least} to {most}"
+
+    def number(text: str) -> int:
+        value = _integer(text, f"a whole number, {allowed}")
+        if value < least or (most is not None and value > most):
+            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {allowed}")
+        return value
+
+    return number
+
+
+def number_or_auto(text: str) -> int | str:
+    """A whole number, or `auto`."""
+    return text if text == "auto" else _integer(text, "a whole number, or auto")
+
+
+def numbers(text: str) -> list[int]:
+    """Whole numbers between commas, each once, ascending."""
+    return sorted({_integer(word, "whole numbers, as 10,20,30") for word in text.split(",")})
+
+
+def words(text: str) -> list[str]:
+    """Words between commas, each once."""
+    return list(dict.fromkeys(text.split(",")))
+
+
+def positive(text: str) -> float:
+    """A number above zero."""
+    try:
+        number = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number; allowed: more than 0") from None
+    if not number > 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: more than 0")
+    return number
+
+
+def size_in_bytes(text: str) -> int:
+    """8GB, 500M (powers of 1000), 8GiB, 500MiB (powers of 1024), or plain bytes."""
+    found = SIZE.fullmatch(text.strip())
+    if found is None or (found[3] and not found[2]) or not float(found[1]) > 0:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no size; allowed: as 8GB, 500M, 8GiB, or plain bytes, more than 0"
+        )
+    return int(float(found[1]) * (1024 if found[3] else 1000) ** POWERS[found[2].lower()])
+
+
+def _integer(text: str, allowed: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no whole number; allowed: {allowed}"
+        ) from None

@@ -1,0 +1,161 @@
+"""Faults that people met at the command line, each said in words that help."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from small_captures import camera_path, record_of, ring, select, write_ring
+
+from fsel.cli import main
+from fsel.cli.parser import parsed
+from fsel.cli.values import size_in_bytes
+
+
+@pytest.fixture
+def capture(tmp_path):
+    write_ring(tmp_path / "capture")
+    return tmp_path / "capture"
+
+
+def run(*arguments):
+    return main([*map(str, arguments)])
+
+
+def test_the_version_is_told(capsys):
+    with pytest.raises(SystemExit) as stop:
+        run("--version")
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == "fsel 0.1.0\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-k", "ten"], "'ten' is no whole number; allowed: a whole number, or auto"),
+        (["-k", "3", "--seed", "x"], "'x' is no whole number; allowed: a whole number, 0 or more"),
+        (["-k", "3", "--threshold", "x"], "'x' is no number; allowed: more than 0"),
+        (["-k", "auto", "--memory", "8X"], "'8X' is no size; allowed: as 8GB, 500M, 8GiB"),
+    ],
+)
+def test_values_of_options_are_refused_in_words(words, said, capsys):
+    with pytest.raises(SystemExit) as stop:
+        parsed(["select", "capture", "-o", "out", *words])
+    assert stop.value.code == 2
+    printed = capsys.readouterr().err
+    assert said in printed
+    assert "invalid" not in printed
+
+
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [
+        ("8G", 8 * 10**9),
+        ("8GB", 8 * 10**9),
+        ("8GiB", 8 * 2**30),
+        ("1.5 TB", 15 * 10**11),
+        ("100kB", 10**5),
+        ("512mib", 2**29),
+        ("77", 77),
+        ("77B", 77),
+    ],
+)
+def test_sizes_are_read_as_people_write_them(text, size):
+    assert size_in_bytes(text) == size
+
+
+def test_files_and_parts_of_captures_are_called_what_they_are(capture, tmp_path, capsys):
+    (tmp_path / "walk.mp4").write_bytes(b"\x00\xffno video")
+    assert run("info", tmp_path / "walk.mp4") == 1
+    assert "walk.mp4: is a file" in capsys.readouterr().err
+    assert run("info", capture / "sparse") == 1
+    assert f"is part of the capture {capture}, give that folder" in capsys.readouterr().err
+    assert select(capture, "-k", 4, "--targets", tmp_path / "walk.mp4", "-o", tmp_path / "o") == 1
+    printed = capsys.readouterr().err
+    assert "walk.mp4: is no file of targets; allowed: every:N" in printed
+    assert "codec" not in printed
+
+
+def test_compare_offers_only_what_it_takes(capsys):
+    with pytest.raises(SystemExit):
+        run("compare", "--help")
+    printed = capsys.readouterr().out
+    assert "names.txt" in printed
+    assert "orbit" not in printed
+    assert "path.json" not in printed
+
+
+def test_all_frames_are_all_of_them(capture, tmp_path, capsys):
+    assert select(capture, "-k", 10, "--method", "all", "-o", tmp_path / "out") == 1
+    assert "takes every frame; allowed: 24" in capsys.readouterr().err
+    assert select(capture, "-k", 24, "--method", "all", "-o", tmp_path / "out") == 0
+    asked = ["-k", "4,5", "--methods", "uniform,all", "--long-side", 48]
+    assert run("compare", capture, *asked, "-o", tmp_path / "compared") == 0
+    rows = json.loads((tmp_path / "compared" / "compare.json").read_text())["rows"]
+    assert [(row["k"], row["method"]) for row in rows] == [
+        (4, "uniform"),
+        (21, "all"),
+        (5, "uniform"),
+    ]
+
+
+def test_a_box_outside_of_the_scene_is_refused_with_the_scenes_bounds(capture, tmp_path, capsys):
+    """In front of a camera, and so inside of an image, but thirty scenes away."""
+    assert run("info", capture, "--json") == 0
+    low, high = json.loads(capsys.readouterr().out)["bounds"]
+    np.testing.assert_allclose([low[0], high[0]], [-4, 4])  # the ring of cameras
+    box = [100, 20, 0, 101, 21, 1]
+    assert select(capture, "-k", 4, "--box", *box, "-o", tmp_path / "out") == 1
+    printed = capsys.readouterr().err
+    assert "lies outside of the scene, which reaches from [-4.0" in printed
+    assert run("info", capture) == 0
+    assert "bounds    -4 " in capsys.readouterr().out
+
+
+def test_no_pick_is_blind_to_the_object(capture, tmp_path, capsys):
+    """Cameras of the ring turned about: every second one sees nothing of its middle."""
+    poses = ring(24)
+    poses[::2] = np.diag([-1.0, 1, -1]) @ poses[::2]
+    frames = []
+    for i, pose in enumerate(poses):
+        matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
+        frames.append(
+            {"file_path": f"images/frame_{i:03d}.jpg", "transform_matrix": matrix.tolist()}
+        )
+    content = {"w": 64, "h": 48, "fl_x": 60, "frames": frames}
+    (capture / "transforms.json").write_text(json.dumps(content))
+    (capture / "sparse").rename(tmp_path / "model")
+    box, out = ["--box", -0.2, -0.2, -0.2, 0.2, 0.2, 0.2], tmp_path / "out"
+    path = camera_path(tmp_path, ring(24)[1::2])
+    asked = [*box, "--layout", "nerfstudio", "--max-error", 1, "--targets", path]
+    assert select(capture, "-k", 12, *asked, "-o", out) == 0
+    assert {entry["index"] % 2 for entry in record_of(out)["frames"]} == {1}
+    assert {entry["reason"] for entry in record_of(out)["left"]} == {"sees nothing of the object"}
+    assert select(capture, "-k", 13, *asked, "-o", tmp_path / "more") == 1
+    assert "1 to 12" in (said := capsys.readouterr().err)
+    assert "12 not seeing the object" in said
+
+
+@pytest.mark.parametrize("by", ["--masks", "--box"])
+def test_an_object_is_compared_inside_of_its_outline(by, capture, tmp_path):
+    """Whatever the held-out frames show outside of it, the scores are the same."""
+    masks = tmp_path / "shapes"
+    masks.mkdir()
+    for i in (0, 3, 8, 11, 19):  # 16 is held out and has none
+        mask = np.zeros((48, 64), np.uint8)
+        mask[14:34, 20:44] = 255
+        cv2.imwrite(str(masks / f"frame_{i:03d}.png"), mask)
+    thing = {"--masks": [masks], "--box": [-0.7, -0.7, -0.7, 0.7, 0.7, 0.7]}[by]
+    asked = ["-k", "5", "--methods", "uniform", by, *thing, "--long-side", 64]
+    assert run("compare", capture, *asked, "-o", tmp_path / "one") == 0
+    for i in (0, 8):
+        path = str(capture / "images" / f"frame_{i:03d}.jpg").replace(".jpg", ".png")
+        shot = cv2.imread(path.replace(".png", ".jpg"))
+        shot[:, :8] = 255 - shot[:, :8]
+        cv2.imwrite(path, shot)
+        (capture / "images" / f"frame_{i:03d}.jpg").unlink()
+    assert run("compare", capture, *asked, "-o", tmp_path / "two") == 0
+    one, two = (json.loads((tmp_path / o / "compare.json").read_text()) for o in ("one", "two"))
+    held = ["frame_000.jpg", "frame_008.jpg"] + ["frame_016.jpg"] * (by == "--box")
+    assert one["targets"] == held
+    assert one["rows"][0]["psnr"] == pytest.approx(two["rows"][0]["psnr"], abs=0.02)
