@@ -18,6 +18,7 @@ FACTS = {
     "search_k": 20,
     "draws": 3,
     "oracle_draws": 1,
+    "oracle_dataset": "R & D",
 }
 
 
@@ -51,5 +52,6 @@ def test_the_sweep_table_prints_means_of_the_evaluations(swept, tmp_path):
 
 def test_the_caption_names_what_made_the_table():
     text = caption(FACTS | {"searched": True}, METRICS)
-    for part in (r"Tanks \& Temples", "stand-ins", "fox", r"lab\_hog", "GMSD", "1 of 3 target"):
+    captures = (r"Tanks \& Temples", "stand-ins", "fox")
+    for part in (*captures, r"lab\_hog", "GMSD", r"R \& D alone", "1 of 3 target"):
         assert part in text

@@ -291,6 +291,7 @@ def facts(names=None):
         "search_k": config["search"]["k"],
         "draws": config["draws"],
         "oracle_draws": config["oracle"]["draws"],
+        "oracle_dataset": config["datasets"][config["training"]["dataset"]]["label"],
     }
 
 
@@ -357,13 +358,18 @@ def of_held_out_scenes(name, draws=()):
     ]
 
 
-def held_out_problems():
-    """Problems of the training dataset's evaluation scenes that the search is run on."""
-    found = [
+def searched_problems():
+    """Problems of the training dataset's evaluation scenes that the search is run on, if any."""
+    return [
         f"{TRAINED}/{s}/draw{n}"
         for s in scenes(TRAINED, "evaluation")
         for n in range(config["oracle"]["draws"])
     ]
+
+
+def held_out_problems():
+    """The same, at least one, where selections are compared with the search."""
+    found = searched_problems()
     if not found:
         refuse(
             f"{TRAINED} has no evaluation scenes, or oracle.draws is 0",

@@ -124,7 +124,7 @@ rule ksweep:
         ),
         oracles=collect(
             "<results>/{problem}/oracle.parquet",
-            problem=evaluation_problems(config["oracle"]["draws"]),
+            problem=searched_problems(),
         ),
         lib=library("ksweep"),
     output:
@@ -158,7 +158,7 @@ rule ksweep:
         runtime=10,
     params:
         problems=evaluation_problems(config["draws"]),
-        searched=evaluation_problems(config["oracle"]["draws"]),
+        searched=searched_problems(),
         datasets=labels(),
         budgets=config["budgets"],
         metrics=METRICS,

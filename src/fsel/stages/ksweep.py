@@ -67,15 +67,15 @@ def caption(facts: Mapping, metrics: Metrics) -> str:
     Args:
         facts: embedded (labels of datasets of generated captures), real (labels of datasets read
             from disk), reconstructor, long_side, descriptor, search_k, draws, oracle_draws,
-            searched (whether the searches have rows).
+            oracle_dataset, searched (whether the searches have rows).
         metrics: of a cell, in order.
     """
     references = "all frames without selection."
     if facts["searched"]:
         references = (
             "searches, which reconstruct hundreds of subsets of every scene "
-            rf"($K{{=}}{facts['search_k']}$, {facts['oracle_draws']} of {facts['draws']} target "
-            f"draws), and {references}"
+            rf"({tex(facts['oracle_dataset'])} alone, $K{{=}}{facts['search_k']}$, "
+            f"{facts['oracle_draws']} of {facts['draws']} target draws), and {references}"
         )
     return (
         r"\textbf{Input budget sweep across datasets}. Each cell reports "
