@@ -1,7 +1,7 @@
 PYTHON ?= python3
 CORES ?= 2
 
-.PHONY: ksweep test weights
+.PHONY: ksweep test weights labels
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
@@ -10,11 +10,18 @@ ksweep: .venv/installed
 test: .venv/installed
 	.venv/bin/python -m pytest
 
-# the scorer inside the package and what `-k auto` predicts by, made anew: src/fsel/selector/weights
+# the rule `fsel` inside the package and what `-k auto` predicts by, made anew: src/fsel/selector/weights
 WEIGHTS = results/selector/fsel/seed0.json results/selector/budget.json
 weights: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)
 	.venv/bin/python -m fsel.stages.ship $(WEIGHTS)
+
+# the paper's selector inside the package, made anew from labels with the paper's numbers
+LABELS = results/labels/selector
+OURS = $(LABELS)/seed0.safetensors $(LABELS)/no_appearance/seed0.safetensors
+labels: .venv/installed
+	.venv/bin/snakemake --cores $(CORES) $(OURS) --configfile config/labels.yaml
+	.venv/bin/python -m fsel.stages.ship $(OURS)
 
 .venv/installed: pyproject.toml
 	$(PYTHON) -m venv .venv

@@ -33,6 +33,7 @@ from fsel.geometry import farthest_views
 from fsel.problem import Problem
 from fsel.selector import plain, pretrained
 from fsel.selector.greedy import Prepared, Rows, greedy, standardise
+from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import SHAPES, Network, Scorer
 
 BOUNDS = {130: 3.0, 1_000: 15.0, 10_000: 100.0}  # milliseconds, of a network
@@ -153,11 +154,11 @@ def kmedoids(prepared: Prepared) -> np.ndarray:
 
 def calls(prepared: Prepared, problem: Problem, fresh: Network) -> dict[str, Callable[[], object]]:
     """What is timed, by name."""
-    rows, rule, read = prepared.rows, pretrained.scorer(), read_by_fsel(prepared)
+    rows, rule, read = prepared.rows, pretrained.method().scorer, read_by_fsel(prepared)
     return {
         "fsel": lambda: greedy(read, rule, K),
         "fsel, plain": lambda: plain.greedy(read, rule, K),
-        "fsel, features": lambda: pretrained.POLICY.prepare(problem),
+        "fsel, features": lambda: POLICIES["fsel"].prepare(problem),
         "a network": lambda: greedy(prepared, fresh, K),
         "a network, recomputed": lambda: recomputed(prepared, fresh, K),
         "FVS": lambda: farthest_views(prepared.pool, rows.centers, K, 0),
@@ -192,7 +193,7 @@ def main() -> None:
                 found.setdefault(name, {})[pool] = measured(call)
         same = all(
             np.array_equal(recomputed(prepared, scorer, 5), greedy(prepared, scorer, 5)[0])
-            for scorer in (fresh, pretrained.scorer())
+            for scorer in (fresh, pretrained.method().scorer)
         )
         bound, aim = (limits.get(pool, np.nan) for limits in (BOUNDS, AIMS))
         print(f"{pool} candidates: bound {bound:.0f} ms, fsel's aim {aim:.0f}; same picks: {same}")

@@ -4,21 +4,25 @@ import ast
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from safetensors.numpy import save_file
 from selection_problems import random_problem
 from small_captures import write_ring
 
 import fsel
 from fsel import api
+from fsel.experiments.hard_cases.worlds import random_weights
 from fsel.features.sharpness import sharpness
 from fsel.layouts import gate, previews
 from fsel.layouts.opening import open_capture
 from fsel.selector import plain, pretrained
-from fsel.selector.scorer import Linear
+from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Linear, Network
 from fsel.stages.ship import ship
 
 
@@ -123,7 +127,7 @@ def test_the_shipped_rule_is_four_coefficients():
         "phi_nov": 0.35,
         "target_gain": 150.0,
     }
-    assert pretrained.scorer().provenance["policy"] == "fsel"
+    assert pretrained.method().scorer.provenance["policy"] == "fsel"
 
 
 def test_images_are_not_opened_for_a_method_that_reads_none(folder, monkeypatch):
@@ -136,17 +140,20 @@ def test_images_are_not_opened_for_a_method_that_reads_none(folder, monkeypatch)
     assert first.names == again.names
     fsel.select(capture, 6, method="sharpest")
     assert measured == [1]
-    assert api.reads("fsel") == ()
-    assert api.reads("dpp") == ("appearance",)
+    assert api.method_of("fsel").reads == ()
+    assert api.method_of("dpp").reads == ("appearance",)
 
 
 @pytest.mark.parametrize("largest", [0, 10_000])
 def test_both_loops_pick_what_the_method_picks(largest, monkeypatch):
     problem = random_problem(800)
     monkeypatch.setattr(plain, "LARGEST", largest)
-    frames, _ = pretrained.ranked(problem, 12)
-    method = fsel.METHODS["fsel"]
-    np.testing.assert_array_equal(frames, method.select(problem, 12, np.random.default_rng(0)))
+    for name in pretrained.FILES:
+        frames, scores = pretrained.method(name).ranked(problem, 12)
+        plainly = POLICIES[name].prepare(problem)
+        rows, values = plain.greedy(plainly, pretrained.method(name).scorer, 12)
+        np.testing.assert_array_equal(frames, plainly.pool[rows])
+        np.testing.assert_allclose(scores, values, rtol=1e-9, atol=1e-9)
 
 
 def test_reduced_decoding_ranks_images_as_full_decoding_does(tmp_path):
@@ -203,17 +210,79 @@ def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch
         np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(expected, axis=0))
 
 
-def test_only_a_rule_of_the_right_policy_is_shipped(tmp_path):
-    scorer = pretrained.scorer()
-    scorer.save(tmp_path / "new.json")
-    (tmp_path / "made.json").write_text('{"worth": [1, 2, 3]}')
-    ship(tmp_path / "new.json", tmp_path / "made.json", tmp_path)
-    assert json.loads((tmp_path / "budget.json").read_text()) == {"worth": [1, 2, 3]}
-    shipped = pretrained.FOLDER / pretrained.FILE
-    assert (tmp_path / "fsel.json").read_bytes() == shipped.read_bytes()
-    Linear(scorer.coefficients, {"policy": "ours"}).save(tmp_path / "ours.json")
-    with pytest.raises(ValueError, match="policy 'ours', not 'fsel'"):
-        ship(tmp_path / "ours.json", tmp_path / "made.json", tmp_path)
-    Linear({"sharpness": 1.0}, {"policy": "fsel"}).save(tmp_path / "other.json")
-    with pytest.raises(ValueError, match="does not read sharpness"):
-        ship(tmp_path / "other.json", tmp_path / "made.json", tmp_path)
+def test_what_is_shipped_takes_the_place_of_its_policy(tmp_path):
+    """Files lie where the workflow puts them; a refusal leaves all as it was."""
+    (tmp_path / "budget.json").write_text('{"worth": [1, 2, 3]}')
+    given = [tmp_path / "budget.json"]
+    for name, file in pretrained.FILES.items():
+        given.append(tmp_path / f"{name}0{Path(file).suffix}")
+        pretrained.method(name).scorer.save(given[-1])
+    package = tmp_path / "package"
+    package.mkdir()
+    ship(given, package)
+    assert json.loads((package / "budget.json").read_text()) == {"worth": [1, 2, 3]}
+    for file in pretrained.FILES.values():
+        assert (package / file).read_bytes() == (pretrained.FOLDER / file).read_bytes()
+    made = {"policy": "ours_geometry", "made by": "a test"}
+    replace(pretrained.method("ours").scorer, provenance=made).save(tmp_path / "no.safetensors")
+    with pytest.raises(ValueError, match="'ours_geometry'; those that come with the package"):
+        ship([tmp_path / "no.safetensors", *given], tmp_path)
+    Linear({"sharpness": 1.0}, {"policy": "fsel", "made by": "a test"}).save(tmp_path / "no.json")
+    with pytest.raises(ValueError, match=r"no\.json: .* does not read sharpness"):
+        ship([tmp_path / "no.json"], package)
+
+
+def test_the_paper_s_selector_comes_with_the_package(folder):
+    capture = fsel.read_capture(folder, long_side=64)
+    for name in ("ours", "ours_no_appearance"):
+        chosen = fsel.select(capture, 6, targets="every:6", method=name)
+        assert np.isfinite(chosen.scores).all()
+        assert not set(chosen.indices) & {0, 6, 12, 18}
+        provenance = pretrained.method(name).scorer.provenance
+        assert provenance["policy"] == name
+        assert "searched subsets" in provenance["made by"]
+
+
+def test_weights_of_one_s_own_take_the_place_of_those_that_come_with_the_package(folder, tmp_path):
+    capture = fsel.read_capture(folder, long_side=64)
+    scorer = Network(random_weights(5), {"policy": "ours_no_appearance", "made by": "a test"})
+    scorer.save(tmp_path / "mine.safetensors")
+    mine = fsel.select(capture, 6, targets="every:6", weights=tmp_path / "mine.safetensors")
+    named = fsel.select(
+        capture, 6, "every:6", "ours_no_appearance", weights=tmp_path / "mine.safetensors"
+    )
+    shipped = fsel.select(capture, 6, targets="every:6", method="ours_no_appearance")
+    assert mine.names == named.names
+    np.testing.assert_array_equal(mine.scores, named.scores)
+    assert not np.array_equal(mine.scores, shipped.scores)
+
+
+@pytest.mark.parametrize(
+    ("provenance", "changes", "method", "said"),
+    [
+        ({}, {}, None, "mine.safetensors: scorer of the policy None; known"),
+        ({"policy": "ours"}, {}, None, "does not say what it was made by"),
+        ({"policy": "best", "made by": "a test"}, {}, None, "policy 'best'; known: .*ours"),
+        ({"policy": "fsel", "made by": "a test"}, {}, None, "kind Linear, not Network"),
+        ({"policy": "ours", "made by": "a test"}, {}, "fsel", "made for the policy 'ours', not"),
+        (
+            {"policy": "ours", "made by": "a test"},
+            {"layer1.weight": np.zeros((64, 18), np.float32)},
+            None,
+            r"mine.safetensors: scorer weights have shapes .*\(64, 18\)",
+        ),
+        (
+            {"policy": "ours", "made by": "a test"},
+            {"layer1.bias": np.full(64, np.nan, np.float32)},
+            None,
+            "layer1.bias are not finite",
+        ),
+    ],
+)
+def test_weights_that_are_no_scorer_are_refused(
+    provenance, changes, method, said, folder, tmp_path
+):
+    path = tmp_path / "mine.safetensors"
+    save_file(random_weights(0) | changes, path, metadata={"provenance": json.dumps(provenance)})
+    with pytest.raises(ValueError, match=said):
+        fsel.select(fsel.read_capture(folder), 6, method=method, weights=path)

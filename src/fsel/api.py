@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, overload
 
@@ -17,18 +16,20 @@ from fsel.request import budget
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
 from fsel.request.targets import Request, Targets, check_count, targets_of
+from fsel.selector import pretrained
+from fsel.selector.policies import Learned, Ranked
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import ArrayLike
 
     from fsel.reconstruct import Model
     from fsel.reconstruct.splats.reconstructor import SplatModel
 
 LEAST_FRAMES = 3
-SHIPPED = "fsel"  # the method whose coefficients come with the package
 AUTO = "auto"
 ALL_FRAMES = "all"  # the method that takes the whole sequence
-Ranked = Callable[[Problem, int], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,10 @@ def select(
     capture: Capture,
     k: int | str | Auto,
     targets: Request | Targets = None,
-    method: str = "fsel",
+    method: str | Method | None = None,
     seed: int = 0,
     *,
+    weights: str | Path | None = None,
     sharpness: np.ndarray | None = None,
     focus: Focus | None = None,
     descriptors: np.ndarray | None = None,
@@ -71,29 +73,32 @@ def select(
             0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
             by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
             camera path. `fsel.capture.Views`: poses. `Targets`: what `checked_request` returned.
-        method: a key of `METHODS`.
+        method: a key of `METHODS`, or a method of your own; None for `fsel`, or what `weights` were
+            trained for.
         seed: of methods that draw at random.
+        weights: a scorer that `fsel train` or the workflow made, in place of one that comes with
+            the package.
         sharpness, descriptors: (N,) and (N, D) of every frame, where they are known already; else
             measured for methods that read them, descriptors by `lab_hog`, which needs no weights.
         focus: an object that targets must see, see `fsel.request.focus`.
 
     Raises:
         ValueError: for a capture of fewer than three frames, k beyond the frames that may be
-            selected (with a focus: that see it), an unknown method, one whose picks are not nested
-            where k is to be found, a memory that two frames do not fit, or targets that make no
-            sense for this capture.
+            selected (with a focus: that see it), an unknown method, weights that are no scorer or
+            of another method, a method whose picks are not nested where k is to be found, a memory
+            that two frames do not fit, or targets that make no sense for this capture.
 
     Example:
         >>> capture = fsel.read_capture("captures/fox")
         >>> fsel.select(capture, 20, targets="every:8").names
     """
+    method = method_of(method, weights)
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus)
-    read = reads(method)
     if sharpness is None:
         known = np.zeros(len(capture))
-        sharpness = measure_sharpness(capture.images) if "sharpness" in read else known
-    if descriptors is None and "appearance" in read:
+        sharpness = measure_sharpness(capture.images) if "sharpness" in method.reads else known
+    if descriptors is None and "appearance" in method.reads:
         descriptors = described(capture)
     ranked = _ranked_by(method, seed)
     asked = number_of(k)
@@ -131,23 +136,26 @@ def _enough(problem: Problem, ranked: Ranked, auto: Auto) -> tuple[np.ndarray, n
     return frames[: found.frames], scores[: found.frames], found
 
 
-def reads(method: str) -> tuple[str, ...]:
-    """What a method looks at of the images: `appearance`, `sharpness`, both or neither."""
-    if method == SHIPPED:
-        from fsel.selector import pretrained
+def method_of(method: str | Method | None = None, weights: str | Path | None = None) -> Method:
+    """The method that is asked for; arguments and errors are those of `select`."""
+    if isinstance(method, Method):
+        if weights is not None:
+            raise ValueError(f"{weights}: weights go with the name of a method, not with {method}")
+        return method
+    if weights is not None:
+        return pretrained.own(weights, method)
+    name = pretrained.DEFAULT if method is None else method
+    if name in pretrained.FILES:
+        return pretrained.method(name)
+    from fsel.methods import METHODS  # here: it imports all baselines
 
-        return pretrained.POLICY.reads
-    return _method(method).reads
+    return METHODS.checked(name)
 
 
-def _ranked_by(name: str, seed: int) -> Ranked:
-    """(problem, k) -> picks and their scores, all that it needs being imported."""
-    if name == SHIPPED:
-        from fsel.selector import pretrained
-
-        pretrained.scorer()
-        return pretrained.ranked
-    method = _method(name)
+def _ranked_by(method: Method, seed: int) -> Ranked:
+    """(problem, k) -> picks and their scores."""
+    if isinstance(method, Learned):
+        return method.ranked
 
     def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
         picks = checked_select(method, problem, k, np.random.default_rng(seed))
@@ -160,16 +168,14 @@ def checked_request(
     capture: Capture,
     k: int | str | Auto,
     request: Request,
-    method: str = "fsel",
+    method: Method,
     focus: Focus | None = None,
 ) -> Targets:
     """What a request means; all that `select` may refuse is refused here, before images are read.
 
-    Arguments and errors are those of `select`.
+    Arguments and errors are those of `select`; the method is what `method_of` returned.
     """
     asked = number_of(k)
-    if method != SHIPPED:
-        _method(method)
     if len(capture) < LEAST_FRAMES:
         raise ValueError(
             f"{capture.source}: {len(capture)} frames leave nothing to select; at least "
@@ -181,28 +187,22 @@ def checked_request(
     if isinstance(asked, Auto):
         _check_auto(asked, method, capture)
         return targets
-    check_count(asked, targets, capture, everything=method == ALL_FRAMES)
+    check_count(asked, targets, capture, everything=method.name == ALL_FRAMES)
     return targets
 
 
-def _check_auto(auto: Auto, method: str, capture: Capture) -> None:
+def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
     """Refuse a memory that nothing fits, and methods whose picks are not nested."""
     if auto.memory is not None:
         budget.within(auto.memory, auto.size or capture.size)
-    if method != SHIPPED and not _method(method).nested:
+    if not method.nested:
         from fsel.methods import METHODS
 
         nested = ", ".join(name for name, found in METHODS.items() if found.nested)
         raise ValueError(
-            f"method is {method!r}, whose selection of fewer frames is not the beginning of that "
-            f"of more, as finding k needs; allowed: {nested}. Hint: state k"
+            f"method is {method.name!r}, whose selection of fewer frames is not the beginning of "
+            f"that of more, as finding k needs; allowed: {nested}. Hint: state k"
         )
-
-
-def _method(name: str) -> Method:
-    from fsel.methods import METHODS
-
-    return METHODS.checked(name)
 
 
 def described(capture: Capture) -> np.ndarray:

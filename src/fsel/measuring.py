@@ -20,8 +20,8 @@ from fsel.evaluation import COSTS, Evaluator
 from fsel.metrics import METRICS, Metrics, units
 from fsel.problem import Method, Problem, checked_select
 from fsel.seeds import name_seed
+from fsel.selector import pretrained
 from fsel.selector.policies import KNOWN
-from fsel.selector.scorer import Scorer
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,12 +78,9 @@ def learned_runs(weights: Iterable[str | Path]) -> list[Run]:
     learned: list[Run] = []
     seeds: Counter[str] = Counter()
     for path in weights:
-        scorer = Scorer.load(path)
-        name = scorer.provenance.get("policy")
-        if name not in KNOWN:
-            raise ValueError(f"{path}: scorer of the policy {name!r}; known: {', '.join(KNOWN)}")
-        learned.append(Run(KNOWN[name].method(scorer), seeds[name]))
-        seeds[name] += 1
+        method = pretrained.own(path)
+        learned.append(Run(method, seeds[method.name]))
+        seeds[method.name] += 1
     order = list(KNOWN)
     return sorted(learned, key=lambda run: order.index(run.method.name))
 

@@ -1,4 +1,4 @@
-"""Every selection method by name: the baselines, and `fsel` with the shipped scorer."""
+"""Every selection method by name: those that come with trained weights, and the baselines."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from fsel.registry import Registry
 from fsel.selector import pretrained
 
 METHODS: Registry[Method] = Registry(
-    "method", {pretrained.POLICY.name: "", **baselines.METHODS.homes}
+    "method", {**dict.fromkeys(pretrained.FILES, ""), **baselines.METHODS.homes}
 )
-METHODS[pretrained.POLICY.name] = pretrained.POLICY.method(pretrained.scorer())
+"""What `fsel.select` and the commands choose from, by name."""
+for _name in pretrained.FILES:
+    METHODS[_name] = pretrained.method(_name)

@@ -13,10 +13,12 @@ import pytest
 from small_captures import camera_path, record_of, ring, select, write_ring
 
 import fsel
+from fsel.experiments.hard_cases.worlds import random_weights
 from fsel.export import subset
 from fsel.layouts import images, read_capture
 from fsel.layouts.opening import open_capture
 from fsel.layouts.previews import sharpness_of_files
+from fsel.selector.scorer import Network
 
 
 @pytest.fixture
@@ -44,6 +46,23 @@ def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "the whole capture" in printed
     assert "--targets" in printed
+
+
+def test_weights_of_one_s_own_pick_and_are_recorded(capture, tmp_path, capsys):
+    mine = tmp_path / "mine.safetensors"
+    scorer = Network(random_weights(1), {"policy": "ours", "made by": "a test"})
+    scorer.save(mine)
+    assert select(capture, "-k", 6, "--weights", mine, "-o", tmp_path / "out") == 0
+    content = record_of(tmp_path / "out")
+    assert content["scorer"] == scorer.provenance
+    assert content["settings"]["method"] == "ours"
+    assert content["settings"]["weights"] == str(mine)
+    assert content["settings"]["appearance"] == "lab_hog"
+    assert all(isinstance(entry["score"], float) for entry in content["frames"])
+    arguments = ("-k", 6, "--weights", mine, "--method", "fsel", "-o", tmp_path / "no")
+    assert select(capture, *arguments) == 1
+    assert "made for the policy 'ours', not 'fsel'" in capsys.readouterr().err
+    assert not (tmp_path / "no").exists()
 
 
 @pytest.mark.parametrize("method", ["fsel", "sharpest"])

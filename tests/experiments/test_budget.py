@@ -24,7 +24,7 @@ from fsel.experiments.budget_curves import (
     select_curves,
 )
 from fsel.request.budget import predicted
-from fsel.selector.pretrained import FILE, FOLDER
+from fsel.selector.pretrained import FILES, FOLDER
 
 WORTH = np.array([4.0, 2.0, 1.0])
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
@@ -89,7 +89,7 @@ def scene(tmp_path_factory):
 def test_from_a_capture_to_the_table(scene, tmp_path):
     curves, fitted = tmp_path / "curves.parquet", tmp_path / "budget.json"
     common = {"reconstruction": RECONSTRUCTION, "seed": 0, "config": "c"}
-    weights, picks = FOLDER / FILE, tmp_path / "picks.parquet"
+    weights, picks = FOLDER / FILES["fsel"], tmp_path / "picks.parquet"
     select_curves(scene, weights, picks, coverages=[25, 60], seed=0, config="c")
     evaluate_curves(scene, picks, curves, **common)
     table = pd.read_parquet(curves)

@@ -58,7 +58,7 @@ def test_the_whole_pool_in_order(loop, policy):
 
 @pytest.mark.parametrize("size", [40, 1200])
 def test_the_shipped_rule_picks_what_the_network_that_spells_it_picks(size):
-    problem, rule = random_problem(size, 4, targets=9), pretrained.scorer()
+    problem, rule = random_problem(size, 4, targets=9), pretrained.method().scorer
     network = spelled(rule.coefficients)
     rows, scores = greedy(SHIPPED["fsel"].prepare(problem), rule, 30)
     # the network is shown every input, the rule only those that it reads
@@ -69,13 +69,13 @@ def test_the_shipped_rule_picks_what_the_network_that_spells_it_picks(size):
 
 def test_what_is_not_read_may_be_anything():
     problem, policy = random_problem(40, 3), SHIPPED["fsel"]
-    rows, scores = greedy(policy.prepare(problem), pretrained.scorer(), 20)
+    rows, scores = greedy(policy.prepare(problem), pretrained.method().scorer, 20)
     unread = replace(
         problem,
         sharpness=np.full(40, np.nan),
         descriptors=np.full((40, 5), np.nan, np.float32),
     )
-    again, same = greedy(policy.prepare(unread), pretrained.scorer(), 20)
+    again, same = greedy(policy.prepare(unread), pretrained.method().scorer, 20)
     np.testing.assert_array_equal(again, rows)
     np.testing.assert_array_equal(same, scores)
     assert policy.reads == ()
@@ -233,7 +233,7 @@ def test_a_policy_takes_scorers_of_its_kind_and_inputs_only():
     with pytest.raises(ValueError, match="fsel has a scorer of the kind Linear, not Network"):
         SHIPPED["fsel"].method(Network(random_weights(0)))
     with pytest.raises(ValueError, match="ours has a scorer of the kind Network, not Linear"):
-        SHIPPED["ours"].method(pretrained.scorer())
+        SHIPPED["ours"].method(pretrained.method().scorer)
     with pytest.raises(ValueError, match="fsel does not read sharpness; allowed: d_min_s"):
         SHIPPED["fsel"].method(Linear({"d_min_s": 1.0, "sharpness": 1.0}))
 

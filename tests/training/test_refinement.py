@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fsel.selector import pretrained
 from fsel.selector.policies import POLICIES
-from fsel.selector.pretrained import scorer
 from fsel.stages.refine import FREE, START, _better
 from fsel.training.refinement import RefineSettings, refine
 
@@ -63,5 +63,5 @@ def test_what_was_found_must_hold_on_draws_kept_apart(bests, kept):
 
 def test_what_starts_is_what_the_policy_reads_and_what_is_shipped():
     assert tuple(START) == POLICIES["fsel"].inputs
-    assert scorer().coefficients == START
+    assert pretrained.method().scorer.coefficients == START
     assert set(START) - set(FREE) == {"target_gain"}

@@ -20,8 +20,8 @@ from fsel.export.staging import staged
 from fsel.layouts.opening import open_capture
 from fsel.layouts.previews import sharpness_of_files
 from fsel.measuring import Run, picks_at, runs
-from fsel.methods import METHODS
 from fsel.metrics import METRICS
+from fsel.problem import Method
 from fsel.reconstruct import Model, Reconstructor
 from fsel.request.focus import Focus
 from fsel.request.targets import Targets
@@ -34,21 +34,22 @@ Picks = dict[tuple[int, str], list[np.ndarray]]
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     checked(asked)
+    methods = [api.method_of(name) for name in asked.methods]
     with staged(asked.out, "compare", FolderRecord(), inputs_of(asked), asked.force) as stage:
         opened = open_capture(asked.capture, asked.layout, asked.long_side, asked.max_error)
         focus = focus_of(asked, opened)
-        targets = _checked(asked, opened.capture, focus)
+        targets = _checked(asked, opened.capture, methods, focus)
         judged, masks = outlines(asked, opened.capture, targets.frames, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         if masks is not None:
             console.say("object", f"in {len(judged)} held-out frames, compared inside of it alone")
         sharpness = np.zeros(len(opened.capture))
-        if any("sharpness" in api.reads(method) for method in asked.methods):
+        if any("sharpness" in method.reads for method in methods):
             bar = console.bar("sharpness")
             sharpness = sharpness_of_files(opened.raw.images, opened.longest, bar)
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
-            picks = _picks(asked, capture, targets, sharpness, focus)
+            picks = _picks(asked, capture, targets, methods, sharpness, focus)
         rows, evaluator = _scores(asked, capture, (judged, masks), picks, console)
         table = _table(rows)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
@@ -69,14 +70,16 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     console.give(content)
 
 
-def _checked(asked: argparse.Namespace, capture: Capture, focus: Focus | None) -> Targets:
+def _checked(
+    asked: argparse.Namespace, capture: Capture, methods: Sequence[Method], focus: Focus | None
+) -> Targets:
     """Refuse every budget and method that cannot be served, before any image is opened."""
-    for method in asked.methods:
+    for method in methods:
         for k in asked.k:
             if k < 2:
                 raise ValueError(f"k is {k}; a reconstruction needs at least two frames")
             # what takes every frame is compared as such, whatever k is
-            named = api.SHIPPED if method == api.ALL_FRAMES else method
+            named = api.method_of() if method.name == api.ALL_FRAMES else method
             targets = api.checked_request(capture, k, asked.targets, named, focus)
     if not len(targets.frames):
         raise ValueError(
@@ -90,11 +93,11 @@ def _picks(
     asked: argparse.Namespace,
     capture: Capture,
     targets: Targets,
+    methods: Sequence[Method],
     sharpness: np.ndarray,
     focus: Focus | None,
 ) -> Picks:
     """(k, method) -> one selection a seed; nested methods are asked once for the largest k."""
-    methods = [METHODS[name] for name in asked.methods]
     looked_at = any("appearance" in method.reads for method in methods)
     descriptors = api.described(capture) if looked_at else None
     problem = api.request_problem(capture, targets, sharpness, focus, descriptors)

@@ -139,7 +139,14 @@ def _add_select(commands) -> None:
     )
     _add_size(command, "of --memory: ")
     _add_request(command)
-    command.add_argument("--method", default="fsel", help="fsel, uniform, fvs, nearest, ...")
+    command.add_argument("--method", help="fsel (by default), ours, uniform, fvs, nearest, ...")
+    command.add_argument(
+        "--weights",
+        type=Path,
+        metavar="FILE",
+        help="a scorer that fsel train or the workflow made, .safetensors or .json; it says the "
+        "method",
+    )
     command.add_argument(
         "--appearance",
         default="lab_hog",

@@ -51,7 +51,8 @@ def outlines(
 
 def inputs_of(asked: argparse.Namespace) -> list[Path]:
     """The files and folders that a command line names to be read."""
-    named = [getattr(asked, name, None) for name in ("capture", "masks", "frames", "targets")]
+    names = ("capture", "masks", "frames", "targets", "weights")
+    named = [getattr(asked, name, None) for name in names]
     return [Path(name) for name in named if name is not None and Path(name).exists()]
 
 

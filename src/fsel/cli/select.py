@@ -22,10 +22,13 @@ from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
 from fsel.layouts.previews import sharpness_of_files, thumbnails
+from fsel.problem import Method
 from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.hidden import behind
 from fsel.request.targets import ALL, ORBIT, Targets
 from fsel.selector import pretrained
+from fsel.selector.policies import Learned
+from fsel.selector.scorer import Linear
 
 SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described
 THUMBNAIL = 240  # pixels of the longer side, in the report
@@ -38,13 +41,14 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         raise ValueError(
             f"--threshold and --memory go with -k auto alone, and k is {asked.k}. Hint: -k auto"
         )
-    _check_appearance(asked)
+    method = api.method_of(asked.method, asked.weights)
+    _check_appearance(asked, method)
     with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
         with console.clock("reading"):
             side = SIDES[asked.appearance]
             opened = open_capture(asked.capture, asked.layout, side, max_error=asked.max_error)
         seconds = {"read": time.perf_counter() - started}
-        outcome = _select(asked, console, opened, seconds)
+        outcome = _select(asked, console, opened, method, seconds)
         written = time.perf_counter()
         picks = outcome.selection.indices
         entries, left = record.picked(outcome), record.left(outcome)
@@ -58,20 +62,27 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written
         seconds["total"] = time.perf_counter() - started
-        content = _content(asked, opened, outcome, seconds) | {"frames": entries, "left": left}
+        content = _content(asked, opened, outcome, method, seconds) | {
+            "frames": entries,
+            "left": left,
+        }
         text = json.dumps(content, indent=1, ensure_ascii=False)
         (stage / "selection.json").write_text(text, encoding="utf-8")
     reached = outcome.service.curve[-1]
     if outcome.selection.budget is not None:
         console.say("k", record.reason(outcome.selection.budget))
     picked = len(outcome.selection.names)
-    console.say("picked", f"{picked} frames by {asked.method}, service {reached:.1%}")
+    console.say("picked", f"{picked} frames by {method.name}, service {reached:.1%}")
     console.say("written", f"{asked.out} after {seconds['total']:.2f} s")
     console.give(content)
 
 
 def _select(
-    asked: argparse.Namespace, console: Console, opened: Opened, seconds: dict[str, float]
+    asked: argparse.Namespace,
+    console: Console,
+    opened: Opened,
+    method: Method,
+    seconds: dict[str, float],
 ) -> record.Outcome:
     """Refuse what cannot be done before any image is opened, then select."""
     capture = opened.capture
@@ -83,7 +94,7 @@ def _select(
     subset.check_cameras(opened.raw)
     focus = focus_of(asked, opened)
     k = _budget(asked, opened)
-    targets = api.checked_request(capture, k, asked.targets, asked.method, focus)
+    targets = api.checked_request(capture, k, asked.targets, method, focus)
     what = f"{targets.kind}, by {len(targets.views)} views"
     console.say("targets", f"{what} (--targets says otherwise)" if targets.kind == ALL else what)
     if targets.far.any():
@@ -93,19 +104,19 @@ def _select(
     _warn_of_walls(asked, console, opened, targets)
     started = time.perf_counter()
     sharpness = None
-    if not asked.geometry_only and "sharpness" in api.reads(asked.method):
+    if not asked.geometry_only and "sharpness" in method.reads:
         sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = time.perf_counter() - started
-    capture = _read(asked, console, opened)
+    capture = _read(asked, console, opened, method)
     selection = api.select(
         capture,
         k,
         targets,
-        asked.method,
+        method,
         asked.seed,
         sharpness=np.zeros(len(capture)) if sharpness is None else sharpness,
         focus=focus,
-        descriptors=_described(asked, capture, seconds),
+        descriptors=_described(asked, capture, method, seconds),
     )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness)
@@ -127,10 +138,10 @@ def _warn_of_walls(
             )
 
 
-def _read(asked: argparse.Namespace, console: Console, opened: Opened) -> Capture:
-    """The capture with what is read of it: by methods other than the shipped one pixels and points,
-    to find a number of frames points, for the depth that they tell."""
-    if asked.method != api.SHIPPED:
+def _read(asked: argparse.Namespace, console: Console, opened: Opened, method: Method) -> Capture:
+    """The capture with what is read of it: by methods other than `fsel` pixels and points, to find
+    a number of frames points, for the depth that they tell."""
+    if method.name != pretrained.DEFAULT:
         return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
     if asked.k == api.AUTO:
         with console.clock("points"):
@@ -138,23 +149,23 @@ def _read(asked: argparse.Namespace, console: Console, opened: Opened) -> Captur
     return opened.capture
 
 
-def _check_appearance(asked: argparse.Namespace) -> None:
+def _check_appearance(asked: argparse.Namespace, method: Method) -> None:
     """Refuse a descriptor that cannot be made, or that the method would not look at."""
     if (asked.appearance, asked.appearance_weights) == (LAB_HOG, None):
         return
-    if "appearance" not in api.reads(asked.method):
+    if "appearance" not in method.reads:
         raise ValueError(
-            f"--appearance is {asked.appearance}, and {asked.method} does not compare frames by "
+            f"--appearance is {asked.appearance}, and {method.name} does not compare frames by "
             "appearance. Hint: leave it out, or --method kmedoids"
         )
     check_appearance(asked.appearance, asked.appearance_weights)
 
 
 def _described(
-    asked: argparse.Namespace, capture: Capture, seconds: dict[str, float]
+    asked: argparse.Namespace, capture: Capture, method: Method, seconds: dict[str, float]
 ) -> np.ndarray | None:
     """(N, D) appearance of every frame, of methods that read it."""
-    if "appearance" not in api.reads(asked.method):
+    if "appearance" not in method.reads:
         return None
     started = time.perf_counter()
     found = descriptors(np.asarray(capture.images), asked.appearance, asked.appearance_weights)
@@ -183,12 +194,14 @@ def _pictures(opened: Opened, picks: np.ndarray) -> list[bytes]:
 
 
 def _content(
-    asked: argparse.Namespace, opened: Opened, outcome: record.Outcome, seconds: dict[str, float]
+    asked: argparse.Namespace,
+    opened: Opened,
+    outcome: record.Outcome,
+    method: Method,
+    seconds: dict[str, float],
 ) -> dict:
     """selection.json but for the frames."""
     targets, budget = outcome.targets, outcome.selection.budget
-    rule = pretrained.scorer()
-    scorer = {"coefficients": rule.coefficients, **rule.provenance}
     return {
         "capture": {
             "folder": str(Path(asked.capture).resolve()),
@@ -205,15 +218,25 @@ def _content(
         "settings": {
             "k": asked.k,
             "targets": asked.targets,
-            "method": asked.method,
+            "method": method.name,
+            "weights": str(asked.weights.resolve()) if asked.weights else None,
             "seed": asked.seed,
-            "appearance": asked.appearance if "appearance" in api.reads(asked.method) else None,
+            "appearance": asked.appearance if "appearance" in method.reads else None,
             "masks": str(asked.masks) if asked.masks else None,
             "box": asked.box,
             "geometry_only": asked.geometry_only,
         },
         "budget": None if budget is None else asdict(budget) | {"reason": record.reason(budget)},
-        "scorer": scorer if asked.method == api.SHIPPED else None,
+        "scorer": _scorer(method),
         "versions": record.versions(),
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
     }
+
+
+def _scorer(method: Method) -> dict | None:
+    """What made the scores: provenance, and the coefficients of a linear rule."""
+    if not isinstance(method, Learned):
+        return None
+    rule = method.scorer
+    coefficients = {"coefficients": rule.coefficients} if isinstance(rule, Linear) else {}
+    return coefficients | dict(rule.provenance)

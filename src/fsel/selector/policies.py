@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,6 +26,23 @@ from fsel.geometry import centered, directions
 from fsel.problem import Method, Problem
 from fsel.selector.greedy import Prepared, Rows, greedy, standardise
 from fsel.selector.scorer import Linear, Network, Scorer
+
+Ranked = Callable[[Problem, int], tuple[np.ndarray, np.ndarray]]
+Loop = Callable[[Prepared, Scorer, int], tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Learned(Method):
+    """A selection method that scores frames.
+
+    Attributes:
+        scorer: with its provenance.
+        ranked: (problem, k) -> (k,) int64 frames in pick order, and (k,) float64 their scores when
+            picked.
+    """
+
+    scorer: Scorer
+    ranked: Ranked
 
 
 @dataclass(frozen=True)
@@ -94,20 +111,34 @@ class Policy:
             return problem.targets
         return problem.capture.view(problem.proxies)
 
-    def method(self, scorer: Scorer) -> Method:
+    def method(self, scorer: Scorer, pick: Loop = greedy) -> Learned:
         """The selection method with a scorer.
+
+        Args:
+            scorer: of the policy's kind.
+            pick: the greedy loop; see `fsel.selector.greedy.greedy`.
 
         Raises:
             ValueError: for a scorer of another kind, or one that reads what the policy does not.
         """
         self.check(scorer)
 
-        def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+        def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
             prepared = self.prepare(problem)
-            return prepared.pool[greedy(prepared, scorer, k)[0]]
+            rows, scores = pick(prepared, scorer, k)
+            return prepared.pool[rows], scores
 
-        return Method(
-            self.name, self.label, self.pool, nested=True, seeds=1, select=select, reads=self.reads
+        def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+            return ranked(problem, k)[0]
+
+        return Learned(
+            *(self.name, self.label, self.pool),
+            nested=True,
+            seeds=1,
+            select=select,
+            reads=self.reads,
+            scorer=scorer,
+            ranked=ranked,
         )
 
     def check(self, scorer: Scorer) -> None:

@@ -1,4 +1,4 @@
-"""The policy `fsel` with the linear rule that comes with the package."""
+"""Scorers on disk as methods: those that come with the package, and one's own."""
 
 from __future__ import annotations
 
@@ -7,34 +7,64 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.problem import Problem
 from fsel.selector import greedy, plain
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Linear
+from fsel.selector.greedy import Prepared
+from fsel.selector.policies import KNOWN, Learned
+from fsel.selector.scorer import Linear, Scorer
 
-POLICY = POLICIES["fsel"]
-FILE = "fsel.json"
 FOLDER = Path(__file__).parent / "weights"
+FILES = {
+    "fsel": "fsel.json",
+    "ours": "ours.safetensors",
+    "ours_no_appearance": "ours_no_appearance.safetensors",
+}
+"""Policy -> file in `FOLDER`; `make weights` remakes them."""
+DEFAULT = "fsel"
+NETWORK_COST = 10  # what scoring a row by a network costs in plain NumPy beside a linear rule
 
 
 @cache
-def scorer() -> Linear:
-    """The shipped coefficients with their provenance; `make weights` remakes them."""
-    return Linear.load(FOLDER / FILE)
-
-
-def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pick k of all frames that may be used, with the shipped scorer.
+def method(name: str = DEFAULT) -> Learned:
+    """A method that comes with the package.
 
     Args:
-        problem: the selection problem.
-        k: at most the size of the pool.
-
-    Returns:
-        (k,) int64 frames in pick order, and (k,) float64 their scores when picked.
+        name: a key of `FILES`.
     """
-    prepared = POLICY.prepare(problem)
-    small = k * len(prepared.pool) <= plain.LARGEST
-    pick = plain.greedy if small else greedy.greedy
-    rows, scores = pick(prepared, scorer(), k)
-    return prepared.pool[rows], scores
+    return own(FOLDER / FILES[name], name)
+
+
+def own(path: str | Path, name: str | None = None) -> Learned:
+    """The method of a scorer on disk.
+
+    Args:
+        path: what `fsel train` or the workflow wrote.
+        name: of the policy that it must have been made for; None for any.
+
+    Raises:
+        ValueError: for another kind of file, arrays of other shapes, a scorer that does not say
+            what it was made for and by, or one that was made for another policy.
+    """
+    scorer = Scorer.load(path)
+    made_for = scorer.provenance.get("policy")
+    if made_for not in KNOWN:
+        raise ValueError(
+            f"{path}: scorer of the policy {made_for!r}; known: {', '.join(KNOWN)}. Hint: `fsel "
+            "train` and the workflow write scorers that say it"
+        )
+    if "made by" not in scorer.provenance:
+        raise ValueError(f"{path}: does not say what it was made by, as scorers of fsel do")
+    if name not in (None, made_for):
+        raise ValueError(
+            f"{path}: made for the policy {made_for!r}, not {name!r}. Hint: leave the method out"
+        )
+    try:
+        return KNOWN[made_for].method(scorer, ranking)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def ranking(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """`fsel.selector.greedy.greedy` in plain NumPy where that is faster than compiling."""
+    cost = 1 if isinstance(scorer, Linear) else NETWORK_COST
+    small = cost * k * len(prepared.pool) <= plain.LARGEST
+    return (plain.greedy if small else greedy.greedy)(prepared, scorer, k)

@@ -56,7 +56,10 @@ class Scorer(ABC):
             raise ValueError(
                 f"{path}: not a scorer; allowed: .json (a linear rule), .safetensors (a network)"
             )
-        return kind.load(path)
+        try:
+            return kind.load(path)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{path}: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,7 @@ class Linear(Scorer):
             coefficients, provenance = content["coefficients"], content["provenance"]
             return cls(dict(coefficients), dict(provenance))
         except (ValueError, TypeError, KeyError) as error:
-            raise ValueError(f"{path}: not a linear scorer: {error}") from error
+            raise ValueError(f"not a linear scorer: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -159,8 +162,9 @@ class Network(Scorer):
             with safe_open(str(path), framework="numpy") as file:
                 metadata = file.metadata() or {}
         except SafetensorError as error:
-            raise ValueError(f"{path}: not a network: {error}") from error
-        return cls(weights, json.loads(metadata.get("provenance", "{}")))
+            raise ValueError(f"not a network: {error}") from error
+        single = {name: array.astype(np.float32) for name, array in weights.items()}
+        return cls(single, dict(json.loads(metadata.get("provenance", "{}"))))
 
 
 def _gelu(z: np.ndarray) -> np.ndarray:

@@ -1,36 +1,41 @@
-"""Put what was refined into the package: `python -m fsel.stages.ship SCORER BUDGET`."""
+"""Put what was trained into the package: `python -m fsel.stages.ship FILE...`."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from fsel.files import write_text
 from fsel.request import budget
 from fsel.selector import pretrained
-from fsel.selector.scorer import Scorer
 
 
-def ship(path: str | Path, record: str | Path, folder: Path = pretrained.FOLDER) -> None:
-    """Write fsel.json, coefficients with their provenance, and budget.json.
+def ship(paths: Iterable[str | Path], folder: Path = pretrained.FOLDER) -> None:
+    """Write scorers with their provenance, and what the adaptive budget predicts by.
 
     Args:
-        path: a scorer of the policy `fsel`, as the workflow makes it.
-        record: what the adaptive budget predicts by, fitted to that scorer's picks.
+        paths: what the workflow made: scorers of `fsel.selector.pretrained.FILES`, each of which
+            takes the place of that of its policy, and budget.json.
         folder: of the package.
 
     Raises:
-        ValueError: for a scorer of another policy, or of another kind.
+        ValueError: for a scorer that does not come with the package, or that
+            `fsel.selector.pretrained.own` refuses; then nothing is written.
     """
-    scorer = Scorer.load(path)
-    policy = scorer.provenance.get("policy")
-    if policy != pretrained.POLICY.name:
-        raise ValueError(f"{path}: made for the policy {policy!r}, not {pretrained.POLICY.name!r}")
-    pretrained.POLICY.check(scorer)
-    fitted = Path(record).read_text(encoding="utf-8")
-    scorer.save(folder / pretrained.FILE)
-    write_text(fitted, folder / budget.RECORD)
+    records = [path for path in paths if Path(path).name == budget.RECORD]
+    scorers = {path: pretrained.own(path) for path in paths if path not in records}
+    for path, method in scorers.items():
+        if method.name not in pretrained.FILES:
+            raise ValueError(
+                f"{path}: made for the policy {method.name!r}; those that come with the package "
+                f"are {', '.join(pretrained.FILES)}"
+            )
+    for method in scorers.values():
+        method.scorer.save(folder / pretrained.FILES[method.name])
+    for path in records:
+        write_text(Path(path).read_text(encoding="utf-8"), folder / budget.RECORD)
 
 
 if __name__ == "__main__":
-    ship(*sys.argv[1:3])
+    ship(sys.argv[1:])

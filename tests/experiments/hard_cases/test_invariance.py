@@ -22,7 +22,7 @@ K = 12
 SCORERS = {
     "ours": lambda: Network(random_weights(3)),
     "ours_no_appearance": lambda: Network(random_weights(4)),
-    "fsel": pretrained.scorer,
+    "fsel": lambda: pretrained.method().scorer,
 }
 LOOPS = {"compiled": greedy, "plain": plain.greedy}
 policies = pytest.mark.parametrize("policy", SCORERS)
@@ -74,7 +74,7 @@ from fsel.selector.scorer import Network
 
 problem = world(1200)
 for name, policy in POLICIES.items():
-    scorer = pretrained.scorer() if name == "fsel" else Network(random_weights(3))
+    scorer = pretrained.method().scorer if name == "fsel" else Network(random_weights(3))
     print(*greedy(policy.prepare(problem), scorer, 40)[0])
 for method in METHODS.values():
     print(*checked_select(method, problem, 12, np.random.default_rng(0)))

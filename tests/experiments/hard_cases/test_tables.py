@@ -44,7 +44,7 @@ def test_single_precision_is_single_throughout(monkeypatch):
         return np.arange(k), np.zeros(k)
 
     monkeypatch.setattr(precision.plain, "greedy", spy)
-    precision.selections(problem, "fsel", pretrained.scorer(), 4)
+    precision.selections(problem, "fsel", pretrained.method().scorer, 4)
     assert seen == [{np.dtype(np.float64)}, {np.dtype(np.float32)}]
 
 

@@ -29,7 +29,7 @@ Exact = Callable[[Problem], float]
 
 def scorers() -> dict[str, Scorer]:
     """Policy -> scorer: the paper's inputs through a fresh network, and the shipped rule."""
-    return {"ours": Network(worlds.random_weights(0)), "fsel": pretrained.scorer()}
+    return {"ours": Network(worlds.random_weights(0)), "fsel": pretrained.method().scorer}
 
 
 def compare_picks(problem: Problem, reference: Problem, k: int) -> tuple[int, int, float]:
