@@ -1,14 +1,14 @@
 PYTHON ?= python3
 CORES ?= 2
 
-.PHONY: ksweep test weights labels
+.PHONY: ksweep test weights labels docs
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
 	.venv/bin/snakemake --cores $(CORES)
 
 test: .venv/installed
-	.venv/bin/python -m pytest
+	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 # the rule `fsel` inside the package and what `-k auto` predicts by, made anew: src/fsel/selector/weights
 WEIGHTS = results/selector/fsel/seed0.json results/selector/budget.json
@@ -22,6 +22,9 @@ OURS = $(LABELS)/seed0.safetensors $(LABELS)/no_appearance/seed0.safetensors
 labels: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(OURS) --configfile config/labels.yaml
 	.venv/bin/python -m fsel.stages.ship $(OURS)
+# the numbers in README.md and docs/, from the tables that this checkout has: docs/results.yaml
+docs: .venv/installed
+	.venv/bin/python -m fsel.stages.docs
 
 .venv/installed: pyproject.toml
 	$(PYTHON) -m venv .venv

@@ -95,6 +95,7 @@ use rule heatmap as heatmap_further with:
             category="Heatmaps",
             labels={"figure": "Gain over the strongest baseline, {judge}"},
         ),
+        cells="<tables>/{judge}/heatmap.csv",
     log:
         "<results>/logs/heatmap/{judge}.log",
     benchmark:

@@ -181,6 +181,7 @@ rule heatmap:
             category="Heatmaps",
             labels={"figure": "Gain over the strongest baseline"},
         ),
+        cells="<tables>/heatmap.csv",
     log:
         "<results>/logs/heatmap.log",
     benchmark:

@@ -6,24 +6,25 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
 
+import pandas as pd
+
 from fsel.baselines import PAPER
 from fsel.report import heatmap as report
-from fsel.report.numbers import read_csv
+from fsel.report.numbers import read_csv, write_csv
 from fsel.report.sweep import BASELINES, with_all_label
 from fsel.selector.policies import POLICIES
 
 PANELS = ("fsel", "ours")
 EXTERNAL = [name for name in PAPER if name != "untrained"]  # that is the paper's own control
-RIVALS = {
-    f"the paper's {len(EXTERNAL)}": EXTERNAL,
-    f"all {len(BASELINES)}": list(BASELINES),
-}
+RIVALS = {"paper": EXTERNAL, "all": list(BASELINES)}
+WORDS = {"paper": f"the paper's {len(EXTERNAL)}", "all": f"all {len(BASELINES)}"}
 
 
 def heatmap(
     numbers: str | Path,
     differences: str | Path,
     figures: Sequence[str | Path],
+    cells: str | Path,
     *,
     datasets: Mapping[str, str],
     budgets: Sequence[int],
@@ -34,16 +35,18 @@ def heatmap(
     Args:
         numbers, differences: what `fsel.stages.ksweep` wrote.
         figures: receive the figure, in the format of each one's ending.
+        cells: receives its numbers: method, rivals (`paper` or `all` baselines), and the columns of
+            `fsel.report.heatmap.gains`.
         datasets: name -> printed label, in order.
         budgets: columns.
         judge: the reconstructor, where it is not the first; it is named under the figure.
     """
     means, gaps = read_csv(numbers), read_csv(differences)
-    panels = {}
+    panels, rows = {}, []
     labels = with_all_label(datasets)
-    for method, (count, baselines) in product(PANELS, RIVALS.items()):
-        title = f"{POLICIES[method].label}, over the strongest of {count}"
-        panels[title] = report.gains(
+    for method, (rivals, baselines) in product(PANELS, RIVALS.items()):
+        title = f"{POLICIES[method].label}, over the strongest of {WORDS[rivals]}"
+        panel = report.gains(
             means,
             gaps,
             method=method,
@@ -51,4 +54,7 @@ def heatmap(
             datasets=list(labels),
             budgets=budgets,
         )
+        panels[title] = panel
+        rows.append(panel.assign(method=method, rivals=rivals))
+    write_csv(pd.concat(rows), cells)
     report.draw(panels, labels, figures, judge)
