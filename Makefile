@@ -22,6 +22,7 @@ OURS = $(LABELS)/seed0.safetensors $(LABELS)/no_appearance/seed0.safetensors
 labels: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(OURS) --configfile config/labels.yaml
 	.venv/bin/python -m fsel.stages.ship $(OURS)
+
 # the numbers in README.md and docs/, from the tables that this checkout has: docs/results.yaml
 docs: .venv/installed
 	.venv/bin/python -m fsel.stages.docs
