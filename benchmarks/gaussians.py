@@ -9,7 +9,8 @@
 `speed`: milliseconds of a step by stage, from 128x96 up and for several budgets. `twin`: a step of
 the float64 torch twin of the tests beside one of the kernels, on a small scene. `quality`: PSNR on
 training and held-out frames of generated scenes, beside `splats`. `settings`: the same, one setting
-changed at a time. `captures`: the same on captures from disk. Seconds are the processor's.
+changed at a time, on captures from disk where folders are given. `captures`: the same as `quality`
+on captures from disk. Seconds are the processor's.
 """
 
 from __future__ import annotations
@@ -226,7 +227,7 @@ def beside(capture: Capture, count: int | None) -> None:
 
 
 def quality(arguments: argparse.Namespace) -> None:
-    """Generated scenes, beside `splats`."""
+    """Scenes, beside `splats`."""
     for capture in scenes(arguments):
         for count in arguments.frames:
             beside(capture, count)
@@ -234,7 +235,7 @@ def quality(arguments: argparse.Namespace) -> None:
 
 
 def settings(arguments: argparse.Namespace) -> None:
-    """Generated scenes, one setting changed at a time."""
+    """Scenes, one setting changed at a time."""
     for capture in scenes(arguments):
         for count in arguments.frames:
             for name, changed in VARIANTS.items():
@@ -254,9 +255,11 @@ def captures(arguments: argparse.Namespace) -> None:
 
 
 def scenes(arguments: argparse.Namespace) -> Iterator[Capture]:
-    """The generated scenes that were asked for."""
-    for seed in arguments.seeds:
-        for family in FAMILIES:
+    """The captures on disk that were asked for, else generated scenes."""
+    for folder in arguments.folders:
+        yield fsel.read_capture(folder, long_side=arguments.long_side)
+    for seed in arguments.seeds if not arguments.folders else ():
+        for family in arguments.families:
             yield generated(family, seed, arguments.width)
 
 
@@ -271,6 +274,7 @@ def main() -> None:
     parser.add_argument("--width", type=int, default=128, help="pixels, of generated scenes")
     parser.add_argument("--long-side", type=int, default=256, help="pixels, of captures on disk")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0])
+    parser.add_argument("--families", nargs="+", default=FAMILIES, help="of generated scenes")
     parser.add_argument("--only", nargs="+", help="names of settings")
     parser.add_argument(
         "--frames", type=lambda k: None if k == "all" else int(k), nargs="+", default=[30]

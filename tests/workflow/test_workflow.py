@@ -89,8 +89,8 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     )  # of the rooms filmed in several passes
     assert asked["select_objects"] == asked["evaluate_objects"] == asked["ingest_masked"] == 2
     assert asked["measure_costs"] == asked["evaluate_geometry"] == 1
-    # of the held-out training dataset's one scene, by two reconstructors
-    assert asked["evaluate_transfer"] == asked["evaluate_reconchoice"] == 2
+    # of the held-out training dataset's one scene, by three reconstructors
+    assert asked["evaluate_transfer"] == asked["evaluate_reconchoice"] == 3
     assert asked["trial"] == 43 + 17
     assert asked["evaluate_trials"] == 2  # of one validation scene, for two tables
     # of each dataset's first evaluation scene, filmed anew with larger images

@@ -1,6 +1,7 @@
 """Which reconstructors judge the picks: functions only."""
 
 FURTHER = list(JUDGES)[1:]
+COMPARED_DRAWS = range(min(config["draws"], config["transfer"]["draws"]))
 
 
 def judge_of(wildcards):

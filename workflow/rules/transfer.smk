@@ -10,11 +10,11 @@ rule evaluate_transfer:
     input:
         splits=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
-            draw=range(config["draws"]),
+            draw=COMPARED_DRAWS,
         ),
         selections=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/selections.parquet",
-            draw=range(config["draws"]),
+            draw=COMPARED_DRAWS,
         ),
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
@@ -25,7 +25,7 @@ rule evaluate_transfer:
     output:
         evaluations=expand(
             "<results>/{{dataset}}/{{scene}}/draw{draw}/{{judge}}/transfer.parquet",
-            draw=range(config["draws"]),
+            draw=COMPARED_DRAWS,
         ),
     log:
         "<results>/logs/evaluate_transfer/{judge}/{dataset}/{scene}.log",
@@ -49,7 +49,7 @@ rule evaluate_transfer:
 
 rule transfer:
     input:
-        evaluations=of_compared("transfer.parquet", range(config["draws"])),
+        evaluations=of_compared("transfer.parquet", COMPARED_DRAWS),
         lib=library("transfer"),
     output:
         table=report(
@@ -84,7 +84,7 @@ rule transfer:
         problems=lambda wildcards: [
             f"{TRAINED}/{scene}/draw{n}"
             for scene in held_out_scenes()
-            for n in range(config["draws"])
+            for n in COMPARED_DRAWS
         ],
         judges=lambda wildcards: compared_facts(),
         budgets=lambda wildcards: compared_budgets("budgets"),

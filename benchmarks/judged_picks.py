@@ -1,0 +1,115 @@
+"""What picks are worth under `splats` and under `gaussians` on captures from disk, and fewer frames
+against all.
+
+    OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 python benchmarks/judged_picks.py picks FOLDER...
+    ... python benchmarks/judged_picks.py fewer FOLDER...
+
+`picks`: PSNR on held-out targets of a region for several selectors, a line a fit; means at the end.
+`fewer`: the picks of `fsel` at several budgets and all frames, at several numbers of steps.
+Seconds are the processor's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import defaultdict
+
+import numpy as np
+
+import fsel
+from fsel.api import described, request_problem
+from fsel.capture import Capture
+from fsel.features.sharpness import sharpness
+from fsel.metrics import score_views
+from fsel.problem import Problem, checked_select
+from fsel.reconstruct import RECONSTRUCTORS
+from fsel.request.targets import targets_of
+from fsel.split import coverage_split
+
+METHODS = ("uniform", "fvs", "kmedoids", "nearest", "fsel")
+COVERAGE = 40  # per cent of the capture: the region of the targets
+
+
+def problem_of(capture: Capture, draw: int) -> tuple[Problem, np.ndarray]:
+    """The problem of a draw of targets in a region, and the targets; the others may be picked."""
+    held_out = coverage_split(capture, COVERAGE, draw).targets
+    targets = targets_of(capture, held_out.tolist())
+    measured = sharpness(capture.images)
+    return request_problem(capture, targets, measured, None, described(capture)), held_out
+
+
+def picked(problem: Problem, method: str, k: int) -> np.ndarray:
+    """(k,) frames, ascending."""
+    rng = np.random.default_rng(0)
+    return np.sort(checked_select(fsel.METHODS[method], problem, k, rng))
+
+
+def fitted(
+    capture: Capture, name: str, frames: np.ndarray, held_out: np.ndarray, **settings
+) -> tuple[float, float, float]:
+    """Mean PSNR on held-out frames and on ten of the given ones, and the seconds of the fit."""
+    started = time.process_time()
+    model = RECONSTRUCTORS[name](capture, **settings).fit(frames)
+    seconds = time.process_time() - started
+    shown = frames[:: max(1, len(frames) // 10)]
+    found = []
+    for which in (held_out, shown):
+        truth = np.asarray(capture.images[which])
+        found.append(float(score_views(model.render(capture.view(which)), truth)[:, 0].mean()))
+    return found[0], found[1], seconds
+
+
+def picks(capture: Capture, asked: argparse.Namespace) -> None:
+    """Every selector under both reconstructors."""
+    judges = {"splats": {}, "gaussians": {"steps": asked.steps[0], "gaussians": asked.gaussians}}
+    values = defaultdict(list)
+    for draw in range(asked.draws):
+        problem, held_out = problem_of(capture, draw)
+        for k in asked.frames:
+            for method in METHODS:
+                frames = picked(problem, method, k)
+                for judge, settings in judges.items():
+                    beyond, within, seconds = fitted(capture, judge, frames, held_out, **settings)
+                    values[k, method, judge].append(beyond)
+                    print(
+                        f"{capture.source}, draw {draw}, K = {k}, {method}, {judge}: held-out "
+                        f"{beyond:.2f} dB, training {within:.2f} dB, {seconds:.1f} s",
+                        flush=True,
+                    )
+    for (k, method, judge), found in values.items():
+        print(f"{capture.source}, mean, K = {k}, {method}, {judge}: {np.mean(found):.2f} dB")
+
+
+def fewer(capture: Capture, asked: argparse.Namespace) -> None:
+    """The picks of `fsel`, and all frames, at each number of steps."""
+    problem, held_out = problem_of(capture, 0)
+    subsets = {str(k): picked(problem, "fsel", k) for k in asked.frames}
+    subsets["all"] = problem.observed
+    for steps in asked.steps:
+        for k, frames in subsets.items():
+            settings = {"steps": steps, "gaussians": asked.gaussians}
+            beyond, within, seconds = fitted(capture, "gaussians", frames, held_out, **settings)
+            print(
+                f"{capture.source}, {steps} steps, K = {k} ({len(frames)}): held-out {beyond:.2f} "
+                f"dB, training {within:.2f} dB, {seconds:.1f} s",
+                flush=True,
+            )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("what", choices=("picks", "fewer"), help="see above")
+    parser.add_argument("folders", nargs="+", help="captures on disk")
+    parser.add_argument("--steps", type=int, nargs="+", default=[800])
+    parser.add_argument("--gaussians", type=int, default=10_000)
+    parser.add_argument("--long-side", type=int, default=256, help="pixels")
+    parser.add_argument("--frames", type=int, nargs="+", default=[15, 30])
+    parser.add_argument("--draws", type=int, default=2, help="of targets, `picks` alone")
+    asked = parser.parse_args()
+    for folder in asked.folders:
+        globals()[asked.what](fsel.read_capture(folder, long_side=asked.long_side), asked)
+
+
+if __name__ == "__main__":
+    main()
