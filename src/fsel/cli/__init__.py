@@ -58,7 +58,12 @@ def _in_words(error: Exception, asked: Namespace) -> str:
         named = error.filename or getattr(asked, "out", None) or asked.capture
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
-        return f"{asked.capture}: takes more memory than there is"
+        return f"{_read(asked)}: takes more memory than there is"
     if type(error).__name__ == "LinAlgError":  # of NumPy, which tells no file
-        return f"{asked.capture}: its cameras' poses leave the computation no answer ({error})"
+        return f"{_read(asked)}: its cameras' poses leave the computation no answer ({error})"
     return " ".join(str(error).split("\n"))
+
+
+def _read(asked: Namespace) -> object:
+    """What a command reads, or writes where it reads nothing."""
+    return getattr(asked, "capture", None) or asked.out

@@ -11,13 +11,13 @@ import numpy as np
 
 from fsel import api
 from fsel.capture import Capture
+from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.evaluation import Evaluator
 from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
-from fsel.layouts.opening import open_capture
 from fsel.layouts.previews import sharpness_of_files
 from fsel.measuring import Run, picks_at, runs
 from fsel.metrics import METRICS
@@ -36,7 +36,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     checked(asked)
     methods = [api.method_of(name) for name in asked.methods]
     with staged(asked.out, "compare", FolderRecord(), inputs_of(asked), asked.force) as stage:
-        opened = open_capture(asked.capture, asked.layout, asked.long_side, asked.max_error)
+        opened = posing.opened(asked, console, asked.long_side)
         focus = focus_of(asked, opened)
         targets = _checked(asked, opened.capture, methods, focus)
         judged, masks = outlines(asked, opened.capture, targets.frames, focus)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import reasons
 from fsel.export.service import BLURRED, relative_sharpness
 from fsel.geometry import lengths
+from fsel.layouts import bare, images
+from fsel.layouts.base import natural
 from fsel.layouts.gate import sample
-from fsel.layouts.opening import Opened, open_capture
+from fsel.layouts.opening import Opened
 from fsel.layouts.previews import sharpness_of_files
 from fsel.points import SparsePoints
 from fsel.request.focus import scene_bounds
@@ -21,8 +26,7 @@ from fsel.request.scene_depth import viewing_distance, worth_keeping
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    with console.clock("reading"):
-        opened = open_capture(asked.capture, asked.layout, max_error=asked.max_error)
+    opened = posing.opened(asked, console)
     sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     with console.clock("points"):
         drawn, raw = sample(opened.raw)
@@ -35,6 +39,9 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     console.say("cameras", ", ".join(result["cameras"]))
     if opened.raw.dropped:
         console.say("left out", reasons(opened.raw.dropped))
+    if result["unregistered"]:
+        few = ", ".join(result["unregistered"][:5])
+        console.say("no pose", f"{len(result['unregistered'])} more images there: {few}")
     console.say("points", str(result["points"]) if result["points"] else "none")
     console.say(
         "poses",
@@ -76,6 +83,7 @@ def described(
         "passes": len(set(capture.sequences)),
         "cameras": list(cameras),
         "dropped": opened.raw.dropped,
+        "unregistered": _unregistered(opened.raw.images),
         "points": 0 if points is None else len(points.xyz),
         "extent": float(2 * lengths(centers - centers.mean(axis=0)).max()),
         "step": float(np.median(lengths(np.diff(centers, axis=0)))) if len(capture) > 1 else 0.0,
@@ -84,3 +92,15 @@ def described(
         "blurred": [capture.names[i] for i in np.flatnonzero(blurred)],
         "worth_keeping": [capture.names[i] for i in keep],
     }
+
+
+def _unregistered(files: Sequence[images.Image]) -> list[str]:
+    """Names of images that lie beside the frames' and are none of them."""
+    known = {file for file in files if isinstance(file, Path)}
+    folders = sorted({file.parent for file in known})
+    return [
+        path.name
+        for folder in folders
+        for path in sorted(folder.iterdir(), key=lambda path: natural(path.name))
+        if path.suffix.lower() in bare.ENDINGS and path not in known
+    ]

@@ -34,6 +34,8 @@ def parser() -> argparse.ArgumentParser:
     )
     root.add_argument("--version", action=_Version, nargs=0, help="print the version and end")
     commands = root.add_subparsers(required=True, metavar="COMMAND")
+    _add_demo(commands)
+    _add_poses(commands)
     _add_select(commands)
     _add_info(commands)
     _add_compare(commands)
@@ -53,16 +55,34 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     )
 
 
-def _command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
-    """A command with the options that all share; it takes a capture, or a model and a capture."""
+def _bare(commands, name: str, text: str) -> argparse.ArgumentParser:
+    """A command with the options that all share."""
     command = commands.add_parser(name, help=text, description=text)
+    command.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    command.add_argument("--json", action="store_true", help="print the result as JSON")
+    command.set_defaults(command=name)
+    return command
+
+
+def _command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
+    """A command with the options of those that read a capture, or a model and a capture."""
+    command = _bare(commands, name, text)
     if model:
         command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
         command.add_argument(
             "--capture", type=Path, required=True, help="folder of the capture, in its world frame"
         )
     else:
-        command.add_argument("capture", type=Path, help="folder of the capture")
+        command.add_argument(
+            "capture", type=Path, help="folder of the capture; or a video, whose poses are found"
+        )
+    command.add_argument(
+        "--poses",
+        choices=("layout", "colmap"),
+        default="layout",
+        help="the capture's own (by default), or those that COLMAP finds in its images alone",
+    )
+    _add_video(command)
     command.add_argument(
         "--layout", default="auto", help="how the folder is laid out; recognised by default"
     )
@@ -74,10 +94,24 @@ def _command(commands, name: str, text: str, model: bool = False) -> argparse.Ar
         help="greatest median disagreement of poses and images, as a share of the images' longer "
         f"side, {MAX_ERROR} by default",
     )
-    command.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    command.add_argument("--json", action="store_true", help="print the result as JSON")
-    command.set_defaults(command=name)
     return command
+
+
+def _add_video(command: argparse.ArgumentParser) -> None:
+    """How a video is thinned."""
+    thinned = command.add_mutually_exclusive_group()
+    thinned.add_argument(
+        "--video-frames",
+        type=whole(3, 100_000),
+        metavar="N",
+        help="of a video: the sharpest frame of each of N equal stretches",
+    )
+    thinned.add_argument(
+        "--rate",
+        type=positive,
+        metavar="FPS",
+        help="of a video: stretches a second instead; 4 by default, and 300 at most in all",
+    )
 
 
 def _add_output(command: argparse.ArgumentParser, text: str) -> None:
@@ -113,6 +147,20 @@ def _add_object(command: argparse.ArgumentParser, what: str) -> None:
         help="the same for a box in world units",
     )
     command.add_argument("--seed", type=whole(0), default=0, help="of methods that draw at random")
+
+
+def _add_demo(commands) -> None:
+    command = _bare(commands, "demo", "Generate a small capture, and its video, to try fsel on.")
+    command.add_argument("scene", choices=("garden",), help="what it shows: garden")
+    _add_output(command, "folder to write")
+
+
+def _add_poses(commands) -> None:
+    text = "Find the poses of a video or of photos with COLMAP, and write them as a capture."
+    command = _bare(commands, "poses", text)
+    command.add_argument("capture", type=Path, help="video, or folder of photos")
+    _add_video(command)
+    _add_output(command, "folder to write")
 
 
 def _add_select(commands) -> None:

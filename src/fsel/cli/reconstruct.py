@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.cli.request import inputs_of
 from fsel.export.records import PlyRecord
 from fsel.export.staging import staged
-from fsel.layouts.opening import open_capture
 from fsel.request.targets import named_in
 
 
@@ -25,7 +25,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             f"{', '.join(WRITE_PLY)}"
         )
     with staged(asked.out, "reconstruct", PlyRecord(), inputs_of(asked), asked.force) as stage:
-        opened = open_capture(asked.capture, asked.layout, asked.long_side, asked.max_error)
+        opened = posing.opened(asked, console, asked.long_side)
         frames = named_in(asked.frames, opened.capture)
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")

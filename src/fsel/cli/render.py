@@ -8,11 +8,11 @@ import json
 import cv2
 import numpy as np
 
+from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
-from fsel.layouts.opening import open_capture
 from fsel.metrics import METRICS, score_views
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.request.targets import targets_of
@@ -24,7 +24,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     with staged(asked.out, "render", FolderRecord(), read, asked.force) as stage:
         model = GaussianModel.read_ply(asked.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
-        opened = open_capture(asked.capture, asked.layout, asked.long_side, asked.max_error)
+        opened = posing.opened(asked, console, asked.long_side)
         targets = targets_of(opened.capture, asked.targets)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         truth = None

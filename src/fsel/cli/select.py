@@ -12,6 +12,7 @@ import numpy as np
 
 from fsel import api
 from fsel.capture import Capture
+from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import focus_of, inputs_of, reasons
 from fsel.export import record, subset
@@ -20,7 +21,7 @@ from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
 from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
-from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
+from fsel.layouts.opening import LONG_SIDE, Opened
 from fsel.layouts.previews import sharpness_of_files, thumbnails
 from fsel.problem import Method
 from fsel.request.budget import THRESHOLD, Auto
@@ -44,9 +45,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     method = api.method_of(asked.method, asked.weights)
     _check_appearance(asked, method)
     with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
-        with console.clock("reading"):
-            side = SIDES[asked.appearance]
-            opened = open_capture(asked.capture, asked.layout, side, max_error=asked.max_error)
+        opened = posing.opened(asked, console, SIDES[asked.appearance])
         seconds = {"read": time.perf_counter() - started}
         outcome = _select(asked, console, opened, method, seconds)
         written = time.perf_counter()

@@ -14,17 +14,23 @@ from fsel.capture import Capture
 from fsel.geometry import viewing_angles
 from fsel.layouts import colmap, images
 from fsel.layouts.base import RawCapture, matched
+from fsel.layouts.colmap_runs import (
+    MIN_PLACED,
+    SEED,
+    THREADS,
+    Work,
+    build,
+    extract,
+    linked,
+    match,
+    match_pairs,
+)
 from fsel.layouts.recording import Camera
 from fsel.points import SparsePoints
 
 NEAREST = 48
 NEIGHBOURS = 12  # frames that each is matched with when poses are known
 MAX_ANGLE = np.radians(60)
-EXHAUSTIVE = 150  # frames up to which all pairs are matched when poses are not known
-OVERLAP = 15  # frames ahead that each is matched with in longer sequences
-MIN_PLACED = 3
-SEED = 0
-THREADS = 1  # with more, COLMAP gives other bytes each time
 log = logging.getLogger(__name__)
 
 
@@ -41,16 +47,10 @@ def triangulate(capture: Capture) -> SparsePoints | None:
         folder = Path(name)
         names = _export(capture.images, folder / "images")
         database = folder / "database.db"
-        _extract(database, folder / "images", names, pycolmap.CameraMode.PER_IMAGE)
+        extract(database, folder / "images", names, Work(), one_camera=False)
         model = _posed_model(capture, names, database)
-        pairs = folder / "pairs.txt"
-        pairs.write_text("".join(f"{names[i]} {names[j]}\n" for i, j in neighbours(capture)))
-        pycolmap.match_image_pairs(
-            database,
-            matching_options=pycolmap.FeatureMatchingOptions(num_threads=THREADS),
-            pairing_options=pycolmap.ImportedPairingOptions(match_list_path=str(pairs)),
-            device=pycolmap.Device.cpu,
-        )
+        asked = [(names[i], names[j]) for i, j in neighbours(capture)]
+        match_pairs(database, asked, THREADS)
         output = folder / "sparse"
         output.mkdir()
         options = pycolmap.IncrementalPipelineOptions(num_threads=THREADS, random_seed=SEED)
@@ -111,17 +111,6 @@ def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap
     return model
 
 
-def _extract(database: Path, folder: Path, names: list[str], mode: pycolmap.CameraMode) -> None:
-    pycolmap.extract_features(
-        database,
-        folder,
-        image_names=names,
-        camera_mode=mode,
-        extraction_options=pycolmap.FeatureExtractionOptions(num_threads=THREADS),
-        device=pycolmap.Device.cpu,
-    )
-
-
 def estimate(capture: Capture) -> tuple[np.ndarray, np.ndarray, SparsePoints]:
     """Poses and points from a capture's images and intrinsics; see `reconstruct`.
 
@@ -145,33 +134,42 @@ def estimate(capture: Capture) -> tuple[np.ndarray, np.ndarray, SparsePoints]:
     return kept, found.world_to_camera, found.sparse().without_pixels()
 
 
-def reconstruct(raw: RawCapture, *, known_cameras: bool = False) -> RawCapture:
-    """Poses, cameras and points from the images alone: the largest model that COLMAP builds.
+def reconstruct(
+    raw: RawCapture, *, known_cameras: bool = False, work: Work | None = None
+) -> RawCapture:
+    """Poses, cameras and points from the images alone; see `place`.
+
+    Returns:
+        The frames that were placed; the others are dropped.
+    """
+    model = place(raw, known_cameras=known_cameras, work=work)
+    return with_model(raw, model, "not placed by COLMAP")
+
+
+def place(
+    raw: RawCapture, *, known_cameras: bool = False, work: Work | None = None
+) -> pycolmap.Reconstruction:
+    """The largest model that COLMAP builds from a capture's images, its images named as the frames.
 
     The world is COLMAP's own; nothing is aligned to poses that the capture came with.
 
     Args:
-        raw: of which names, images and masks are used.
+        raw: of which names and images are used.
         known_cameras: whether its cameras are too, and held; without, one is found for all frames.
-
-    Returns:
-        The frames that were placed; the others are dropped.
+        work: how; in one thread and in silence, forgetting everything, if None.
 
     Raises:
         ValueError: when fewer than three frames could be placed.
     """
-    with TemporaryDirectory() as name:
-        folder = Path(name)
-        names = _linked(raw.images, folder / "images")
+    work = work or Work()
+    with work.place() as folder:
+        names = linked(raw.images, folder / "images")
         database = folder / "database.db"
-        mode = pycolmap.CameraMode.PER_IMAGE if known_cameras else pycolmap.CameraMode.SINGLE
-        _extract(database, folder / "images", names, mode)
+        extract(database, folder / "images", names, work, one_camera=not known_cameras)
         if known_cameras:
             _state(dict(zip(names, raw.cameras, strict=True)), database)
-        _match_unposed(database, len(names))
-        models = pycolmap.incremental_mapping(
-            database, folder / "images", folder, _mapping(refine=not known_cameras)
-        )
+        match(database, names, work)
+        models = build(database, folder, len(names), work, refine=not known_cameras)
         placed = max((m.num_reg_images() for m in models.values()), default=0)
         log.info("COLMAP placed %d of %d frames", placed, len(names))
         if placed < MIN_PLACED:
@@ -180,21 +178,7 @@ def reconstruct(raw: RawCapture, *, known_cameras: bool = False) -> RawCapture:
         rows = {name: i for i, name in enumerate(names)}
         for image in model.images.values():
             image.name = raw.names[rows[image.name]]
-    return with_model(raw, model, "not placed by COLMAP")
-
-
-def _linked(files: list[images.Image], folder: Path) -> list[str]:
-    """The images under plain names: links to files, copies of frames of a video."""
-    folder.mkdir()
-    names = []
-    for i, file in enumerate(files):
-        if isinstance(file, images.VideoFrame):
-            names.append(f"{i:06d}.png")
-            images.write(images.load(file)[None], folder, names[-1:])
-        else:
-            names.append(f"{i:06d}{file.suffix}")
-            (folder / names[-1]).symlink_to(file.resolve())
-    return names
+    return model
 
 
 def _state(cameras: dict[str, Camera], database: Path) -> None:
@@ -205,28 +189,6 @@ def _state(cameras: dict[str, Camera], database: Path) -> None:
             lens.camera_id = image.camera_id
             lens.has_prior_focal_length = True
             stored.update_camera(lens)
-
-
-def _mapping(refine: bool) -> pycolmap.IncrementalPipelineOptions:
-    options = pycolmap.IncrementalPipelineOptions(
-        num_threads=THREADS,
-        random_seed=SEED,
-        min_model_size=MIN_PLACED,
-        ba_refine_focal_length=refine,
-        ba_refine_extra_params=refine,
-    )
-    options.mapper.abs_pose_refine_focal_length = refine
-    options.mapper.abs_pose_refine_extra_params = refine
-    return options
-
-
-def _match_unposed(database: Path, count: int) -> None:
-    matching = pycolmap.FeatureMatchingOptions(num_threads=THREADS)
-    if count <= EXHAUSTIVE:
-        pycolmap.match_exhaustive(database, matching, device=pycolmap.Device.cpu)
-        return
-    options = pycolmap.SequentialPairingOptions(overlap=OVERLAP, quadratic_overlap=True)
-    pycolmap.match_sequential(database, matching, options, device=pycolmap.Device.cpu)
 
 
 def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:

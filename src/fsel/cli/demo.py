@@ -1,0 +1,42 @@
+"""`fsel demo`: a small generated capture, and its video, to try the other commands on."""
+
+from __future__ import annotations
+
+import argparse
+
+import cv2
+import numpy as np
+
+from fsel.cli.console import Console
+from fsel.export.records import FolderRecord
+from fsel.export.staging import staged
+from fsel.layouts import colmap
+
+SCENES = {"garden": ("mipnerf360", 5)}  # family and seed; COLMAP places every frame of it
+FRAMES, SIZE = 80, (320, 240)
+RATE = 4.0  # frames a second, those that `fsel poses` takes of a video: all of them
+VIDEO = "walk.mp4"
+
+
+def run(asked: argparse.Namespace, console: Console) -> None:
+    """Carry the command out."""
+    try:
+        from fsel.synthesis import record
+    except ImportError as error:
+        raise ValueError(
+            f"a demonstration is generated with {error.name}, which is not installed. "
+            "Hint: pip install 'fsel[demo]'"
+        ) from error
+    console.say("making", f"{FRAMES} frames of {asked.scene}, for about a minute")
+    with staged(asked.out, "demo", FolderRecord(), [], asked.force) as stage:
+        with console.clock("generating"):
+            made = record(*SCENES[asked.scene], FRAMES, *SIZE)
+        colmap.write(made, stage)
+        film = cv2.VideoWriter(str(stage / VIDEO), cv2.VideoWriter.fourcc(*"mp4v"), RATE, SIZE)
+        for image in made.images:
+            film.write(np.ascontiguousarray(image[..., ::-1]))
+        film.release()
+        if not (stage / VIDEO).is_file():
+            raise ValueError(f"{asked.out / VIDEO}: OpenCV has no encoder for MPEG-4 here")
+    console.say("written", f"{asked.out}: images, sparse/0, {VIDEO}")
+    console.give({"capture": str(asked.out), "video": str(asked.out / VIDEO)})

@@ -1,0 +1,140 @@
+"""Captures whose poses must be found first: a video, or photos, through COLMAP; kept for later."""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+
+import pycolmap
+
+from fsel.cli.console import Console
+from fsel.layouts import bare, film, sfm
+from fsel.layouts.colmap_runs import Work
+from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
+
+CAPTURE, FOUND = "capture", "poses.json"
+SHOWN = 8  # names of frames that were not placed
+ENVIRONMENT = "FSEL_CACHE"
+
+
+def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> Opened:
+    """The capture of a command line, or the one that COLMAP makes of its video or photos.
+
+    Args:
+        asked: the command line.
+        console: is told what is done.
+        long_side: pixels of the longer side of images that are opened later.
+
+    Raises:
+        ValueError: for a video or photos that cannot be placed, options that do not fit, and all
+            that `open_capture` refuses.
+    """
+    if not needed(asked):
+        with console.clock("reading"):
+            return open_capture(asked.capture, asked.layout, long_side, asked.max_error)
+    place = found_poses(asked.capture, settings_of(asked), console)
+    return open_capture(place / CAPTURE, "colmap", long_side, asked.max_error)
+
+
+def needed(asked: argparse.Namespace) -> bool:
+    """Whether poses are to be found; refuses options that would not be looked at."""
+    video = film.is_video(asked.capture)
+    if not video and (asked.video_frames is not None or asked.rate is not None):
+        raise ValueError(f"{asked.capture}: is no video, which --video-frames and --rate are for")
+    return video or asked.poses == "colmap"
+
+
+def settings_of(asked: argparse.Namespace) -> dict:
+    """How a video is thinned."""
+    return {"frames": asked.video_frames, "rate": asked.rate}
+
+
+def found_poses(source: Path, settings: dict, console: Console) -> Path:
+    """A folder with `capture`, a COLMAP capture, and `poses.json`, what is to be said of it.
+
+    It lies in the user's cache, under a digest of the files and settings: the second time nothing
+    is matched, and a run that was cut off goes on where it was.
+
+    Raises:
+        ValueError: when the source holds no images, or fewer than three can be placed.
+    """
+    files = [source] if film.is_video(source) else bare.find(source)
+    if not files:
+        raise ValueError(f"{source}: no images in it, in images or in input; nothing to pose")
+    place = cache() / _digest(files, settings)
+    place.mkdir(parents=True, exist_ok=True)
+    with _held(place / "lock"):
+        if not (place / FOUND).is_file():
+            _find(source, files, settings, place, console)
+    report = json.loads((place / FOUND).read_text(encoding="utf-8"))
+    missing = report["not_placed"]
+    console.say("poses", f"COLMAP placed {len(report['placed'])} of {report['frames']} frames")
+    if missing:
+        more = f", and {len(missing) - SHOWN} more" if len(missing) > SHOWN else ""
+        console.warn(f"{len(missing)} frames not placed: {', '.join(missing[:SHOWN])}{more}")
+    return place
+
+
+def cache() -> Path:
+    """Where found poses are kept: FSEL_CACHE, else fsel in the user's cache folder."""
+    own = os.environ.get(ENVIRONMENT)
+    shared = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(own) if own else Path(shared) / "fsel"
+
+
+def _digest(files: Sequence[Path], settings: dict) -> str:
+    stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
+    known = json.dumps([stamps, settings, pycolmap.__version__])
+    return hashlib.sha256(known.encode()).hexdigest()[:16]
+
+
+def _find(
+    source: Path, files: Sequence[Path], settings: dict, place: Path, console: Console
+) -> None:
+    """Fill a folder of the cache; `poses.json` comes last."""
+    images = place / CAPTURE / "images"
+    report: dict[str, object] = {"source": str(source), "settings": settings}
+    video = film.is_video(source)
+    if video:
+        shutil.rmtree(images, ignore_errors=True)
+        kept = film.thin(source, images, **settings, progress=console.bar("video"))
+        console.say("video", f"the sharpest of each of {len(kept)} stretches of {source.name}")
+        report["video"] = [asdict(shot) for shot in kept]
+    else:
+        images.mkdir(parents=True, exist_ok=True)
+        for file in files:
+            (images / file.name).unlink(missing_ok=True)
+            (images / file.name).symlink_to(file.resolve())
+    raw = bare.read(place / CAPTURE)
+    threads = len(os.sched_getaffinity(0))
+    work = Work(place / "matching", threads, ordered=video, watch=console.bar)
+    model = sfm.place(raw, work=work)
+    sparse = place / CAPTURE / "sparse" / "0"
+    sparse.mkdir(parents=True, exist_ok=True)
+    model.write_binary(str(sparse))
+    placed = {image.name for image in model.images.values()}
+    report |= {
+        "frames": len(raw.names),
+        "placed": [name for name in raw.names if name in placed],
+        "not_placed": [name for name in raw.names if name not in placed],
+    }
+    shutil.rmtree(place / "matching")
+    partial = place / f".{FOUND}"
+    partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
+    partial.replace(place / FOUND)
+
+
+@contextmanager
+def _held(lock: Path) -> Iterator[None]:
+    """Waits until no other process fills the folder."""
+    with lock.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield

@@ -1,0 +1,129 @@
+"""`fsel poses`, and commands on what has no poses yet: a video, photos."""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+from small_captures import record_of
+
+from fsel.cli import main, posing
+from fsel.layouts import images
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "layouts"))
+
+
+def run(*arguments):
+    return main([*map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def shots():
+    """Ten views of textured planes, and one of nothing."""
+    from test_sfm import poses, render
+
+    return [*render(poses()), np.full((240, 320, 3), 99, np.uint8)]
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def unmatched(monkeypatch):
+    """Matching ends the test."""
+    for name in ("match_image_pairs", "match_exhaustive", "extract_features"):
+        monkeypatch.setattr(pycolmap, name, lambda *_, **__: pytest.fail("was matched again"))
+
+
+def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys, monkeypatch):
+    video = tmp_path / "walk.avi"
+    writer = cv2.VideoWriter(str(video), cv2.VideoWriter.fourcc(*"MJPG"), 5, (320, 240))
+    for shot in shots:
+        writer.write(np.ascontiguousarray(shot[..., ::-1]))
+    writer.release()
+    out = tmp_path / "capture"
+    assert run("poses", video, "--rate", 5, "-o", out) == 0
+    said = capsys.readouterr()
+    assert "COLMAP placed 10 of 11 frames" in said.out
+    assert "1 frames not placed: frame_00010.jpg" in said.err
+    report = json.loads((out / "poses.json").read_text())
+    assert report["not_placed"] == ["frame_00010.jpg"]
+    assert [shot["seconds"] for shot in report["video"]] == pytest.approx(np.arange(11) / 5)
+    assert run("info", out, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["frames"], found["unregistered"]) == (10, ["frame_00010.jpg"])
+    for name in ("match_image_pairs", "match_exhaustive", "extract_features"):
+        monkeypatch.setattr(pycolmap, name, lambda *_, **__: pytest.fail("was matched again"))
+    assert run("select", video, "--rate", 5, "-k", 4, "-o", tmp_path / "picked") == 0
+    assert len(record_of(tmp_path / "picked")["frames"]) == 4
+    assert record_of(tmp_path / "picked")["capture"]["folder"] == str(video)
+
+
+def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, monkeypatch):
+    photos = tmp_path / "photos"
+    images.write(np.stack(shots[:6]), photos, [f"{i}.jpg" for i in range(6)])
+
+    def cut_off(*_, **__):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(pycolmap, "incremental_mapping", cut_off)
+        assert run("poses", photos, "-o", tmp_path / "capture") == 130
+    assert not (tmp_path / "capture").exists()
+    monkeypatch.setattr(pycolmap, "extract_features", lambda *_, **__: pytest.fail("again"))
+    assert run("info", photos, "--poses", "colmap", "--quiet") == 0
+    assert len(list(cache.glob("*/capture/sparse/0/images.bin"))) == 1
+
+
+def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
+    (tmp_path / "empty").mkdir()
+    assert run("poses", tmp_path / "empty", "-o", tmp_path / "out") == 1
+    assert "no images in it" in capsys.readouterr().err
+    assert run("info", tmp_path / "empty", "--rate", 2) == 1
+    assert "is no video, which --video-frames and --rate are for" in capsys.readouterr().err
+    (tmp_path / "walk.mp4").write_bytes(b"no video")
+    assert run("select", tmp_path / "walk.mp4", "-k", 3, "-o", tmp_path / "out") == 1
+    assert "walk.mp4: not a readable video" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_settings_and_files_tell_one_cache_from_another(tmp_path):
+    one, other = tmp_path / "a.mp4", tmp_path / "b.mp4"
+    one.write_bytes(b"video")
+    shutil.copy(one, other)
+    wide, close = {"frames": 10, "rate": None}, {"frames": 20, "rate": None}
+    keys = [
+        posing._digest([one], wide),
+        posing._digest([one], close),
+        posing._digest([other], wide),
+    ]
+    assert len(set(keys)) == 3
+    assert posing._digest([one], dict(wide)) == keys[0]
+    one.write_bytes(b"another video")
+    assert posing._digest([one], wide) != keys[0]
+
+
+def test_a_demonstration_is_a_capture_and_its_video(cache, tmp_path, capsys, monkeypatch):
+    from fsel.cli import demo
+
+    monkeypatch.setattr(demo, "FRAMES", 12)
+    monkeypatch.setattr(demo, "SIZE", (64, 48))
+    assert run("demo", "garden", "-o", tmp_path / "garden") == 0
+    assert "walk.mp4" in capsys.readouterr().out
+    assert run("info", tmp_path / "garden", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["frames"] == 12
+    film = cv2.VideoCapture(str(tmp_path / "garden" / "walk.mp4"))
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 12
+
+
+def test_a_demonstration_says_what_it_needs(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fsel.synthesis", None)
+    assert run("demo", "garden", "-o", tmp_path / "garden") == 1
+    assert "Hint: pip install 'fsel[demo]'" in capsys.readouterr().err
