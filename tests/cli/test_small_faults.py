@@ -65,9 +65,10 @@ def test_sizes_are_read_as_people_write_them(text, size):
 
 
 def test_files_and_parts_of_captures_are_called_what_they_are(capture, tmp_path, capsys):
-    (tmp_path / "walk.mp4").write_bytes(b"\x00\xffno video")
-    assert run("info", tmp_path / "walk.mp4") == 1
-    assert "walk.mp4: is a file" in capsys.readouterr().err
+    for name, said in (("walk.mp4", "not a readable video"), ("a.ply", "is a file; a capture is")):
+        (tmp_path / name).write_bytes(b"\x00\xffno video")
+        assert run("info", tmp_path / name) == 1
+        assert f"{name}: {said}" in capsys.readouterr().err
     assert run("info", capture / "sparse") == 1
     assert f"is part of the capture {capture}, give that folder" in capsys.readouterr().err
     assert select(capture, "-k", 4, "--targets", tmp_path / "walk.mp4", "-o", tmp_path / "o") == 1
