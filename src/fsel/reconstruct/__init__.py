@@ -70,6 +70,7 @@ RECONSTRUCTORS: Registry[Factory] = Registry(
         "splats": "fsel.reconstruct.splats:Splats",
         "gaussians": "fsel.reconstruct.gaussians:Gaussians",
         "radiance_field": "fsel.reconstruct.radiance_field:RadianceField",
+        "feed_forward": "fsel.reconstruct.feed_forward:FeedForward",
     },
 )
 """By name. `check_needs` asks whether one can work here, with some settings."""

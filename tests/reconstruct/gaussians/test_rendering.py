@@ -119,13 +119,25 @@ def test_the_harmonics_are_orthonormal_and_equal_the_twins():
     z, turn = (a.ravel() for a in np.meshgrid(nodes, turns, indexing="ij"))
     flat = np.sqrt(1 - z**2)
     directions = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
-    values = np.empty((len(z), 16))
+    values = np.empty((len(z), 25))
     for row, direction in zip(values, directions, strict=True):
-        harmonics.basis(3, *direction, row)
+        harmonics.basis(4, *direction, row)
     area = np.repeat(weights, 16) * 2 * np.pi / 16
-    np.testing.assert_allclose((values * area[:, None]).T @ values, np.eye(16), atol=1e-12)
+    np.testing.assert_allclose((values * area[:, None]).T @ values, np.eye(25), atol=1e-12)
     expected = twin.harmonics(3, torch.tensor(directions)).numpy()
-    np.testing.assert_allclose(values, expected, atol=1e-12)
+    np.testing.assert_allclose(values[:, :16], expected, atol=1e-12)
+    # of degree four: zonal by the Legendre polynomial, the others by their azimuthal order
+    zonal = np.polynomial.legendre.Legendre.basis(4)(z) * math.sqrt(9 / (4 * math.pi))
+    np.testing.assert_allclose(values[:, 20], zonal, atol=1e-12)
+    angle = np.arctan2(directions[:, 1], directions[:, 0])
+    for order in range(1, 5):
+        ahead, aside = values[:, 20 + order], values[:, 20 - order]
+        sign = (-1) ** order
+        size = sign * np.hypot(ahead, aside)
+        polynomial = np.polynomial.legendre.Legendre.basis(4).deriv(order)(z) * flat**order
+        size *= np.sign(polynomial)
+        np.testing.assert_allclose(ahead, size * np.cos(order * angle), atol=1e-12)
+        np.testing.assert_allclose(aside, size * np.sin(order * angle), atol=1e-12)
 
 
 @pytest.mark.parametrize(("dtype", "error"), [(np.float64, 1e-12), (np.float32, 3e-5)])

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from fsel.reconstruct.gaussians.harmonics import basis
+from fsel.reconstruct.gaussians.harmonics import MOST, basis
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, inlined, jit
 
 LOW_PASS = 0.3  # pixels^2 added to the projected variances
@@ -166,7 +166,7 @@ def direction(point, lens):
 @jit
 def _shade(table, degree, camera, rows, source):
     """Fill the colours of the projected Gaussians, seen from the camera."""
-    lens, values = numbers(camera), np.empty(16)
+    lens, values = numbers(camera), np.empty(MOST)
     for n in range(len(source)):
         i = source[n]
         point = float(table[i, 0]), float(table[i, 1]), float(table[i, 2])

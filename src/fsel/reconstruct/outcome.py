@@ -1,0 +1,28 @@
+"""What becomes of a reconstruction that does not end in images."""
+
+from __future__ import annotations
+
+FAILED = "failed"
+TIMEOUT = "timeout"
+MEMORY = "out of memory"
+MISSING = "no image"
+SIZE = "wrong size"
+RANGE = "not finite"
+FINISHED = ""
+OUTCOMES = (FAILED, TIMEOUT, MEMORY, MISSING, SIZE, RANGE)
+
+
+class Unfinished(RuntimeError):
+    """A reconstruction without the images that were asked of it.
+
+    Evaluations go on: tables show the outcome in the place of numbers. A search stops, since a
+    subset that was not measured cannot be ranked.
+
+    Attributes:
+        outcome: one of `OUTCOMES`.
+        log: the last lines that the program wrote, if there was one.
+    """
+
+    def __init__(self, outcome: str, message: str, log: str = "") -> None:
+        super().__init__(f"{message}\n{log}" if log else message)
+        self.outcome, self.log = outcome, log or message
