@@ -66,7 +66,7 @@ class Caster:
             empty = np.flatnonzero(which < 0)
             out[empty] = textures.sky(rays[empty], int(self.table[0, 11]))
         points, normals = _surface(solid, origins, rays, which, distance, self.outwards)
-        towards, lit = self._lit(points + normals * np.float32(EPSILON))
+        towards, lit = self._lit(points + normals * np.float32(EPSILON), normals)
         shaded = np.empty_like(points)
         ambient = np.float32(self.scene.ambient)
         kinds = self.kinds[which[solid]]
@@ -78,8 +78,11 @@ class Caster:
         out[solid] = shaded
         return out
 
-    def _lit(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 3) unit directions to the light, and (n,) whether nothing is in between."""
+    def _lit(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 3) unit directions to the light, and (n,) whether it shines on a surface there.
+
+        No ray is cast from surfaces that face away from the light.
+        """
         if self.scene.outdoor:
             towards = np.tile(self.light, (len(points), 1))
             reach = np.full(len(points), np.inf, np.float32)
@@ -87,7 +90,12 @@ class Caster:
             towards = self.light - points
             reach = lengths(towards)
             towards /= reach[:, None]
-        return towards, self._embree.run(points, towards, dists=reach, query="OCCLUDED") < 0
+        facing = np.flatnonzero(np.einsum("ni,ni->n", normals, towards) > 0)
+        lit = np.zeros(len(points), bool)
+        if len(facing):
+            rays = points[facing], towards[facing]
+            lit[facing] = self._embree.run(*rays, dists=reach[facing], query="OCCLUDED") < 0
+        return towards, lit
 
     def clearance(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """(n,) least distance from (n, 3) points to a surface, over (d, 3) directions.

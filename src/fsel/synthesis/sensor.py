@@ -11,8 +11,8 @@ from fsel.synthesis.shot import Shot
 
 GAMMA = 0.5
 VIGNETTE = 0.12  # darkening of the corners
-SAMPLES = (4, 24)  # least and most rays a pixel
-DENSITY = 1.5  # rays a pixel of motion: below one a moving edge leaves separate ghosts
+SAMPLES = (3, 18)  # least and most rays a pixel
+DENSITY = 1.1  # rays a pixel of motion: below one a moving edge leaves separate ghosts
 GRID = 9  # pixels between those whose motion is measured
 SKY = 1e4  # metres
 
@@ -38,7 +38,8 @@ def film(caster: Caster, shot: Shot, rays, depth, camera: Camera, rng) -> np.nda
     for s in range(counts.max()):
         poses = shot.poses((s + 0.5) / counts - 0.5)
         for i in np.flatnonzero(counts > s):
-            shift = rng.uniform(-0.5, 0.5, 2) + 0.5 * np.array([(s % 2) - 0.5, (s // 2 % 2) - 0.5])
+            quarter = np.array([s % 2, (s + s // 2) % 2])  # two rays lie on the diagonal
+            shift = rng.uniform(-0.25, 0.25, 2) + 0.5 * quarter - 0.25
             origins, world = to_world(poses[i], rays + shift[0] * across + shift[1] * down)
             linear[i] += caster.colors(origins, world)
     linear /= counts[:, None, None]
