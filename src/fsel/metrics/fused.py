@@ -1,7 +1,8 @@
 """PSNR, SSIM and GMSD in one pass, fast enough for a search.
 
-All three are computed in float64 from float32 images; scikit-image is the oracle for PSNR and SSIM,
-a plain NumPy twin for GMSD (both in the tests).
+Squared differences of float32 images are summed in float64. SSIM and GMSD are float32, at twice the
+lanes: SSIM changes by less than 1e-5, on views without any texture by 2e-4, GMSD by less than 1e-6.
+scikit-image is the oracle for PSNR and SSIM, a plain NumPy twin for GMSD (both in the tests).
 """
 
 from __future__ import annotations
@@ -9,14 +10,17 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+F = np.float32
 NAMES = ("psnr", "ssim", "gmsd")  # the columns
 SSIM_WINDOW = 11
 SSIM_SIGMA = 1.5
 MARGIN = SSIM_WINDOW // 2  # pixels along the edge around which no whole window fits
 _GAUSSIAN = np.exp(-0.5 * (np.arange(-MARGIN, MARGIN + 1) / SSIM_SIGMA) ** 2)
-W5, W4, W3, W2, W1, W0 = (_GAUSSIAN / _GAUSSIAN.sum())[: MARGIN + 1].tolist()  # W0: the middle
-C1, C2 = 0.01**2, 0.03**2
-GMSD_CONSTANT = 170.0 / 255.0**2
+# single weights, W0 in the middle
+W5, W4, W3, W2, W1, W0 = (_GAUSSIAN / _GAUSSIAN.sum())[: MARGIN + 1].astype(F)
+C1, C2 = F(0.01**2), F(0.03**2)
+GMSD_CONSTANT = F(170.0 / 255.0**2)
+LUMA = (F(0.299), F(0.587), F(0.114))
 PSNR_CEILING = 100.0  # dB, for identical images
 
 # sums may be taken in any order, or they would not vectorise
@@ -84,101 +88,98 @@ def inside(masks: np.ndarray) -> np.ndarray:
 def _score(rendered, truth, masks):
     out = np.empty((len(rendered), 3))
     height, width = rendered.shape[1:3]
-    first, second = np.empty((height, width)), np.empty((height, width))
+    size = height * width
+    first, second = np.empty((height, width), F), np.empty((height, width), F)
     for t in range(len(rendered)):
-        mask = masks[t]
+        mask, counted = masks[t], _counted(masks[t])
         error, similarity = 0.0, 0.0
-        luma_first, luma_second = np.zeros((height, width)), np.zeros((height, width))
+        luma_first, luma_second = np.zeros((height, width), F), np.zeros((height, width), F)
         for c in range(3):
-            gain = 0.299 if c == 0 else (0.587 if c == 1 else 0.114)
+            gain = LUMA[c]
             for y in range(height):
                 for x in range(width):
-                    b = truth[t, y, x, c] / 255.0
-                    a = np.float64(rendered[t, y, x, c]) if mask[y, x] else b
+                    b = F(truth[t, y, x, c]) / F(255)
+                    a = rendered[t, y, x, c] if mask[y, x] else b
                     first[y, x], second[y, x] = a, b
-                    error += (a - b) * (a - b)
-                    luma_first[y, x] += gain * a
-                    luma_second[y, x] += gain * b
-            similarity += _ssim(first, second, mask)
+                for x in range(width):
+                    gap = np.float64(first[y, x] - second[y, x])
+                    error += gap * gap
+                    luma_first[y, x] += gain * first[y, x]
+                    luma_second[y, x] += gain * second[y, x]
+            similarity += _ssim(first.reshape(size), second.reshape(size), counted, width)
         error /= 3 * mask.sum()
         out[t, 0] = min(-10.0 * np.log10(error), PSNR_CEILING) if error > 0 else PSNR_CEILING
-        out[t, 1] = similarity / 3
+        out[t, 1] = similarity / (3 * np.float64(counted.sum()))
         out[t, 2] = _gmsd(luma_first, luma_second, mask)
     return out
 
 
 @_jit
-def _ssim(first, second, mask):
-    """Mean SSIM of one channel: rows are weighed across, eleven of them at a time down.
+def _ssim(first, second, counted, width):
+    """Sum of SSIM over the windows of one channel that count.
 
     The variances enter as their sum alone, so four fields are weighed: both images, the sum of
-    their squares, and their product.
+    their squares, and their product. Images are flat, and all loops run over whole images: what is
+    computed across the ends of rows does not count.
+
+    Args:
+        first, second: (h * w,) float32.
+        counted: (h * w,) float32, 1 at a window's first pixel where the window counts.
+        width: w.
     """
-    height, width = first.shape
-    fields = np.empty((4, width))
-    rows = np.empty((4, SSIM_WINDOW, width - 2 * MARGIN))  # row y is number y modulo the window
-    total, windows = 0.0, 0
-    for y in range(height):
-        for x in range(width):
-            a, b = first[y, x], second[y, x]
-            fields[0, x], fields[1, x] = a, b
-            fields[2, x], fields[3, x] = a * a + b * b, a * b
-        for field in range(4):
-            _weigh_across(fields[field], rows[field, y % SSIM_WINDOW])
-        if y >= SSIM_WINDOW - 1:
-            middles = mask[y - MARGIN, MARGIN : width - MARGIN]
-            total += _ssim_row(rows, (y + 1) % SSIM_WINDOW, middles)
-            windows += middles.sum()
-    return total / windows
-
-
-@_jit
-def _weigh_across(line, out):
-    for x in range(len(out)):
-        out[x] = (
-            W0 * line[x + 5]
-            + W1 * (line[x + 4] + line[x + 6])
-            + W2 * (line[x + 3] + line[x + 7])
-            + W3 * (line[x + 2] + line[x + 8])
-            + W4 * (line[x + 1] + line[x + 9])
-            + W5 * (line[x] + line[x + 10])
-        )
-
-
-@_jit
-def _ssim_row(rows, oldest, middles):
-    """Sum over one row of windows, of those whose middle counts."""
-    down = np.empty((4, len(middles)))
-    for field in range(4):
-        _weigh_down(rows[field], oldest, down[field])
+    across = np.empty((4, len(first) - 2 * MARGIN), F)
+    down = np.empty((4, across.shape[1] - 2 * MARGIN * width), F)
+    field = np.empty(len(first), F)
+    _weigh(first, 1, across[0])
+    _weigh(second, 1, across[1])
+    for i in range(len(first)):
+        field[i] = first[i] * first[i] + second[i] * second[i]
+    _weigh(field, 1, across[2])
+    for i in range(len(first)):
+        field[i] = first[i] * second[i]
+    _weigh(field, 1, across[3])
+    for kind in range(4):
+        _weigh(across[kind], width, down[kind])
     total = 0.0
-    for x in range(len(middles)):
-        a, b = down[0, x], down[1, x]
-        squares, product = a * a + b * b, a * b
-        value = ((2 * product + C1) * (2 * (down[3, x] - product) + C2)) / (
-            (squares + C1) * (down[2, x] - squares + C2)
-        )
-        total += value if middles[x] else 0.0
+    for start in range(0, down.shape[1], width):  # in float32 along a row, float64 over rows
+        part = F(0)
+        for i in range(start, min(start + width, down.shape[1])):
+            a, b = down[0, i], down[1, i]
+            squares, product = a * a + b * b, a * b
+            value = ((F(2) * product + C1) * (F(2) * (down[3, i] - product) + C2)) / (
+                (squares + C1) * (down[2, i] - squares + C2)
+            )
+            part += value * counted[i]
+        total += np.float64(part)
     return total
 
 
 @_jit
-def _weigh_down(rows, oldest, out):
-    middle = rows[(oldest + 5) % SSIM_WINDOW]
-    above, below = rows[(oldest + 4) % SSIM_WINDOW], rows[(oldest + 6) % SSIM_WINDOW]
-    above2, below2 = rows[(oldest + 3) % SSIM_WINDOW], rows[(oldest + 7) % SSIM_WINDOW]
-    above3, below3 = rows[(oldest + 2) % SSIM_WINDOW], rows[(oldest + 8) % SSIM_WINDOW]
-    above4, below4 = rows[(oldest + 1) % SSIM_WINDOW], rows[(oldest + 9) % SSIM_WINDOW]
-    above5, below5 = rows[oldest], rows[(oldest + 10) % SSIM_WINDOW]
-    for x in range(len(out)):
-        out[x] = (
-            W0 * middle[x]
-            + W1 * (above[x] + below[x])
-            + W2 * (above2[x] + below2[x])
-            + W3 * (above3[x] + below3[x])
-            + W4 * (above4[x] + below4[x])
-            + W5 * (above5[x] + below5[x])
+def _weigh(line, step, out):
+    """The Gaussian over eleven entries that lie a step apart; slices, as they vectorise."""
+    l0, l1, l2, l3, l4 = line, line[step:], line[2 * step :], line[3 * step :], line[4 * step :]
+    l5, l6, l7 = line[5 * step :], line[6 * step :], line[7 * step :]
+    l8, l9, l10 = line[8 * step :], line[9 * step :], line[10 * step :]
+    for i in range(len(out)):
+        out[i] = (
+            W0 * l5[i]
+            + W1 * (l4[i] + l6[i])
+            + W2 * (l3[i] + l7[i])
+            + W3 * (l2[i] + l8[i])
+            + W4 * (l1[i] + l9[i])
+            + W5 * (l0[i] + l10[i])
         )
+
+
+@_jit
+def _counted(mask):
+    """(h * w,) float32, 1 at the first pixel of each whole window whose middle the mask holds."""
+    height, width = mask.shape
+    first = np.zeros((height, width), F)
+    for y in range(height - 2 * MARGIN):
+        for x in range(width - 2 * MARGIN):
+            first[y, x] = F(1) if mask[y + MARGIN, x + MARGIN] else F(0)
+    return first.reshape(height * width)
 
 
 @_jit
@@ -190,7 +191,7 @@ def _gmsd(first, second, mask):
             v, u = 2 * y + 2, 2 * x + 2
             touched = mask[v, u] | mask[v, u + 1] | mask[v + 1, u] | mask[v + 1, u + 1]
             p, q = a[y, x], b[y, x]
-            value = (2 * p * q + GMSD_CONSTANT) / (p * p + q * q + GMSD_CONSTANT)
+            value = (F(2) * p * q + GMSD_CONSTANT) / (p * p + q * q + GMSD_CONSTANT)
             total += value if touched else 0.0
             squares += value * value if touched else 0.0
             count += touched
@@ -201,23 +202,24 @@ def _gmsd(first, second, mask):
 @_jit
 def _halved(image):
     """2x2 means; a last odd row or column is dropped."""
-    half = np.empty((image.shape[0] // 2, image.shape[1] // 2))
+    half = np.empty((image.shape[0] // 2, image.shape[1] // 2), F)
     for y in range(half.shape[0]):
         for x in range(half.shape[1]):
             v, u = 2 * y, 2 * x
-            half[y, x] = (image[v, u] + image[v, u + 1] + image[v + 1, u] + image[v + 1, u + 1]) / 4
+            upper, lower = image[v, u] + image[v, u + 1], image[v + 1, u] + image[v + 1, u + 1]
+            half[y, x] = F(0.25) * (upper + lower)
     return half
 
 
 @_jit
 def _gradients(image):
     """Magnitude of the Prewitt gradient, where a pixel has its whole 3x3 neighbourhood."""
-    out = np.empty((image.shape[0] - 2, image.shape[1] - 2))
+    out = np.empty((image.shape[0] - 2, image.shape[1] - 2), F)
     for y in range(out.shape[0]):
         for x in range(out.shape[1]):
-            across, down = 0.0, 0.0
+            across, down = F(0), F(0)
             for s in range(3):
                 across += image[y + s, x + 2] - image[y + s, x]
                 down += image[y + 2, x + s] - image[y, x + s]
-            out[y, x] = np.sqrt(across * across + down * down) / 3.0
+            out[y, x] = np.sqrt(across * across + down * down) / F(3)
     return out

@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from fsel.reconstruct.splats import render, simd
+from fsel.reconstruct.splats import holes, render, simd
 
 F = np.float32
 
@@ -14,17 +14,11 @@ def splat(x, y, z, opacity=1.0):
 
 
 def rendered(splats, colors):
-    return render.render_view(
-        np.array(splats, F).T.copy(),
-        np.column_stack([colors, np.ones(len(colors))]).astype(F),
-        np.eye(3, 4, dtype=F),
-        np.array([10, 10, 8, 8], F),
-        16,
-        16,
-        F(0.06),
-        F(0.5),
-        F(10),
-    )
+    splats = np.array(splats, F).T.copy()
+    colors = np.column_stack([colors, np.ones(len(colors))]).astype(F)
+    pose, k, size = np.eye(3, 4, dtype=F), np.array([10, 10, 8, 8], F), (16, 16)
+    room = render.make_room(splats.shape[1], size)
+    return render.render_view(splats, colors, pose, k, size, F(0.06), (F(0.5), F(10)), room)
 
 
 def test_one_splat_on_a_pixel_centre_fills_that_pixel():
@@ -44,6 +38,30 @@ def test_the_front_surface_hides_the_back():
     assert total[8, 8, 1] == 0
 
 
+def test_a_cloud_is_accumulated_as_one_by_one():
+    """Bilinear shares of every splat at the pixels where it is not hidden, added up in float64."""
+    rng = np.random.default_rng(4)
+    z = rng.choice([2.0, 3.0, 6.0], 400) * rng.uniform(0.95, 1.05, 400)
+    cloud = np.array([*(rng.uniform(-1, 1, (2, 400)) * z), z, rng.uniform(0.2, 1, 400), z]).T
+    colors = rng.uniform(0, 255, (400, 3))
+    u, v = (10 * cloud[:, i] / z + 8.5 for i in range(2))  # of the image padded by one pixel
+    mass, expected = np.zeros((18, render.BINS, 18), F), np.zeros((18, 18, 4))
+    inside = (u >= 0) & (v >= 0) & (u < 17) & (v < 17)
+    low, scale = F(0.1), F(render.BINS) / F(2 - 0.1)
+    bins = render.BINS - 1 - ((1 / z - 0.1) * scale).astype(int)
+    line, column = ((w + 0.5).clip(0, 17).astype(int) for w in (v, u))
+    np.add.at(mass, (line, bins.clip(0), column), inside * cloud[:, 3])
+    reach = render._reach(mass, (low, scale), F(0.06))
+    for i in np.flatnonzero(inside):
+        x, y = int(u[i]), int(v[i])
+        for row, column in ((y, x), (y, x + 1), (y + 1, x), (y + 1, x + 1)):
+            share = (1 - abs(u[i] - column)) * (1 - abs(v[i] - row)) * cloud[i, 3]
+            if 1 / z[i] >= reach[row, column]:
+                expected[row, column] += share * np.append(colors[i], 1)
+    assert (expected[1:-1, 1:-1, 3] > 0).mean() > 0.5
+    np.testing.assert_allclose(rendered(cloud, colors), expected[1:-1, 1:-1], rtol=1e-3, atol=1e-2)
+
+
 def test_a_faint_floater_hides_nothing():
     crowd = [splat(0.4, 0.4, 8.0)] * 20
     total = rendered([splat(0.05, 0.05, 1.0, 0.3), *crowd], [[255, 0, 0]] + [[0, 255, 0]] * 20)
@@ -53,9 +71,9 @@ def test_a_faint_floater_hides_nothing():
 def test_holes_take_the_surrounding_colour():
     total = np.ones((9, 9, 4), F) * np.array([50, 60, 70, 1], F)
     total[4, 4] = 0
-    filled = render.fill_holes(total, F(1))
+    filled = holes.fill_holes(total, F(1))
     np.testing.assert_allclose(filled[4, 4], [50, 60, 70], rtol=1e-4)
-    assert np.isfinite(render.fill_holes(np.zeros((5, 7, 4), F), F(1))).all()
+    assert np.isfinite(holes.fill_holes(np.zeros((5, 7, 4), F), F(1))).all()
 
 
 def plain_fill(total, full):
@@ -80,7 +98,7 @@ def test_filling_equals_plain_pull_push(shape):
     rng = np.random.default_rng(3)
     total = rng.gamma(2, 3, (*shape, 4)).astype(F)
     total[rng.random(shape) < 0.4] = 0
-    filled = render.fill_holes(total, F(12))
+    filled = holes.fill_holes(total, F(12))
     # a pixel is mixed below a quarter of the typical weight: below 3
     np.testing.assert_allclose(filled, plain_fill(total.astype(float), 3.0), rtol=2e-5, atol=2e-6)
 
@@ -104,5 +122,5 @@ def test_typical_weight_is_the_median_of_what_was_met(shape, decimals):
     if shape[1] == 9:
         total[::3, ::2, 3] = 0
     weights = total[..., 3]
-    assert render.typical_weight(total) == np.median(weights[weights > 0])
-    assert render.typical_weight(np.zeros((*shape, 4), F)) == 1
+    assert holes.typical_weight(total) == np.median(weights[weights > 0])
+    assert holes.typical_weight(np.zeros((*shape, 4), F)) == 1

@@ -241,26 +241,15 @@ class SplatModel:
 
     def render(self, views: Views) -> np.ndarray:
         """(T, h, w, 3) float32 images in [0, 1] at the given poses."""
-        width, height = views.size
-        out = np.empty((len(views), height, width, 3), np.float32)
-        poses = self.frame.local_poses(views.world_to_camera).astype(np.float32)
-        ks = views.intrinsics.astype(np.float32)
-        painted = np.concatenate([self.colors, np.ones((self.primitives, 1), np.float32)], axis=1)
-        for t in range(len(views)):
-            total = render.render_view(
-                self.splats,
-                painted,
-                poses[t],
-                ks[t],
-                width,
-                height,
-                np.float32(self.surface),
-                np.float32(self.near),
-                np.float32(self.far),
-            )
-            out[t] = render.fill_holes(total, render.typical_weight(total))
-        out /= np.float32(255)
-        return np.clip(out, 0, 1, out=out)
+        return render.render_views(
+            self.splats,
+            self.colors,
+            self.frame.local_poses(views.world_to_camera).astype(np.float32),
+            views.intrinsics.astype(np.float32),
+            views.size,
+            np.float32(self.surface),
+            (np.float32(self.near), np.float32(self.far)),
+        )
 
     def export_ply(self, path) -> None:
         """Write the splats as a standard 3D Gaussian splatting `.ply`."""

@@ -1,4 +1,4 @@
-"""Rendering of pixel-aligned splats: a depth pass, an accumulation pass, and the filling of holes.
+"""Rendering of pixel-aligned splats: a depth pass, and an accumulation pass.
 
 float32: positions are relative to a scene whose far plane is some thousand pixels of disparity.
 """
@@ -8,19 +8,62 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from fsel.reconstruct.splats.holes import fill_holes, typical_weight
 from fsel.reconstruct.splats.simd import add_scaled
 
 F, INT = np.float32, np.int32
-U = np.uint64  # unsigned indices: no wrapping to check
+U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
 _jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
 
 BINS = 24  # of inverse depth in the depth pass
 SHARE = F(0.08)  # of the opacity around a pixel that must lie in front of a surface to hide it
-HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below, coarser levels are mixed in
 
 
 @_jit
-def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
+def render_views(splats, colors, poses, ks, size, tolerance, depths):
+    """Views of a cloud of splats, holes filled.
+
+    Args:
+        splats: (5, n) float32: rows of world x, y, z, opacity, depth in the source camera.
+        colors: (n, 3) float32, 0..255.
+        poses: (T, 3, 4) float32 world to camera.
+        ks: (T, 4) float32 intrinsics, pixels.
+        size: width and height, pixels.
+        tolerance: relative depth behind the surface that still counts as the surface, float32.
+        depths: of the first bin and of the last, world units, float32.
+
+    Returns:
+        (T, height, width, 3) float32 in 0..1.
+    """
+    width, height = size
+    out = np.empty((len(poses), height, width, 3), F)
+    room = make_room(splats.shape[1], size)
+    painted = np.empty((len(colors), 4), F)
+    for i in range(len(colors)):
+        for c in range(3):
+            painted[i, c] = colors[i, c]
+        painted[i, 3] = F(1)
+    for t in range(len(poses)):
+        total = render_view(splats, painted, poses[t], ks[t], size, tolerance, depths, room)
+        filled, image = fill_holes(total, typical_weight(total)), out[t]
+        for y in range(height):
+            for x in range(width):
+                for c in range(3):
+                    image[y, x, c] = min(max(filled[y, x, c] / F(255), F(0)), F(1))
+    return out
+
+
+@_jit
+def make_room(n, size):
+    """Arrays that every view of n splats uses anew, see `_project`, `_inside` and `_reach`."""
+    width, height = size
+    cells, corners, index = np.empty(n, INT), np.empty(n, INT), np.empty(n + 1, INT)
+    mass = np.empty((height + 2, BINS, width + 2), F)
+    return np.empty((3, n), F), cells, corners, index, mass
+
+
+@_jit
+def render_view(splats, colors, pose, k, size, tolerance, depths, room):
     """One view of a cloud of splats.
 
     The depth pass gathers opacity in bins of inverse depth over 3x3 pixels; the visible surface is
@@ -30,45 +73,43 @@ def render_view(splats, colors, pose, k, width, height, tolerance, near, far):
     what lies behind the surface.
 
     Args:
-        splats: (5, n) float32: rows of world x, y, z, opacity, depth in the source camera.
+        splats, size, tolerance, depths: as in `render_views`.
         colors: (n, 4) float32, colours in 0..255 and a one.
         pose: (3, 4) float32 world to camera.
         k: (4,) float32 intrinsics, pixels.
-        width: pixels.
-        height: pixels.
-        tolerance: relative depth behind the surface that still counts as the surface.
-        near: depth of the first bin, world units.
-        far: depth of the last.
+        room: see `make_room`.
 
     Returns:
         (height, width, 4) float32: weighted colour sums, and weights.
     """
-    low = F(1) / far
-    scale = F(BINS) / (F(1) / near - low)
-    where, cells = _project(splats, pose, k, (width, height), (low, scale))
-    index = _inside(cells)
-    mass = np.zeros((height + 2) * BINS * (width + 2), F)
+    where, cells, corners, index, mass = room
+    low = F(1) / depths[1]
+    bins = low, F(BINS) / (F(1) / depths[0] - low)
+    _project(splats, pose, k, size, bins, where, cells, corners)
+    index = index[: _inside(cells, index)]
+    flat = mass.reshape(mass.size)
+    flat[:] = F(0)
     for i in index:
-        mass[cells[i]] += splats[3, i]
-    mass = mass.reshape(height + 2, BINS, width + 2)
-    reach = _reach(mass, (low, scale), tolerance)
-    return _accumulate(where, splats[3], index, colors, reach)
+        flat[cells[i]] += splats[3, i]
+    reach = _reach(mass, bins, tolerance)
+    index = index[: _in_front(where[2], corners, reach, index)]
+    return _accumulate(where, corners, splats[3], index, colors, reach)
 
 
 @_jit
-def _project(splats, pose, k, size, bins):
-    """Where splats fall: (n,) pixel coordinates, padded and shifted, and inverse depths; and cells
-    of the depth pass, -1 outside. No branches: it vectorises.
+def _project(splats, pose, k, size, bins, where, cells, corners):
+    """Fill where splats fall: no branches, it vectorises.
+
+    (3, n) pixel coordinates, padded and shifted, and inverse depths; (n,) cells of the depth pass,
+    -1 outside; and (n,) flat padded pixels, the first of the 2x2 that a splat covers.
 
     Half a pixel beyond the padding's one, so that a coordinate's floor is the corner of the 2x2
     footprint.
     """
-    n = splats.shape[1]
-    across, down, closeness = np.empty(n, F), np.empty(n, F), np.empty(n, F)
-    cells = np.empty(n, INT)
+    across, down, closeness = where[0], where[1], where[2]
     (width, height), (low, scale) = size, bins
     limit_x, limit_y, row = F(width + 1), F(height + 1), INT(width + 2)
-    for i in range(n):
+    for i in range(len(cells)):
         x, y, z = splats[0, i], splats[1, i], splats[2, i]
         depth = pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z + pose[2, 3]
         w = F(1) / max(depth, F(1e-9))
@@ -78,20 +119,22 @@ def _project(splats, pose, k, size, bins):
         across[i], down[i], closeness[i] = u, v, w
         inside = (u >= 0) & (v >= 0) & (u < limit_x) & (v < limit_y) & (w <= F(1e6))
         bin_ = INT(BINS - 1) - INT(min(max((w - low) * scale, F(0)), F(BINS - 1)))
-        column = INT(min(max(u, F(0)), limit_x) + F(0.5))
-        line = INT(min(max(v, F(0)), limit_y) + F(0.5))
+        u, v = min(max(u, F(0)), limit_x), min(max(v, F(0)), limit_y)
+        column, line = INT(u + F(0.5)), INT(v + F(0.5))
+        corners[i] = INT(v) * row + INT(u)
         cells[i] = (line * INT(BINS) + bin_) * row + column if inside else INT(-1)
-    return (across, down, closeness), cells
 
 
 @_jit
-def _inside(cells):
-    """Indices of the cells that are none of -1; always written, kept by a sum: no branches."""
-    index, kept = np.empty(len(cells) + 1, INT), 0
+def _inside(cells, index):
+    """Number of the cells that are none of -1, with which `index` then begins; always written, kept
+    by a sum: no branches.
+    """
+    kept = U(0)
     for i in range(len(cells)):
         index[kept] = i
-        kept += cells[i] >= 0
-    return index[:kept]
+        kept += U(cells[i] >= 0)
+    return np.int64(kept)
 
 
 @_jit
@@ -132,16 +175,36 @@ def _reach(mass, bins, tolerance):
 
 
 @_jit
-def _accumulate(where, weights, index, colors, reach):
+def _in_front(closeness, corners, reach, index):
+    """Number of the indexed splats that count at any of their four pixels; `index` then begins with
+    them. A third are hidden.
+    """
+    height, width = reach.shape
+    least, kept = np.zeros((height, width), F), U(0)
+    for y in range(height - 1):
+        for x in range(width - 1):
+            upper, lower = (
+                min(reach[y, x], reach[y, x + 1]),
+                min(reach[y + 1, x], reach[y + 1, x + 1]),
+            )
+            least[y, x] = min(upper, lower)
+    flat = least.reshape(height * width)
+    for i in index:
+        index[kept] = i
+        kept += U(closeness[i] >= flat[U32(corners[i])])
+    return np.int64(kept)
+
+
+@_jit
+def _accumulate(where, corners, weights, index, colors, reach):
     """Colours and weights of what is no farther than `reach`, an inverse depth, over 2x2 pixels."""
-    across, down, closeness = where
+    across, down, closeness = where[0], where[1], where[2]
     height, width = reach.shape
     limit, flat, row = reach.reshape(height * width), colors.reshape(colors.size), U(width)
     total = np.zeros(4 * height * width, F)
     for i in index:
-        left, top = INT(across[i]), INT(down[i])
-        fu, fv = across[i] - F(left), down[i] - F(top)
-        a = U(top) * row + U(left)
+        a = U(corners[i])
+        fu, fv = across[i] - np.floor(across[i]), down[i] - np.floor(down[i])
         c = a + row
         b, d = a + U(1), c + U(1)
         lower, near, of = weights[i] * fv, closeness[i], U(4) * U(i)
@@ -155,136 +218,3 @@ def _accumulate(where, weights, index, colors, reach):
         add_scaled(total, U(4) * c, in_c, flat, of)
         add_scaled(total, U(4) * d, in_d, flat, of)
     return total.reshape(height, width, 4)[1:-1, 1:-1]
-
-
-@_jit
-def typical_weight(total):
-    """Median weight of the pixels that any splat falls on; 1 where there are none.
-
-    Args:
-        total: (h, w, 4) float32 weighted colour sums and weights.
-    """
-    met, count = np.empty(total.shape[0] * total.shape[1], F), 0
-    for y in range(total.shape[0]):
-        for x in range(total.shape[1]):
-            met[count] = total[y, x, 3]
-            count += total[y, x, 3] > 0
-    if count == 0:
-        return F(1)
-    met = met[:count]
-    low = _ranked(met, (count - 1) // 2)
-    upto, high = 0, F(np.finfo(np.float32).max)
-    for weight in met:
-        upto += weight <= low
-        high = min(high, weight if weight > low else high)
-    return low if upto > count // 2 else F(0.5) * (low + high)
-
-
-@_jit
-def _ranked(values, rank):
-    """Value of a rank, from 0, of positive float32, whose bits, as integers, have their order:
-    found from histograms of the first 12 bits, of the next 12, and of the last 8."""
-    bits = values.view(np.uint32)
-    histogram = np.empty(1 << 12, INT)
-    prefix, shift = np.uint32(0), np.uint32(32)
-    while shift > 0:
-        above, shift = shift, np.uint32(max(INT(shift) - 12, 0))
-        for b in range(1 << 12):
-            histogram[b] = 0
-        for value in bits:
-            # a shift by 32 is not defined, and nothing lies above the first bits
-            if above == 32 or value >> above == prefix >> above:
-                histogram[(value >> shift) & np.uint32(0xFFF)] += 1
-        bin_ = 0
-        while histogram[bin_] <= rank:
-            rank -= histogram[bin_]
-            bin_ += 1
-        prefix |= np.uint32(bin_) << shift
-    return np.array([prefix]).view(np.float32)[0]
-
-
-@_jit
-def fill_holes(total, typical):
-    """Colours from weighted sums, pixels of little weight being mixed with coarser levels
-    (pull-push).
-
-    Args:
-        total: (h, w, 4) float32 weighted colour sums and weights.
-        typical: weight of an ordinary pixel; below a quarter of it a pixel is mixed.
-
-    Returns:
-        (h, w, 3) float32, 0..255; black where no level holds anything.
-    """
-    height, width = total.shape[:2]
-    planes = np.empty((4, height, width), F)
-    for y in range(height):
-        for x in range(width):
-            for c in range(4):
-                planes[c, y, x] = total[y, x, c]
-    levels = [planes]
-    while max(levels[-1].shape[1:]) > 1:
-        levels.append(_halved(levels[-1]))
-    color = np.zeros((3, 1, 1), F)
-    for i in range(len(levels)):
-        color = _blended(color, levels[len(levels) - 1 - i], HALF_WEIGHT * typical)
-    filled = np.empty((height, width, 3), F)
-    for y in range(height):
-        for x in range(width):
-            for c in range(3):
-                filled[y, x, c] = color[c, y, x]
-    return filled
-
-
-@_jit
-def _halved(planes):
-    """2x2 means of (4, h, w), missing pixels of odd sizes counting as empty."""
-    height, width = planes.shape[1:]
-    half = np.empty((4, (height + 1) // 2, (width + 1) // 2), F)
-    for c in range(4):
-        for y in range(half.shape[1]):
-            upper = planes[c, 2 * y]
-            share = F(0.25) if 2 * y + 1 < height else F(0)
-            lower = planes[c, min(2 * y + 1, height - 1)]
-            for x in range(width // 2):
-                first = F(0.25) * (upper[2 * x] + upper[2 * x + 1])
-                half[c, y, x] = first + share * (lower[2 * x] + lower[2 * x + 1])
-            if width % 2:
-                half[c, y, width // 2] = F(0.25) * upper[width - 1] + share * lower[width - 1]
-    return half
-
-
-@_jit
-def _blended(coarse, planes, full):
-    """The coarser (3, ...) colours, bilinearly enlarged, under the level's own by its weight."""
-    height, width = planes.shape[1:]
-    rows, columns = coarse.shape[1:]
-    color = np.empty((3, height, width), F)
-    between, own, unit = np.empty(columns, F), np.empty(width, F), np.empty(width, F)
-    for y in range(height):
-        v = min(max((F(y) - F(0.5)) * F(0.5), F(0)), F(rows - 1))
-        top = int(v)
-        bottom, fv = min(top + 1, rows - 1), v - F(top)
-        for x in range(width):
-            weight = planes[3, y, x]
-            own[x] = min(weight / full, F(1)) if weight > 0 else F(0)
-            unit[x] = F(1) / weight if weight > 0 else F(0)
-        for c in range(3):
-            line, level = color[c, y], planes[c, y]
-            for i in range(columns):
-                between[i] = coarse[c, top, i] * (F(1) - fv) + coarse[c, bottom, i] * fv
-            _widen(between, line)
-            for x in range(width):
-                line[x] += own[x] * (level[x] * unit[x] - line[x])
-    return color
-
-
-@_jit
-def _widen(short, line):
-    """Fill a line of twice the length, or one less, with a line's linear interpolation."""
-    width = len(line)
-    line[0] = short[0]
-    for i in range((width - 1) // 2):
-        line[2 * i + 1] = F(0.75) * short[i] + F(0.25) * short[i + 1]
-        line[2 * i + 2] = F(0.25) * short[i] + F(0.75) * short[i + 1]
-    if width % 2 == 0:
-        line[width - 1] = short[len(short) - 1]

@@ -1,0 +1,144 @@
+"""Rendered views without holes: pixels of little weight take colours from around them."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+F, INT = np.float32, np.int32
+_jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
+
+HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below, coarser levels are mixed in
+
+
+@_jit
+def typical_weight(total):
+    """Median weight of the pixels that any splat falls on; 1 where there are none.
+
+    Args:
+        total: (h, w, 4) float32 weighted colour sums and weights.
+    """
+    met, count = np.empty(total.shape[0] * total.shape[1], F), 0
+    for y in range(total.shape[0]):
+        for x in range(total.shape[1]):
+            met[count] = total[y, x, 3]
+            count += total[y, x, 3] > 0
+    if count == 0:
+        return F(1)
+    met = met[:count]
+    low = _ranked(met, (count - 1) // 2)
+    upto, high = 0, F(np.finfo(np.float32).max)
+    for weight in met:
+        upto += weight <= low
+        high = min(high, weight if weight > low else high)
+    return low if upto > count // 2 else F(0.5) * (low + high)
+
+
+@_jit
+def _ranked(values, rank):
+    """Value of a rank, from 0, of positive float32, whose bits, as integers, have their order:
+    found from histograms of the first 12 bits, of the next 12, and of the last 8."""
+    bits = values.view(np.uint32)
+    histogram = np.empty(1 << 12, INT)
+    prefix, shift = np.uint32(0), np.uint32(32)
+    while shift > 0:
+        above, shift = shift, np.uint32(max(INT(shift) - 12, 0))
+        for b in range(1 << 12):
+            histogram[b] = 0
+        for value in bits:
+            # a shift by 32 is not defined, and nothing lies above the first bits
+            if above == 32 or value >> above == prefix >> above:
+                histogram[(value >> shift) & np.uint32(0xFFF)] += 1
+        bin_ = 0
+        while histogram[bin_] <= rank:
+            rank -= histogram[bin_]
+            bin_ += 1
+        prefix |= np.uint32(bin_) << shift
+    return np.array([prefix]).view(np.float32)[0]
+
+
+@_jit
+def fill_holes(total, typical):
+    """Colours from weighted sums, pixels of little weight being mixed with coarser levels
+    (pull-push).
+
+    Args:
+        total: (h, w, 4) float32 weighted colour sums and weights.
+        typical: weight of an ordinary pixel; below a quarter of it a pixel is mixed.
+
+    Returns:
+        (h, w, 3) float32, 0..255; black where no level holds anything.
+    """
+    height, width = total.shape[:2]
+    planes = np.empty((4, height, width), F)
+    for y in range(height):
+        for x in range(width):
+            for c in range(4):
+                planes[c, y, x] = total[y, x, c]
+    levels = [planes]
+    while max(levels[-1].shape[1:]) > 1:
+        levels.append(_halved(levels[-1]))
+    color = np.zeros((3, 1, 1), F)
+    for i in range(len(levels)):
+        color = _blended(color, levels[len(levels) - 1 - i], HALF_WEIGHT * typical)
+    filled = np.empty((height, width, 3), F)
+    for y in range(height):
+        for x in range(width):
+            for c in range(3):
+                filled[y, x, c] = color[c, y, x]
+    return filled
+
+
+@_jit
+def _halved(planes):
+    """2x2 means of (4, h, w), missing pixels of odd sizes counting as empty."""
+    height, width = planes.shape[1:]
+    half = np.empty((4, (height + 1) // 2, (width + 1) // 2), F)
+    for c in range(4):
+        for y in range(half.shape[1]):
+            upper = planes[c, 2 * y]
+            share = F(0.25) if 2 * y + 1 < height else F(0)
+            lower = planes[c, min(2 * y + 1, height - 1)]
+            for x in range(width // 2):
+                first = F(0.25) * (upper[2 * x] + upper[2 * x + 1])
+                half[c, y, x] = first + share * (lower[2 * x] + lower[2 * x + 1])
+            if width % 2:
+                half[c, y, width // 2] = F(0.25) * upper[width - 1] + share * lower[width - 1]
+    return half
+
+
+@_jit
+def _blended(coarse, planes, full):
+    """The coarser (3, ...) colours, bilinearly enlarged, under the level's own by its weight."""
+    height, width = planes.shape[1:]
+    rows, columns = coarse.shape[1:]
+    color = np.empty((3, height, width), F)
+    between, own, unit = np.empty(columns, F), np.empty(width, F), np.empty(width, F)
+    for y in range(height):
+        v = min(max((F(y) - F(0.5)) * F(0.5), F(0)), F(rows - 1))
+        top = int(v)
+        bottom, fv = min(top + 1, rows - 1), v - F(top)
+        for x in range(width):
+            weight = planes[3, y, x]
+            own[x] = min(weight / full, F(1)) if weight > 0 else F(0)
+            unit[x] = F(1) / weight if weight > 0 else F(0)
+        for c in range(3):
+            line, level = color[c, y], planes[c, y]
+            for i in range(columns):
+                between[i] = coarse[c, top, i] * (F(1) - fv) + coarse[c, bottom, i] * fv
+            _widen(between, line)
+            for x in range(width):
+                line[x] += own[x] * (level[x] * unit[x] - line[x])
+    return color
+
+
+@_jit
+def _widen(short, line):
+    """Fill a line of twice the length, or one less, with a line's linear interpolation."""
+    width = len(line)
+    line[0] = short[0]
+    for i in range((width - 1) // 2):
+        line[2 * i + 1] = F(0.75) * short[i] + F(0.25) * short[i + 1]
+        line[2 * i + 2] = F(0.25) * short[i] + F(0.75) * short[i + 1]
+    if width % 2 == 0:
+        line[width - 1] = short[len(short) - 1]
