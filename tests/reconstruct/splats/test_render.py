@@ -38,6 +38,21 @@ def test_the_front_surface_hides_the_back():
     assert total[8, 8, 1] == 0
 
 
+def test_projection_rounds_as_it_is_written():
+    """Bit by bit: were sums reordered or fused, code compiled anew and code from a cache differ."""
+    rng = np.random.default_rng(2)
+    x, y, z = cloud = rng.uniform(0.5, 4, (3, 999)).astype(F)
+    pose, k = rng.uniform(0.1, 1, (3, 4)).astype(F), np.array([40, 41, 32, 24], F)
+    splats = np.concatenate([cloud, np.ones((2, 999), F)])
+    where, cells, corners, _, _ = render.make_room(999, (64, 48))
+    render._project(splats, pose, k, (64, 48), (F(0.1), F(10)), where, cells, corners)
+    u, v, depth = (p[0] * x + p[1] * y + p[2] * z + p[3] for p in pose)
+    closeness = F(1) / depth
+    np.testing.assert_array_equal(where[2], closeness)
+    np.testing.assert_array_equal(where[0], k[0] * u * closeness + k[2] + F(0.5))
+    np.testing.assert_array_equal(where[1], k[1] * v * closeness + k[3] + F(0.5))
+
+
 def test_a_cloud_is_accumulated_as_one_by_one():
     """Bilinear shares of every splat at the pixels where it is not hidden, added up in float64."""
     rng = np.random.default_rng(4)

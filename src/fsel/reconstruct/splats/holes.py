@@ -6,7 +6,10 @@ import numba
 import numpy as np
 
 F, INT = np.float32, np.int32
-_jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
+# no sum in another order and no product fused with a sum: compiled anew or loaded from a cache,
+# these functions round alike
+_exact = {"nnan", "ninf", "nsz"}
+_jit = numba.njit(cache=True, fastmath=_exact, nogil=True, error_model="numpy")
 
 HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below, coarser levels are mixed in
 

@@ -13,7 +13,10 @@ from fsel.reconstruct.splats.simd import add_scaled
 
 F, INT = np.float32, np.int32
 U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
-_jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
+# no sum in another order and no product fused with a sum: compiled anew or loaded from a cache,
+# these functions round alike
+_exact = {"nnan", "ninf", "nsz"}
+_jit = numba.njit(cache=True, fastmath=_exact, nogil=True, error_model="numpy")
 
 BINS = 24  # of inverse depth in the depth pass
 SHARE = F(0.08)  # of the opacity around a pixel that must lie in front of a surface to hide it

@@ -34,8 +34,8 @@ def add_scaled(typing_context, total, at, scale, values, start):
         target, nothing = four(0, 1), ir.Constant(FOUR, ir.Undefined)
         first = builder.insert_element(nothing, given[2], ir.Constant(ir.IntType(32), 0))
         factor = builder.shuffle_vector(first, nothing, ir.Constant(LANES, [0] * 4))
-        product = builder.fmul(builder.load(four(3, 4), align=4), factor, flags=["fast"])
-        summed = builder.fadd(builder.load(target, align=4), product, flags=["fast"])
+        product = builder.fmul(builder.load(four(3, 4), align=4), factor)
+        summed = builder.fadd(builder.load(target, align=4), product)
         builder.store(summed, target, align=4)
         return context.get_dummy_value()
 

@@ -171,6 +171,7 @@ def aggregate(cost, grey, small, large):
     # without row views, whose reference counts would cost more than the sums; every sum is cut
     # back to int16 at once, or the loop would not vectorise
     lines = max(height, width)
+    jumps = _jumps(grey, small, large)
     path, lows = np.full((2, lines, planes + 2), S(20000)), np.empty(lines, S)
     for direction in range(4):
         horizontal, forward = direction < 2, direction % 2 == 0
@@ -185,8 +186,7 @@ def aggregate(cost, grey, small, large):
             old, new = s & 1, 1 - (s & 1)
             for line in range(height if horizontal else width):
                 y, x = (line, at) if horizontal else (at, line)
-                edge = abs(grey[y, x] - (grey[y, last] if horizontal else grey[last, x]))
-                jump = S(max(F(small) + F(1), large / (F(1) + F(0.1) * edge)))
+                jump = jumps[0, y, max(at, last)] if horizontal else jumps[1, max(at, last), x]
                 low = lows[line]
                 for d in range(planes):
                     near = S(min(path[old, line, d], path[old, line, d + 2]) + small)
@@ -199,6 +199,25 @@ def aggregate(cost, grey, small, large):
                     low = min(low, path[new, line, d + 1])
                 lows[line] = low
     return total
+
+
+@_jit
+def _jumps(grey, small, large):
+    """(2, h, w) int16 penalties of a jump between a pixel and the one before it, in its row and in
+    its column; 0 without one before.
+    """
+    height, width = grey.shape
+    jumps = np.zeros((2, height, width), S)
+    least = F(small) + F(1)
+    for y in range(height):
+        for x in range(1, width):
+            edge = abs(grey[y, x] - grey[y, x - 1])
+            jumps[0, y, x] = S(INT(max(least, large / (F(1) + F(0.1) * edge))))
+    for y in range(1, height):
+        for x in range(width):
+            edge = abs(grey[y, x] - grey[y - 1, x])
+            jumps[1, y, x] = S(INT(max(least, large / (F(1) + F(0.1) * edge))))
+    return jumps
 
 
 @_jit
