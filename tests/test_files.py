@@ -1,10 +1,13 @@
 """Tables and texts on disk: whole or not at all, with units and digest."""
 
+import os
+
 import numpy as np
 import pandas as pd
 import pytest
 
-from fsel.files import atomic, digest, fingerprint, table_metadata, write_table
+from fsel import files
+from fsel.files import atomic, digest, fingerprint, host, table_metadata, write_table
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path):
@@ -44,4 +47,34 @@ def test_digests_follow_content_not_order(tmp_path):
     path.write_text("1")
     first = fingerprint([path], {})
     path.write_text("2")
+    assert fingerprint([path], {}) != first
+
+
+def test_unfinished_files_are_told_apart_by_machine_and_process(tmp_path):
+    """Two jobs of a cluster write one file; what is a day old belongs to none of them."""
+    path = tmp_path / "images.npy"
+    other, forgotten = tmp_path / ".node-7.12.images.npy", tmp_path / ".node-7.13.images.npy"
+    unlike = tmp_path / ".images.npy"
+    for file in (other, forgotten, unlike):
+        file.write_text("half")
+    for file in (forgotten, unlike):
+        os.utime(file, (0, 0))
+    with atomic(path) as temporary:
+        temporary.write_text("whole")
+        assert temporary.name == f".{host()}.{os.getpid()}.images.npy"
+    assert sorted(tmp_path.iterdir()) == sorted([path, other, unlike])
+    assert path.read_text() == "whole"
+
+
+def test_large_files_are_known_by_size_and_time(tmp_path, monkeypatch):
+    """The fingerprint of a large file does not read it; a change of either is seen."""
+    monkeypatch.setattr(files, "LARGE", 4)
+    path = tmp_path / "images.npy"
+    path.write_text("12345")
+    os.utime(path, ns=(1, 1))
+    first = fingerprint([path], {})
+    path.write_text("54321")
+    os.utime(path, ns=(1, 1))
+    assert fingerprint([path], {}) == first
+    os.utime(path, ns=(2, 2))
     assert fingerprint([path], {}) != first

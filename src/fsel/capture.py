@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from fsel.files import atomic
 from fsel.geometry import camera_centers, merged
 from fsel.points import SparsePoints, points_from_table, points_table
 
@@ -190,8 +191,10 @@ class Capture:
         for column, label in enumerate(("fx", "fy", "cx", "cy")):
             frames[label] = self.intrinsics[:, column]
         frames.attrs |= {"source": self.source, **found}
-        frames.to_parquet(folder / "frames.parquet", index=False)
-        points_table(self.points).to_parquet(folder / "points.parquet", index=False)
+        points = points_table(self.points)
+        for table, name in ((frames, "frames.parquet"), (points, "points.parquet")):
+            with atomic(folder / name) as temporary:
+                table.to_parquet(temporary, index=False)
         _save_array(self.images, folder / "images.npy")
         if self.masks is not None:
             _save_array(self.masks, folder / "masks.npy")
@@ -265,7 +268,8 @@ def _pandas() -> ModuleType:
 def _save_array(array: np.ndarray, path: Path) -> None:
     stored = getattr(array, "filename", None)
     if stored is None or Path(stored) != path.resolve():
-        np.save(path, np.ascontiguousarray(array))
+        with atomic(path) as temporary, temporary.open("wb") as file:
+            np.save(file, np.ascontiguousarray(array))
 
 
 def _shrink(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:

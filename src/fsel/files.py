@@ -5,6 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
+import shutil
+import socket
+import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +20,36 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+LARGE = 1 << 24  # bytes; a file from here on is known by its size and time, not by its content
+FORGOTTEN = 24 * 3600  # seconds that an unfinished file lies untouched before it is removed
+
+
+def unfinished(path: Path) -> Path:
+    """The name beside `path` under which this process writes it.
+
+    The name holds the machine and the process: two jobs of a cluster that write one file never
+    share it. What other processes began and left untouched for a day is removed.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    pattern = re.compile(rf"\.[^.]+\.\d+\.{re.escape(path.name)}")
+    for other in path.parent.iterdir():
+        if pattern.fullmatch(other.name) and time.time() - _touched(other) > FORGOTTEN:
+            shutil.rmtree(other) if other.is_dir() else other.unlink(missing_ok=True)
+    return path.with_name(f".{host()}.{os.getpid()}.{path.name}")
+
+
+def host() -> str:
+    """This machine's name, as a part of a file's name."""
+    return re.sub(r"[^\w-]", "-", socket.gethostname())
+
+
+def _touched(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except FileNotFoundError:  # finished in this moment
+        return time.time()
+
+
 @contextmanager
 def atomic(path: str | Path) -> Iterator[Path]:
     """A temporary path beside `path` that takes its place when the block ends without an error.
@@ -23,8 +57,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
     A job that is killed half-way leaves the old file, or none, but never half a file.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{os.getpid()}.{path.name}")
+    temporary = unfinished(path)
     try:
         yield temporary
         temporary.replace(path)
@@ -45,10 +78,18 @@ def digest(values: Mapping[str, Any]) -> str:
 
 
 def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
-    """Twelve hexadecimal digits of files' content and of a mapping: what a result depends on."""
+    """Twelve hexadecimal digits of files and of a mapping: what a result depends on.
+
+    Of a large file, such as a capture's images, size and time of change stand for its content:
+    reading it would take as long as using it.
+    """
     total = hashlib.sha256(digest(values).encode())
-    for path in paths:
-        total.update(Path(path).read_bytes())
+    for path in map(Path, paths):
+        found = path.stat()
+        if found.st_size < LARGE:
+            total.update(path.read_bytes())
+        else:
+            total.update(f"{path.name} {found.st_size} {found.st_mtime_ns}".encode())
     return total.hexdigest()[:12]
 
 

@@ -25,8 +25,8 @@ rule select_curves:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=10,
+        mem_mb=per_capture(2000),
+        runtime=per_capture(10),
     params:
         coverages=config["coverages"],
         seed=lambda wildcards: scene_seed(wildcards, "budget"),
@@ -53,8 +53,8 @@ rule evaluate_curves:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=30,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(30),
     params:
         seed=lambda wildcards: scene_seed(wildcards, "budget"),
         reconstruction=config["reconstruction"],
@@ -79,8 +79,8 @@ rule fit_budget:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=[name.split("/") for name in PRACTISED],
     message:
@@ -112,8 +112,8 @@ rule select_budgets:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=10,
+        mem_mb=per_capture(2000),
+        runtime=per_capture(10),
     params:
         budgets=config["budgets"],
         coverages=config["coverages"],
@@ -147,8 +147,8 @@ rule evaluate_budgets:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=30,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(30),
     params:
         seed=lambda wildcards: scene_seed(wildcards, "budget"),
         reconstruction=config["reconstruction"],
@@ -185,8 +185,8 @@ rule budget:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=evaluation_scenes(),
         datasets=labels(),

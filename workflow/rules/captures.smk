@@ -21,8 +21,8 @@ rule generate:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=10,
+        mem_mb=growing(2000),
+        runtime=growing(10),
     params:
         **config["embedded"],
         layout=lambda wildcards: config["datasets"][wildcards.dataset]["layout"],
@@ -52,8 +52,9 @@ rule ingest:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=240,
+        mem_mb=growing(2000),
+        runtime=lambda wildcards, attempt: attempt
+        * (240 if config["datasets"][wildcards.dataset]["poses"] == "colmap" else 30),
     params:
         reading=lambda wildcards: reading(wildcards.dataset, wildcards.scene),
         long_side=config["long_side"],
@@ -81,8 +82,8 @@ rule describe:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=30,
+        mem_mb=per_capture(2000),
+        runtime=per_capture(30),
     params:
         **config["appearance"],
     message:
@@ -109,8 +110,8 @@ rule split:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=per_capture(1000),
+        runtime=per_capture(10),
     params:
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "split"),
@@ -143,8 +144,8 @@ rule features:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=per_capture(1000),
+        runtime=per_capture(10),
     message:
         "Computing the features of {wildcards.dataset}/{wildcards.scene}"
     script:

@@ -19,8 +19,8 @@ rule download:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=500,
-        runtime=1440,
+        mem_mb=growing(500),
+        runtime=growing(1440),
     params:
         url=lambda wildcards: archive(wildcards.archive)["url"],
         sha256=lambda wildcards: archive(wildcards.archive)["sha256"],
@@ -45,8 +45,8 @@ rule unpack:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=500,
-        runtime=120,
+        mem_mb=growing(500),
+        runtime=growing(120),
     params:
         inside=lambda wildcards: inside(wildcards.dataset, wildcards.scene),
     message:

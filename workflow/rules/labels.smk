@@ -27,8 +27,8 @@ rule label:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=120,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(120),
     params:
         coverages=config["coverages"],
         search=config["search"],
@@ -62,8 +62,8 @@ rule order:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=per_capture(1000),
+        runtime=per_capture(10),
     params:
         scenes=LABELLED,
         coverages=config["coverages"],

@@ -30,8 +30,8 @@ rule stability:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=10,
+        mem_mb=growing(2000),
+        runtime=growing(10),
     message:
         "Running the hard cases"
     script:
@@ -85,8 +85,8 @@ rule precision:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=30,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(30),
     params:
         labels=[labels()[d] for d, _ in evaluation_scenes()],
         problems=evaluation_problems(1),

@@ -41,8 +41,8 @@ rule select_objects:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
     params:
         k=budget_near(30),
         draws=config["draws"],
@@ -73,8 +73,8 @@ rule evaluate_objects:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
     params:
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "objects"),
@@ -111,8 +111,8 @@ rule objectcentric:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=lambda wildcards: object_scenes(),
         datasets=lambda wildcards: {

@@ -46,8 +46,8 @@ rule handsign:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         **WHOLE,
         problems=evaluation_problems(config["draws"]),
@@ -85,8 +85,8 @@ rule seedvar:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         **WHOLE,
         problems=evaluation_problems(config["draws"]),
@@ -114,8 +114,8 @@ rule evaluate_searched:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
     params:
         reconstruction=config["reconstruction"],
     message:
@@ -151,8 +151,8 @@ rule ga_vs_learned:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         problems=lambda wildcards: held_out_problems(),
         k=config["search"]["k"],
@@ -183,8 +183,8 @@ rule training_figure:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         facts=lambda wildcards: facts([TRAINED]),
     message:
@@ -220,8 +220,8 @@ rule pipeline_figure:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=per_capture(1000),
+        runtime=per_capture(10),
     params:
         coverages=config["coverages"],
         scene=DRAWN,
@@ -256,8 +256,8 @@ rule qualitative:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=20,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(20),
     params:
         methods=QUALITATIVE,
         views=3,
@@ -397,8 +397,8 @@ rule measure_costs:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=30,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(30),
     params:
         budgets=config["budgets"],
         appearance=config["appearance"],
@@ -429,8 +429,8 @@ rule saturation:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         facts=lambda wildcards: facts([TRAINED]),
     message:
@@ -467,8 +467,8 @@ rule time_quality:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         problems=lambda wildcards: [
             f"{TRAINED}/{scene}/draw{n}"
@@ -501,8 +501,8 @@ rule select_crosscapture:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_capture(4000),
+        runtime=per_capture(60),
     params:
         budgets=CROSSED,
         seed=lambda wildcards: scene_seed(wildcards, "crosscapture"),
@@ -529,8 +529,8 @@ rule evaluate_crosscapture:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
     params:
         reconstruction=config["reconstruction"],
         metrics=METRICS,
@@ -565,8 +565,8 @@ rule crosscapture:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=lambda wildcards: rooms(),
         budgets=CROSSED,

@@ -49,8 +49,8 @@ rule estimate_poses:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_capture(4000),
+        runtime=per_capture(60),
     params:
         frames=config["inexact_poses"]["frames"],
         matching_side=max(
@@ -99,8 +99,8 @@ rule select_estimated:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_capture(4000),
+        runtime=per_capture(60),
     params:
         draws=config["draws"],
         budgets=TRIED,
@@ -133,8 +133,8 @@ rule evaluate_estimated:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
     params:
         targets=config["targets"],
         split_seed=lambda wildcards: scene_seed(wildcards, "split"),
@@ -163,8 +163,8 @@ rule select_noise:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_capture(4000),
+        runtime=per_capture(60),
     params:
         levels=NOISY,
         noises=config["inexact_poses"]["noises"],
@@ -195,8 +195,8 @@ rule evaluate_noise:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
     params:
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "poses"),
@@ -242,8 +242,8 @@ rule poses:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=first_scenes(),
         budgets=TRIED,

@@ -28,8 +28,8 @@ rule train:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=growing(4000),
+        runtime=growing(60),
     params:
         policy="ours",
         scenes=list(LABELLED),
@@ -76,8 +76,8 @@ rule refine:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=8000,
-        runtime=240,
+        mem_mb=per_reconstruction(8000),
+        runtime=per_reconstruction(240),
     params:
         scenes=PRACTISED,
         seed=lambda wildcards: int(wildcards.seed),

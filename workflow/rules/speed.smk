@@ -38,8 +38,8 @@ rule selection_time:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_capture(4000),
+        runtime=per_capture(60),
     params:
         pools=config["timing"]["pools"],
         k=config["timing"]["k"],
@@ -71,8 +71,8 @@ rule speed_settings:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
     params:
         generated=[generated(*scene) for scene in evaluation_scenes()],
         k=config["search"]["k"],
@@ -114,8 +114,8 @@ rule economy:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
     params:
         generated=[generated(*scene) for scene in evaluation_scenes()],
         k=config["search"]["k"],
@@ -167,8 +167,8 @@ rule speed_error:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         problems=MEASURED,
         k=config["search"]["k"],
@@ -196,8 +196,8 @@ rule select_damping:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=30,
+        mem_mb=per_capture(2000),
+        runtime=per_capture(30),
     params:
         budgets=config["budgets"],
     message:
@@ -224,8 +224,8 @@ rule evaluate_damping:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=30,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(30),
     params:
         reconstruction=config["reconstruction"],
     message:
@@ -259,8 +259,8 @@ rule fisher_damping:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=evaluation_scenes(),
         budgets=config["budgets"],

@@ -32,8 +32,8 @@ rule select:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=30,
+        mem_mb=per_capture(2000),
+        runtime=per_capture(30),
     params:
         budgets=config["budgets"],
         seeds=lambda wildcards: [
@@ -72,8 +72,8 @@ rule evaluate:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=180,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(180),
     params:
         reconstruction=config["reconstruction"],
         metrics=METRICS,
@@ -102,8 +102,8 @@ rule search_oracle:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=120,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(120),
     params:
         search=config["search"],
         reconstruction=config["reconstruction"],
@@ -154,8 +154,8 @@ rule ksweep:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         problems=evaluation_problems(config["draws"]),
         searched=searched_problems(),
@@ -190,8 +190,8 @@ rule heatmap:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         datasets=labels(),
         budgets=config["budgets"],

@@ -35,8 +35,8 @@ rule evaluate_transfer:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=120,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(120),
     params:
         reconstruction=compared_by,
         metrics=METRICS,
@@ -78,8 +78,8 @@ rule transfer:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         problems=lambda wildcards: [
             f"{TRAINED}/{scene}/draw{n}"
@@ -116,8 +116,8 @@ rule evaluate_reconchoice:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=config["transfer"]["memory"] // 1_000_000,
-        runtime=60,
+        mem_mb=growing(config["transfer"]["memory"] // 1_000_000),
+        runtime=growing(60),
     params:
         reconstruction=compared_by,
         metrics=METRICS,
@@ -154,8 +154,8 @@ rule reconchoice:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         judges=lambda wildcards: compared_facts(),
         metrics=METRICS,

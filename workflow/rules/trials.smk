@@ -33,8 +33,8 @@ rule trial:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=120,
+        mem_mb=growing(4000),
+        runtime=growing(120),
     params:
         case=lambda wildcards: cases(wildcards.table)[wildcards.trial],
         k=lambda wildcards: trial_budget(wildcards.table),
@@ -74,8 +74,8 @@ rule evaluate_trials:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
     params:
         names=lambda wildcards: list(cases(wildcards.table)),
         reconstruction=config["reconstruction"],
@@ -111,8 +111,8 @@ rule feature_sweep:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         cases=feature_cases(),
         scenes=lambda wildcards: validation_scenes(),
@@ -149,8 +149,8 @@ rule scorer_arch:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         labels={name: scorer["label"] for name, scorer in scorers().items()},
         scenes=lambda wildcards: validation_scenes(),

@@ -10,17 +10,18 @@ import fcntl
 import os
 import re
 import shutil
-import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from fsel.files import host
 
 NEW, OLD = "new", "old"
 
 
 def beside(out: Path, ending: str) -> Path:
     """The name of this process' unfinished output."""
-    return out.with_name(f".{out.name}.{_host()}.{os.getpid()}.{ending}")
+    return out.with_name(f".{out.name}.{host()}.{os.getpid()}.{ending}")
 
 
 @contextmanager
@@ -39,7 +40,7 @@ def clear(out: Path) -> None:
 
     An old output that was out of the way when its process was killed gets its name back.
     """
-    pattern = re.compile(rf"\.{re.escape(out.name)}\.{re.escape(_host())}\.(\d+)\.({NEW}|{OLD})")
+    pattern = re.compile(rf"\.{re.escape(out.name)}\.{re.escape(host())}\.(\d+)\.({NEW}|{OLD})")
     for path in sorted(out.parent.iterdir()) if out.parent.is_dir() else ():
         found = pattern.fullmatch(path.name)
         if found is None or not _abandoned(path, int(found[1])):
@@ -91,7 +92,3 @@ def _locked(descriptor: int) -> bool:
     except OSError:
         return True  # a network's file system without locks: the process' number decides
     return True
-
-
-def _host() -> str:
-    return re.sub(r"[^\w-]", "-", socket.gethostname())

@@ -10,6 +10,7 @@ from types import TracebackType
 import cv2
 import numpy as np
 
+from fsel.files import unfinished
 from fsel.layouts.headers import size_of
 
 # as the sensor stored it: cameras describe the pixels before any turn that EXIF asks for
@@ -135,8 +136,7 @@ class ArrayFile:
         self._file = None
         self._started = False
         if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._partial = path.with_name(f".{path.name}")
+            self._partial = unfinished(path)
             self._file = self._partial.open("wb")
 
     def __enter__(self) -> ArrayFile:

@@ -24,6 +24,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+from fsel.files import write_text
 from fsel.stages.references import EFFECTS, IMPORTS, MAIN, Source, imported, limited, references
 
 ALL = "*"
@@ -58,10 +59,7 @@ def dependencies(
         library = Library(folder, limits)
         found = {path.stem: library.needed(path) for path in sorted(scripts.glob("*.py"))}
         known = {"state": state, "files": found}
-        store.parent.mkdir(parents=True, exist_ok=True)
-        part = store.with_suffix(f".{os.getpid()}")
-        part.write_text(json.dumps(known), encoding="utf-8")
-        part.replace(store)
+        write_text(json.dumps(known), store)
     return known["files"]
 
 

@@ -6,6 +6,7 @@ import logging
 import shutil
 from pathlib import Path
 
+from fsel.files import unfinished
 from fsel.layouts import LAYOUTS
 from fsel.synthesis import record
 
@@ -27,9 +28,14 @@ def generate(
         height: pixels.
     """
     folder = Path(folder)
-    if folder.exists():
-        shutil.rmtree(folder)
     recording = record(family, seed, frames=frames, width=width, height=height)
-    folder.mkdir(parents=True)
-    LAYOUTS[layout].write(recording, folder)
+    partial = unfinished(folder)
+    try:
+        made = partial / folder.name  # some layouts write the scene's name
+        made.mkdir(parents=True)
+        LAYOUTS[layout].write(recording, made)
+        shutil.rmtree(folder, ignore_errors=True)
+        made.replace(folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
     logger.info("%s: %d frames of family %s as %s", folder, frames, family, layout)

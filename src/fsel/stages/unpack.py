@@ -9,6 +9,7 @@ import zipfile
 import zlib
 from pathlib import Path, PurePosixPath
 
+from fsel.files import unfinished
 from fsel.stages.download import CHUNK, check_room
 
 
@@ -25,9 +26,8 @@ def unpack(archive: str | Path, inside: str, folder: str | Path) -> None:
         ValueError: for a broken or unsafe archive, or one without that folder.
     """
     archive, folder = Path(archive), Path(folder)
-    partial = folder.with_name(f".{folder.name}.partial")
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
+    partial = unfinished(folder)
+    partial.mkdir()
     try:
         _extract(archive, inside, partial)
         for inner in sorted(partial.glob("*.zip")):

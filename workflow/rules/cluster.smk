@@ -1,0 +1,62 @@
+"""What only a cluster asks for: resources that grow, and jobs that a killed run left behind."""
+
+import sys
+
+import numpy as np
+
+DECLARED_FRAMES = 10_000  # of a capture, up to which what a rule states suffices
+DECLARED_SIDE = 128  # pixels of a reconstruction's long side, likewise
+
+
+def growing(amount):
+    """A resource of which a job that failed gets twice as much, then three times."""
+    return lambda wildcards, attempt: amount * attempt
+
+
+def per_capture(amount):
+    """A growing resource that follows the frames of the largest capture among the inputs."""
+    return lambda wildcards, input, attempt: int(amount * attempt * captured(input))
+
+
+def per_reconstruction(amount):
+    """A growing resource that follows frames, and the pixels of the largest reconstruction."""
+    side = max(section["long_side"] for section in JUDGES.values())
+    pixels = max(1, (side / DECLARED_SIDE) ** 2)
+    return lambda wildcards, input, attempt: int(
+        amount * attempt * captured(input) * pixels
+    )
+
+
+def captured(files):
+    """Frames of the largest capture that is there, over those that a rule's numbers are for."""
+    there = [path for path in files if Path(path).name == "images.npy"]
+    frames = [len(np.load(f, mmap_mode="r")) for f in there if os.path.exists(f)]
+    return max([1, *(count / DECLARED_FRAMES for count in frames)])
+
+
+def start_on_cluster():
+    """Refuse a run without a lock, and end the jobs of a run that was killed."""
+    from fsel.stages.slurm import end_earlier_jobs
+
+    if not workflow.execution_settings.lock:
+        refuse(
+            "Slurm, but no lock on the folder: two runs would write the same files",
+            "`--workflow-profile profiles/slurm` replaces the default profile, "
+            "`--profile` only adds to it",
+        )
+    noted = {
+        number
+        for job in workflow.dag.needrun_jobs()
+        for number in workflow.persistence.external_jobids(job)
+    }
+    try:
+        ended = end_earlier_jobs(noted, Path.cwd())
+    except ValueError as error:
+        raise WorkflowError(str(error))
+    if ended:
+        print(f"Cancelled jobs of an earlier run: {' '.join(ended)}", file=sys.stderr)
+
+
+onstart:
+    if workflow.is_main_process and workflow.executor_plugin.name == "slurm":
+        start_on_cluster()
