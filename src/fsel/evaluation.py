@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -11,15 +12,21 @@ import numpy as np
 from fsel.capture import Views
 from fsel.metrics import METRICS, Metrics, checked, score_views
 from fsel.reconstruct import Reconstructor
+from fsel.reconstruct.outcome import FINISHED, RANGE, Unfinished
+
+logger = logging.getLogger(__name__)
 
 
 class Measured(NamedTuple):
     """What a subset is worth on the views of an `Evaluator`, and what it cost.
 
     Attributes:
-        scores: (T, M) float64, a row a view, a column a metric of the evaluator.
+        scores: (T, M) float64, a row a view, a column a metric of the evaluator; NaN where the
+            reconstruction did not finish.
         fit_seconds, render_seconds: of the reconstruction, and of rendering all views.
         primitives, bytes, peak_bytes, device: of the model, see `fsel.reconstruct.Model`.
+        outcome: empty, or one of `fsel.reconstruct.outcome.OUTCOMES`.
+        log: of what did not finish, the last lines.
     """
 
     scores: np.ndarray
@@ -29,6 +36,8 @@ class Measured(NamedTuple):
     bytes: int
     peak_bytes: int
     device: str
+    outcome: str = FINISHED
+    log: str = ""
 
 
 COSTS = Measured._fields[1:]
@@ -86,21 +95,38 @@ class Evaluator:
         return cls(reconstructor, frames, capture.view(frames), truth, masks, chosen)
 
     def measure(self, subset: np.ndarray) -> Measured:
-        """Scores and costs of (K,) distinct frames, in any order."""
+        """Scores and costs of (K,) distinct frames, in any order; or how they came to no end."""
         key = tuple(np.sort(subset).tolist())
         if key not in self._known:
             self._known[key] = self._reconstructed(np.array(key))
         return self._known[key]
 
     def __call__(self, subset: np.ndarray) -> np.ndarray:
-        """(M,) metrics averaged over the views."""
-        return self.measure(subset).scores.mean(axis=0)
+        """(M,) metrics averaged over the views.
+
+        Raises:
+            Unfinished: when the reconstruction does not finish: a search cannot rank it.
+        """
+        found = self.measure(subset)
+        if found.outcome:
+            raise Unfinished(found.outcome, f"frames {np.sort(subset).tolist()}", found.log)
+        return found.scores.mean(axis=0)
 
     def _reconstructed(self, subset: np.ndarray) -> Measured:
+        try:
+            return self._finished(subset)
+        except Unfinished as end:
+            logger.error("frames %s: %s: %s", subset.tolist(), end.outcome, end)
+            nothing = np.full((len(self.frames), len(self.metrics)), np.nan)
+            return Measured(nothing, np.nan, np.nan, 0, 0, 0, "", end.outcome, end.log)
+
+    def _finished(self, subset: np.ndarray) -> Measured:
         model = self.reconstructor.fit(subset)
         started = time.perf_counter()
         rendered = model.render(self.views)
         seconds = time.perf_counter() - started
+        if not np.isfinite(rendered).all():
+            raise Unfinished(RANGE, "the images have values that are not finite")
         scores = score_views(rendered, self.truth, self.masks, self.metrics)
         return Measured(
             scores,

@@ -71,6 +71,7 @@ RECONSTRUCTORS: Registry[Factory] = Registry(
         "gaussians": "fsel.reconstruct.gaussians:Gaussians",
         "radiance_field": "fsel.reconstruct.radiance_field:RadianceField",
         "feed_forward": "fsel.reconstruct.feed_forward:FeedForward",
+        "external": "fsel.reconstruct.external:External",
     },
 )
 """By name. `check_needs` asks whether one can work here, with some settings."""

@@ -1,0 +1,132 @@
+"""Any program as a reconstructor: a folder goes in, images come out."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from fsel.capture import Capture, Views
+from fsel.reconstruct.external import command, folder, nvml
+from fsel.reconstruct.external.settings import ExternalSettings
+from fsel.reconstruct.keywords import settings_from
+from fsel.reconstruct.subset import distinct, restricted
+
+__all__ = ["External", "ExternalModel", "ExternalSettings"]
+
+logger = logging.getLogger(__name__)
+
+
+class External:
+    """The reconstructor bound to one capture; see `ExternalSettings`.
+
+    A program sees the selected frames alone: their images, cameras and masks, and the sparse points
+    that at least two of them see. Frames are in the order of the capture.
+
+    Args:
+        capture: already at the reconstruction size.
+        settings: keyword arguments of `ExternalSettings`.
+
+    Raises:
+        ValueError: for a setting outside its range.
+    """
+
+    def __init__(self, capture: Capture, **settings) -> None:
+        self.capture = capture
+        self.settings = settings_from(ExternalSettings, settings)
+
+    @staticmethod
+    def check(**settings) -> None:
+        """Refuse an environment, a program or a GPU that is asked for and is not there."""
+        found = settings_from(ExternalSettings, settings)
+        if found.venv is not None and not (Path(found.venv) / "bin").is_dir():
+            raise FileNotFoundError(f"venv: no virtual environment in {found.venv}")
+        if found.workspace is not None and not Path(found.workspace).is_dir():
+            raise FileNotFoundError(f"workspace: no folder {found.workspace}")
+        for words in (found.fit, found.render):
+            if words is not None:
+                command.check_program(found.command(words, Path()), found.venv)
+        if found.gpu:
+            nvml.library()
+
+    def fit(self, frames: np.ndarray) -> ExternalModel:
+        """Write the folder, and run the command `fit` where there is one.
+
+        Args:
+            frames: (K,) int64 distinct frames, K >= 2.
+
+        Raises:
+            ValueError: for fewer than two frames, or repeated ones.
+            Unfinished: when the command fails.
+        """
+        capture = restricted(self.capture, np.sort(distinct(frames)))
+        model = ExternalModel(self.settings)
+        try:
+            folder.write_inputs(model.folder, capture)
+            if self.settings.fit is not None:
+                model.seconds = model.run(self.settings.fit)
+        except BaseException:
+            model.close()
+            raise
+        return model
+
+
+class ExternalModel:
+    """What a program made of a folder. Its folder goes with it, unless a workspace keeps it.
+
+    `seconds` are of the command `fit`; where there is none, the whole work is rendering. How many
+    primitives there are, and their bytes, is the program's own affair: both are zero.
+
+    Args:
+        settings: of the reconstructor.
+    """
+
+    primitives = 0
+    bytes = 0
+
+    def __init__(self, settings: ExternalSettings) -> None:
+        self._settings = settings
+        self.folder = Path(tempfile.mkdtemp(prefix="fsel-", dir=settings.workspace)).resolve()
+        self.seconds, self.peak_bytes = 0.0, 0
+        self.device = "cpu"
+
+    def run(self, words: tuple[str, ...]) -> float:
+        """Run one of the settings' commands; returns its seconds.
+
+        Raises:
+            Unfinished: when it fails; the end of its log is in the message.
+        """
+        settings = self._settings
+        spent = command.run(
+            settings.command(words, self.folder),
+            self.folder,
+            command.environment(settings.venv),
+            settings.timeout,
+            settings.gpu,
+        )
+        logger.info("%s: %.1f s, %.0f MB", words[0], spent.seconds, spent.peak_bytes / 1e6)
+        self.peak_bytes, self.device = max(self.peak_bytes, spent.peak_bytes), spent.device
+        return spent.seconds
+
+    def render(self, views: Views) -> np.ndarray:
+        """(T, h, w, 3) float32 images in [0, 1], by the command `render`.
+
+        Raises:
+            Unfinished: when the command fails, or leaves other images than were asked for.
+        """
+        shutil.rmtree(self.folder / folder.RENDERINGS, ignore_errors=True)
+        folder.write_targets(self.folder, views)
+        self.run(self._settings.render)
+        return folder.read_renderings(self.folder, views)
+
+    def close(self) -> None:
+        """Remove the folder, unless a workspace keeps it."""
+        if self._settings.workspace is None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+    def __del__(self) -> None:
+        if hasattr(self, "folder"):
+            self.close()

@@ -1,0 +1,124 @@
+"""Running a program: its environment, its time, its memory, and how it ended."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fsel.reconstruct.external.nvml import Watch
+from fsel.reconstruct.outcome import FAILED, MEMORY, TIMEOUT, Unfinished
+
+TAIL = 20  # lines of the log that an error shows
+FULL = re.compile(r"out of memory|OutOfMemoryError|MemoryError|Cannot allocate memory", re.I)
+HIDDEN = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")  # of this process, not of the program's
+
+
+@dataclass(frozen=True)
+class Spent:
+    """What a command cost.
+
+    Attributes:
+        seconds: by the clock.
+        peak_bytes: of the GPU's memory where it is watched, else the largest resident memory of
+            any of its processes.
+        device: `cpu`, or the GPU's name.
+    """
+
+    seconds: float
+    peak_bytes: int
+    device: str
+
+
+def environment(venv: str | None) -> dict[str, str]:
+    """This process's variables without what would lead a program to this one's packages."""
+    found = {name: value for name, value in os.environ.items() if name not in HIDDEN}
+    if venv is not None:
+        folder = Path(venv).resolve()
+        found["VIRTUAL_ENV"] = str(folder)
+        found["PATH"] = f"{folder / 'bin'}{os.pathsep}{found.get('PATH', os.defpath)}"
+    return found
+
+
+def check_program(command: Sequence[str], venv: str | None) -> None:
+    """Refuse a command whose first word is no program.
+
+    Raises:
+        FileNotFoundError: naming it, and where it was looked for.
+    """
+    path = environment(venv).get("PATH", os.defpath)
+    if shutil.which(command[0], path=path) is None:
+        raise FileNotFoundError(f"no program {command[0]!r} in {path}")
+
+
+def run(
+    command: Sequence[str], folder: Path, variables: Mapping[str, str], timeout: float, gpu: bool
+) -> Spent:
+    """Run a command to its end, in its own process group; its output goes to log.txt.
+
+    Args:
+        command: program and arguments; no shell reads them.
+        folder: where it runs, and where the log is.
+        variables: its environment.
+        timeout: seconds, after which its processes are killed.
+        gpu: whether the memory of a GPU is watched.
+
+    Raises:
+        Unfinished: for a timeout, full memory, or another exit code than zero.
+    """
+    started = time.monotonic()
+    with (folder / "log.txt").open("ab") as log:
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            env=dict(variables),
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        timer = threading.Timer(timeout, _kill, [process.pid])
+        timer.start()
+        try:
+            with Watch(process.pid, gpu) as watch:
+                _, status, usage = os.wait4(process.pid, 0)
+        finally:
+            timer.cancel()
+            _kill(process.pid)  # whatever it started and left
+    seconds = time.monotonic() - started
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise _ended(command[0], process.returncode, seconds >= timeout, tail(folder))
+    peak = watch.peak_bytes if gpu else usage.ru_maxrss * 1024
+    return Spent(seconds, peak, watch.device)
+
+
+def tail(folder: Path) -> str:
+    """The last lines of the log."""
+    text = (folder / "log.txt").read_text(encoding="utf-8", errors="replace")
+    lines = text.replace("\r", "\n").splitlines()
+    return "\n".join([line for line in lines if line.strip()][-TAIL:])
+
+
+def _ended(program: str, code: int, late: bool, log: str) -> Unfinished:
+    if late:
+        return Unfinished(TIMEOUT, f"{program} was stopped after its time", log)
+    if FULL.search(log):
+        return Unfinished(MEMORY, f"{program} ended with exit code {code}, out of memory", log)
+    if code == -signal.SIGKILL:
+        return Unfinished(MEMORY, f"{program} was killed, as the system does for memory", log)
+    return Unfinished(FAILED, f"{program} ended with exit code {code}", log)
+
+
+def _kill(group: int) -> None:
+    try:
+        os.killpg(group, signal.SIGKILL)
+    except ProcessLookupError:
+        return

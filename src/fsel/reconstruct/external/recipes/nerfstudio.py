@@ -1,0 +1,120 @@
+"""Methods of Nerfstudio (Tancik et al. 2023) through `ns-train` and `ns-render`.
+
+    python nerfstudio.py fit FOLDER nerfacto [options of ns-train, before the dataparser]
+    python nerfstudio.py render FOLDER [options of ns-render dataset]
+
+The world is centred at the selected cameras and scaled by their distance, here and not by
+Nerfstudio, whose own normalisation would depend on the targets. They join the test split, with
+black images that nothing reads but the loader, when the model is trained.
+"""
+
+import json
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+WORK = "nerfstudio"
+NEVER = str(10**9)  # steps after which it evaluates
+LENS = ("w", "h", "fl_x", "fl_y", "cx", "cy")
+
+
+def black(path, width, height):
+    """An 8-bit RGB image of zeros; this file needs no package."""
+    rows = zlib.compress(bytes(height * (1 + 3 * width)))
+    chunks = [(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)), (b"IDAT", rows)]
+    with open(path, "wb") as file:
+        file.write(b"\x89PNG\r\n\x1a\n")
+        for kind, data in [*chunks, (b"IEND", b"")]:
+            check = struct.pack(">I", zlib.crc32(kind + data))
+            file.write(struct.pack(">I", len(data)) + kind + data + check)
+
+
+def normalisation(frames):
+    """Middle of the selected cameras, and their largest distance from it."""
+    centers = [[row[3] for row in frame["transform_matrix"][:3]] for frame in frames]
+    middle = [sum(center[axis] for center in centers) / len(centers) for axis in range(3)]
+    away = [sum((center[axis] - middle[axis]) ** 2 for axis in range(3)) for center in centers]
+    return middle, max(away) ** 0.5 or 1.0
+
+
+def placed(frame, middle, unit):
+    """A frame's entry in the normalised world."""
+    matrix = [list(row) for row in frame["transform_matrix"]]
+    for axis in range(3):
+        matrix[axis][3] = (matrix[axis][3] - middle[axis]) / unit
+    return {**{key: frame[key] for key in LENS}, "transform_matrix": matrix}
+
+
+def write_scene(folder, targets):
+    """transforms.json of the selected frames, and of targets once they are known."""
+    data, given = folder / WORK / "data", json.loads((folder / "transforms.json").read_text())
+    (data / "images").mkdir(parents=True, exist_ok=True)
+    middle, unit = normalisation(given["frames"])
+    trained, tested = [], []
+    for frame in given["frames"]:
+        link = data / frame["file_path"]
+        if not link.exists():
+            os.symlink(folder / frame["file_path"], link)
+        trained.append({"file_path": frame["file_path"], **placed(frame, middle, unit)})
+    for target in targets:
+        name = "images/target_" + target["file"]
+        black(data / name, target["w"], target["h"])
+        tested.append({"file_path": name, **placed(target, middle, unit)})
+    content = {"camera_model": "OPENCV", "frames": trained + tested}
+    for split, frames in (("train", trained), ("val", trained), ("test", tested or trained)):
+        content[split + "_filenames"] = [frame["file_path"] for frame in frames]
+    if "ply_file_path" in given:
+        write_points(folder / given["ply_file_path"], data / "points.ply", middle, unit)
+        content["ply_file_path"] = "points.ply"
+    (data / "transforms.json").write_text(json.dumps(content))
+    return data
+
+
+def write_points(source, path, middle, unit):
+    """The points in the normalised world, as text: COLMAP writes float x y z, then bytes r g b."""
+    head, _, body = source.read_bytes().partition(b"end_header\n")
+    size = 27 if b"nx" in head else 15
+    rows = [body[at : at + size] for at in range(0, len(body), size)]
+    lines = ["ply", "format ascii 1.0", f"element vertex {len(rows)}"]
+    lines += [f"property float {axis}" for axis in "xyz"]
+    lines += [f"property uchar {color}" for color in ("red", "green", "blue")] + ["end_header"]
+    for row in rows:
+        point = struct.unpack("<3f", row[:12])
+        xyz = [(point[axis] - middle[axis]) / unit for axis in range(3)]
+        lines.append(" ".join(map(str, [*xyz, *row[-3:]])))
+    path.write_text("\n".join(lines) + "\n")
+
+
+def fit(folder, options):
+    """Train; the model is in FOLDER/nerfstudio/trained."""
+    data = write_scene(folder, [])
+    method, *further = options
+    command = ["ns-train", method, "--data", str(data), "--output-dir", str(folder / WORK)]
+    command += ["--experiment-name", "trained", "--timestamp", "run", "--vis", "tensorboard"]
+    for kind in ("batch", "image", "all-images"):
+        command += [f"--steps-per-eval-{kind}", NEVER]
+    parser = ["nerfstudio-data", "--orientation-method", "none", "--center-method", "none"]
+    subprocess.run([*command, *further, *parser, "--auto-scale-poses", "False"], check=True)
+
+
+def render(folder, options):
+    """Render every target."""
+    targets = json.loads((folder / "targets.json").read_text())["frames"]
+    write_scene(folder, targets)
+    config = next((folder / WORK / "trained").glob("*/run/config.yml"))
+    out = folder / WORK / "rendered"
+    command = ["ns-render", "dataset", "--load-config", str(config), "--output-path", str(out)]
+    command += ["--split", "test", "--rendered-output-names", "rgb", "--image-format", "png"]
+    subprocess.run([*command, *options], check=True)
+    for target in targets:
+        found = next(out.rglob("target_" + target["file"]))
+        shutil.move(str(found), str(folder / "renderings" / target["file"]))
+
+
+if __name__ == "__main__":
+    task, where, *rest = sys.argv[1:]
+    {"fit": fit, "render": render}[task](Path(where).resolve(), rest)

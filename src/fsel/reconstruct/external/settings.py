@@ -1,0 +1,80 @@
+"""Settings of the reconstructor `external`."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+FOLDER, RECIPES, HERE = "{folder}", "{recipes}", "{here}"
+PLACES = (FOLDER, RECIPES, HERE)
+# the trailing dot makes all of them inputs of the workflow's rules, see fsel.stages.dependencies
+SCRIPTS = "fsel.reconstruct.external.recipes."
+MARK = re.compile(r"\{[a-z_]+\}")
+
+
+@dataclass(frozen=True)
+class ExternalSettings:
+    """A program of one's own that reconstructs and renders.
+
+    The commands are run as they are, without a shell, with the rights of whoever runs the workflow:
+    a configuration is trusted as a script is.
+
+    Attributes:
+        render: the command that renders the targets, a list of strings. `{folder}` stands for the
+            folder that `fsel.reconstruct.external.folder` describes, in which it runs; `{recipes}`
+            for the scripts that come with this library; `{here}` for this process's folder.
+        fit: the command that reconstructs, run before; null where one command does both.
+        venv: folder of a virtual environment whose programs come first; null for none.
+        prefix: words before each command, such as `[conda, run, -n, nerf]`, `[apptainer, exec,
+            --nv, image.sif]` or `[env, CUDA_VISIBLE_DEVICES=0]`.
+        timeout: seconds that each command may take.
+        gpu: whether it works on a GPU, whose memory is measured then.
+        workspace: folder in which the folders are made and kept; null for temporary ones.
+    """
+
+    render: tuple[str, ...] = ()
+    fit: tuple[str, ...] | None = None
+    venv: str | None = None
+    prefix: tuple[str, ...] = ()
+    timeout: float = 7200.0
+    gpu: bool = False
+    workspace: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("render", "fit", "prefix"):
+            object.__setattr__(self, name, _words(name, getattr(self, name)))
+        if not self.render:
+            raise ValueError("render must be a command, a list of strings, got none")
+        if self.fit == ():
+            raise ValueError("fit must be a command or null, got an empty list")
+        if isinstance(self.timeout, bool) or not 0 < self.timeout < float("inf"):
+            raise ValueError(f"timeout must be seconds above zero, got {self.timeout!r}")
+        if not isinstance(self.gpu, bool):
+            raise ValueError(f"gpu must be true or false, got {self.gpu!r}")
+        for name in ("venv", "workspace"):
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, str):
+                raise ValueError(f"{name} must be a folder or null, got {value!r}")
+
+    def command(self, words: tuple[str, ...], folder: Path) -> list[str]:
+        """What is run: the prefix, and the words with the places filled in."""
+        recipes = Path(__file__).parents[3] / SCRIPTS.replace(".", "/")
+        places = {FOLDER: folder, RECIPES: recipes, HERE: Path.cwd()}
+
+        def filled(word: str) -> str:
+            return MARK.sub(lambda found: str(places[found[0]]), word)
+
+        return [*self.prefix, *map(filled, words)]
+
+
+def _words(name: str, value) -> tuple[str, ...] | None:
+    if value is None and name == "fit":
+        return None
+    if not isinstance(value, list | tuple) or not all(isinstance(word, str) for word in value):
+        raise ValueError(f"{name} must be a list of strings, got {value!r}")
+    for word in value:
+        for mark in MARK.findall(word):
+            if mark not in PLACES:
+                raise ValueError(f"{name} has {mark} in {word!r}; allowed: {', '.join(PLACES)}")
+    return tuple(value)
