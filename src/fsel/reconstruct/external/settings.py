@@ -8,8 +8,6 @@ from pathlib import Path
 
 FOLDER, RECIPES, HERE = "{folder}", "{recipes}", "{here}"
 PLACES = (FOLDER, RECIPES, HERE)
-# the trailing dot makes all of them inputs of the workflow's rules, see fsel.stages.dependencies
-SCRIPTS = "fsel.reconstruct.external.recipes."
 MARK = re.compile(r"\{[a-z_]+\}")
 
 
@@ -59,7 +57,7 @@ class ExternalSettings:
 
     def command(self, words: tuple[str, ...], folder: Path) -> list[str]:
         """What is run: the prefix, and the words with the places filled in."""
-        recipes = Path(__file__).parents[3] / SCRIPTS.replace(".", "/")
+        recipes = Path(__file__).parent / "recipes"
         places = {FOLDER: folder, RECIPES: recipes, HERE: Path.cwd()}
 
         def filled(word: str) -> str:
