@@ -23,6 +23,7 @@ include: "workflow/rules/sources.smk"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/cluster.smk"
 include: "workflow/rules/library.smk"
+include: "workflow/rules/checksums.smk"
 include: "workflow/rules/cases.smk"
 include: "workflow/rules/judging.smk"
 # the experiment, stage by stage: captures, labels, selectors, the budget sweep

@@ -12,7 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from fsel.files import atomic
+from fsel.files import atomic, mapped_array, read_table
 from fsel.geometry import camera_centers, merged
 from fsel.points import SparsePoints, points_from_table, points_table
 
@@ -204,19 +204,19 @@ class Capture:
     @classmethod
     def load(cls, folder: str | Path) -> Capture:
         """Read what `save` wrote; images stay on disk until touched."""
-        pd = _pandas()
+        _pandas()
         folder = Path(folder)
-        frames = pd.read_parquet(folder / "frames.parquet")
+        frames = read_table(folder / "frames.parquet")
         poses = frames[[f"w2c_{r}{c}" for r in range(3) for c in range(4)]].to_numpy(np.float64)
         masks = folder / "masks.npy"
         return cls(
             names=tuple(frames["name"]),
             world_to_camera=poses.reshape(-1, 3, 4),
             intrinsics=frames[["fx", "fy", "cx", "cy"]].to_numpy(np.float64),
-            images=np.load(folder / "images.npy", mmap_mode="r"),
+            images=mapped_array(folder / "images.npy"),
             sequences=tuple(frames["sequence"]),
-            points=points_from_table(pd.read_parquet(folder / "points.parquet")),
-            masks=np.load(masks, mmap_mode="r") if masks.exists() else None,
+            points=points_from_table(read_table(folder / "points.parquet")),
+            masks=mapped_array(masks) if masks.exists() else None,
             source=frames.attrs.get("source", str(folder)),
         )
 

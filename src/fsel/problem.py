@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsel.capture import Capture, Views
+from fsel.files import read_table
 from fsel.split import Split
 
 if TYPE_CHECKING:
@@ -61,10 +62,8 @@ class Problem:
     @classmethod
     def load(cls, folder: str | Path, split: str | Path) -> Problem:
         """The problem of a split.parquet and the folder of a canonical capture, described."""
-        import pandas as pd  # here: it takes longer to import than a selection takes
-
         folder = Path(folder)
-        described = pd.read_parquet(folder / "descriptors.parquet")
+        described = read_table(folder / "descriptors.parquet")
         return cls.of(Capture.load(folder), Split.load(split), described)
 
     @cached_property

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsel.capture import Capture
+from fsel.files import read_table
 from fsel.geometry import pairwise_distances, pose_distance
 
 if TYPE_CHECKING:
@@ -69,9 +70,7 @@ class Split:
     @classmethod
     def load(cls, path: str | Path) -> Split:
         """Read a split.parquet."""
-        import pandas as pd
-
-        return cls.from_table(pd.read_parquet(path))
+        return cls.from_table(read_table(path))
 
 
 def evaluation_split(

@@ -7,6 +7,8 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from fsel.bounds import MAX_ERROR
 from fsel.capture import Capture
 from fsel.layouts import bare, colmap, sfm
@@ -69,7 +71,8 @@ def read_raw(
         if key not in found.options:
             allowed = ", ".join(found.options) or "nothing"
             raise ValueError(f"reading.{key}: layout {found.name} takes {allowed}")
-    return found, found.read(Path(path), **reading or {})
+    with np.errstate(over="ignore", invalid="ignore"):  # what becomes of it is refused by name
+        return found, found.read(Path(path), **reading or {})
 
 
 def read_capture(

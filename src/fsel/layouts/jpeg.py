@@ -54,6 +54,8 @@ def tables_hold(content: Content) -> bool:
             if marker == QUANTA:
                 quanta |= _quanta(inside)
             if marker in FRAMES:
+                if parts:  # libjpeg refuses a second
+                    return False
                 parts = _parts(inside)
             if marker == SCAN:
                 return _scan_holds(inside, parts, quanta)

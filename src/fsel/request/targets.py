@@ -130,7 +130,7 @@ def _of_word(capture: Capture, word: str) -> Targets:
         raise ValueError(
             f"targets are {word!r}; allowed: {', '.join(WORDS)}, N being a whole number from 2"
         )
-    frames = np.arange(0, len(capture), int(step))
+    frames = np.arange(0, len(capture), min(int(step), len(capture)))
     return _held_out(capture, frames, f"one frame in {step}, held out")
 
 
@@ -225,9 +225,10 @@ def camera_path(path: Path, capture: Capture) -> Views:
             "`transform_matrix`, of 4x4 numbers each"
         )
     poses = np.array([_matrix(view, field, path, f"{key}[{i}]") for i, view in enumerate(listed)])
-    poses = _undone(poses, path, content)
-    poses[:, :3, :3] = poses[:, :3, :3] @ OPENGL_TO_OPENCV
-    inverse = rigid(invert_pose(poses))
+    with np.errstate(over="ignore", invalid="ignore"):  # `check_poses` refuses what comes of it
+        poses = _undone(poses, path, content)
+        poses[:, :3, :3] = poses[:, :3, :3] @ OPENGL_TO_OPENCV
+        inverse = rigid(invert_pose(poses))
     check_poses([f"{key}[{i}]" for i in range(len(inverse))], inverse, str(path))
     return Views(inverse, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
 

@@ -6,12 +6,10 @@ import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import pandas as pd
-
 from fsel import measuring
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import write_table
+from fsel.files import read_table, write_table
 from fsel.metrics import Metrics
 from fsel.reconstruct import reconstructor_of
 from fsel.split import Split
@@ -48,5 +46,5 @@ def evaluate(
         logger.info("%s", picked)
         targets = Split.load(split).targets
         evaluator = Evaluator.on_frames(reconstructor, targets, metrics=metrics)
-        table = measuring.measure(evaluator, pd.read_parquet(picked))
+        table = measuring.measure(evaluator, read_table(picked))
         write_table(table, path, units=units, config=config)

@@ -16,7 +16,8 @@ from pathlib import Path
 
 import cv2
 
-from fsel.files import digest
+from fsel import checksums
+from fsel.files import digest, remove_leftovers
 
 CAPTURE = ("frames", "points", "images", "masks", "descriptors")  # files of a canonical capture
 LIBRARY = "lib"
@@ -49,6 +50,9 @@ def job(snakemake) -> Iterator[str]:
     try:
         yield digest(dict(snakemake.params.items()))
         logger.info("done in %.1f s", time.perf_counter() - started)
+    except checksums.Damaged as error:
+        logger.error("%s", error)
+        raise SystemExit(str(error)) from error  # a line, where a traceback would hide it
     except BaseException:
         logger.exception("failed")
         raise
@@ -60,6 +64,8 @@ def job(snakemake) -> Iterator[str]:
 def run(snakemake, function: Callable[..., None]) -> None:
     """Call a stage as a job, its parameters taken by name from the rule.
 
+    Inputs are compared with their checksums before, outputs get theirs after.
+
     Args:
         snakemake: the object that Snakemake hands to a script.
         function: see `arguments` for where its parameters come from.
@@ -69,7 +75,15 @@ def run(snakemake, function: Callable[..., None]) -> None:
             takes.
     """
     with job(snakemake) as config:
-        function(**arguments(snakemake, function, config))
+        found = arguments(snakemake, function, config)
+        for path in snakemake.input:
+            checksums.check(path)
+        for path in snakemake.output:
+            remove_leftovers(path)
+            remove_leftovers(checksums.beside(path))
+        function(**found)
+        for path in snakemake.output:
+            checksums.write(path)
 
 
 def arguments(snakemake, function: Callable[..., None], config: str) -> dict[str, object]:

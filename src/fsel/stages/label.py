@@ -11,7 +11,7 @@ import pandas as pd
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import fingerprint, write_table
+from fsel.files import fingerprint, read_table, write_table
 from fsel.metrics import Metrics, units
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
@@ -49,7 +49,7 @@ def label(
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    described = read_table(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
     parts = []
     with Journal(splits, fingerprint(inputs, {"config": config})) as journal:

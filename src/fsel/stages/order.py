@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.capture import Capture
-from fsel.files import write_table
+from fsel.files import read_table, write_table
 from fsel.geometry import pairwise_distances, pose_distance
 from fsel.split import Split
 from fsel.training.ordering import order_subset, trajectory_weights
@@ -42,11 +42,11 @@ def order(
     rows = []
     paths = iter(labels)
     for (scene, role), folder, path in zip(scenes.items(), folders, splits, strict=True):
-        capture, table = Capture.load(folder), pd.read_parquet(path)
+        capture, table = Capture.load(folder), read_table(path)
         for coverage in coverages:
             split = Split.from_table(table[table["coverage"] == coverage])
             head = {"scene": scene, "role": role, "coverage": coverage}
-            found = ordered_item(capture, split, pd.read_parquet(next(paths)), kept)
+            found = ordered_item(capture, split, read_table(next(paths)), kept)
             rows += [head | row for row in found]
     write_table(pd.DataFrame(rows), trajectories, units={"coverage": "percent"}, config=config)
 

@@ -7,12 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.features.columns import TARGET_GAIN
-from fsel.files import fingerprint, write_table
+from fsel.files import fingerprint, read_table, write_table
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared, greedy
@@ -102,7 +101,7 @@ def _practices(
 ) -> Iterator[_Practice]:
     """Every draw of a scene; all share its reconstructor."""
     capture = Capture.load(folder)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    described = read_table(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
     for draw in range(settings["draws"]):
         split = evaluation_split(capture, draw, settings["seed"], settings["targets"])

@@ -6,9 +6,7 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-import pandas as pd
-
-from fsel.files import write_table
+from fsel.files import read_table, write_table
 from fsel.selector.policies import KNOWN
 from fsel.selector.scorer import Network
 from fsel.training import imitation
@@ -47,7 +45,7 @@ def train(
     places = dict(zip(scenes, zip(folders, splits, strict=True), strict=True))
     data = {
         role: training_data(part, places, KNOWN[policy])
-        for role, part in pd.read_parquet(trajectories).groupby("role", sort=True)
+        for role, part in read_table(trajectories).groupby("role", sort=True)
     }
     sets = data["train"], data.get("validation", [])
     made = f"behaviour cloning of {len(data['train'])} searched subsets, {epochs} epochs"

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.capture import Capture
+from fsel.files import read_table
 from fsel.problem import Problem
 from fsel.selector.policies import Policy
 from fsel.selector.walk import Walk, follow
@@ -30,9 +31,9 @@ def labelled_problems(
     """
     for (scene, coverage), part in trajectories.groupby(["scene", "coverage"], sort=True):
         folder, splits = scenes[scene]
-        table = pd.read_parquet(splits)
+        table = read_table(splits)
         split = Split.from_table(table[table["coverage"] == coverage])
-        described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+        described = read_table(Path(folder) / "descriptors.parquet")
         yield Problem.of(Capture.load(folder), split, described), part.sort_values("rank")
 
 
