@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from fsel.cli.silence import native_lines_dropped
 
-from . import cases
+from . import cases, originals
 
 
 def main():
@@ -27,15 +27,13 @@ def main():
     counts = Counter()
     with native_lines_dropped(), tempfile.TemporaryDirectory() as name:
         original, work = Path(name, "originals"), Path(name, "work")
-        original.mkdir()
-        cases.originals(original)
+        originals.write(original)
         for case in tqdm(cases.drawn(asked.cases, asked.seed), disable=None):
             wrong = cases.run(case, original, work)
             counts["wrong" if wrong else "right"] += 1
             if wrong:
                 small = cases.shrunk(case, original, work)
-                entry = [small.layout, small.seed, small.kept]
-                print(json.dumps(entry), wrong[0][:600], flush=True)
+                print(json.dumps(cases.entry(small, original, work)), wrong[0][:600], flush=True)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(f"{asked.cases} cases, {counts['wrong']} wrong, peak of memory {peak:.2f} GB")
     return int(counts["wrong"] > 0)

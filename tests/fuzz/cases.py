@@ -1,31 +1,18 @@
-"""Cases by their seeds: a damaged capture or an odd command line, run and judged."""
+"""Cases by their seeds: damaged inputs or an odd command line, run and judged."""
 
 import contextlib
 import hashlib
-import io
 import json
 import shutil
-import signal
-import time
-import warnings
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import numpy as np
-from layout_recordings import recording
-from small_captures import camera_path, ring, write_ring
 
-from fsel.cli import main
-from fsel.layouts import LAYOUTS, read_capture
+from fsel.layouts import read_capture
 
-from . import mutators
+from . import changes, mutators, originals
+from .outcomes import command, faults, outcome
 
-FRAMES = 9
-LONGEST = 20  # seconds
-LAYOUT_NAMES = (
-    "ring", "colmap", "dl3dv", "mipnerf360", "nerfstudio", "scannetpp_dslr", "scannetpp_iphone",
-    "seven_scenes", "scannet", "co3d",
-)  # fmt: skip
 LINES = [
     ["-k", "{}"], ["--long-side", "{}"], ["--seed", "{}"], ["--threshold", "{}"],
     ["--method", "{}"],
@@ -41,135 +28,84 @@ class Case:
     """One case.
 
     Attributes:
-        layout: of the capture, or `lines` for command lines, or `path` for camera paths.
+        kind: one of `originals.KINDS`.
         seed: of all that is drawn.
         kept: which of the damages are done; None for all.
+        changes: what is changed in place of what the seed says, see `changes`.
     """
 
-    layout: str
+    kind: str
     seed: int
     kept: tuple[int, ...] | None = None
+    changes: dict = field(default_factory=dict, hash=False)
 
     @property
     def damages(self):
-        """How many damages there are."""
+        """How many damages the seed says."""
         return int(np.random.default_rng([self.seed, 1]).integers(1, 4))
 
-
-class Hang(Exception):
-    """A command took too long."""
-
-
-def originals(folder):
-    """Write an undamaged capture of each layout."""
-    for name in LAYOUT_NAMES:
-        if name == "ring":
-            write_ring(folder / name, frames=FRAMES, cloud=20)
-        else:
-            LAYOUTS[name].write(recording(name, FRAMES), folder / name)
-    camera_path(folder, ring(4))
+    def damage(self, folder):
+        """Do them to the copy of an original."""
+        if self.changes:
+            changes.done(self.changes, folder)
+            return
+        place = folder / originals.BESIDE.get(self.kind, "capture")
+        for number in range(self.damages):
+            if self.kept is None or number in self.kept:
+                rng = np.random.default_rng([self.seed, 2, number])
+                files = _files(place)
+                if files:
+                    mutators.damage(files[rng.integers(len(files))], rng)
 
 
 def run(case, original, work):
     """What is wrong with the outcome, in words; nothing where all is as promised."""
     shutil.rmtree(work, ignore_errors=True)
-    work.mkdir()
-    if case.layout == "lines":
-        return _of_line(case, original, work)
-    capture = work / "capture"
-    source = original / ("ring" if case.layout == "path" else case.layout)
-    shutil.copytree(source, capture)
-    target = original / "path.json"
-    if case.layout == "path":
-        target = Path(shutil.copy(target, work))
-    for number in range(case.damages):
-        if case.kept is None or number in case.kept:
-            rng = np.random.default_rng([case.seed, 2, number])
-            files = _files(capture) if case.layout != "path" else [target] * target.is_file()
-            if files:
-                chosen = files[rng.integers(len(files))]
-                mutators.damage(chosen, rng)
+    shutil.copytree(original / case.kind, work)
+    if case.kind == "lines":
+        return _of_line(case, work)
+    case.damage(work)
     before = _digest(work)
-    asked = ["--targets", str(target)] if case.layout == "path" else []
-    select = ["select", str(capture), "-k", "3", *asked, "-o", str(work / "out"), "--quiet"]
-    outcomes = {"select": _outcome(lambda: _command(select))}
-    if case.layout != "path":
-        outcomes["info"] = _outcome(lambda: _command(["info", str(capture), "--quiet"]))
-        outcomes["read_capture"] = _outcome(lambda: read_capture(capture))
-    shutil.rmtree(work / "out", ignore_errors=True)
-    wrong = [f"{name}: {text}" for name, (kind, text) in outcomes.items() if kind == "wrong"]
-    refused = {text for kind, text in outcomes.values() if kind == "refused"}
-    wrong += [f"names no file: {text}" for text in refused if str(work) not in text]
-    wrong += [f"of several lines: {text}" for text in refused if "\n" in text]
-    if not wrong and refused and not _alike(outcomes):
-        wrong.append(f"not alike: {outcomes}")
+    lines = originals.commands(case.kind, work, np.random.default_rng([case.seed, 3]))
+    found = {}
+    for name, line in lines.items():
+        found[name] = outcome(lambda line=line: command(line))
+        _remove(work / "out")
+    if case.kind not in originals.BESIDE:
+        found["read_capture"] = outcome(lambda: read_capture(work / "capture"))
+    wrong = faults(found, work)
     if _digest(work) != before:
         wrong.append("the input was changed, or something was left")
     return wrong
 
 
-def _alike(outcomes):
-    """One line for all; `select` alone may refuse what it cannot export or has too little of."""
-    own = ("no counterpart in transforms.json", "leave nothing to select", "allowed: 1 to")
-    if outcomes["select"][0] == "refused" and any(text in outcomes["select"][1] for text in own):
-        outcomes = {name: found for name, found in outcomes.items() if name != "select"}
-    return len(set(outcomes.values())) <= 1
-
-
-def _of_line(case, original, work):
+def _of_line(case, work):
     rng = np.random.default_rng([case.seed, 3])
     words = []
     for _ in range(int(rng.integers(1, 3))):
         value = VALUES[rng.integers(len(VALUES))]
         words += [word.format(value) for word in LINES[rng.integers(len(LINES))]]
-    line = ["select", str(original / "ring"), "-k", "3", "--quiet", "-o", str(work / "out"), *words]
-    before = _digest(original)
-    with contextlib.chdir(work):
-        kind, text = _outcome(lambda: _command(line))
+    line = ["select", str(work / "capture"), "-k", "3", "--quiet", "-o", str(work / "out"), *words]
+    before = _digest(work / "capture")
+    (work / "here").mkdir()
+    with contextlib.chdir(work / "here"):
+        kind, text = outcome(lambda: command(line))
     wrong = [f"{words}: {text}"] if kind == "wrong" else []
     if kind == "refused" and "\n" in text:
         wrong.append(f"{words}: of several lines: {text}")
-    return wrong + ["the input was changed"] * (_digest(original) != before)
+    return wrong + ["the input was changed"] * (_digest(work / "capture") != before)
 
 
-def _command(line):
-    """Raises what the command refused, in its words; an odd command line is no refusal."""
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
-        try:
-            code = main(line)
-        except SystemExit as stop:
-            code = 0 if stop.code == 2 else 3
-    if code:
-        raise ValueError(said.getvalue().removeprefix("fsel: ").rstrip("\n"))
+def _files(place):
+    found = [place] if place.is_file() else place.rglob("*")
+    return sorted(path for path in found if path.is_file() and not path.is_symlink())
 
 
-def _outcome(work):
-    """(kind, text): done, refused in words, or wrong."""
-    started = time.monotonic()
-    previous = signal.signal(signal.SIGALRM, _hang)
-    signal.alarm(LONGEST)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            work()
-    except (ValueError, OSError) as error:
-        text = str(error)
-        return ("refused", text) if time.monotonic() - started < LONGEST else ("wrong", "slow")
-    except Exception as error:
-        return "wrong", f"{type(error).__name__}: {error}"
-    finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, previous)
-    return "done", ""
-
-
-def _hang(number, frame):
-    raise Hang(f"more than {LONGEST} seconds")
-
-
-def _files(folder):
-    return sorted(path for path in folder.rglob("*") if path.is_file())
+def _remove(path):
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _digest(folder):
@@ -183,23 +119,32 @@ def _digest(folder):
 
 def shrunk(case, original, work):
     """The case with as few of its damages as still go wrong."""
-    if case.layout == "lines":
+    if case.kind == "lines":
         return case
-    kept = list(range(case.damages)) if case.kept is None else list(case.kept)
+    kept = list(range(case.damages))
     for number in list(kept):
-        fewer = Case(case.layout, case.seed, tuple(n for n in kept if n != number))
+        fewer = Case(case.kind, case.seed, tuple(n for n in kept if n != number))
         if fewer.kept and run(fewer, original, work):
             kept.remove(number)
-    return Case(case.layout, case.seed, tuple(kept))
+    return Case(case.kind, case.seed, tuple(kept))
+
+
+def entry(case, original, work):
+    """A case as an entry of cases.json."""
+    if case.kind == "lines":
+        return [case.kind, case.seed, {}]
+    shutil.rmtree(work, ignore_errors=True)
+    shutil.copytree(original / case.kind, work)
+    case.damage(work)
+    return [case.kind, case.seed, changes.between(original / case.kind, work)]
 
 
 def drawn(count, seed):
-    """Cases of all layouts in turn, and of paths and command lines."""
-    kinds = (*LAYOUT_NAMES, "path", "lines")
+    """Cases of all kinds in turn."""
+    kinds = originals.KINDS
     return [Case(kinds[i % len(kinds)], seed + i) for i in range(count)]
 
 
 def stored(path):
     """Cases that went wrong once."""
-    return [Case(*entry[:2], None if entry[2] is None else tuple(entry[2]))
-            for entry in json.loads(path.read_text())]  # fmt: skip
+    return [Case(kind, seed, None, done) for kind, seed, done in json.loads(path.read_text())]

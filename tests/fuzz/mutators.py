@@ -9,6 +9,8 @@ import zlib
 import cv2
 import numpy as np
 
+from .changes import replaced
+
 ODD = [
     None, 0, -1, 1, 0.1, 40, 1e308, -1e308, 1e-308, 10**30, math.nan, math.inf, -math.inf, "", "x",
     "../x", "a/../b.jpg", " x ", "a\nb", [], {}, [[]], [0, 0, 0, 0], True,
@@ -135,6 +137,7 @@ BY_ENDING = {
     ".json": [odd_field] * 6 + [odd_word, other_text],
     ".jgz": [odd_packed] * 6,
     ".txt": [odd_word] * 6 + [other_text],
+    ".ply": [odd_number] * 3 + [odd_word] * 3,
     ".log": [odd_word] * 4 + [other_text],
     ".bin": [odd_number] * 5,
     ".png": [large_claim, other_image],
@@ -142,13 +145,15 @@ BY_ENDING = {
 }
 
 
+PLACES = ["gone", "folder", "fifo", "link:/dev/zero", "link:/dev/null", "link:nowhere"]
+
+
 def damage(path, rng):
-    """Change one file; sometimes it goes, or becomes a folder."""
-    choice = int(rng.integers(20))
-    if choice < 2:
-        path.unlink()
-        if choice:
-            path.mkdir()
+    """Change one file; sometimes it goes, or something else takes its place."""
+    choice = int(rng.integers(10 * (len(PLACES) + 2)))
+    places = [*PLACES, f"link:{path.name}", f"link:{path.parent}"]
+    if choice < len(places):
+        replaced(path, places[choice])
         return
     content = path.read_bytes()
     known = [*ANY, *BY_ENDING.get(path.suffix.lower(), [])]

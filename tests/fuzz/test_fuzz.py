@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzz import cases
+from fuzz import cases, originals
 
 STORED = cases.stored(Path(__file__).with_name("cases.json"))
 SHORT = cases.drawn(36, seed=1)
@@ -13,11 +13,11 @@ SHORT = cases.drawn(36, seed=1)
 @pytest.fixture(scope="module")
 def original(tmp_path_factory):
     folder = tmp_path_factory.mktemp("originals")
-    cases.originals(folder)
+    originals.write(folder)
     return folder
 
 
-@pytest.mark.parametrize("case", [*SHORT, *STORED], ids=lambda case: f"{case.layout}-{case.seed}")
+@pytest.mark.parametrize("case", [*SHORT, *STORED], ids=lambda case: f"{case.kind}-{case.seed}")
 @pytest.mark.usefixtures("capfd")
 def test_damage_is_refused_in_words_that_name_it(case, original, tmp_path):
     assert cases.run(case, original, tmp_path / "work") == []

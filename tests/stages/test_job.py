@@ -1,10 +1,12 @@
 """A job's arguments by name, its log and its digest."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from snakemake.iocontainers import Namedlist
 
+from fsel import checksums
 from fsel.files import digest
 from fsel.stages.job import arguments, job, run
 
@@ -118,3 +120,26 @@ def test_a_stage_runs_as_a_job_and_its_refusal_is_logged(tmp_path):
     with pytest.raises(TypeError, match="'k' has no value"):
         run(rule(log=[str(log)]), lambda k: None)
     assert "'k' has no value" in log.read_text()
+
+
+def copied(source, table):
+    Path(table).write_bytes(Path(source).read_bytes())
+
+
+def test_inputs_are_checked_and_outputs_get_checksums(tmp_path):
+    source, table, log = tmp_path / "a.npy", tmp_path / "t.parquet", tmp_path / "a.log"
+    source.write_text("whole")
+    checksums.write(source)
+    left = tmp_path / ".4194304999.t.parquet"  # of a process that is gone
+    left.write_text("half")
+    asked = rule(named(source=str(source)), named(table=str(table)), log=[str(log)])
+    run(asked, copied)
+    checksums.check(table)
+    assert not left.exists()
+    table.unlink()
+    source.write_text("wholE")
+    with pytest.raises(SystemExit, match=r"a\.npy: its bytes are not those that were made\. Make"):
+        run(asked, copied)
+    assert not table.exists()
+    assert "a.npy: its bytes" in log.read_text()
+    assert "Traceback" not in log.read_text()

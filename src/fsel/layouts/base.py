@@ -108,10 +108,21 @@ class Layout:
     options: tuple[str, ...] = ()
 
 
+def regular(path: Path) -> Path:
+    """A path, refused where it leads to a device or a pipe, which have no end.
+
+    Raises:
+        OSError: without the path, for whoever reads the file and names it.
+    """
+    if path.exists() and not path.is_file():
+        raise OSError("not a regular file")
+    return path
+
+
 def read_text(path: Path) -> str:
     """A text file, naming it when it cannot be read."""
     try:
-        return path.read_text(encoding="utf-8")
+        return regular(path).read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise ValueError(f"{path}: not readable as text ({error})") from error
 
@@ -154,7 +165,7 @@ def number(value: object, path: Path, what: str) -> float:
 def read_json(path: Path) -> dict[str, Any]:
     """Parse a JSON object, naming the file when that fails."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(regular(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: not readable as JSON ({error})") from error
     if not isinstance(content, dict):
@@ -177,7 +188,7 @@ def read_matrix(path: Path, shape: tuple[int, int] = (4, 4)) -> np.ndarray:
         ValueError: when the file is missing, holds something else, or another count of numbers.
     """
     try:
-        values = np.array(path.read_text().split(), np.float64)
+        values = np.array(regular(path).read_text().split(), np.float64)
     except (OSError, ValueError) as error:
         raise ValueError(f"{path}: not readable as numbers ({error})") from error
     if values.size != np.prod(shape):

@@ -29,6 +29,9 @@ def check_whole(model: Path) -> None:
     Raises:
         ValueError: naming the file.
     """
+    for path in sorted(model.glob("*.txt")) + sorted(model.glob("*.bin")):
+        if not (path.is_file() or path.is_dir()):  # COLMAP's reader would wait, deaf to signals
+            raise ValueError(f"{path}: not a regular file")
     for name, skip in ENTRIES.items():
         path = model / name
         if not path.is_file():

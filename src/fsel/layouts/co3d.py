@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, inside, member, number, numbers, text
+from fsel.layouts.base import Layout, RawCapture, inside, member, number, numbers, regular, text
 from fsel.layouts.recording import Camera, Recording
 
 FRAMES = "frame_annotations.jgz"
@@ -84,7 +84,7 @@ def _capture(frames: list[dict], root: Path, path: Path, dropped: dict[str, str]
 def _read_list(path: Path) -> list[dict]:
     """A gzipped JSON list."""
     try:
-        content = json.loads(gzip.decompress(path.read_bytes()))
+        content = json.loads(gzip.decompress(regular(path).read_bytes()))
     except (OSError, EOFError, ValueError, RecursionError, zlib.error) as error:
         raise ValueError(f"{path}: not readable as gzipped JSON ({error})") from error
     if not isinstance(content, list) or not all(isinstance(entry, dict) for entry in content):

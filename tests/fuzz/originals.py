@@ -1,0 +1,78 @@
+"""Undamaged inputs of each kind, and the command lines that they are given to."""
+
+import shutil
+
+import cv2
+import numpy as np
+from layout_recordings import recording, write_film
+from small_captures import camera_path, ring, write_ring
+
+from fsel.layouts import LAYOUTS, read_capture
+from fsel.reconstruct import ply
+
+FRAMES = 9
+WRITTEN = (
+    "colmap", "dl3dv", "mipnerf360", "nerfstudio", "scannetpp_dslr", "scannetpp_iphone",
+    "seven_scenes", "scannet", "co3d", "tanks_and_temples",
+)  # fmt: skip
+BESIDE = {"path": "path.json", "masks": "masks", "names": "names.txt", "ply": "model.ply"}
+"""Kinds whose damage is in a file or folder beside an undamaged capture."""
+KINDS = ("ring", "film", *WRITTEN, *BESIDE, "lines")
+SMALL = ["--long-side", "24", "--quiet"]
+
+
+def write(folder):
+    """A folder a kind: `capture`, with `names.txt` and `model.ply` beside it."""
+    for kind in ("ring", "film", *WRITTEN):
+        (folder / kind).mkdir(parents=True)
+        _write_capture(kind, folder / kind / "capture")
+        _write_beside(folder / kind)
+    for kind in (*BESIDE, "lines"):
+        shutil.copytree(folder / "ring", folder / kind)
+    camera_path(folder / "path", ring(4))
+    (folder / "masks" / "masks").mkdir()
+    for frame in range(FRAMES):
+        disc = cv2.circle(np.zeros((48, 64), np.uint8), (32, 24), 10, 255, -1)
+        cv2.imwrite(str(folder / "masks" / "masks" / f"frame_{frame:03d}.png"), disc)
+
+
+def _write_capture(kind, folder):
+    if kind == "ring":
+        write_ring(folder, frames=FRAMES, cloud=20)
+    elif kind == "film":
+        write_film(recording("scannetpp_iphone", FRAMES), folder)
+    else:
+        made = recording(kind, FRAMES)
+        LAYOUTS[kind].write(made, folder)
+
+
+def _write_beside(folder):
+    names = read_capture(folder / "capture").names
+    (folder / "names.txt").write_text("\n".join(names[:6:2]) + "\n")
+    xyz = np.random.default_rng(0).normal(size=(12, 3))
+    ply.write_round(
+        folder / "model.ply", xyz, np.full((12, 3), 0.5), np.full(12, 0.5), np.full(12, 0.1)
+    )
+
+
+def commands(kind, folder, rng):
+    """Name -> words of each command to try, of inputs in `folder`; they write to `folder/out`."""
+    capture, out = str(folder / "capture"), ["-o", str(folder / "out")]
+    names, model = str(folder / "names.txt"), str(folder / "model.ply")
+    select = ["select", capture, "-k", "3", "--quiet", *out]
+    every = {
+        "compare": ["compare", capture, "-k", "3", "--methods", "uniform", *SMALL, *out],
+        "reconstruct": ["reconstruct", capture, "--frames", names, *SMALL, *out],
+        "render": ["render", model, "--capture", capture, "--targets", "every:8", *SMALL, *out],
+    }
+    if kind == "path":
+        return {"select": [*select, "--targets", str(folder / "path.json")]}
+    if kind == "masks":
+        return {"select": [*select, "--masks", str(folder / "masks")]}
+    if kind == "names":
+        return {"select": [*select, "--targets", names], "reconstruct": every["reconstruct"]}
+    if kind == "ply":
+        return {"render": every["render"]}
+    further = sorted(every)[rng.integers(len(every))]
+    info = ["info", capture, "--quiet"]
+    return {"select": select, "info": info, further: every[further]}

@@ -1,0 +1,83 @@
+"""What a command made of its input: done, refused in words, or wrong."""
+
+import contextlib
+import io
+import resource
+import signal
+import time
+import warnings
+
+from fsel.cli import main
+
+LONGEST = 20  # seconds
+MEMORY = 2_000_000  # kilobytes that the process may have taken
+# of commands alone, whose business goes beyond reading
+OWN = (
+    "no counterpart in transforms.json", "leave nothing to select", "allowed: 1 to",
+    "frames are targets; at least two must remain", "are not in the capture, the first",
+)  # fmt: skip
+
+
+class Hang(Exception):
+    """A command took too long."""
+
+
+def command(line):
+    """Raises what the command refused, in its words; an odd command line is no refusal."""
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+        try:
+            code = main(line)
+        except SystemExit as stop:
+            code = 0 if stop.code == 2 else 3
+    if code:
+        raise ValueError(said.getvalue().removeprefix("fsel: ").rstrip("\n"))
+
+
+def outcome(work):
+    """(kind, text): done, refused in words, or wrong."""
+    started, before = time.monotonic(), _peak()
+    previous = signal.signal(signal.SIGALRM, _hang)
+    signal.alarm(LONGEST)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            work()
+        found = "done", ""
+    except (ValueError, OSError) as error:
+        found = "refused", str(error)
+    except Exception as error:
+        found = "wrong", f"{type(error).__name__}: {error}"
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, previous)
+    if time.monotonic() - started >= LONGEST:
+        found = "wrong", "slow"
+    if _peak() > max(before, MEMORY):
+        found = "wrong", f"{_peak() / 1e6:.1f} GB of memory"
+    return found
+
+
+def _peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def _hang(number, frame):
+    raise Hang(f"more than {LONGEST} seconds")
+
+
+def faults(outcomes, folder):
+    """What is wrong with the outcomes of several commands on one input, in words."""
+    wrong = [f"{name}: {text}" for name, (kind, text) in outcomes.items() if kind == "wrong"]
+    refused = {text for kind, text in outcomes.values() if kind == "refused"}
+    wrong += [f"names no file: {text}" for text in refused if str(folder) not in text]
+    wrong += [f"of several lines: {text}" for text in refused if "\n" in text]
+    if not wrong and not _alike(outcomes):
+        wrong.append(f"not alike: {outcomes}")
+    return wrong
+
+
+def _alike(outcomes):
+    """Whether all say the same, those left aside that refuse what is their own business."""
+    shared = {found for found in outcomes.values() if not any(text in found[1] for text in OWN)}
+    return len(shared) <= 1
