@@ -121,6 +121,21 @@ def test_bad_input_is_refused_in_one_line(damage, said, capture, tmp_path, capsy
     assert {path.name for path in tmp_path.iterdir()} <= {"capture", "names.txt", "path.json"}
 
 
+@pytest.mark.parametrize("said", ["SVD did not converge", "Singular matrix"])
+def test_an_algebra_without_an_answer_names_the_capture(
+    said, capture, tmp_path, monkeypatch, capsys
+):
+    def fail(*_args, **_keywords):
+        raise np.linalg.LinAlgError(said)
+
+    monkeypatch.setattr("fsel.api.select", fail)
+    assert select(capture, "-k", 3, "-o", tmp_path / "out") == 1
+    assert capsys.readouterr().err == (
+        f"fsel: {capture}: its cameras' poses leave the computation no answer ({said})\n"
+    )
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_name_that_leads_out_of_the_subset_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"'\.\./x\.jpg': its name leads out"):
         subset._inside(tmp_path / "images", "../x.jpg")

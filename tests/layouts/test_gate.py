@@ -1,6 +1,7 @@
 """One gate: what `read_capture` refuses, every command refuses, in the same words."""
 
 import json
+import os
 
 import cv2
 import numpy as np
@@ -56,6 +57,14 @@ def image(name, content):
     return lambda folder: (folder / "images" / name).write_bytes(content)
 
 
+def second_frame(folder):
+    """A JPEG that states its size twice, which libjpeg refuses."""
+    path = folder / "images" / "frame_004.jpg"
+    content = path.read_bytes()
+    at = content.index(b"\xff\xc0")
+    path.write_bytes(content[: at + 19] + content[at : at + 19] + content[at + 19 :])
+
+
 def shifted_names(folder):
     """Two photos are gone, and an unrelated one has their stem."""
     model = pycolmap.Reconstruction(str(sparse(folder)))
@@ -103,6 +112,7 @@ CASES = {
     "photos of another's name": (shifted_names, "a/frame_000.jpg: image of"),
     "a missing photo": (lambda f: (f / "images" / "frame_003.jpg").unlink(), "frame_003.jpg"),
     "an empty photo": (image("frame_004.jpg", b""), "frame_004.jpg: image file is empty"),
+    "a photo with two frames": (second_frame, "frame_004.jpg: not a readable image: its header"),
     "a damaged photo": (image("frame_004.jpg", b"\xff\xd8\xff\xd9"), "frame_004.jpg: "),
     "a smaller photo": (
         image("frame_005.jpg", cv2.imencode(".jpg", np.zeros((24, 32, 3), np.uint8))[1].tobytes()),
@@ -117,6 +127,14 @@ CASES = {
     "a detour": (
         nerfstudio(lambda c: c["frames"][0].update(file_path="images/a/../frame_000.jpg")),
         "'a/../frame_000.jpg' is no plain path",
+    ),
+    "a focal length of no lens": (
+        nerfstudio(lambda c: c.update(fl_x=1e300, fl_y=1e300)),
+        "camera must have a positive size and focal length (0.001 to 10000 times",
+    ),
+    "a pipe": (
+        lambda f: ((sparse(f) / "points3D.bin").unlink(), os.mkfifo(sparse(f) / "points3D.bin")),
+        "points3D.bin: not a regular file",
     ),
     "no rotation": (
         nerfstudio(lambda c: c["frames"][1].update(transform_matrix=np.zeros((4, 4)).tolist())),

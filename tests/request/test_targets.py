@@ -1,6 +1,7 @@
 """Requests become views: every form, in the capture's world, about an object or not."""
 
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -67,6 +68,9 @@ def test_cameras_without_a_common_point_have_no_orbit():
     same = np.tile(np.eye(3), (5, 1, 1))
     with pytest.raises(ValueError, match="parallel lines"):
         targets_of(capture_of(np.arange(15.0).reshape(5, 3), same), "orbit")
+    named = replace(capture_of(np.arange(15.0).reshape(5, 3), same), source="a folder")
+    with pytest.raises(ValueError, match=r"^a folder: the cameras look along"):
+        targets_of(named, "orbit")
     outward = ring(24)
     turned = np.diag([-1.0, 1, -1]) @ outward  # each about its own upright axis
     with pytest.raises(ValueError, match="use `trajectory`"):
@@ -219,6 +223,13 @@ def test_views_of_another_world_are_told(circle):
     np.testing.assert_array_equal(targets.far, [False, False, False, True])
     with pytest.raises(ValueError, match="another world frame"):
         targets_of(circle, Views(poses[3:], intrinsics[3:], (64, 48)))
+
+
+@pytest.mark.parametrize("request_", [None, "trajectory", f"every:{10**30}"])
+def test_cameras_in_one_place_are_near_one_another(request_):
+    turns = [cv2.Rodrigues(np.array([0, turn, 0]))[0] for turn in np.linspace(0, 3, 12)]
+    capture = capture_of(np.tile([0.1, 0.2, 0.3], (12, 1)), np.array(turns))
+    assert not targets_of(capture, request_).far.any()
 
 
 def test_a_view_sees_what_lies_in_front_of_it_and_in_its_image():

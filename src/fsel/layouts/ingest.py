@@ -22,6 +22,7 @@ from fsel.layouts.undistortion import Lens, prepared
 ROUNDING = 1e-3
 PROGRESS = 500  # frames between two lines in the log
 LARGEST = 1 << 20  # pixels of an image's side
+FOCAL = (1e-3, 1e4)  # least and greatest focal length, of an image's longer side
 LENSES = 4  # kept at once: cameras of a capture may be as many as its frames
 log = logging.getLogger(__name__)
 
@@ -104,8 +105,9 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
     for camera, name in dict(zip(raw.cameras, raw.names, strict=True)).items():
         if not _possible(camera):
             raise ValueError(
-                f"{source}: frame {name!r}: camera must have a positive size and focal length and "
-                f"finite parameters, got {camera}"
+                f"{source}: frame {name!r}: camera must have a positive size and focal length "
+                f"({FOCAL[0]:g} to {FOCAL[1]:g} times the longer side) and finite parameters, got "
+                f"{camera}"
             )
     return raw
 
@@ -119,8 +121,10 @@ def _possible(camera: Camera) -> bool:
     if not (0 < camera.width < LARGEST and 0 < camera.height < LARGEST):
         return False
     model = camera.colmap
-    focal = min(model.focal_length_x, model.focal_length_y)
-    return bool(np.isfinite(camera.params).all()) and focal > 0
+    focal = np.array([model.focal_length_x, model.focal_length_y])
+    share = focal / max(camera.width, camera.height)
+    within = bool(((share >= FOCAL[0]) & (share <= FOCAL[1])).all())
+    return within and bool(np.isfinite(camera.params).all())
 
 
 def rigid(poses: np.ndarray) -> np.ndarray:

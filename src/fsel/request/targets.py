@@ -19,6 +19,7 @@ from fsel.request.paths import orbit, trajectory, whole
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
 WHOLE_VIEWS = 30  # that stand for the whole capture; 15 to 60 gave equal results on real captures
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
+ROUNDING = 1e-9  # of the centres' greatest coordinate: cameras in one place differ by less
 WORDS = ("every:N", "orbit", "trajectory", "a .json camera path", "a .txt list of frame names")
 ALL = "the whole capture"
 ORBIT = "orbit"
@@ -89,7 +90,11 @@ def targets_of(capture: Capture, request: Request) -> Targets:
     if isinstance(request, Path) or (isinstance(request, str) and "." in request):
         return _of_file(capture, Path(request))
     if isinstance(request, str):
-        return _of_word(capture, request)
+        try:
+            return _of_word(capture, request)
+        except ValueError as error:
+            where = f"{capture.source}: " if capture.source else ""
+            raise ValueError(f"{where}{error}") from error
     return _held_out(capture, np.sort(_numbers(capture, request)), f"{len(request)} given frames")
 
 
@@ -192,7 +197,7 @@ def _request(capture: Capture, views: Views, kind: str) -> Targets:
     centers = capture.centers
     extent = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
     gap = pairwise_distances(views.centers, centers).min(axis=1)
-    far = gap > FAR * max(extent, np.finfo(float).tiny)
+    far = gap > max(FAR * extent, ROUNDING * np.abs(centers).max())
     if far.all():
         raise ValueError(
             f"{kind}: every target view is far from every camera, the nearest {gap.min():.4g} "
