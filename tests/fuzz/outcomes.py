@@ -66,13 +66,13 @@ def _hang(number, frame):
     raise Hang(f"more than {LONGEST} seconds")
 
 
-def faults(outcomes, folder):
+def faults(outcomes, folder, alike):
     """What is wrong with the outcomes of several commands on one input, in words."""
     wrong = [f"{name}: {text}" for name, (kind, text) in outcomes.items() if kind == "wrong"]
     refused = {text for kind, text in outcomes.values() if kind == "refused"}
     wrong += [f"names no file: {text}" for text in refused if str(folder) not in text]
     wrong += [f"of several lines: {text}" for text in refused if "\n" in text]
-    if not wrong and not _alike(outcomes):
+    if alike and not wrong and not _alike(outcomes):
         wrong.append(f"not alike: {outcomes}")
     return wrong
 

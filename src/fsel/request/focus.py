@@ -163,7 +163,7 @@ def _seen_in(
             f"{where}: {len(rays)} masks show the object, at least two are needed; {hint}"
         )
     center = _closest_point(np.array(origins), directions(np.array(rays), np.zeros(3)))
-    return Focus(center, center[None], f"{len(rays)} masks in {Path(where).name}")
+    return Focus(center, center[None], f"{len(rays)} masks in {where}")
 
 
 def _closest_point(origins: np.ndarray, bearings: np.ndarray) -> np.ndarray:

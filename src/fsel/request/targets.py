@@ -60,8 +60,8 @@ class Targets:
         kept = np.flatnonzero(sees(self.views, corners).any(axis=1))
         if not len(kept):
             raise ValueError(
-                f"none of the {len(self.views)} target views ({self.kind}) sees the object; "
-                "is its position in the capture's world frame?"
+                f"{_where(capture)}none of the {len(self.views)} target views ({self.kind}) "
+                "sees the object; is its position in the capture's world frame?"
             )
         blind = np.flatnonzero(~sees(capture.views, corners).any(axis=1))
         return replace(self, views=self.views.subset(kept), far=self.far[kept], blind=blind)
@@ -90,11 +90,7 @@ def targets_of(capture: Capture, request: Request) -> Targets:
     if isinstance(request, Path) or (isinstance(request, str) and "." in request):
         return _of_file(capture, Path(request))
     if isinstance(request, str):
-        try:
-            return _of_word(capture, request)
-        except ValueError as error:
-            where = f"{capture.source}: " if capture.source else ""
-            raise ValueError(f"{where}{error}") from error
+        return _of_word(capture, request)
     return _held_out(capture, np.sort(_numbers(capture, request)), f"{len(request)} given frames")
 
 
@@ -125,9 +121,18 @@ def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool 
         )
 
 
+def _where(capture: Capture) -> str:
+    """The beginning of a refusal that only the capture can be blamed for."""
+    return f"{capture.source}: " if capture.source else ""
+
+
 def _of_word(capture: Capture, word: str) -> Targets:
     if word == ORBIT:
-        return _request(capture, orbit(capture, MOST_VIEWS), "an orbit")
+        try:
+            views = orbit(capture, MOST_VIEWS)
+        except ValueError as error:
+            raise ValueError(f"{_where(capture)}{error}") from error
+        return _request(capture, views, "an orbit")
     if word == "trajectory":
         return _request(capture, trajectory(capture, MOST_VIEWS), "the smoothed camera path")
     head, _, step = word.partition(":")
@@ -184,8 +189,8 @@ def _numbers(
 def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:
     if len(frames) > len(capture) - 2:
         raise ValueError(
-            f"{kind}: {len(frames)} of {len(capture)} frames are targets; at least two must remain "
-            "to select from"
+            f"{_where(capture)}{kind}: {len(frames)} of {len(capture)} frames are targets; "
+            "at least two must remain to select from"
         )
     return replace(_request(capture, capture.view(frames), kind), frames=frames)
 
@@ -200,8 +205,8 @@ def _request(capture: Capture, views: Views, kind: str) -> Targets:
     far = gap > max(FAR * extent, ROUNDING * np.abs(centers).max())
     if far.all():
         raise ValueError(
-            f"{kind}: every target view is far from every camera, the nearest {gap.min():.4g} "
-            f"away where the capture reaches {extent:.4g} from its middle. Are they in another "
+            f"{_where(capture)}{kind}: every target view is far from every camera, the "
+            f"nearest {gap.min():.4g} away where the capture reaches {extent:.4g} from its middle. Are they in another "
             "world frame? Hint: nerfstudio's viewer exports paths in its own; put "
             "dataparser_transforms.json of the training run beside the path"
         )
