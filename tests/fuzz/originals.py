@@ -18,7 +18,7 @@ WRITTEN = (
 BESIDE = {"path": "path.json", "masks": "masks", "names": "names.txt", "ply": "model.ply"}
 """Kinds whose damage is in a file or folder beside an undamaged capture."""
 KINDS = ("ring", "film", *WRITTEN, *BESIDE, "lines")
-SMALL = ["--long-side", "24", "--quiet"]
+SIZE = ["--long-side", "128", "--quiet"]  # as `read_capture` has it
 
 
 def write(folder):
@@ -61,9 +61,9 @@ def commands(kind, folder, rng):
     names, model = str(folder / "names.txt"), str(folder / "model.ply")
     select = ["select", capture, "-k", "3", "--quiet", *out]
     every = {
-        "compare": ["compare", capture, "-k", "3", "--methods", "uniform", *SMALL, *out],
-        "reconstruct": ["reconstruct", capture, "--frames", names, *SMALL, *out],
-        "render": ["render", model, "--capture", capture, "--targets", "every:8", *SMALL, *out],
+        "compare": ["compare", capture, "-k", "3", "--methods", "uniform", *SIZE, *out],
+        "reconstruct": ["reconstruct", capture, "--frames", names, *SIZE, *out],
+        "render": ["render", model, "--capture", capture, "--targets", "every:8", *SIZE, *out],
     }
     if kind == "path":
         return {"select": [*select, "--targets", str(folder / "path.json")]}

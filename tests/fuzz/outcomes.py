@@ -44,7 +44,9 @@ def outcome(work):
             warnings.simplefilter("error")
             work()
         found = "done", ""
-    except (ValueError, OSError) as error:
+    except OSError as error:  # in the words of the commands
+        found = "refused", f"{error.filename}: {error.strerror}" if error.strerror else str(error)
+    except ValueError as error:
         found = "refused", str(error)
     except Exception as error:
         found = "wrong", f"{type(error).__name__}: {error}"

@@ -103,7 +103,7 @@ def read(path: str | Path) -> Cloud:
     """
     try:
         data = PlyData.read(str(path))
-    except (PlyParseError, UnicodeDecodeError) as error:
+    except (PlyParseError, ValueError) as error:
         raise ValueError(f"{path}: no .ply file: {error}") from error
     if "vertex" not in data:
         raise ValueError(f"{path}: no element 'vertex'")
