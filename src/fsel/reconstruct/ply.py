@@ -101,6 +101,8 @@ def read(path: str | Path) -> Cloud:
     Raises:
         ValueError: naming the file, for what is no such file, or values that are not finite.
     """
+    if Path(path).exists() and not Path(path).is_file():
+        raise ValueError(f"{path}: no .ply file: not a regular file")
     try:
         data = PlyData.read(str(path))
     except (PlyParseError, ValueError) as error:

@@ -207,8 +207,8 @@ def _request(capture: Capture, views: Views, kind: str) -> Targets:
         raise ValueError(
             f"{_where(capture)}{kind}: every target view is far from every camera, the "
             f"nearest {gap.min():.4g} away where the capture reaches {extent:.4g} from its middle. "
-            "Are they in another world frame? Hint: nerfstudio's viewer exports paths in its own; put "
-            "dataparser_transforms.json of the training run beside the path"
+            "Are they in another world frame? Hint: nerfstudio's viewer exports paths in its own; "
+            "put dataparser_transforms.json of the training run beside the path"
         )
     return Targets(views, np.empty(0, np.int64), kind, far)
 
