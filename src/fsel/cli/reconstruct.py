@@ -15,8 +15,6 @@ from fsel.export.records import PlyRecord
 from fsel.export.staging import staged
 from fsel.request.targets import named_in
 
-LEAST = 2  # frames of a model
-
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
@@ -29,8 +27,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     with staged(asked.out, "reconstruct", PlyRecord(), inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, asked.long_side)
         frames = named_in(asked.frames, opened.capture)
-        if len(frames) < LEAST:
-            raise ValueError(f"{asked.frames}: names one frame; at least {LEAST} are needed")
+        if len(frames) < 2:
+            raise ValueError(f"{asked.frames}: names one frame; two or more are needed")
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
         model: Any = fitted(bound(asked, loaded), np.arange(len(frames)), console)
