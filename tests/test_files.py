@@ -51,11 +51,11 @@ def test_digests_follow_content_not_order(tmp_path):
 
 
 def test_unfinished_files_are_told_apart_by_machine_and_process(tmp_path):
-    """Two jobs of a cluster write one file; what is a day old belongs to none of them."""
+    """Two jobs of a cluster write one file; what is a day old, or left here, is of none of them."""
     path = tmp_path / "images.npy"
     other, forgotten = tmp_path / ".node-7.12.images.npy", tmp_path / ".node-7.13.images.npy"
-    unlike = tmp_path / ".images.npy"
-    for file in (other, forgotten, unlike):
+    unlike, left = tmp_path / ".images.npy", tmp_path / f".{host()}.999999999.images.npy"
+    for file in (other, forgotten, unlike, left):
         file.write_text("half")
     for file in (forgotten, unlike):
         os.utime(file, (0, 0))

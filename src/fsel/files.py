@@ -28,12 +28,14 @@ def unfinished(path: Path) -> Path:
     """The name beside `path` under which this process writes it.
 
     The name holds the machine and the process: two jobs of a cluster that write one file never
-    share it. What other processes began and left untouched for a day is removed.
+    share it. What processes of this machine left that are gone is removed, and of other machines
+    what lies untouched for a day.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    pattern = re.compile(rf"\.[^.]+\.\d+\.{re.escape(path.name)}")
+    pattern = re.compile(rf"\.([^.]+)\.(\d{{1,9}})\.{re.escape(path.name)}")
     for other in path.parent.iterdir():
-        if pattern.fullmatch(other.name) and time.time() - _touched(other) > FORGOTTEN:
+        found = pattern.fullmatch(other.name)
+        if found and _forsaken(other, found[1], int(found[2])):
             shutil.rmtree(other) if other.is_dir() else other.unlink(missing_ok=True)
     return path.with_name(f".{host()}.{os.getpid()}.{path.name}")
 
@@ -41,6 +43,23 @@ def unfinished(path: Path) -> Path:
 def host() -> str:
     """This machine's name, as a part of a file's name."""
     return re.sub(r"[^\w-]", "-", socket.gethostname())
+
+
+def _forsaken(path: Path, machine: str, process: int) -> bool:
+    if machine == host() and not running(process):
+        return True
+    return time.time() - _touched(path) > FORGOTTEN
+
+
+def running(process: int) -> bool:
+    """Whether a process of this machine runs, by its number."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:  # somebody else's
+        return True
+    return True
 
 
 def _touched(path: Path) -> float:
@@ -118,6 +137,36 @@ def write_table(
     table = table.replace_schema_metadata({**table.schema.metadata, **metadata})
     with atomic(path) as temporary:
         pq.write_table(table, temporary)
+
+
+def read_table(path: str | Path) -> pd.DataFrame:
+    """Read a Parquet file.
+
+    Raises:
+        ValueError: for a file that is none, or damaged, naming it.
+    """
+    import pandas as pd  # here: it takes longer to import than a selection takes
+    from pyarrow import ArrowException
+
+    try:
+        return pd.read_parquet(path)
+    except FileNotFoundError:
+        raise
+    except (ArrowException, OSError, ValueError) as error:
+        said = " ".join(str(error).split())
+        raise ValueError(f"{path}: not a readable Parquet file ({said})") from error
+
+
+def mapped_array(path: str | Path) -> np.ndarray:
+    """A .npy file as a read-only map: pages are read when they are touched.
+
+    Raises:
+        ValueError: for a file that is none, or shorter than its header says, naming it.
+    """
+    try:
+        return np.load(path, mmap_mode="r")
+    except (ValueError, EOFError) as error:
+        raise ValueError(f"{path}: not a whole .npy file ({error})") from error
 
 
 def table_metadata(path: str | Path) -> tuple[dict[str, str], str]:

@@ -23,7 +23,7 @@ from small_captures import write_ring
 ROOT = Path(__file__).resolve().parents[2]
 TIMED = re.compile(r"seconds|peak_bytes")  # columns that no two runs share
 OTHERS = ("logs", "benchmarks", "data")  # data: what the captures are read from
-LEFT = re.compile(r"\.\d+\..*|\..*\.npy")  # of `atomic`, of a streamed array
+LEFT = re.compile(r"\.[^.]+\.\d+\..*")  # an unfinished file
 
 
 def main():

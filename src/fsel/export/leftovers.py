@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from fsel.files import host
+from fsel.files import host, running
 
 NEW, OLD = "new", "old"
 
@@ -61,7 +61,7 @@ def remove(path: Path) -> None:
 
 def _abandoned(path: Path, process: int) -> bool:
     """Whether no such process runs, nor holds a lock: containers number theirs by themselves."""
-    if process != os.getpid() and _runs(process):
+    if process != os.getpid() and running(process):
         return False
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
@@ -71,16 +71,6 @@ def _abandoned(path: Path, process: int) -> bool:
         return _locked(descriptor)
     finally:
         os.close(descriptor)
-
-
-def _runs(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
 
 
 def _locked(descriptor: int) -> bool:

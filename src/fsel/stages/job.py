@@ -17,7 +17,7 @@ from pathlib import Path
 import cv2
 
 from fsel import checksums
-from fsel.files import digest, remove_leftovers
+from fsel.files import digest
 
 CAPTURE = ("frames", "points", "images", "masks", "descriptors")  # files of a canonical capture
 LIBRARY = "lib"
@@ -78,9 +78,6 @@ def run(snakemake, function: Callable[..., None]) -> None:
         found = arguments(snakemake, function, config)
         for path in snakemake.input:
             checksums.check(path)
-        for path in snakemake.output:
-            remove_leftovers(path)
-            remove_leftovers(checksums.beside(path))
         function(**found)
         for path in snakemake.output:
             checksums.write(path)
