@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from fsel.methods import METHODS
     from fsel.reconstruct import RECONSTRUCTORS
     from fsel.request.budget import Auto
+    from fsel.request.refine import Refine
 
 _HOMES = {
     "read_capture": "fsel.layouts",
@@ -27,6 +28,7 @@ _HOMES = {
     "select": "fsel.api",
     "Selection": "fsel.api",
     "Auto": "fsel.request.budget",
+    "Refine": "fsel.request.refine",
     "fit": "fsel.api",
     "evaluate": "fsel.api",
     "METHODS": "fsel.methods",
@@ -38,6 +40,7 @@ __all__ = [
     "METHODS",
     "RECONSTRUCTORS",
     "Auto",
+    "Refine",
     "Selection",
     "evaluate",
     "fit",

@@ -10,11 +10,12 @@ import numpy as np
 
 from fsel.capture import Capture
 from fsel.features.sharpness import sharpness as measure_sharpness
-from fsel.geometry import pose_distance
 from fsel.problem import Method, Problem, checked_select
 from fsel.request import budget
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
+from fsel.request.problem import request_problem
+from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
@@ -42,6 +43,8 @@ class Selection:
         scores: (k,) float64 the scorer's value when each was picked; NaN for methods without one.
         seconds: spent selecting, features included, images excluded.
         budget: how k was found, where it was to be found.
+        swapped: what swaps changed and gained, where they were asked for. Then fewer picks are no
+            longer the selection at a smaller budget, and a frame that was swapped in has no score.
     """
 
     names: tuple[str, ...]
@@ -49,6 +52,7 @@ class Selection:
     scores: np.ndarray
     seconds: float
     budget: Budget | None = None
+    swapped: Swapped | None = None
 
 
 def select(
@@ -59,6 +63,7 @@ def select(
     seed: int = 0,
     *,
     weights: str | Path | None = None,
+    refine: float | Refine | None = None,
     sharpness: np.ndarray | None = None,
     focus: Focus | None = None,
     descriptors: np.ndarray | None = None,
@@ -78,6 +83,9 @@ def select(
         seed: of methods that draw at random.
         weights: a scorer that `fsel train` or the workflow made, in place of one that comes with
             the package.
+        refine: seconds in which swaps are tried that real reconstructions of the capture judge, see
+            `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
+            them.
         sharpness, descriptors: (N,) and (N, D) of every frame, where they are known already; else
             measured for methods that read them, descriptors by `lab_hog`, which needs no weights.
         focus: an object that targets must see, see `fsel.request.focus`.
@@ -109,8 +117,17 @@ def select(
         frames, scores, found = _enough(problem, ranked, asked)
     else:
         frames, scores = ranked(problem, asked)
+    swapped = None
+    if refine is not None:
+        from fsel.request.swaps import refined  # here: most selections reconstruct nothing
+
+        patience = refine if isinstance(refine, Refine) else Refine(refine)
+        swapped = refined(problem, frames, patience, seed)
+        scores = np.where(swapped.picks == frames, scores, np.nan)
+        frames = swapped.picks
     seconds = time.perf_counter() - started
-    return Selection(tuple(capture.names[i] for i in frames), frames, scores, seconds, found)
+    names = tuple(capture.names[i] for i in frames)
+    return Selection(names, frames, scores, seconds, found, swapped)
 
 
 def number_of(k: int | str | Auto) -> int | Auto:
@@ -210,39 +227,6 @@ def described(capture: Capture) -> np.ndarray:
     from fsel.features.appearance import descriptors
 
     return descriptors(np.asarray(capture.images), "lab_hog")
-
-
-def request_problem(
-    capture: Capture,
-    targets: Targets,
-    sharpness: np.ndarray,
-    focus: Focus | None,
-    descriptors: np.ndarray | None,
-) -> Problem:
-    """The problem of a request: every frame may be picked, the closest ones stand for the views.
-
-    Unlike in the experiments a proxy is a candidate too: nothing is held back for a search.
-
-    Args:
-        capture: the capture.
-        targets: what `checked_request` returned.
-        sharpness: (N,) of every frame.
-        focus: an object that targets must see.
-        descriptors: (N, D) appearance of every frame; None where no method reads it.
-    """
-    pool = targets.pool(capture)
-    distance = pose_distance(
-        capture.centers[pool], capture.axes[pool], targets.views.centers, targets.views.axes
-    )
-    return Problem(
-        capture=capture,
-        candidates=pool,
-        proxies=pool[np.argmin(distance, axis=0)],
-        targets=targets.views,
-        descriptors=np.zeros((len(capture), 0), np.float32) if descriptors is None else descriptors,
-        sharpness=np.asarray(sharpness, np.float64),
-        focus=None if focus is None else focus.center,
-    )
 
 
 @overload

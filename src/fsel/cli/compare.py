@@ -24,6 +24,7 @@ from fsel.metrics import METRICS
 from fsel.problem import Method
 from fsel.reconstruct import Model, Reconstructor
 from fsel.request.focus import Focus
+from fsel.request.problem import request_problem
 from fsel.request.targets import Targets
 
 SHOWN = 6  # held-out frames that are rendered side by side
@@ -100,7 +101,7 @@ def _picks(
     """(k, method) -> one selection a seed; nested methods are asked once for the largest k."""
     looked_at = any("appearance" in method.reads for method in methods)
     descriptors = api.described(capture) if looked_at else None
-    problem = api.request_problem(capture, targets, sharpness, focus, descriptors)
+    problem = request_problem(capture, targets, sharpness, focus, descriptors)
 
     def chance(run: Run, k: int) -> np.random.Generator:
         return np.random.default_rng(asked.seed + run.seed)

@@ -97,6 +97,23 @@ class Console:
 
             yield told
 
+    @contextmanager
+    def seconds(self, label: str, most: float) -> Iterator[Callable[[float, str], None]]:
+        """What is told the seconds gone, of `most`, and a word beside them."""
+        if self.silent:
+            yield lambda gone, word: None
+            return
+        from tqdm import tqdm
+
+        form = "{desc}: {n:.0f} of {total:.0f} s {bar} {postfix}"
+        with tqdm(desc=label, total=most, leave=False, bar_format=form) as shown:
+
+            def told(gone: float, word: str) -> None:
+                shown.set_postfix_str(word, refresh=False)
+                shown.update(min(gone, most) - shown.n)
+
+            yield told
+
     def bar(self, label: str) -> Progress:
         """A progress bar on standard error after two seconds."""
         if self.silent:

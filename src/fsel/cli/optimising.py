@@ -15,6 +15,7 @@ from fsel.capture import Capture
 from fsel.cli.console import Console
 from fsel.reconstruct import RECONSTRUCTORS, Model, Reconstructor, check_needs
 
+KEPT = "interrupted: the model so far is written; again to give up"
 WRITE_PLY = ("splats", "gaussians")  # whose models are Gaussians
 
 
@@ -48,12 +49,12 @@ def fitted(reconstructor: Reconstructor, frames: np.ndarray, console: Console) -
     with console.steps("reconstructing") as progress:
         if "stop" not in taken:
             return fit(frames, progress=progress)
-        with _stopped_by_interrupt(console) as stop:
+        with stopped_by_interrupt(console, KEPT) as stop:
             return fit(frames, progress=progress, stop=stop)
 
 
 @contextmanager
-def _stopped_by_interrupt(console: Console) -> Iterator[Callable[[], bool]]:
+def stopped_by_interrupt(console: Console, kept: str) -> Iterator[Callable[[], bool]]:
     """Whether Ctrl-C was pressed; the second time it interrupts as usual."""
     pressed: list[int] = []
 
@@ -61,7 +62,7 @@ def _stopped_by_interrupt(console: Console) -> Iterator[Callable[[], bool]]:
         if pressed:
             raise KeyboardInterrupt
         pressed.append(number)
-        console.warn("interrupted: the model so far is written; again to give up")
+        console.warn(kept)
 
     previous = signal.signal(signal.SIGINT, press)
     try:

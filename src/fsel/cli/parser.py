@@ -11,7 +11,15 @@ from importlib.metadata import version
 from pathlib import Path
 
 from fsel.bounds import MAX_ERROR
-from fsel.cli.values import number_or_auto, numbers, positive, size_in_bytes, whole, words
+from fsel.cli.values import (
+    duration,
+    number_or_auto,
+    numbers,
+    positive,
+    size_in_bytes,
+    whole,
+    words,
+)
 
 LARGEST = 16384  # pixels of a working image's longer side
 EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
@@ -172,6 +180,13 @@ def _add_select(commands) -> None:
         type=number_or_auto,
         required=True,
         help="how many frames, or auto: until more are predicted to gain too little",
+    )
+    command.add_argument(
+        "--refine",
+        type=duration,
+        metavar="TIME",
+        help="then try swaps of the picks for so long, as 10s or 2m, judged by reconstructions of "
+        "this capture; Ctrl-C keeps the best so far",
     )
     command.add_argument(
         "--threshold",

@@ -14,6 +14,7 @@ from fsel import api
 from fsel.capture import Capture
 from fsel.cli import posing
 from fsel.cli.console import Console
+from fsel.cli.refining import refining
 from fsel.cli.request import focus_of, inputs_of, reasons
 from fsel.export import record, subset
 from fsel.export.page import page
@@ -44,6 +45,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         )
     method = api.method_of(asked.method, asked.weights)
     _check_appearance(asked, method)
+    if asked.refine is not None and asked.geometry_only:
+        raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
     with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, SIDES[asked.appearance])
         seconds = {"read": time.perf_counter() - started}
@@ -70,6 +73,9 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     reached = outcome.service.curve[-1]
     if outcome.selection.budget is not None:
         console.say("k", record.reason(outcome.selection.budget))
+    swapped = outcome.selection.swapped
+    if swapped is not None:
+        console.say("refined", f"{swapped.gain:+.2f} dB in {swapped.tried} reconstructed subsets")
     picked = len(outcome.selection.names)
     console.say("picked", f"{picked} frames by {method.name}, service {reached:.1%}")
     console.say("written", f"{asked.out} after {seconds['total']:.2f} s")
@@ -107,16 +113,18 @@ def _select(
         sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = time.perf_counter() - started
     capture = _read(asked, console, opened, method)
-    selection = api.select(
-        capture,
-        k,
-        targets,
-        method,
-        asked.seed,
-        sharpness=np.zeros(len(capture)) if sharpness is None else sharpness,
-        focus=focus,
-        descriptors=_described(asked, capture, method, seconds),
-    )
+    with refining(asked.refine, console) as refine:
+        selection = api.select(
+            capture,
+            k,
+            targets,
+            method,
+            asked.seed,
+            refine=refine,
+            sharpness=np.zeros(len(capture)) if sharpness is None else sharpness,
+            focus=focus,
+            descriptors=_described(asked, capture, method, seconds),
+        )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness)
 
@@ -138,9 +146,12 @@ def _warn_of_walls(
 
 
 def _read(asked: argparse.Namespace, console: Console, opened: Opened, method: Method) -> Capture:
-    """The capture with what is read of it: by methods other than `fsel` pixels and points, to find
-    a number of frames points, for the depth that they tell."""
-    if method.name != pretrained.DEFAULT:
+    """The capture with what is read of it.
+
+    Methods other than `fsel`, and swaps, look at pixels and points; finding a number of frames
+    takes points, for the depth that they tell.
+    """
+    if method.name != pretrained.DEFAULT or asked.refine is not None:
         return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
     if asked.k == api.AUTO:
         with console.clock("points"):
@@ -201,6 +212,7 @@ def _content(
 ) -> dict:
     """selection.json but for the frames."""
     targets, budget = outcome.targets, outcome.selection.budget
+    swapped = outcome.selection.swapped
     return {
         "capture": {
             "folder": str(Path(asked.capture).resolve()),
@@ -220,11 +232,15 @@ def _content(
             "method": method.name,
             "weights": str(asked.weights.resolve()) if asked.weights else None,
             "seed": asked.seed,
+            "refine": asked.refine,
             "appearance": asked.appearance if "appearance" in method.reads else None,
             "masks": str(asked.masks) if asked.masks else None,
             "box": asked.box,
             "geometry_only": asked.geometry_only,
         },
+        "refined": None
+        if swapped is None
+        else {"gain": round(swapped.gain, 4), "tried": swapped.tried},
         "budget": None if budget is None else asdict(budget) | {"reason": record.reason(budget)},
         "scorer": _scorer(method),
         "versions": record.versions(),

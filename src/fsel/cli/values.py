@@ -8,6 +8,8 @@ from collections.abc import Callable
 
 NUMBER = r"\d+\.?\d*|\.\d+"
 SIZE = re.compile(rf"({NUMBER})\s*([kmgt]?)(i?)b?", re.IGNORECASE)
+DURATION = re.compile(rf"({NUMBER})\s*(s|m|min|h)?")
+SECONDS = {None: 1, "s": 1, "m": 60, "min": 60, "h": 3600}
 POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
 
 
@@ -58,6 +60,16 @@ def size_in_bytes(text: str) -> int:
             f"{text!r} is no size; allowed: as 8GB, 500M, 8GiB, or plain bytes, more than 0"
         )
     return int(float(found[1]) * (1024 if found[3] else 1000) ** POWERS[found[2].lower()])
+
+
+def duration(text: str) -> float:
+    """10s, 2m, 2min, 1h, or plain seconds."""
+    found = DURATION.fullmatch(text.strip())
+    if found is None or not float(found[1]) > 0:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no duration; allowed: as 10s, 2m, 1h, or plain seconds, more than 0"
+        )
+    return float(found[1]) * SECONDS[found[2]]
 
 
 def _integer(text: str, allowed: str) -> int:

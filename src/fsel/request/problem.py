@@ -1,0 +1,44 @@
+"""The selection problem that a request makes of a capture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.capture import Capture
+from fsel.geometry import pose_distance
+from fsel.problem import Problem
+from fsel.request.focus import Focus
+from fsel.request.targets import Targets
+
+
+def request_problem(
+    capture: Capture,
+    targets: Targets,
+    sharpness: np.ndarray,
+    focus: Focus | None,
+    descriptors: np.ndarray | None,
+) -> Problem:
+    """The problem of a request: every frame may be picked, the closest ones stand for the views.
+
+    Unlike in the experiments a proxy is a candidate too: nothing is held back for a search.
+
+    Args:
+        capture: the capture.
+        targets: what `checked_request` returned.
+        sharpness: (N,) of every frame.
+        focus: an object that targets must see.
+        descriptors: (N, D) appearance of every frame; None where no method reads it.
+    """
+    pool = targets.pool(capture)
+    distance = pose_distance(
+        capture.centers[pool], capture.axes[pool], targets.views.centers, targets.views.axes
+    )
+    return Problem(
+        capture=capture,
+        candidates=pool,
+        proxies=pool[np.argmin(distance, axis=0)],
+        targets=targets.views,
+        descriptors=np.zeros((len(capture), 0), np.float32) if descriptors is None else descriptors,
+        sharpness=np.asarray(sharpness, np.float64),
+        focus=None if focus is None else focus.center,
+    )

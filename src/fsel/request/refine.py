@@ -1,0 +1,42 @@
+"""For how long picks are made better by swaps, and what comes of it; see `fsel.request.swaps`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Swapped:
+    """Picks after some swaps.
+
+    Attributes:
+        picks: (K,) int64, the best so far; a frame that was swapped in has the place in pick order
+            of the one that left.
+        gain: mean PSNR of the frames that judge, over what the picks at the start gave them, dB.
+        tried: subsets reconstructed, the start included.
+    """
+
+    picks: np.ndarray
+    gain: float
+    tried: int
+
+
+@dataclass(frozen=True)
+class Refine:
+    """How long swaps may go on.
+
+    Attributes:
+        seconds: from the first reconstruction on.
+        told: is given the best so far and the seconds gone, after every subset; False ends the
+            swaps.
+    """
+
+    seconds: float
+    told: Callable[[Swapped, float], bool] = lambda best, gone: True
+
+    def __post_init__(self) -> None:
+        if not self.seconds > 0:
+            raise ValueError(f"refine is {self.seconds} s; allowed: more than 0")

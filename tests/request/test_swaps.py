@@ -1,0 +1,126 @@
+"""Picks made better by swaps: what is kept, who judges, when it ends."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from small_captures import record_of, select, write_ring
+
+import fsel
+from fsel.request.refine import Refine
+from fsel.request.swaps import Judges, swaps
+
+
+class Recorder:
+    """A reconstructor whose models render every view in the grey level of their frames' sum."""
+
+    def __init__(self, images):
+        self.capture = SimpleNamespace(images=images, view=lambda frames: frames)
+        self.fitted = []
+
+    def fit(self, frames):
+        self.fitted.append(frames.tolist())
+        shape = self.capture.images.shape[1:]
+        level = np.float32(frames.sum() / 255)
+        return SimpleNamespace(render=lambda views: np.full((len(views), *shape), level))
+
+
+def decibels(*levels):
+    """PSNR of grey levels against black."""
+    return 20 * np.log10(255 / np.array(levels, float))
+
+
+@pytest.fixture
+def images():
+    return np.zeros((6, 11, 11, 3), np.uint8)
+
+
+def test_a_frame_never_judges_itself(images):
+    recorder = Recorder(images)
+    judge = Judges.of(recorder, np.array([[4, 1], [5, 1]]), np.array([5, 2, 1]))
+    assert judge.frames.tolist() == [1, 4, 5]
+    # frame 4 is rendered from 1 + 2 + 5, frame 1 from 2 + 5, frame 5 from 1 + 2 grey levels
+    assert recorder.fitted == [[1, 2, 5], [2, 5], [1, 2]]
+    np.testing.assert_allclose(judge.base, decibels(7, 8, 3), atol=1e-5)
+    assert judge(np.array([1, 5, 3])) == pytest.approx(decibels(9)[0] - decibels(8)[0], abs=1e-5)
+    both = decibels(6, 6) - decibels(8, 3)
+    assert judge(np.array([1, 2, 3])) == pytest.approx(both.mean(), abs=1e-5)
+
+
+def test_where_every_judge_is_picked_nothing_is_gained(images):
+    judge = Judges.of(Recorder(images), np.array([1, 2]), np.array([5, 2, 1]))
+    assert judge(np.array([1, 2, 3])) == 0
+
+
+def test_swaps_climb_to_the_best_subset_and_end():
+    rng = np.random.default_rng(0)
+    best = list(swaps(lambda picks: picks.sum(), np.arange(3), np.arange(8), np.arange(8), rng))
+    assert best[0].tried == 1
+    assert best[0].gain == 0
+    assert sorted(best[-1].picks.tolist()) == [5, 6, 7]
+    assert best[-1].gain == 15
+    gains = [step.gain for step in best]
+    assert gains == sorted(gains)
+    assert [step.tried for step in best] == list(range(1, len(best) + 1))
+
+
+def test_a_swapped_frame_takes_the_place_of_the_one_that_left():
+    rng = np.random.default_rng(1)
+    pool = np.array([2, 3, 4, 9])
+    step = list(swaps(lambda picks: float(9 in picks), np.array([4, 2, 3]), pool, pool, rng))[-1]
+    assert len(np.flatnonzero(step.picks != [4, 2, 3])) == 1
+    assert step.picks[step.picks != [4, 2, 3]].tolist() == [9]
+
+
+def test_without_a_free_frame_the_start_is_kept():
+    every = np.arange(4)
+    steps = list(swaps(lambda picks: 0.0, every, every, every, np.random.default_rng(0)))
+    assert len(steps) == 1
+    assert steps[0].picks.tolist() == [0, 1, 2, 3]
+
+
+@pytest.fixture
+def ring(tmp_path):
+    write_ring(tmp_path / "ring", frames=20)
+    return tmp_path / "ring"
+
+
+def test_selecting_with_swaps_ends_when_told_and_keeps_held_out_frames_out(ring):
+    capture = fsel.read_capture(ring, long_side=32)
+    plain = fsel.select(capture, 5, "every:4")
+    seen = []
+
+    def told(best, gone):
+        seen.append(best.tried)
+        return best.tried < 12
+
+    chosen = fsel.select(capture, 5, "every:4", refine=Refine(1e6, told))
+    assert seen == list(range(1, 13))
+    assert chosen.swapped.tried == 12
+    assert chosen.swapped.gain >= 0
+    assert len(set(chosen.indices)) == 5
+    assert not np.isin(chosen.indices, np.arange(0, len(capture), 4)).any()
+    same = chosen.indices == plain.indices
+    np.testing.assert_array_equal(chosen.scores[same], plain.scores[same])
+    assert np.isnan(chosen.scores[~same]).all()
+
+
+def test_no_time_and_too_few_picks_are_refused(ring):
+    with pytest.raises(ValueError, match="refine is 0 s; allowed: more than 0"):
+        Refine(0)
+    with pytest.raises(ValueError, match="2 picks; allowed: 3 or more"):
+        fsel.select(fsel.read_capture(ring), 2, refine=1.0)
+
+
+def test_the_command_says_what_swaps_gained(ring, tmp_path, capsys):
+    assert select(ring, "-k", 5, "--refine", "0.3s", "-o", tmp_path / "out") == 0
+    said = capsys.readouterr().out
+    record = record_of(tmp_path / "out")
+    assert record["refined"]["tried"] >= 1
+    assert f"{record['refined']['gain']:+.2f} dB in {record['refined']['tried']}" in said
+
+
+def test_unopened_images_are_refused(ring, tmp_path, capsys):
+    assert select(ring, "-k", 5, "--refine", "1s", "--geometry-only", "-o", tmp_path / "out") == 1
+    assert "--refine reconstructs from images" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
