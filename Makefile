@@ -7,7 +7,7 @@ CORES ?= 2
 ksweep: .venv/installed
 	.venv/bin/snakemake --cores $(CORES)
 
-test: .venv/installed
+test: .venv/dev
 	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 # the rule `fsel` inside the package and what `-k auto` predicts by, made anew: src/fsel/selector/weights
@@ -27,7 +27,12 @@ labels: .venv/installed
 docs: .venv/installed
 	.venv/bin/python -m fsel.stages.docs
 
+# compiled to bytecode at the first import: of torch and what it brings little is ever imported
 .venv/installed: pyproject.toml
 	$(PYTHON) -m venv .venv
-	.venv/bin/python -m pip install --quiet --editable '.[workflow,dev]'
+	.venv/bin/python -m pip install --quiet --no-compile --editable '.[workflow]'
+	touch $@
+
+.venv/dev: .venv/installed
+	.venv/bin/python -m pip install --quiet --no-compile --editable '.[workflow,dev]'
 	touch $@
