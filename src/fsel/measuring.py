@@ -142,7 +142,7 @@ def select(
     Args:
         problem: the selection problem.
         runs: see `runs`.
-        budgets: frames to pick; the method `all` takes all that are observed.
+        budgets: frames to pick; the method `all` takes those of `Problem.sequence`.
         chance: see `Chance`.
 
     Returns:
@@ -154,7 +154,7 @@ def select(
     tables = []
     for run in runs:
         method = run.method
-        asked = [len(problem.observed)] if method.name == "all" else budgets
+        asked = [len(problem.sequence)] if method.name == "all" else budgets
         for k, frames, seconds in picks_at(problem, run, asked, chance):
             head = {"method": method.name, "pool": method.pool, "seed": run.seed, "k": k}
             table = pd.DataFrame({**head, "order": range(k), "frame": frames})

@@ -17,6 +17,8 @@ from fsel.split import Split
 if TYPE_CHECKING:
     import pandas as pd
 
+MOST_FRAMES = 1000  # that stand for a whole capture: reconstructing takes memory with every frame
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -70,6 +72,14 @@ class Problem:
     def observed(self) -> np.ndarray:
         """(P + O,) int64 every frame whose image may be used, ascending."""
         return np.union1d(self.candidates, self.proxies)
+
+    @property
+    def sequence(self) -> np.ndarray:
+        """What stands for all frames: the observed ones, 1,000 evenly spread where more are."""
+        frames = self.observed
+        if len(frames) <= MOST_FRAMES:
+            return frames
+        return frames[np.linspace(0, len(frames) - 1, MOST_FRAMES).round().astype(np.int64)]
 
     def pool(self, name: str) -> np.ndarray:
         """The allowed frames: `candidates` (P) or `observed` (P and O), ascending."""

@@ -252,3 +252,14 @@ def test_all_frames_are_every_observed_frame():
     problem = random_problem(30)
     got = select(METHODS["all"], problem, len(problem.observed))
     np.testing.assert_array_equal(got, problem.observed)
+    np.testing.assert_array_equal(got, problem.sequence)
+
+
+def test_a_long_capture_is_thinned_evenly_to_stand_for_all_frames():
+    problem = random_problem(2105, targets=5)
+    frames, pool = problem.sequence, problem.observed
+    assert len(frames) == 1000
+    assert (frames[0], frames[-1]) == (pool[0], pool[-1])
+    assert set(np.diff(np.searchsorted(pool, frames))) <= {2, 3}
+    np.testing.assert_array_equal(select(METHODS["all"], problem, 1000), frames)
+    np.testing.assert_array_equal(select(METHODS["all"], problem, 1500), pool[:1500])

@@ -9,8 +9,9 @@ from selection_problems import capture_of, random_problem, with_points
 from fsel.baselines import METHODS
 from fsel.baselines.covisibility import (
     PREDICTED,
-    all_scores,
     most_shared,
+    score_rows,
+    score_sums,
     scores_with,
     shared_points,
     tracks,
@@ -89,7 +90,9 @@ def test_shared_points_and_scores_against_sets(problem):
         np.testing.assert_array_equal(counts, shared[i])
         scores_with(i, arrays, row)
         np.testing.assert_allclose(row, scores[i], rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(all_scores(arrays), scores, rtol=1e-5, atol=1e-6)
+    rows = np.arange(len(scores))[::-1].copy()
+    np.testing.assert_allclose(score_rows(rows, arrays), scores[rows], rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(score_sums(arrays), scores.sum(axis=1), rtol=1e-9)
     assert most_shared(arrays) == (shared - np.diag(np.diag(shared))).max()
 
 

@@ -8,8 +8,12 @@ from fsel.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The whole pool, whatever came first; any prefix of it is the start of the sequence."""
-    return problem.observed[:k]
+    """The whole sequence, whatever came first; any prefix of it is the start of the sequence.
+
+    Asked for more frames than stand for all, it takes the first of those observed.
+    """
+    frames = problem.sequence
+    return (frames if k <= len(frames) else problem.observed)[:k]
 
 
 METHOD = Method("all", "All frames", "observed", nested=True, seeds=1, select=select)

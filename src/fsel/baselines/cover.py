@@ -5,7 +5,6 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from fsel.baselines.covisibility import grouped
 from fsel.baselines.splat_views import Blends, greedy_on_splats, held_by
 from fsel.geometry import camera_centers
 from fsel.problem import Method, Problem
@@ -37,15 +36,11 @@ class _Coverage:
         self.directions = fibonacci_sphere(BINS)
         self.known = np.zeros((blends.splats.shape[1], BINS), np.bool_)
         self.centers = camera_centers(blends.poses)
-        # entries by splat, not by view: a pick concerns some splats in many views
-        self.start, order = grouped(blends.index, blends.splats.shape[1])
-        self.views = np.repeat(np.arange(len(blends.covered)), np.diff(blends.start))[order]
-        self.weight = blends.weight[order]
-        self.best = np.zeros(len(order), np.float32)
+        self.best = np.zeros(len(blends.index), np.float32)
 
     def scores(self) -> np.ndarray:
         covered = self.blends.covered
-        total = _summed(self.views, self.weight, self.best, len(covered))
+        total = _summed(self.blends.start, self.blends.weight, self.best)
         return np.where(covered > 0, -total / np.maximum(covered, 1), EMPTY)
 
     def add(self, row: int) -> None:
@@ -56,16 +51,19 @@ class _Coverage:
         first = ~self.known[held, nearest]
         held, nearest = held[first], nearest[first]
         self.known[held, nearest] = True
-        toward, entries = self.directions[nearest], (self.start, self.views, self.best)
-        _raise(held, toward, blends.splats, self.centers, *entries)
+        new = np.full(len(self.known), -1, np.int16)
+        new[held] = nearest
+        entries = blends.start, blends.index, self.best
+        _raise(new, self.directions, blends.splats, self.centers, *entries)
 
 
 @_fast
-def _summed(views, weight, best, count):
-    """(count,) sums over each view's entries."""
-    total = np.zeros(count)
-    for e in range(len(views)):
-        total[views[e]] += weight[e] * best[e]
+def _summed(start, weight, best):
+    """(V,) sums over each view's entries."""
+    total = np.zeros(len(start) - 1)
+    for view in range(len(total)):
+        for e in range(start[view], start[view + 1]):
+            total[view] += weight[e] * best[e]
     return total
 
 
@@ -85,15 +83,20 @@ def _nearest(rays, directions):
 
 
 @_fast
-def _raise(held, directions, splats, centers, start, views, best):
-    """Raise the coverage of all entries of some splats to that by a newly seen direction."""
-    for h in range(len(held)):
-        i = held[h]
-        for e in range(start[i], start[i + 1]):
+def _raise(new, directions, splats, centers, start, index, best):
+    """Raise the coverage of all entries of some splats to that by a newly seen direction.
+
+    `new` holds each splat's direction, -1 for none.
+    """
+    for view in range(len(centers)):
+        for e in range(start[view], start[view + 1]):
+            i = index[e]
+            if new[i] < 0:
+                continue
             cosine, square = np.float32(0), np.float32(0)
             for a in range(3):
-                gap = splats[a, i] - centers[views[e], a]
-                cosine += gap * directions[h, a]
+                gap = splats[a, i] - centers[view, a]
+                cosine += gap * directions[new[i], a]
                 square += gap * gap
             cosine /= max(np.sqrt(square), np.float32(1e-12))
             best[e] = max(best[e], np.float32(0.5) * (np.float32(1) + cosine))

@@ -159,16 +159,28 @@ def scores_with(of, tracks, out):
 
 
 @_jit
-def all_scores(tracks):
-    """(n, n) float32 MVSNet's scores of all rows with each other: 400 MB for 10,000 frames."""
+def score_rows(rows, tracks):
+    """(b, n) float32 MVSNet's scores of (b,) rows with every row; zero with themselves."""
+    point_start, row, point, bearing, row_start, seen = tracks
+    out = np.zeros((len(rows), len(row_start) - 1), np.float32)
+    for b in range(len(rows)):
+        for e in range(row_start[rows[b]], row_start[rows[b] + 1]):
+            own = seen[e]
+            for other in range(point_start[point[own]], point_start[point[own] + 1]):
+                if other != own:
+                    out[b, row[other]] += _score(bearing, own, other)
+    return out
+
+
+@_jit
+def score_sums(tracks):
+    """(n,) every row's scores with all others, summed; each pair is met once."""
     point_start, row, _, bearing, row_start, _ = tracks
-    n = len(row_start) - 1
-    out = np.zeros((n, n), np.float32)
+    out = np.zeros(len(row_start) - 1)
     for p in range(len(point_start) - 1):
         for first in range(point_start[p], point_start[p + 1]):
             for second in range(first + 1, point_start[p + 1]):
-                out[row[first], row[second]] += _score(bearing, first, second)
-    for i in range(n):
-        for j in range(i):
-            out[i, j] = out[j, i]
+                score = _score(bearing, first, second)
+                out[row[first]] += score
+                out[row[second]] += score
     return out

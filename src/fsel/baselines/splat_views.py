@@ -148,15 +148,17 @@ def blend(
     room = _room(n)
     index, weight, square = np.empty(n, np.int32), *np.empty((2, n), np.float32)
     counts, covered = np.empty((2, views), np.int64)
-    entries = []
+    entries: list[list[np.ndarray]] = [[], [], []]
     for view in range(views):
         _project(splats, poses[view], intrinsics[view], width, height, *room)
         clear = np.ones((height, width), np.float32)
         count = _blend(splats[3], *room, clear, index, weight, square)
         counts[view], covered[view] = count, (clear < 1).sum()
-        entries.append((index[:count].copy(), weight[:count].copy(), square[:count].copy()))
+        for part, values in zip(entries, (index, weight, square), strict=True):
+            part.append(values[:count].copy())
     start = np.append(0, np.cumsum(counts))
-    return start, *(np.concatenate(parts) for parts in zip(*entries, strict=True)), covered
+    # one after the other: the parts of an array go when it is whole
+    return start, *(np.concatenate(entries.pop(0)) for _ in range(3)), covered
 
 
 def _room(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

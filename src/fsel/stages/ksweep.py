@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fsel.files import write_text
 from fsel.metrics import Metrics, directions, headings
+from fsel.problem import MOST_FRAMES
 from fsel.report.captions import made_by
 from fsel.report.latex import sweep_table, tex
 from fsel.report.numbers import write_csv
@@ -70,7 +71,8 @@ def caption(facts: Mapping, metrics: Metrics) -> str:
             oracle_dataset, searched (whether the searches have rows).
         metrics: of a cell, in order.
     """
-    references = "all frames without selection."
+    thinned = f"{MOST_FRAMES:,} evenly spread ones where a capture has more"
+    references = f"all frames without selection ({thinned})."
     if facts["searched"]:
         references = (
             "searches, which reconstruct hundreds of subsets of every scene "

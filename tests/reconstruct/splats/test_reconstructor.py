@@ -13,7 +13,8 @@ from fsel.evaluation import Evaluator
 from fsel.points import SparsePoints
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.splats import Splats, fusion, reconstructor, stereo
-from fsel.reconstruct.splats.planes import depth_range
+from fsel.reconstruct.splats import frames as frames_module
+from fsel.reconstruct.splats.planes import affinity, depth_range
 
 F, S = np.float32, np.int16
 
@@ -81,9 +82,9 @@ def test_pair_cost_equals_plain_projection():
     pose, other = capture.world_to_camera[[1, 3]]
     rotation = other[:, :3] @ pose[:, :3].T
     fast = stereo.pair_cost(
-        bound.images[1],
-        bound.enlarged[3],
-        bound.rays[1],
+        bound.frames[1].image,
+        bound.frames[3].enlarged,
+        bound.frames[1].rays,
         rotation.astype(F),
         (other[:, 3] - rotation @ pose[:, 3]).astype(F),
         bound.ks[3],
@@ -214,9 +215,10 @@ def test_agreement_equals_plain_projection():
     capture = textured_wall()
     frames, neighbours = np.array([1, 3, 4]), np.array([[1, 2], [0, 2], [1, 0]])
     bound = Splats(capture)
-    height, width = bound.grey.shape[1:]
+    width, height = capture.size
     inverse = rng.uniform(0.15, 0.4, (3, height, width)).astype(F)
-    poses, ks, rays = capture.world_to_camera[frames], bound.ks[frames], bound.rays[frames]
+    poses, ks = capture.world_to_camera[frames], bound.ks[frames]
+    rays = np.stack([bound.frames[i].rays for i in frames])
     sure = rng.random(inverse.shape).astype(F)
     rotation, translation = reconstructor._relative(poses, neighbours)
     given = (rotation, translation, ks, np.full(3, 0.02, F))
@@ -260,10 +262,64 @@ def test_full_caches_forget_and_change_nothing(monkeypatch):
     expected = [bound.fit(s).splats for s in subsets]
     monkeypatch.setattr(reconstructor, "PAIR_BYTES", 0)
     monkeypatch.setattr(reconstructor, "MAP_BYTES", 3 * 8 * 48 * 36)
+    monkeypatch.setattr(frames_module, "FRAME_BYTES", 2 * 56 * 48 * 36)
     small = Splats(capture)
     for subset, splats in zip(subsets, expected, strict=True):
         np.testing.assert_array_equal(small.fit(subset).splats, splats)
-    assert (len(small._pairs), len(small._maps)) == (1, 3)
+    assert (len(small._pairs), len(small._maps), len(small.frames._known)) == (1, 3, 2)
+
+
+class Opened:
+    """Images that remember which of them were asked for."""
+
+    def __init__(self, images):
+        self.images, self.asked = images, set()
+        self.ndim, self.dtype, self.shape = images.ndim, images.dtype, images.shape
+
+    def __len__(self):
+        return len(self.images)
+
+    def __getitem__(self, frames):
+        self.asked |= set(np.atleast_1d(frames).tolist())
+        return self.images[frames]
+
+
+def test_only_the_frames_of_subsets_are_opened():
+    capture = textured_wall()
+    opened = Opened(capture.images)
+    bound = Splats(replace(capture, images=opened))
+    assert opened.asked == set()
+    bound.fit(np.array([0, 2, 5]))
+    assert opened.asked == {0, 2, 5}
+
+
+def test_partners_of_a_subset_are_those_of_the_whole_capture():
+    """Row by row the same numbers, so that no choice of a partner depends on who else is there."""
+    views = textured_wall().views
+    whole = affinity(views.centers, views.axes, 4.0)
+    assert (np.diag(whole) == -np.inf).all()
+    rows = np.array([6, 1, 4])
+    part = affinity(views.centers[rows], views.axes[rows], 4.0)
+    np.testing.assert_array_equal(part, whole[np.ix_(rows, rows)])
+
+
+def test_depth_ranges_against_a_plain_loop():
+    capture, rng = textured_wall(), np.random.default_rng(0)
+    xyz = rng.uniform([-1, -1, 2], [1, 1, 6], (20, 3))
+    kept = rng.random(len(capture.points.track_frame)) < 0.6  # about twelve points a frame
+    track = replace(
+        capture.points,
+        xyz=xyz,
+        track_point=capture.points.track_point[kept],
+        track_frame=capture.points.track_frame[kept],
+    )
+    seen = [xyz[track.track_point[track.track_frame == i], 2] for i in range(len(capture))]
+    assert {len(z) >= 10 for z in seen} == {True, False}
+    every = np.concatenate(seen)
+    few = np.percentile(every, 99.5)  # of a frame that sees too few points
+    far = np.array([np.percentile(z, 99) if len(z) >= 10 else few for z in seen])
+    found = depth_range(replace(capture, points=track))
+    np.testing.assert_allclose(found[:, 1], 2.5 * np.maximum(far, np.median(far)))
 
 
 def test_reconstruction_does_not_depend_on_the_worlds_frame():

@@ -6,6 +6,7 @@ import numpy as np
 
 from fsel.capture import Capture
 from fsel.geometry import centered
+from fsel.points import grouped_rows
 
 LOOK_ANGLE = 8.0  # parallax at which stereo works best, degrees
 LOOK_SPREAD = (4.0, 12.0)  # width of that preference below and above it, degrees
@@ -31,30 +32,39 @@ def depth_range(capture: Capture) -> np.ndarray:
     seen, z = track.track_frame[z > 0], z[z > 0]
     limits = np.tile(np.percentile(z, [0.5, 99.5]), (n, 1))
     middle = np.full(n, np.median(z))
-    for i in range(n):
-        own = z[seen == i]
-        if len(own) >= 10:
+    for i, rows in enumerate(grouped_rows(seen, n)):
+        if len(rows) >= 10:
+            own = z[rows]
             limits[i], middle[i] = np.percentile(own, [1, 99]), np.median(own)
     limits[:, 0] = np.maximum(limits[:, 0], middle / NEAREST)
     limits[:, 1] = 2.5 * np.maximum(limits[:, 1], np.median(limits[:, 1]))
     return limits
 
 
-def _look_depth(limits: np.ndarray) -> float:
+def look_depth(limits: np.ndarray) -> float:
+    """The depth at which frames are asked for parallax, from all frames' (N, 2) ranges."""
     return float(np.median(2 / (1 / limits[:, 0] + 1 / limits[:, 1])))
 
 
-def affinity(capture: Capture, limits: np.ndarray) -> np.ndarray:
-    """(N, N) how well each other frame serves as a stereo partner; -1 on the diagonal."""
-    points = capture.centers + capture.axes * _look_depth(limits)
-    back = -capture.axes
-    rays = capture.centers[None] - points[:, None]
+def affinity(centers: np.ndarray, axes: np.ndarray, depth: float) -> np.ndarray:
+    """How well each of some frames serves another as a stereo partner.
+
+    Args:
+        centers, axes: (K, 3) float64 camera centres and optical axes.
+        depth: in front of a camera, to the point whose parallax counts; see `look_depth`.
+
+    Returns:
+        (K, K) float64, row by row each frame's partners; minus infinity on the diagonal.
+    """
+    points = centers + axes * depth
+    back = -axes
+    rays = centers[None] - points[:, None]
     rays /= np.maximum(np.linalg.norm(rays, axis=-1, keepdims=True), 1e-12)
     half_sum = np.linalg.norm(rays + back[:, None], axis=-1)
     half_gap = np.linalg.norm(rays - back[:, None], axis=-1)
     parallax = np.degrees(2 * np.arctan2(half_gap, half_sum))
     spread = np.where(parallax < LOOK_ANGLE, *LOOK_SPREAD)
-    gap = np.linalg.norm(capture.axes[:, None] - capture.axes[None], axis=-1)
+    gap = np.linalg.norm(axes[:, None] - axes[None], axis=-1)
     tilt = np.degrees(2 * np.arcsin(np.clip(gap / 2, 0, 1)))
     # logarithm of the product of two Gaussians: it ranks even pairs that underflow
     score = -((parallax - LOOK_ANGLE) ** 2) / (2 * spread**2) - (tilt / AXIS_SPREAD) ** 2
@@ -64,7 +74,7 @@ def affinity(capture: Capture, limits: np.ndarray) -> np.ndarray:
 
 def planes(capture: Capture, limits: np.ndarray, bounds: tuple[int, int]) -> np.ndarray:
     """(N, D) inverse depths: one pixel of disparity at the preferred parallax between planes."""
-    baseline = 2 * np.tan(np.radians(LOOK_ANGLE) / 2) * _look_depth(limits)
+    baseline = 2 * np.tan(np.radians(LOOK_ANGLE) / 2) * look_depth(limits)
     near, far = np.median(limits, axis=0)
     disparity = np.median(capture.intrinsics[:, 0]) * baseline * (1 / near - 1 / far)
     count = int(np.clip(np.ceil(disparity / 8) * 8, *bounds))

@@ -14,12 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.geometry import invert_pose, pixel_centers
+from fsel.geometry import invert_pose
 from fsel.reconstruct import ply
 from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import fusion, planes, render, stereo
+from fsel.reconstruct.splats.cache import make_room
+from fsel.reconstruct.splats.frames import Frames
 from fsel.reconstruct.subset import distinct
 
 MAX_PARTNERS = 4
@@ -81,15 +83,12 @@ class Splats:
     def __init__(self, capture: Capture, **settings) -> None:
         self.capture = capture
         self.settings = _settings(settings)
-        self.images = np.asarray(capture.images).astype(np.float32)
-        self.grey = self.images.mean(axis=-1)
-        self.enlarged = np.stack([stereo.packed(image) for image in self.images])
-        self.rays = _rays(capture)
+        self.frames = Frames(capture)
         self.frame = Frame.of(capture)
         local = self.frame.localised(capture)
         self.poses = local.world_to_camera
         self.range = planes.depth_range(local)
-        self.affinity = planes.affinity(local, self.range)
+        self.views, self.look_depth = local.views, planes.look_depth(self.range)
         self.inverse = planes.planes(local, self.range, self.settings.planes)
         self.ks = capture.intrinsics.astype(np.float32)
         self._pairs: dict[tuple[int, int], np.ndarray] = {}
@@ -112,12 +111,12 @@ class Splats:
         frames = distinct(frames)
         started, peak = time.perf_counter(), Peak()
         order = self._nearest(frames)
-        maps = [self._depth_map(i, frames[order[a]]) for a, i in enumerate(frames)]
+        maps = [self._depth_map(i, frames[order[a]]) for a, i in enumerate(frames.tolist())]
         inverse = np.stack([m[0] for m in maps])
         opacity = np.stack([m[1] for m in maps])
         asked = np.ascontiguousarray(order[:, : self.settings.neighbours])
         rotation, translation = _relative(self.poses[frames], asked)
-        rays = self.rays[frames]
+        rays = np.stack([self.frames[i].rays for i in frames.tolist()])
         tolerance = self.settings.tolerance * (self.inverse[frames, 1] - self.inverse[frames, 0])
         verdicts = fusion.compare(
             inverse, rays, asked, rotation, translation, self.ks[frames], tolerance
@@ -143,24 +142,26 @@ class Splats:
 
     def _nearest(self, frames: np.ndarray) -> np.ndarray:
         """(K, K - 1) rows of the other frames, best partner first, lowest row among equals."""
-        affinity = self.affinity[np.ix_(frames, frames)]
+        affinity = planes.affinity(
+            self.views.centers[frames], self.views.axes[frames], self.look_depth
+        )
         return np.argsort(-affinity, axis=1, kind="stable")[:, :-1]
 
     def _depth_map(self, frame: int, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         partners = sorted(ranked[: self.settings.partners].tolist())
-        key = (int(frame), *partners)
+        key = (frame, *partners)
         if key not in self._maps:
-            costs = [self._pair(int(frame), j) for j in partners]
+            costs = [self._pair(frame, j) for j in partners]
             padded = (costs * MAX_PARTNERS)[:MAX_PARTNERS]
             cost = stereo.merge_costs(*padded, len(costs))
             total = stereo.aggregate(
                 cost,
-                self.grey[frame],
+                self.frames[frame].grey,
                 np.int16(self.settings.small_penalty),
                 np.float32(self.settings.large_penalty),
             )
             found = stereo.winner(total, cost, self.inverse[frame])
-            _make_room(self._maps, MAP_BYTES // (2 * found[0].nbytes))
+            make_room(self._maps, MAP_BYTES // (2 * found[0].nbytes))
             self._maps[key] = found
         return self._maps[key]
 
@@ -169,17 +170,18 @@ class Splats:
             pose, other = self.poses[[frame, source]]
             rotation = other[:, :3] @ pose[:, :3].T
             translation = other[:, 3] - rotation @ pose[:, 3]
+            own = self.frames[frame]
             cost = stereo.pair_cost(
-                self.images[frame],
-                self.enlarged[source],
-                self.rays[frame],
+                own.image,
+                self.frames[source].enlarged,
+                own.rays,
                 rotation.astype(np.float32),
                 translation.astype(np.float32),
                 self.ks[source],
                 self.inverse[frame],
                 np.float32(self.settings.truncation),
             )
-            _make_room(self._pairs, PAIR_BYTES // cost.nbytes)
+            make_room(self._pairs, PAIR_BYTES // cost.nbytes)
             self._pairs[frame, source] = stereo.box_filter(cost)
         return self._pairs[frame, source]
 
@@ -189,12 +191,6 @@ def _settings(given: Mapping) -> SplatSettings:
     return settings_from(
         SplatSettings, {k: tuple(v) if isinstance(v, list) else v for k, v in given.items()}
     )
-
-
-def _make_room(cache: dict, most: int) -> None:
-    """Forget the oldest entry of a full cache: dictionaries keep order."""
-    if cache and len(cache) >= most:
-        del cache[next(iter(cache))]
 
 
 @dataclass(frozen=True)
@@ -256,13 +252,6 @@ class SplatModel:
         opacity, depth = self.splats[3:]
         scale = depth * (self.frame.unit * self.pixel / 2)
         ply.write_round(path, self.positions, self.colors / 255, opacity, scale)
-
-
-def _rays(capture: Capture) -> np.ndarray:
-    width, height = capture.size
-    x, y = pixel_centers(width, height)
-    fx, fy, cx, cy = (capture.intrinsics[:, i, None, None] for i in range(4))
-    return np.stack([(x - cx) / fx, (y - cy) / fy], axis=1).astype(np.float32)
 
 
 def _relative(poses: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
