@@ -11,6 +11,7 @@ import pytest
 from small_captures import write_ring
 
 from fsel.cli import main
+from fsel.export.drawings import SHOWN, shown
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
 MEASURE = """<script>
@@ -102,3 +103,13 @@ def test_geometry_only_leaves_the_pictures_out(tmp_path):
     assert "<img" not in page
     assert "sharpness" not in page
     assert page.count("<li>") == 4
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, SHOWN, SHOWN + 1, 50_000])
+def test_a_report_shows_at_most_so_many_evenly_spread(count):
+    rows = shown(count)
+    assert len(rows) == min(count, SHOWN)
+    assert rows[:1] == [0][:count]
+    assert rows[-1:] == [count - 1][:count]
+    steps = np.diff(rows)
+    assert not len(steps) or steps.max() - steps.min() <= 1

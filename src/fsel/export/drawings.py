@@ -13,7 +13,13 @@ SIDE = 640  # of the top view, in units of its view box
 MARGIN = 30
 TICK = 0.035  # length of a viewing direction, as a share of the side
 CHART = (640, 260)
+SHOWN = 3000  # frames, targets or rows of a report at most: 50,000 would take 12 MB
 LEFT, BOTTOM = 46, 34  # room for the chart's labels
+
+
+def shown(count: int) -> list[int]:
+    """Which of so many frames, targets or rows a report shows: all, or evenly spread ones."""
+    return np.unique(np.linspace(0, count - 1, min(count, SHOWN)).round().astype(int)).tolist()
 
 
 def top_view(outcome: Outcome) -> str:
@@ -37,10 +43,10 @@ def top_view(outcome: Outcome) -> str:
         f'<svg viewBox="0 {shift:.1f} {SIDE} {height:.1f}" class="top" role="img" '
         'aria-label="cameras from above">'
     ]
-    for i in range(count):
+    for i in shown(count):
         marks.append(_camera(places[i], ends[i], "frame", capture.names[i]))
-    for i in range(count, len(places)):
-        marks.append(_target(places[i], ends[i], f"target {i - count}"))
+    for i in shown(len(places) - count):
+        marks.append(_target(places[count + i], ends[count + i], f"target {i}"))
     for order, i in reversed(list(enumerate(selection.indices, 1))):  # the first lies on top
         x, y = places[i]
         marks.append(_camera(places[i], ends[i], "pick", f"{order}: {capture.names[i]}", 8.5))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-from fsel.export.drawings import service_chart, top_view
+from fsel.export.drawings import SHOWN, service_chart, shown, top_view
 from fsel.export.record import Outcome, reason
 
 STYLE = files("fsel.export") / "page.css"
@@ -44,8 +44,9 @@ def page(
         '<ol class="sheet">',
         *_cards(picked, pictures),
         "</ol><h2>Frames left out, and why</h2>",
+        *_thinned(len(left)),
         "<table><thead><tr><th>frame</th><th>reason</th></tr></thead><tbody>",
-        *(_row(entry) for entry in left),
+        *(_row(left[at]) for at in shown(len(left))),
         "</tbody></table></body></html>",
     ]
     return "\n".join(parts)
@@ -54,6 +55,8 @@ def page(
 def _legend(outcome: Outcome) -> str:
     far = int(outcome.targets.far.sum())
     note = f" {far} targets too far away to be drawn." if far else ""
+    if max(len(outcome.capture), len(outcome.targets.views)) > SHOWN:
+        note += f" At most {SHOWN:,} of each are drawn."
     return (
         'From above: <span class="key pick">picks in order</span>, <span class="key target">target '
         f'views</span>, <span class="key frame">other frames</span>.{note}'
@@ -74,6 +77,12 @@ def _cards(picked: Sequence[dict], pictures: Sequence[bytes]) -> list[str]:
             f"<li>{image}<b>{entry['order']}</b> {name}<br><small>{', '.join(facts)}</small></li>"
         )
     return cards
+
+
+def _thinned(count: int) -> list[str]:
+    if count <= SHOWN:
+        return []
+    return [f"<p>{SHOWN:,} of {count:,}, evenly spread; selection.json has all.</p>"]
 
 
 def _row(entry: dict) -> str:
