@@ -26,6 +26,7 @@ include: "workflow/rules/library.smk"
 include: "workflow/rules/checksums.smk"
 include: "workflow/rules/cases.smk"
 include: "workflow/rules/judging.smk"
+include: "workflow/rules/picturing.smk"
 # the experiment, stage by stage: captures, labels, selectors, the budget sweep
 include: "workflow/rules/downloads.smk"
 include: "workflow/rules/captures.smk"
@@ -40,7 +41,9 @@ include: "workflow/rules/trials.smk"
 include: "workflow/rules/objects.smk"
 include: "workflow/rules/poses.smk"
 include: "workflow/rules/paper.smk"
+include: "workflow/rules/pictures.smk"
 include: "workflow/rules/judges.smk"
+include: "workflow/rules/judged_paper.smk"
 include: "workflow/rules/transfer.smk"
 
 

@@ -1,5 +1,7 @@
 """The paper's other figures: their numbers, on small captures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -9,8 +11,10 @@ from selection_problems import random_capture
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
+from fsel.experiments.pictures import STRONGEST, frames_named, resolved, spaced
 from fsel.experiments.pipeline_figure import met_until, pipeline_figure
 from fsel.experiments.qualitative import picks_of, qualitative
+from fsel.experiments.real_world import real_world
 from fsel.experiments.training_figure import training_figure
 from fsel.reconstruct import reconstructor_of
 from fsel.report.figures import footnote
@@ -30,7 +34,9 @@ def scene(tmp_path_factory):
     rows = [("all", 0, len(observed), i, f) for i, f in enumerate(observed)]
     rows += [("uniform", s, 8, i, f) for s in (0, 1) for i, f in enumerate(observed[s::4][:8])]
     columns = ["method", "seed", "k", "order", "frame"]
-    pd.DataFrame(rows, columns=columns).to_parquet(folder / "selections.parquet")
+    picks = pd.DataFrame(rows, columns=columns)
+    picks["name"] = [Capture.load(folder).names[i] for i in picks["frame"]]
+    picks.to_parquet(folder / "selections.parquet")
     return folder
 
 
@@ -59,19 +65,46 @@ def test_the_fittest_so_far_need_not_have_the_highest_psnr():
 
 
 def test_a_seeds_picks_come_in_their_order():
-    rows = [("a", 2, 1, 5), ("a", 2, 0, 9), ("a", 3, 0, 1), ("all", 4, 0, 7)]
-    table = pd.DataFrame(rows, columns=["method", "k", "order", "frame"])
-    assert picks_of(table, "a", 2).tolist() == [9, 5]
-    assert picks_of(table, "all", 2).tolist() == [7]
+    rows = [("a", 2, 1, "5"), ("a", 2, 0, "9"), ("a", 3, 0, "1"), ("all", 4, 0, "7")]
+    table = pd.DataFrame(rows, columns=["method", "k", "order", "name"])
+    assert picks_of(table, "a", 2) == ["9", "5"]
+    assert picks_of(table, "all", 2) == ["7"]
+
+
+def test_the_strongest_baseline_is_none_that_has_a_column_and_not_the_control():
+    rows = [("uniform", 9, 30.0), ("fvs", 9, 20.0), ("dpp", 9, 21.0), ("fvs", 5, 40.0)]
+    rows += [("untrained", 9, 35.0), ("nearest", 9, 36.0), ("dpp", 9, 22.0)]
+    table = pd.DataFrame(rows, columns=["method", "k", "psnr"])
+    assert resolved(["uniform", STRONGEST, "fsel"], table, 9) == ["uniform", "dpp", "fsel"]
+    assert resolved([STRONGEST], table, 9) == ["uniform"]
+    with pytest.raises(ValueError, match="at a budget of 7"):
+        resolved([STRONGEST], table, 7)
+
+
+def test_frames_are_found_by_name_in_a_capture_that_lost_some():
+    capture = random_capture(6)
+    names = [capture.names[i] for i in (4, 0, 5)]
+    assert frames_named(capture.subset(np.array([0, 4, 5])), names).tolist() == [1, 0, 2]
+    with pytest.raises(ValueError, match="'nobody'"):
+        frames_named(capture, ["nobody"])
+
+
+def test_drawn_views_are_spread_and_a_single_one_is_the_middle():
+    assert spaced(9, 3).tolist() == [0, 4, 8]
+    assert spaced(9, 1).tolist() == [4]
+    assert spaced(2, 3).tolist() == [0, 1]
 
 
 def test_shown_views_have_the_quality_that_an_evaluation_finds(scene, tmp_path):
     figures, numbers = outputs(tmp_path)
     paths = scene / "split.parquet", scene / "selections.parquet"
-    settings = {"methods": ["all", "uniform"], "views": 2, "k": 8}
+    settings = {"methods": ["all", "strongest"], "views": 2, "k": 8}
+    evaluation = tmp_path / "evaluation.parquet"
+    pd.DataFrame({"method": ["uniform"], "k": [8], "psnr": [20.0]}).to_parquet(evaluation)
     qualitative(
         scene,
         *paths,
+        [evaluation],
         figures,
         numbers,
         **settings,
@@ -91,6 +124,34 @@ def test_shown_views_have_the_quality_that_an_evaluation_finds(scene, tmp_path):
         assert shown["frame"].tolist() == targets.tolist()
         np.testing.assert_allclose(shown["psnr"], evaluate.measure(frames).scores[:, 0], atol=1e-5)
     assert all(path.stat().st_size > 1000 for path in figures)
+
+
+def test_views_of_one_capture_are_rendered_from_the_others_by_name(scene, tmp_path):
+    whole = Capture.load(scene)
+    passes = replace(whole, sequences=("a",) * 20 + ("b",) * 20)
+    rest = np.setdiff1d(np.arange(40), [0, 30])  # the larger capture lost two frames
+    passes.subset(rest).save(tmp_path / "large")
+    pd.DataFrame({"name": whole.names}).to_parquet(tmp_path / "frames.parquet")
+    picked = {"b": [25, 31, 22, 39], "a": [1, 2, 3, 4]}
+    rows = [(h, "fvs", 0, 4, i, whole.names[f]) for h, a in picked.items() for i, f in enumerate(a)]
+    picks = pd.DataFrame(rows, columns=["held_out", "method", "seed", "k", "order", "name"])
+    # the frames picked while the first sequence was held out are those of the second
+    picks["held_out"] = picks["held_out"].map({"b": "a", "a": "b"})
+    picks.to_parquet(tmp_path / "picks.parquet")
+    measured = pd.DataFrame({"held_out": ["a"] * 4, "method": "fvs", "k": 4, "psnr": 20.0})
+    measured.assign(target=[3, 5, 3, 5]).to_parquet(tmp_path / "evaluation.parquet")
+    figures, numbers = outputs(tmp_path)
+    read = [tmp_path / f"{n}.parquet" for n in ("frames", "picks", "evaluation")]
+    settings = {"views": 1, "k": 4, "reconstruction": RECONSTRUCTION, "facts": FACTS}
+    real_world(
+        tmp_path / "large", *read, figures, numbers, methods=["all", "strongest"], **settings
+    )
+    table = pd.read_csv(numbers)
+    shown = table[table["role"] == "target"]
+    assert shown["frame"].tolist() == [2, 4] * 2  # 3 and 5, frame 0 being gone
+    selected = table[table["role"] == "selected"].groupby("method")["frame"].apply(list)
+    assert selected["fvs"] == [24, 29, 21, 37]
+    assert selected["all"] == list(range(19, 38))
 
 
 def test_the_training_figures_numbers_are_the_logs(tmp_path):

@@ -295,19 +295,25 @@ def facts(names=None):
     }
 
 
-def rooms():
-    """(dataset, scene) of the evaluation scenes filmed in several passes."""
-    found = [
-        (d, s)
-        for d, s in evaluation_scenes()
-        if config["datasets"][d]["layout"] == "seven_scenes"
-    ]
-    if not found:
-        refuse(
-            "no dataset of layout seven_scenes has evaluation scenes",
-            "the cross-capture experiment needs rooms filmed in several passes",
+def places():
+    """(dataset, scene) of the evaluation scenes filmed in several passes, if any."""
+    return [
+        (name, scene)
+        for name, scene in evaluation_scenes()
+        if config["datasets"][name].get(
+            "passes", config["datasets"][name]["layout"] == "seven_scenes"
         )
-    return found
+    ]
+
+
+def rooms():
+    """Those of `places`; without any, the experiment is refused."""
+    if not places():
+        refuse(
+            "no dataset with evaluation scenes was filmed in several passes",
+            "the cross-capture experiment needs layout seven_scenes, or a dataset with `passes: true`",
+        )
+    return places()
 
 
 def object_scenes():

@@ -13,8 +13,16 @@ def judge_of(wildcards):
     return JUDGES[wildcards.judge]
 
 
-def judge_facts(wildcards):
-    return facts() | judged_by(wildcards.judge, judge_of(wildcards))
+def judge_facts(wildcards, names=None):
+    return facts(names) | judged_by(wildcards.judge, judge_of(wildcards))
+
+
+def by_judge(files):
+    """Input function: what another one names, in a folder of the reconstructor beside it."""
+    return lambda wildcards: [
+        str(Path(path).parent / wildcards.judge / Path(path).name)
+        for path in files(wildcards)
+    ]
 
 
 @cache

@@ -2,7 +2,7 @@
 
 Inputs: evaluations, searches, labels, trained selectors and canonical captures.
 Outputs: <tables>/{handsign,seedvar,ga_vs_learned,time_quality,crosscapture}.{tex,csv},
-<figures>/{saturation,training,pipeline,teaser,qualitative_{dataset}}.{pdf,png,csv},
+<figures>/{saturation,training,pipeline}.{pdf,png,csv},
 <results>/{dataset}/{scene}/draw{draw}/{searched,geometry_picks,geometry}.parquet,
 <results>/{dataset}/{scene}/{costs,times,crosscapture,crosscapture_picks}.parquet,
 <results>/selector/geometry/seed{seed}.safetensors.
@@ -15,7 +15,6 @@ WHOLE = {
 }
 DRAWN = scenes(TRAINED, "train")[0]
 CROSSED = sorted({budget_near(30), budget_near(40)})
-QUALITATIVE = ("uniform", "fvs", "kmedoids", "cover", "nearest", "ours", "fsel")
 
 
 rule handsign:
@@ -230,74 +229,6 @@ rule pipeline_figure:
         "Drawing the search and the labels of {DRAWN}"
     script:
         "../scripts/pipeline_figure.py"
-
-
-rule qualitative:
-    input:
-        frames=first_scene("frames.parquet"),
-        points=first_scene("points.parquet"),
-        images=first_scene("images.npy"),
-        split=first_scene("draw0/split.parquet"),
-        selections=first_scene("draw0/selections.parquet"),
-        lib=library("qualitative"),
-    output:
-        figures=report(
-            multiext("<figures>/qualitative_{dataset}", ".pdf", ".png"),
-            caption="../report/qualitative.rst",
-            category="Paper",
-            labels={"figure": "Views on {dataset}"},
-        ),
-        numbers="<figures>/qualitative_{dataset}.csv",
-    log:
-        "<results>/logs/qualitative/{dataset}.log",
-    benchmark:
-        "<results>/benchmarks/qualitative/{dataset}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=per_reconstruction(4000),
-        runtime=per_reconstruction(20),
-    params:
-        methods=QUALITATIVE,
-        views=3,
-        k=budget_near(40),
-        reconstruction=config["reconstruction"],
-        facts=lambda wildcards: facts([wildcards.dataset]),
-    message:
-        "Drawing views of {wildcards.dataset}"
-    script:
-        "../scripts/qualitative.py"
-
-
-use rule qualitative as teaser with:
-    input:
-        frames=f"<results>/{TIMED}/frames.parquet",
-        points=f"<results>/{TIMED}/points.parquet",
-        images=f"<results>/{TIMED}/images.npy",
-        split=f"<results>/{TIMED}/draw0/split.parquet",
-        selections=f"<results>/{TIMED}/draw0/selections.parquet",
-        lib=library("qualitative"),
-    output:
-        figures=report(
-            multiext("<figures>/teaser", ".pdf", ".png"),
-            caption="../report/qualitative.rst",
-            category="Paper",
-            labels={"figure": "Full sequence, Uniform, ours"},
-        ),
-        numbers="<figures>/teaser.csv",
-    log:
-        "<results>/logs/teaser.log",
-    benchmark:
-        "<results>/benchmarks/teaser.jsonl"
-    params:
-        methods=("all", "uniform", "ours"),
-        views=1,
-        k=budget_near(30),
-        reconstruction=config["reconstruction"],
-        facts=facts([TIMED.split("/")[0]]),
-    message:
-        "Drawing the full sequence, Uniform and ours"
 
 
 use rule train as train_geometry with:
@@ -596,5 +527,7 @@ rule paper:
         "<figures>/training.pdf",
         "<figures>/pipeline.pdf",
         "<figures>/teaser.pdf",
+        # only where a place was filmed in several captures
+        ["<figures>/real_world.pdf"] if places() else [],
         collect("<figures>/qualitative_{dataset}.pdf", dataset=labels()),
     localrule: True

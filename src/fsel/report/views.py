@@ -9,11 +9,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 
 from fsel.report.figures import footnote, save
 from fsel.report.plan import draw_cameras
 
-COLUMN = 1.35  # inches
+COLUMN = 1.92  # inches: 384 pixels at the resolution that figures are saved at
+INSET = 0.34  # of an image's sides
+WORST = 0.3  # mean absolute error that the brightest colour of an inset stands for
+ERRORS = "inferno"
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,8 @@ def draw(
 ) -> None:
     """Rows: targets, then the selected cameras in plan view. Columns: the truth, the selections.
 
+    Each rendered image has its error in a corner.
+
     Args:
         truth: (T, h, w, 3) uint8.
         columns: in order.
@@ -52,20 +58,26 @@ def draw(
         note: what made the numbers.
     """
     rows, (height, width) = len(truth), truth.shape[1:3]
-    row = COLUMN * height / width + 0.18
-    size = ((len(columns) + 1) * COLUMN, rows * row + COLUMN + 0.75)
+    row = COLUMN * height / width + 0.2
+    size = ((len(columns) + 1) * COLUMN, rows * row + COLUMN + 0.95)
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(
         rows + 1, len(columns) + 1, squeeze=False, height_ratios=[row] * rows + [COLUMN]
     )
     for y in range(rows):
-        _image(axes[y, 0], truth[y], "")
+        _image(axes[y, 0], truth[y] / 255, "")
         for x, column in enumerate(columns, 1):
             _image(axes[y, x], np.clip(column.rendered[y], 0, 1), f"{column.psnr[y]:.2f} dB")
-    axes[0, 0].set_title("held-out view", fontsize=7)
+            inset = axes[y, x].inset_axes((1 - INSET, 0, INSET, INSET))
+            shown = _errors(inset, column.rendered[y], truth[y])
+    axes[0, 0].set_title("held-out view", fontsize=9)
     axes[rows, 0].axis("off")
+    scale = axes[rows, 0].inset_axes((0.1, 0.6, 0.8, 0.06))
+    figure.colorbar(shown, cax=scale, orientation="horizontal", ticks=[0, WORST])
+    scale.set_title("error (inset)", fontsize=8)
+    scale.tick_params(labelsize=8)
     for x, column in enumerate(columns, 1):
-        axes[0, x].set_title(column.title, fontsize=7)
+        axes[0, x].set_title(column.title, fontsize=9)
         draw_cameras(axes[rows, x], places, targets, 3.0)
         axes[rows, x].plot(*places[column.frames].T, "o", color="tab:red", markersize=3, zorder=4)
     footnote(figure, note)
@@ -73,7 +85,16 @@ def draw(
 
 
 def _image(axis: Axes, image: np.ndarray, label: str) -> None:
-    axis.imshow(image, interpolation="nearest")
-    axis.set_xlabel(label, fontsize=6, labelpad=1)
+    axis.imshow(image, interpolation="antialiased")
+    axis.set_xlabel(label, fontsize=9, labelpad=2)
     axis.set_xticks([])
     axis.set_yticks([])
+
+
+def _errors(axis: Axes, rendered: np.ndarray, truth: np.ndarray) -> AxesImage:
+    """Mean absolute difference of the three colours, in 0..1."""
+    error = np.abs(rendered - truth / 255.0).mean(axis=-1)
+    axis.set_xticks([])
+    axis.set_yticks([])
+    axis.spines[:].set_color("white")
+    return axis.imshow(error, cmap=ERRORS, vmin=0, vmax=WORST, interpolation="antialiased")

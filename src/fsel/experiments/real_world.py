@@ -1,0 +1,64 @@
+"""Views of one capture rendered from other captures of the place (paper, `fig:real_world`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.capture import Capture
+from fsel.experiments.pictures import draw_views, frames_named, resolved
+from fsel.experiments.qualitative import picks_of
+from fsel.report.captions import note
+
+
+def real_world(
+    folder: str | Path,
+    selected_from: str | Path,
+    picks: str | Path,
+    evaluation: str | Path,
+    figures: Sequence[str | Path],
+    numbers: str | Path,
+    *,
+    methods: Sequence[str],
+    views: int,
+    k: int,
+    reconstruction: Mapping,
+    facts: Mapping,
+) -> None:
+    """Targets of the first sequence, rendered from what methods picked among the others.
+
+    Args:
+        folder: a canonical capture of several sequences with images large enough.
+        selected_from: frames.parquet of the capture that was selected from; names connect the two.
+        picks: what `crosscapture.select_crosscapture` wrote.
+        evaluation: what `crosscapture.evaluate_crosscapture` wrote.
+        figures: paths; their endings choose the format.
+        numbers: see `pictures.draw_views`.
+        methods, views, k, reconstruction, facts: as in `qualitative.qualitative`; `all` is every
+            frame of the other sequences.
+    """
+    capture = Capture.load(folder)
+    held_out = capture.sequences[0]
+    measured = pd.read_parquet(evaluation).query("held_out == @held_out")
+    names = pd.read_parquet(selected_from)["name"]
+    targets = frames_named(capture, names[np.unique(measured["target"])].tolist())
+    picked = pd.read_parquet(picks).query("held_out == @held_out and seed == 0")
+    others = np.flatnonzero(np.array(capture.sequences) != held_out)
+    chosen = {
+        method: others if method == "all" else frames_named(capture, picks_of(picked, method, k))
+        for method in resolved(methods, measured, k)
+    }
+    passes = len(set(capture.sequences)) - 1
+    draw_views(
+        capture,
+        chosen,
+        targets,
+        figures,
+        numbers,
+        views=views,
+        reconstruction=reconstruction,
+        note=f"Views of {held_out}, frames of {passes} other captures of the place. {note(facts)}",
+    )

@@ -1,0 +1,11 @@
+"""Draw views of one capture, reconstructed from other captures of the place."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.real_world import real_world
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, real_world)
