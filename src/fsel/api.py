@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from fsel.metrics import Metrics
     from fsel.reconstruct import Model
     from fsel.reconstruct.splats.reconstructor import SplatModel
 
@@ -267,19 +268,29 @@ def fit(
     return factory(capture, **settings).fit(np.asarray(frames, np.int64))
 
 
-def evaluate(capture: Capture, model: Model, targets: ArrayLike) -> dict[str, np.ndarray]:
+def evaluate(
+    capture: Capture, model: Model, targets: ArrayLike, metrics: Metrics | None = None
+) -> dict[str, np.ndarray]:
     """Compare a model's renderings with frames that it was not made from.
 
     Args:
         capture: what the model was made from, at the same size.
         model: what `fit` returns.
         targets: (T,) numbers of held-out frames.
+        metrics: keys of `fsel.metrics.REGISTERED`, or key -> settings, as
+            `{"psnr": {}, "lpips": {"net": "alex", "weights": path}}`; None for `psnr` in dB, `ssim`
+            and `gmsd` (lower is better).
 
     Returns:
-        `psnr` in dB, `ssim` and `gmsd` (lower is better): (T,) float64 each.
-    """
-    from fsel.metrics import METRICS, score_views
+        Metric -> (T,) float64.
 
+    Raises:
+        ValueError, FileNotFoundError, ImportError: for an unknown metric, or what one refuses.
+    """
+    from fsel.metrics import METRICS, checked, score_views
+
+    asked = METRICS if metrics is None else checked(metrics)
     frames = np.asarray(targets, np.int64)
-    scores = score_views(model.render(capture.view(frames)), np.asarray(capture.images[frames]))
-    return dict(zip(METRICS, scores.T, strict=True))
+    truth = np.asarray(capture.images[frames])
+    scores = score_views(model.render(capture.view(frames)), truth, None, asked)
+    return dict(zip(asked, scores.T, strict=True))

@@ -9,9 +9,11 @@ import pytest
 from small_captures import camera_path, ring, write_ring
 
 import fsel
-from fsel.cli import main
+from fsel.cli import main, scoring
 from fsel.cli.optimising import WRITE_PLY
+from fsel.cli.scoring import file_names
 from fsel.layouts import images
+from fsel.metrics import REGISTERED, Metric
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.reconstruct.gaussians.training import Training
@@ -139,6 +141,44 @@ def test_a_ply_is_rendered_and_scored_as_the_library_does(capture, ply, tmp_path
     table = (out / "render.txt").read_text().splitlines()
     assert table[0].split() == ["view", "PSNR", "SSIM", "GMSD"]
     assert table[-1].split()[:2] == ["mean", f"{content['mean']['psnr']:.2f}"]
+
+
+def test_lpips_takes_the_place_of_gmsd_where_weights_are(
+    capture, ply, tmp_path, capsys, monkeypatch
+):
+    ones = Metric("lpips", "LPIPS", False, lambda r, *_, net, weights: np.full(len(r), len(net)))
+    monkeypatch.setitem(REGISTERED, "lpips", ones)
+    monkeypatch.setattr(scoring, "checked", lambda metrics: metrics)
+    out, asked = tmp_path / "out", ["--targets", "every:8", "--long-side", SIDE]
+    own = ["--lpips-weights", tmp_path / "w.pth", "--lpips-net", "squeeze", "-o", out]
+    assert run("render", ply, "--capture", capture, *asked, *own) == 0
+    assert json.loads((out / "render.json").read_text())["mean"]["lpips"] == len("squeeze")
+    assert (out / "render.txt").read_text().split()[:4] == ["view", "PSNR", "SSIM", "LPIPS"]
+    own[-1] = tmp_path / "compared"
+    assert run("compare", capture, "-k", 4, "--methods", "uniform", *asked, *own) == 0
+    row = json.loads((tmp_path / "compared" / "compare.json").read_text())["rows"][0]
+    assert row["lpips"] == len("squeeze")
+    assert "gmsd" not in row
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--lpips-weights", "none.pth"], "'none.pth', not a file; LPIPS with net vgg needs"),
+        (["--lpips-weights", "none.pth", "--lpips-net", "no"], "'no'; allowed: alex, vgg, squeeze"),
+        (["--lpips-net", "alex"], "alex without --lpips-weights"),
+    ],
+)
+def test_lpips_without_its_weights_is_refused_before_work(given, said, capture, tmp_path, capsys):
+    assert run("compare", capture, *given, "-o", tmp_path / "out") == 1
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_no_two_pictures_have_one_name():
+    assert file_names(["a/b", "c", "a_b"]) == ["a_b_0000", "c_0001", "a_b_0002"]
+    assert file_names(["A.png", "a.png"]) == ["A.png_0000", "a.png_0001"]
+    assert file_names(["x/1", "y/1"]) == ["x_1", "y_1"]
 
 
 def test_views_without_truth_are_rendered_and_not_scored(capture, ply, tmp_path):

@@ -1,6 +1,8 @@
 """What every reconstructor says of itself: its needs, and what a model cost."""
 
 import mmap
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -72,6 +74,56 @@ def test_a_model_says_what_it_cost_and_where(name):
     assert model.peak_bytes >= 0
     assert model.device == "cpu"
     assert (model.primitives == 0) == (model.bytes == 0)
+
+
+def spoiled(case):
+    """Six cameras on a circle that look at its middle, or at what is wrong with them."""
+    poses = ring(6)
+    rotations = poses[:, :, :3]
+    centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
+    if case == "all in one place":
+        centers = np.repeat(centers[:1], 6, axis=0)
+    elif case == "no overlap":
+        rotations = rotations * np.array([-1, 1, -1])[:, None]  # half a turn: they look outwards
+    capture = capture_of(centers, rotations, size=(24, 18))
+    if case == "a mask that hides everything":
+        return replace(capture, masks=np.zeros(capture.images.shape[:3], bool))
+    if case == "one colour":
+        return replace(capture, images=np.full_like(capture.images, 90))
+    return capture
+
+
+@pytest.mark.parametrize(
+    "case", ["all in one place", "no overlap", "a mask that hides everything", "one colour"]
+)
+@pytest.mark.parametrize("name", OWN)
+def test_frames_that_tell_nothing_give_a_model_that_renders_colours(name, case):
+    capture = spoiled(case)
+    model = RECONSTRUCTORS[name](capture, **QUICK.get(name, {})).fit(np.arange(6))
+    for views in (capture.views, spoiled("none").views):
+        rendered = model.render(views)
+        assert rendered.shape == (6, 18, 24, 3)
+        assert np.isfinite(rendered).all()
+        assert rendered.min() >= 0
+        assert rendered.max() <= 1
+
+
+@pytest.mark.parametrize("frames", [[], [2], [2, 2], [1, 3, 1]])
+@pytest.mark.parametrize("name", OWN)
+def test_fewer_than_two_distinct_frames_are_refused_by_their_numbers(name, frames):
+    bound = RECONSTRUCTORS[name](spoiled("none"), **QUICK.get(name, {}))
+    with pytest.raises(ValueError, match=rf"distinct frames, got {re.escape(str(frames))}"):
+        bound.fit(np.array(frames, np.int64))
+
+
+def test_a_frame_of_another_size_makes_no_capture_that_could_be_reconstructed():
+    capture = spoiled("none")
+    images = np.empty(6, object)
+    images[:] = [*capture.images[:5], capture.images[5][:9]]
+    with pytest.raises(ValueError, match=r"images must be \(6, h, w, 3\) uint8, got \(6,\)"):
+        replace(capture, images=images)
+    with pytest.raises(ValueError, match="masks"):
+        replace(capture, masks=np.ones((6, 9, 24), bool))
 
 
 def touch(size):

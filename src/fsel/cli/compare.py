@@ -15,12 +15,13 @@ from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of, outlines
+from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.evaluation import Evaluator
 from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
 from fsel.layouts.previews import sharpness_of_files
 from fsel.measuring import Run, picks_at, runs
-from fsel.metrics import METRICS
+from fsel.metrics import Metrics
 from fsel.problem import Method
 from fsel.reconstruct import Model, Reconstructor
 from fsel.request.focus import Focus
@@ -35,6 +36,7 @@ Picks = dict[tuple[int, str], list[np.ndarray]]
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     checked(asked)
+    metrics = metrics_of(asked)
     methods = [api.method_of(name) for name in asked.methods]
     with staged(asked.out, "compare", FolderRecord(), inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, asked.long_side)
@@ -51,8 +53,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
             picks = _picks(asked, capture, targets, methods, sharpness, focus)
-        rows, evaluator = _scores(asked, capture, (judged, masks), picks, console)
-        table = _table(rows)
+        rows, evaluator = _scores(asked, capture, (judged, masks), picks, metrics, console)
+        table = _table(rows, metrics)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
         content = {
             "capture": str(asked.capture.resolve()),
@@ -121,13 +123,14 @@ def _scores(
     capture: Capture,
     judged: tuple[np.ndarray, np.ndarray | None],
     picks: Picks,
+    metrics: Metrics,
     console: Console,
 ) -> tuple[list[dict], Evaluator]:
     """A row of mean metrics for each k and method, over frames (in their masks) and seeds."""
     frames, masks = judged
     truth = np.asarray(capture.images[frames])
     keeping = _Keeping(bound(asked, capture))
-    evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks)
+    evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks, metrics)
     order = [(k, name) for k in asked.k for name in asked.methods]
     runs = [(key, chosen) for key in order for chosen in picks[key]]
     found: dict[tuple[int, str], list[np.ndarray]] = {key: [] for key in order}
@@ -136,7 +139,7 @@ def _scores(
     rows: dict[tuple[int, str], dict] = {}
     for (k, name), values in found.items():
         used = len(picks[k, name][0])
-        means = dict(zip(METRICS, np.mean(values, axis=0).round(5).tolist(), strict=True))
+        means = dict(zip(metrics, np.mean(values, axis=0).round(5).tolist(), strict=True))
         names = [[capture.names[i] for i in chosen] for chosen in picks[k, name]]
         kept = {"k": used, "method": name, **means, "seeds": len(values), "picks": names}
         rows.setdefault((used, name), kept)
@@ -157,13 +160,12 @@ class _Keeping:
         return self.models[key]
 
 
-def _table(rows: Sequence[dict]) -> str:
-    """PSNR in dB, SSIM, and GMSD, of which less is better."""
+def _table(rows: Sequence[dict], metrics: Metrics) -> str:
+    """The metrics, one row a method and k."""
     wide = max(len(row["method"]) for row in rows)
-    lines = [f"{'k':>4}  {'method':{wide}}  {'PSNR':>6}  {'SSIM':>6}  {'GMSD':>6}"]
+    lines = [f"{'k':>4}  {'method':{wide}}  {heading(metrics)}"]
     for row in rows:
-        metrics = f"{row['psnr']:6.2f}  {row['ssim']:6.4f}  {row['gmsd']:6.4f}"
-        lines.append(f"{row['k']:4d}  {row['method']:{wide}}  {metrics}")
+        lines.append(f"{row['k']:4d}  {row['method']:{wide}}  {columns(row, metrics)}")
     return "\n".join([*lines, ""])
 
 
@@ -189,8 +191,9 @@ def _sheets(
             for name, images in zip(asked.methods, rendered, strict=True):
                 cells.append(_captioned(np.round(images[at] * 255).astype(np.uint8), f"{name} {k}"))
             rows[at].append(np.concatenate(cells, axis=1))
-    for at, frame in enumerate(frames):
-        yield f"{capture.names[frame].replace('/', '_')}.png", np.concatenate(rows[at])
+    names = file_names([capture.names[frame] for frame in frames])
+    for name, sheet in zip(names, rows, strict=True):
+        yield f"{name}.png", np.concatenate(sheet)
 
 
 def _captioned(image: np.ndarray, text: str) -> np.ndarray:

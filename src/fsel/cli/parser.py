@@ -7,11 +7,11 @@ import re
 import sys
 from collections.abc import Sequence
 from decimal import Decimal
-from importlib.metadata import version
 from pathlib import Path
 
 from fsel.bounds import MAX_ERROR
 from fsel.cli.values import (
+    Version,
     duration,
     number_or_auto,
     numbers,
@@ -25,14 +25,6 @@ LARGEST = 16384  # pixels of a working image's longer side
 EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
 
 
-class _Version(argparse.Action):
-    """Prints the version; it is looked up when asked for, since that takes as long as parsing."""
-
-    def __call__(self, parser, namespace, values, option=None):
-        print(f"fsel {version('fsel')}")
-        parser.exit()
-
-
 def parser() -> argparse.ArgumentParser:
     """All commands with their options."""
     root = argparse.ArgumentParser(
@@ -40,7 +32,7 @@ def parser() -> argparse.ArgumentParser:
         description="Choose the frames of a posed capture that a novel-view reconstructor "
         "should be fed.",
     )
-    root.add_argument("--version", action=_Version, nargs=0, help="print the version and end")
+    root.add_argument("--version", action=Version, nargs=0, help="print the version and end")
     commands = root.add_subparsers(required=True, metavar="COMMAND")
     _add_demo(commands)
     _add_poses(commands)
@@ -259,6 +251,7 @@ def _add_compare(commands) -> None:
     )
     _add_object(command, "frames that see the object, compared inside of their masks")
     _add_reconstructor(command)
+    _add_metrics(command)
     _add_size(command)
     _add_output(command, "folder to write")
 
@@ -287,8 +280,19 @@ def _add_render(commands) -> None:
         help="the views: every:N or names.txt (frames, which are compared), path.json, orbit or "
         "trajectory (which have no truth to compare with)",
     )
+    _add_metrics(command)
     _add_size(command, default=384)
     _add_output(command, "folder to write")
+
+
+def _add_metrics(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--lpips-weights",
+        type=Path,
+        metavar="FILE",
+        help="measure LPIPS in place of GMSD, with the ImageNet weights of its backbone",
+    )
+    command.add_argument("--lpips-net", help="its backbone: vgg (by default), alex or squeeze")
 
 
 def _add_reconstructor(command: argparse.ArgumentParser) -> None:

@@ -11,16 +11,17 @@ import numpy as np
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
+from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
-from fsel.metrics import METRICS, score_views
+from fsel.metrics import Metrics, score_views
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.request.targets import targets_of
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    read = [*inputs_of(asked), asked.model]
+    read, metrics = [*inputs_of(asked), asked.model], metrics_of(asked)
     with staged(asked.out, "render", FolderRecord(), read, asked.force) as stage:
         model = GaussianModel.read_ply(asked.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
@@ -39,12 +40,13 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             cv2.imwrite(str(stage / "renders" / f"{names[t]}.png"), bright[..., ::-1])
             row: dict[str, str | float] = {"view": names[t]}
             if truth is not None:
-                scores = score_views(image, np.asarray(truth[t : t + 1]))[0]
-                row |= dict(zip(METRICS, scores.round(5).tolist(), strict=True))
+                scores = score_views(image, np.asarray(truth[t : t + 1]), None, metrics)[0]
+                row |= dict(zip(metrics, scores.round(5).tolist(), strict=True))
             rows.append(row)
-        content = _content(asked, model, targets.views.size, rows, truth is not None)
+        measured = metrics if truth is not None else ()
+        content = _content(asked, model, targets.views.size, rows, measured)
         (stage / "render.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
-        table = _table(rows, content["mean"])
+        table = _table(rows, content["mean"], measured)
         (stage / "render.txt").write_text(table, encoding="utf-8")
     console.text(table)
     console.say("written", f"{asked.out}: render.json, render.txt, renders")
@@ -55,7 +57,7 @@ def _names(known: tuple[str, ...], frames: np.ndarray, views: int) -> list[str]:
     """What the views are called: as the frames that they are, else by number."""
     if not len(frames):
         return [f"view_{t:03d}" for t in range(views)]
-    return [known[frame].replace("/", "_") for frame in frames]
+    return file_names([known[frame] for frame in frames])
 
 
 def _content(
@@ -63,10 +65,10 @@ def _content(
     model: GaussianModel,
     size: tuple[int, int],
     rows: list[dict],
-    scored: bool,
+    metrics: Metrics,
 ) -> dict:
-    """What render.json holds; the means are null where there is no truth."""
-    means = {name: round(float(np.mean([r[name] for r in rows])), 5) for name in METRICS if scored}
+    """What render.json holds; the means are null where there is no truth, and no metrics."""
+    means = {name: round(float(np.mean([r[name] for r in rows])), 5) for name in metrics}
     return {
         "model": str(asked.model.resolve()),
         "capture": str(asked.capture.resolve()),
@@ -77,13 +79,12 @@ def _content(
     }
 
 
-def _table(rows: list[dict], means: dict | None) -> str:
-    """PSNR in dB, SSIM, and GMSD, of which less is better, one row a view; or the views' names."""
+def _table(rows: list[dict], means: dict | None, metrics: Metrics) -> str:
+    """The metrics, one row a view; or the views' names."""
     if means is None:
         return "".join(f"{row['view']}\n" for row in rows)
     wide = max(len(row["view"]) for row in [*rows, {"view": "mean"}])
-    lines = [f"{'view':{wide}}  {'PSNR':>6}  {'SSIM':>6}  {'GMSD':>6}"]
+    lines = [f"{'view':{wide}}  {heading(metrics)}"]
     for row in [*rows, {"view": "mean", **means}]:
-        metrics = f"{row['psnr']:6.2f}  {row['ssim']:6.4f}  {row['gmsd']:6.4f}"
-        lines.append(f"{row['view']:{wide}}  {metrics}")
+        lines.append(f"{row['view']:{wide}}  {columns(row, metrics)}")
     return "\n".join([*lines, ""])

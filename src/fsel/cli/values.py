@@ -5,12 +5,21 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable
+from importlib.metadata import version
 
 NUMBER = r"\d+\.?\d*|\.\d+"
 SIZE = re.compile(rf"({NUMBER})\s*([kmgt]?)(i?)b?", re.IGNORECASE)
 DURATION = re.compile(rf"({NUMBER})\s*(s|m|min|h)?")
 SECONDS = {None: 1, "s": 1, "m": 60, "min": 60, "h": 3600}
 POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
+
+
+class Version(argparse.Action):
+    """Prints the version; it is looked up when asked for, since that takes as long as parsing."""
+
+    def __call__(self, parser, namespace, values, option=None):
+        print(f"fsel {version('fsel')}")
+        parser.exit()
 
 
 def whole(least: int, most: int | None = None) -> Callable[[str], int]:
