@@ -78,8 +78,8 @@ rule qualitative:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_capture(4000),
+        runtime=per_capture(60),
     params:
         methods=VIEWED,
         views=3,
@@ -150,8 +150,8 @@ rule real_world:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_capture(4000),
+        runtime=per_capture(60),
     params:
         methods=VIEWED,
         views=3,
