@@ -34,6 +34,7 @@ def main():
     parser.add_argument("--workflow", action="store_true")
     parser.add_argument("--shortest", type=float, default=2.0, help="seconds, of --workflow")
     parser.add_argument("--longest", type=float, default=20.0, help="seconds, of --workflow")
+    parser.add_argument("targets", nargs="*", help="of --workflow; all by default")
     asked = parser.parse_args()
     rng = random.Random(asked.seed)
     with tempfile.TemporaryDirectory() as name:
@@ -94,7 +95,7 @@ def continued(work, rng, asked, kills):
     """Run the smoke config in a folder, killed up to a number of times: exit code, kills done."""
     line = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
     line += ["--configfile", str(ROOT / "config" / "smoke.yaml"), "--cores", "1"]
-    line += ["--workflow-profile", str(ROOT / "profiles" / "default")]
+    line += ["--workflow-profile", str(ROOT / "profiles" / "default"), *asked.targets]
     work.mkdir()
     for done in range(kills + 1):
         with (work / "said").open("w") as said:
