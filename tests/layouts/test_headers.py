@@ -6,8 +6,9 @@ import zlib
 import cv2
 import numpy as np
 import pytest
+from small_captures import write_ring
 
-from fsel.layouts import headers, images
+from fsel.layouts import headers, images, read_capture
 
 SHOT = np.random.default_rng(0).integers(0, 255, (24, 40, 3), dtype=np.uint8)
 
@@ -111,3 +112,29 @@ def test_damage_is_seen_as_the_decoder_sees_it(ending, settings, alike, tmp_path
         except ValueError:
             same.append(not decoded)
     assert np.mean(same) >= alike
+
+
+@pytest.mark.parametrize(("side", "factor"), [(100, 2), (50, 4), (16, 8), (101, 1)])
+def test_huge_jpegs_are_decoded_at_twice_the_size_to_come_or_more(
+    side, factor, tmp_path, monkeypatch
+):
+    small = np.random.default_rng(0).integers(0, 255, (5, 7, 3), dtype=np.uint8)
+    image = cv2.resize(small, (400, 304), interpolation=cv2.INTER_CUBIC)
+    images.write(image[None], tmp_path, ["a.jpg"])
+    path = tmp_path / "a.jpg"
+    assert images.load_for(path, side).shape == (304, 400, 3)  # as it is, up to the bound
+    monkeypatch.setattr(images, "HUGE", 400 * 304 - 1)
+    found = images.load_for(path, side)
+    assert found.shape == (304 // factor, 400 // factor, 3)
+    wanted = cv2.resize(images.load(path), found.shape[1::-1], interpolation=cv2.INTER_AREA)
+    assert np.abs(found.astype(float) - wanted).mean() < 1.0
+
+
+def test_a_huge_jpeg_becomes_the_same_capture(tmp_path, monkeypatch):
+    write_ring(tmp_path / "ring", frames=5, cloud=20)
+    whole = read_capture(tmp_path / "ring", long_side=16)
+    monkeypatch.setattr(images, "HUGE", 1)
+    reduced = read_capture(tmp_path / "ring", long_side=16)
+    np.testing.assert_array_equal(reduced.intrinsics, whole.intrinsics)
+    assert reduced.images.shape == whole.images.shape
+    assert np.abs(reduced.images.astype(float) - whole.images).mean() < 3.0

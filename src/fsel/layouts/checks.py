@@ -113,7 +113,7 @@ def _matches(raw: RawCapture) -> Iterator[tuple]:
     """(i, j, pixels in i, in j, intrinsics of i, of j, size) of some pairs, undistorted."""
 
     def show(i: int) -> tuple[np.ndarray, Lens]:
-        image = images.load(raw.images[i])
+        image = images.load_for(raw.images[i], MATCHING_LONG_SIDE)
         lens = prepared(Lens, raw.cameras[i], image, MATCHING_LONG_SIDE, raw.images[i])
         return lens.straighten(image), lens
 

@@ -151,7 +151,7 @@ def _opened(
         images.ArrayFile(count, store / "masks.npy" if store and raw.masks else None) as masks,
     ):
         for i, (file, camera) in enumerate(zip(raw.images, raw.cameras, strict=True)):
-            image = images.load(file)
+            image = images.load_for(file, long_side)
             lens = prepared(lens_of, camera, image, long_side, file)
             size = size or lens.size
             check_same_size(file, lens.size, size)
@@ -215,7 +215,7 @@ class LazyImages:
 
     def _open(self, row: int) -> np.ndarray:
         file, camera = self._files[row], self._cameras[row]
-        image = images.load(file)
+        image = images.load_for(file, max(self._size))
         lens = prepared(self._lens_of, camera, image, max(self._size), file)
         straight = lens.straighten(image)
         if lens.size == self._size:
