@@ -36,6 +36,7 @@ include: "workflow/rules/sweep.smk"
 # when asked for: other tables and figures, by name or all of the paper's by `paper`
 include: "workflow/rules/speed.smk"
 include: "workflow/rules/budget.smk"
+include: "workflow/rules/swaps.smk"
 include: "workflow/rules/numerics.smk"
 include: "workflow/rules/trials.smk"
 include: "workflow/rules/objects.smk"

@@ -76,6 +76,28 @@ def saturation(
     save(figure, outputs)
 
 
+def swaps(found: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None:
+    """Gain of swaps on the targets against seconds, and what the swaps themselves see.
+
+    Args:
+        found: seconds, judged, gain, ci_low, ci_high: means over scenes, dB.
+        outputs: paths; their endings choose the format.
+        note: what made the numbers.
+    """
+    figure = Figure(figsize=(4.4, 3.0), layout="constrained")
+    axis = figure.subplots()
+    axis.plot(found["seconds"], found["gain"], "o-", markersize=3, label="targets")
+    axis.fill_between(found["seconds"], found["ci_low"], found["ci_high"], alpha=0.2)
+    axis.plot(found["seconds"], found["judged"], "--", color="grey", label="frames that judge")
+    axis.axhline(0, color="black", linewidth=0.5)
+    axis.set_xlabel("processor seconds of swaps", fontsize=8)
+    axis.set_ylabel("PSNR gained (dB)", fontsize=8)
+    axis.tick_params(labelsize=7)
+    axis.legend(fontsize=7)
+    footnote(figure, note)
+    save(figure, outputs)
+
+
 def pose_noise(
     points: pd.DataFrame, labels: Mapping[str, str], outputs: Sequence[str | Path], note: str
 ) -> None:

@@ -23,4 +23,6 @@ def write_csv(table: pd.DataFrame, path: str | Path) -> None:
 def read_csv(path: str | Path) -> pd.DataFrame:
     """What `write_csv` wrote, budgets as numbers again."""
     table = pd.read_csv(path, dtype={"k": str})
-    return table.assign(k=table["k"].replace("all", str(ALL_FRAMES)).astype(int))
+    if "k" in table:
+        table["k"] = table["k"].replace("all", str(ALL_FRAMES)).astype(int)
+    return table

@@ -1,0 +1,11 @@
+"""Draw what swaps gain against seconds."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.swaps import swaps
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, swaps)
