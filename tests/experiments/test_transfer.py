@@ -108,7 +108,8 @@ def test_few_frames_and_all_are_measured_alone(scene, tmp_path):
     evaluate_reconchoice(scene, *paths, **ASKED, memory=10**9, config="c")
     table = pd.read_parquet(paths[2]).set_index("k")
     assert table.index.tolist() == [3, ALL_FRAMES]
-    assert (table > 0).all(axis=None)
+    assert (table.drop(columns=["device", "outcome"]) > 0).all(axis=None)
+    assert set(table["device"] + table["outcome"]) == {"cpu"}
     assert table.loc[ALL_FRAMES, "fit_seconds"] > table.loc[3, "fit_seconds"]
 
 
@@ -117,14 +118,17 @@ def test_what_does_not_fit_the_memory_is_a_result(scene, tmp_path):
     evaluate_reconchoice(scene, *paths, **ASKED, memory=0, config="c")
     table = pd.read_parquet(paths[2])
     assert table["k"].tolist() == [3, ALL_FRAMES]
-    assert table.drop(columns="k").isna().all(axis=None)
+    assert table.drop(columns=["k", "device", "outcome"]).isna().all(axis=None)
+    assert table["outcome"].tolist() == ["out of memory"] * 2
 
 
 def choice(folder, values):
     paths = []
     for at, (psnr, seconds, peak) in enumerate(values):
-        rows = [(20, 20.0, 1.0, 0.5, 4e6), (ALL_FRAMES, psnr, seconds, 0.0, peak)]
-        columns = ["k", "psnr", "fit_seconds", "render_seconds", "peak_bytes"]
+        ended = "out of memory" if np.isnan(psnr) else ""
+        rows = [(20, 20.0, 1.0, 0.5, 4e6, "cpu", "")]
+        rows.append((ALL_FRAMES, psnr, seconds, 0.0, peak, "" if ended else "cpu", ended))
+        columns = ["k", "psnr", "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
         paths.append(folder / f"{at}-{seconds}.parquet")
         pd.DataFrame(rows, columns=columns).to_parquet(paths[-1])
     return paths
@@ -135,11 +139,39 @@ def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
     nan = float("nan")
     full = choice(tmp_path, [(22.0, 3.5, 8e6), (nan, nan, nan)])
     means = choice_means(full, "x", ["psnr"])
-    assert means["full"].tolist() == [0, 1]
+    assert means["outcome"].tolist() == ["", "out of memory"]
     assert np.isnan(means["psnr"][1])
     told = {"judges": JUDGES, "metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
     reconchoice([*fits, *full], tmp_path / "r.tex", tmp_path / "r.csv", **told)
     lines = (tmp_path / "r.tex").read_text().splitlines()
     assert r"$K{=}20$ & 20.00 & 1.5 & 4 & 20.00 & 1.5 & 4 \\" in lines
-    assert r"all frames & 23.00 & 4.0 & 9 & out of memory &  &  \\" in lines
+    assert r"all frames & 23.00 & 4.0 & 9 & \textit{out of memory} &  &  \\" in lines
     assert any("may take 8~GB" in line for line in lines)
+
+
+def test_a_gpu_is_named_where_one_was_used(tmp_path):
+    path = tmp_path / "g.parquet"
+    columns = ["k", "psnr", "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
+    pd.DataFrame([(20, 20.0, 1.0, 0.5, 4e6, "H_1", "")], columns=columns).to_parquet(path)
+    judges = {"g_2": JUDGES["g_2"]}
+    told = {"judges": judges, "metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
+    reconchoice([path], tmp_path / "r.tex", tmp_path / "r.csv", **told)
+    said = r"On a GPU, seconds by the clock and memory of the GPU: \texttt{g\_2} (H\_1)."
+    assert said in (tmp_path / "r.tex").read_text()
+
+
+def test_what_did_not_finish_is_said_in_the_place_of_numbers(tmp_path):
+    values = {(s, "draw0"): {(m, 0, 30): 20.0 for m in SHOWN} for s in "ab"}
+    problems, paths = written(tmp_path, values)
+    table = pd.read_parquet(paths[1]).assign(outcome="")
+    table.loc[table["method"] == "random", ["psnr", "outcome"]] = np.nan, "timeout"
+    table.to_parquet(paths[1])
+    outputs = [tmp_path / name for name in ("t.tex", "t.csv", "d.csv")]
+    told = {"budgets": [30], "metrics": ["psnr"], "facts": FACTS}
+    transfer(paths, *outputs, problems=problems, judges={"splats": JUDGES["splats"]}, **told)
+    lines = outputs[0].read_text().splitlines()
+    assert r"Random & \textit{timeout} &  &  \\" in lines
+    means = read_csv(outputs[1]).set_index("method")
+    assert np.isnan(means.loc["random", "mean"])
+    assert means.loc["random", ["n", "outcome"]].tolist() == [0, "timeout"]
+    assert means.loc["fvs", "mean"] == 20

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import os
 import resource
 import signal
 import subprocess
@@ -14,13 +15,15 @@ import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from fsel.capture import Capture, Views
 from fsel.metrics import Metrics, score_views
-from fsel.reconstruct import Reconstructor, reconstructor_of
+from fsel.reconstruct import Model, Reconstructor, needs_gpu, reconstructor_of
 from fsel.reconstruct.memory import Peak
+from fsel.reconstruct.outcome import Unfinished
 
 REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles
@@ -36,7 +39,7 @@ def measure_alone(
     repeats: int = REPEATS,
     metrics: Metrics = ("psnr",),
     memory: int | None = None,
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """One reconstruction in a fresh process, so that no other's memory counts.
 
     Args:
@@ -50,9 +53,11 @@ def measure_alone(
     Returns:
         fit_seconds and render_seconds, of the processor with nothing cached, the metrics, and
         peak_bytes: of the resident set, above what the process held with everything compiled and
-        the reconstructor bound to the capture.
+        the reconstructor bound to the capture. Programs that it started count. Where a GPU is used:
+        seconds by the clock, and the GPU's memory. device: `cpu`, or the GPU's name.
 
     Raises:
+        Unfinished: when the reconstruction does not finish.
         MemoryError: when the memory does not suffice.
         RuntimeError: when the process fails otherwise; its last output is in the message.
     """
@@ -72,7 +77,10 @@ def measure_alone(
         full = done.returncode == -signal.SIGKILL or "MemoryError" in words
         kind = MemoryError if full else RuntimeError
         raise kind(f"{folder}: {len(frames)} frames: {words}")
-    return json.loads(done.stdout)
+    answer = json.loads(done.stdout)
+    if "outcome" in answer:
+        raise Unfinished(answer["outcome"], f"{folder}: {len(frames)} frames", answer["log"])
+    return answer
 
 
 def footprint(
@@ -83,7 +91,7 @@ def footprint(
     repeats: int = REPEATS,
     metrics: Metrics = ("psnr",),
     memory: int | None = None,
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """What `measure_alone` returns, of this process."""
     capture = Capture.load(folder)
     views = capture.resized(reconstruction["long_side"]).view(np.array(targets))
@@ -91,37 +99,51 @@ def footprint(
     reconstructor = reconstructor_of(capture, reconstruction)
     truth = np.asarray(reconstructor.capture.images[np.array(targets)])
     ctypes.CDLL(None).malloc_trim(0)  # or the freed memory of compiling would serve the fit
-    if memory is not None:
+    gpu = needs_gpu(reconstruction)
+    if memory is not None and not gpu:  # drivers of GPUs map far more than they use
         most = 1024 * _kilobytes("VmData") + memory
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     peak = Peak()
-    rendered, *first = _run(reconstructor, frames, views)
-    taken = peak.bytes
+    rendered, model, *first = _run(reconstructor, frames, views, gpu)
+    taken = model.peak_bytes if gpu else max(peak.bytes, model.peak_bytes)
     runs = [first]
     for _ in range(repeats - 1):
-        runs.append(_run(reconstructor_of(capture, reconstruction), frames, views)[1:])
+        runs.append(_run(reconstructor_of(capture, reconstruction), frames, views, gpu)[2:])
     fitting, rendering = np.median(runs, axis=0)
     scores = score_views(rendered, truth, None, metrics)
     return {
         "fit_seconds": fitting,
         "render_seconds": rendering,
         "peak_bytes": taken,
+        "device": model.device,
         **dict(zip(metrics, scores.mean(axis=0).tolist(), strict=True)),
     }
 
 
 def _run(
-    reconstructor: Reconstructor, frames: list[int], views: Views
-) -> tuple[np.ndarray, float, float]:
-    """The rendered views, and the seconds of fitting and of rendering.
-
-    Processor time: another process on the same cores lengthens it less than the clock's.
-    """
-    started = time.process_time()
+    reconstructor: Reconstructor, frames: list[int], views: Views, gpu: bool
+) -> tuple[np.ndarray, Model, float, float]:
+    """The rendered views, the model, and the seconds of fitting and of rendering."""
+    started = _clock(gpu)
     model = reconstructor.fit(np.array(frames))
-    fitted = time.process_time()
+    fitted = _clock(gpu)
     rendered = model.render(views)
-    return rendered, fitted - started, time.process_time() - fitted
+    return rendered, model, fitted - started, _clock(gpu) - fitted
+
+
+def _clock(gpu: bool) -> float:
+    """Seconds of the processor, in this process and those it waited for; with a GPU, the clock's.
+
+    Another process on the same cores lengthens the processor's time less than the clock's.
+    """
+    return time.perf_counter() if gpu else sum(os.times()[:4])
+
+
+def _answer(request: Mapping[str, Any]) -> dict[str, Any]:
+    try:
+        return footprint(**request)
+    except Unfinished as end:
+        return {"outcome": end.outcome, "log": end.log}
 
 
 def _kilobytes(field: str) -> int:
@@ -130,4 +152,4 @@ def _kilobytes(field: str) -> int:
 
 
 if __name__ == "__main__":
-    print(json.dumps(footprint(**json.load(sys.stdin))))
+    print(json.dumps(_answer(json.load(sys.stdin))))

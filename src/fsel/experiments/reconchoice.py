@@ -12,6 +12,7 @@ import pandas as pd
 from fsel.experiments.footprint import measure_alone
 from fsel.files import write_table, write_text
 from fsel.metrics import Metrics, headings, units
+from fsel.reconstruct.outcome import FINISHED, MEMORY, Unfinished
 from fsel.report.captions import captures_of
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv
@@ -22,7 +23,6 @@ logger = logging.getLogger(__name__)
 
 METHOD = "ours"
 SEED = 0
-FULL = "out of memory"
 
 
 def evaluate_reconchoice(
@@ -43,7 +43,7 @@ def evaluate_reconchoice(
         folder: a canonical capture.
         split, selections: split.parquet and what `select` wrote of one draw.
         evaluation: receives k (`ALL_FRAMES` for all), the metrics, fit_seconds, render_seconds,
-            peak_bytes; all are NaN where the memory did not suffice.
+            peak_bytes, device, outcome; numbers are NaN where a reconstruction did not finish.
         reconstruction, metrics: the config's sections.
         budgets: whose picks are reconstructed.
         memory: bytes that one reconstruction may take.
@@ -68,11 +68,15 @@ def evaluate_reconchoice(
             )
         except MemoryError as error:
             logger.warning("%s", error)
-            cost = {}
+            cost = {"outcome": MEMORY}
+        except Unfinished as end:
+            logger.warning("%s", end)
+            cost = {"outcome": end.outcome}
         rows.append({"k": k, **cost})
         logger.info("%s", rows[-1])
-    columns = ["k", *metrics, "fit_seconds", "render_seconds", "peak_bytes"]
-    found = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[1:], float))
+    columns = ["k", *metrics, "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
+    found = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[1:-2], float))
+    found = found.fillna({"device": "", "outcome": FINISHED})
     told = {**units(metrics), "fit_seconds": "s", "render_seconds": "s", "peak_bytes": "bytes"}
     write_table(found, evaluation, units=told, config=config)
 
@@ -121,7 +125,7 @@ def reconchoice(
         r"\textbf{Comparison across reconstructors.} The picks of ours (one training seed, first "
         f"draw of targets) and all observed frames of {scenes} scenes. Processor seconds of "
         "fitting and rendering, and the peak of memory above the idle process; each in a "
-        f"process of its own, which may take {memory / 1e9:.3g}~GB. "
+        f"process of its own, which may take {memory / 1e9:.3g}~GB. {_on_gpus(means)}"
         f"Captures: {captures_of(facts)}."
     )
     made = plain_table(head, rows, caption=text, label="tab:reconchoice", groups=groups)
@@ -129,9 +133,9 @@ def reconchoice(
 
 
 def choice_means(evaluations: Sequence[str | Path], name: str, metrics: Metrics) -> pd.DataFrame:
-    """reconstructor, k, the metrics, seconds, peak_mb, n (scenes), full (scenes out of memory).
+    """reconstructor, k, the metrics, seconds, peak_mb, n (scenes), device, outcome.
 
-    Means are NaN where the memory did not suffice for every scene.
+    Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
 
     Args:
         evaluations: of one reconstructor, one a scene.
@@ -145,15 +149,26 @@ def choice_means(evaluations: Sequence[str | Path], name: str, metrics: Metrics)
     columns = [*metrics, "seconds", "peak_mb"]
     means = groups[columns].agg(lambda values: values.mean(skipna=False))
     means["n"] = groups.size()
-    means["full"] = groups["seconds"].agg(lambda values: int(values.isna().sum()))
+    means["device"] = groups["device"].max()
+    means["outcome"] = groups["outcome"].max()
     means = means.reset_index()
     means.insert(0, "reconstructor", name)
     return means
 
 
+def _on_gpus(means: pd.DataFrame) -> str:
+    """What is said of the reconstructors that work on GPUs."""
+    own = means[~means["device"].isin(["cpu", ""])]
+    if own.empty:
+        return ""
+    told = own.groupby("reconstructor", sort=False)["device"].max()
+    names = ", ".join(rf"\texttt{{{tex(name)}}} ({tex(device)})" for name, device in told.items())
+    return f"On a GPU, seconds by the clock and memory of the GPU: {names}. "
+
+
 def _cells(means: pd.DataFrame, name: str, k: int, metrics: Metrics) -> list[str]:
     row = means[(means["reconstructor"] == name) & (means["k"] == k)].iloc[0]
-    if row["full"]:
-        return [FULL, "", ""]
+    if row["outcome"]:
+        return [rf"\textit{{{row['outcome']}}}", "", ""]
     quality = "/".join(number(row[metric], metric) for metric in metrics)
     return [quality, f"{row['seconds']:.1f}", f"{row['peak_mb']:.0f}"]

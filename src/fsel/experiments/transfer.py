@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from fsel.baselines import METHODS
@@ -18,8 +19,8 @@ from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import captures_of
 from fsel.report.latex import difference, number, plain_table, tex
 from fsel.report.numbers import write_csv
+from fsel.report.summary import OUTCOME, summarise
 from fsel.report.summary import differences as paired
-from fsel.report.summary import summarise
 from fsel.report.sweep import LEARNED, named, sweep_cells
 from fsel.split import Split
 
@@ -125,11 +126,15 @@ def _cells(
     metrics: Metrics,
 ) -> Iterator[str]:
     """A row's cells of every reconstructor and budget."""
-    values = means.set_index(["reconstructor", "method", "k", "metric"])["mean"]
+    keyed = means.set_index(["reconstructor", "method", "k", "metric"])
+    values, ended = keyed["mean"], keyed.get(OUTCOME)
     gaps = gaps[(gaps["metric"] == "psnr") & (gaps["reference"] == method)]
     found = gaps.set_index(["reconstructor", "method", "k"])[["mean", "ci_low", "ci_high"]]
     for name, k in blocks:
-        yield "/".join(number(values[name, method, k, metric], metric) for metric in metrics)
+        if np.isnan(values[name, method, k, "psnr"]):
+            yield rf"\textit{{{ended[name, method, k, 'psnr']}}}"
+        else:
+            yield "/".join(number(values[name, method, k, metric], metric) for metric in metrics)
         for ours in OURS:
             yield "" if ours == method else difference(*found.loc[(name, ours, k)])
 

@@ -94,6 +94,18 @@ def check_needs(reconstruction: Mapping[str, Any]) -> None:
         raise ValueError(f"reconstructor {name!r}: {error}") from error
 
 
+def needs_gpu(reconstruction: Mapping[str, Any]) -> bool:
+    """Whether a configured reconstructor works on a GPU, with its settings.
+
+    A factory says so by `needs_gpu(**settings)`; one that has no such function does not.
+
+    Args:
+        reconstruction: the config's section: name, settings.
+    """
+    asked = getattr(RECONSTRUCTORS.checked(reconstruction["name"]), "needs_gpu", None)
+    return False if asked is None else bool(asked(**reconstruction["settings"]))
+
+
 def reconstructor_of(capture: Capture, reconstruction: Mapping[str, Any]) -> Reconstructor:
     """The configured reconstructor, bound to the capture at the reconstruction's size.
 

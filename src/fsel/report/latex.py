@@ -36,8 +36,10 @@ def difference(value: float, low: float, high: float, interval: bool = True) -> 
     """A signed difference in dB with its 95% interval; bold where the interval excludes zero.
 
     One draw of one scene has no interval: NaN bounds are not printed, and nothing is bold. Where
-    there is no room for the `interval`, bold alone tells.
+    there is no room for the `interval`, bold alone tells. Of what did not finish, nothing is said.
     """
+    if np.isnan(value):
+        return ""
     sure = low > 0 or high < 0
     text = rf"$\mathbf{{{value:+.2f}}}$" if sure else f"${value:+.2f}$"
     if np.isnan(low) or not interval:
@@ -66,9 +68,10 @@ def sweep_table(
         budgets, higher_is_better: columns, and metrics in the order of a cell's numbers.
         caption, label: LaTeX.
     """
-    means = summary.set_index(["dataset", "method", "k", "metric"])["mean"].to_dict()
-    scenes = summary.groupby("dataset")["n"].first().to_dict()
-    sheet = _Sheet(means, scenes, budgets, higher_is_better, ranked)
+    keyed = summary.set_index(["dataset", "method", "k", "metric"])
+    scenes = summary.groupby("dataset")["n"].max().to_dict()
+    sheet = _Sheet(keyed["mean"].to_dict(), scenes, budgets, higher_is_better, ranked)
+    sheet.ended = keyed["outcome"].to_dict() if "outcome" in keyed else {}
     titles = list(datasets.items())
     blocks = [sheet.block(dict(titles[i : i + 2]), groups) for i in range(0, len(titles), 2)]
     pages = [blocks[i : i + BLOCKS] for i in range(0, len(blocks), BLOCKS)]
@@ -165,6 +168,7 @@ class _Sheet:
     def __init__(self, means, scenes, budgets, higher_is_better, ranked) -> None:
         self.means, self.scenes, self.budgets = means, scenes, budgets
         self.higher_is_better, self.ranked = higher_is_better, ranked
+        self.ended: Mapping[tuple, str] = {}  # dataset, method, budget, metric -> outcome
 
     def block(self, datasets: Mapping[str, str], groups: Sequence[Mapping[str, str]]) -> str:
         """One tabular: the given datasets side by side."""
@@ -205,6 +209,8 @@ class _Sheet:
         """All metrics of a cell, those that lead their column in bold."""
         if (dataset, method, k, "psnr") not in self.means:
             return MISSING
+        if ended := self.ended.get((dataset, method, k, "psnr")):
+            return rf"\textit{{{ended}}}"
         texts = []
         for metric in self.higher_is_better:
             text = number(self.means[dataset, method, k, metric], metric)
@@ -217,7 +223,7 @@ class _Sheet:
         values = [
             self.means[dataset, method, k, metric]
             for method in self.ranked
-            if (dataset, method, k, metric) in self.means
+            if np.isfinite(self.means.get((dataset, method, k, metric), np.nan))
         ]
         if not values:
             return None

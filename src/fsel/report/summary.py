@@ -8,12 +8,15 @@ import numpy as np
 import pandas as pd
 
 from fsel.metrics import REGISTERED
+from fsel.reconstruct.outcome import FINISHED
 from fsel.report.statistics import Interval, of_places_and_seeds
 
 ALL_FRAMES = 0  # the budget of a method that takes every frame; tables write it as "all"
 ALL_DATASETS = "all"
 SUMMARY = ("dataset", "method", "k", "metric", "mean", "ci_low", "ci_high", "n")
 DIFFERENCES = ("dataset", "method", "reference", "k", "metric", "mean", "ci_low", "ci_high", "p")
+
+OUTCOME = "outcome"  # of reconstructions that did not finish, see fsel.reconstruct.outcome
 
 Column = tuple[str, str, int]  # metric, method, budget
 
@@ -30,12 +33,17 @@ def draw_means(
 
     Returns:
         method, k, seed where asked for, and the metrics. The method `all` has the budget
-        `ALL_FRAMES`.
+        `ALL_FRAMES`. Where a reconstruction did not finish, the metrics are NaN, and the column
+        outcome says why; it is there only then.
     """
     table = evaluation.assign(k=evaluation["k"].where(evaluation["method"] != "all", ALL_FRAMES))
     means = table.groupby(["method", "k", "seed"])[list(metrics)].mean()
+    keys = ["method", "k", "seed"] if by_seed else ["method", "k"]
     if not by_seed:
-        means = means.groupby(["method", "k"]).mean()
+        means = means.groupby(keys).mean()
+    if OUTCOME in table and table[OUTCOME].any():
+        means[OUTCOME] = table.groupby(keys)[OUTCOME].max()
+        means.loc[means[OUTCOME] != FINISHED, list(metrics)] = np.nan
     return means.reset_index()
 
 
@@ -76,6 +84,7 @@ class _Part:
         self._values = dict(zip(self.columns, wide.to_numpy().T, strict=True))
         self._seeds: dict[Column, np.ndarray] = {}
         self._weights: dict[bytes, np.ndarray] = {}  # by the rows that a column has
+        self.ended = _outcomes(cells)
         for method in trained if "seed" in cells else ():
             own = cells[cells["method"] == method]
             parted = own.pivot(index=keys, columns=["k", "seed"], values=list(metrics))
@@ -88,7 +97,12 @@ class _Part:
 
         Raises:
             ValueError: when a scene lacks the column, or scenes have unequal numbers of draws.
+
+        Returns:
+            The interval; NaN, of no places, where a reconstruction did not finish.
         """
+        if self.ended.keys() & {found[1:] for found in (column, less) if found is not None}:
+            return Interval(np.nan, np.nan, np.nan, np.nan, 0)
         values = self._seeds.get(column, self._values[column][:, None])
         if less is not None:
             values = values - self._values[less][:, None]
@@ -114,6 +128,14 @@ class _Part:
         return belongs / belongs.sum(axis=1, keepdims=True)
 
 
+def _outcomes(cells: pd.DataFrame) -> dict[tuple[str, int], str]:
+    """Of the methods and budgets with a reconstruction that did not finish."""
+    if OUTCOME not in cells:
+        return {}
+    rows = cells[cells[OUTCOME].fillna(FINISHED) != FINISHED]
+    return {(row.method, row.k): row.outcome for row in rows.itertuples()}
+
+
 def summarise(
     cells: pd.DataFrame, metrics: Sequence[str], *, trained: Sequence[str] = ()
 ) -> pd.DataFrame:
@@ -127,7 +149,8 @@ def summarise(
             the interval.
 
     Returns:
-        Columns as `SUMMARY`; n counts places. Datasets and methods keep the order of `cells`.
+        Columns as `SUMMARY`; n counts places. Datasets and methods keep the order of `cells`. Where
+        reconstructions did not finish there is no mean, and one column more, outcome.
 
     Raises:
         ValueError: when a method was not measured in all of a dataset's scenes.
@@ -137,8 +160,12 @@ def summarise(
         found = _Part(part, metrics, trained)
         for metric, method, k in found.columns:
             mean, low, high, _, n = found.interval((metric, method, k))
-            rows.append((dataset, method, k, metric, mean, low, high, n))
-    return _sorted(pd.DataFrame(rows, columns=list(SUMMARY)), cells, ["dataset", "method"])
+            ended = found.ended.get((method, k), FINISHED)
+            rows.append((dataset, method, k, metric, mean, low, high, n, ended))
+    table = pd.DataFrame(rows, columns=[*SUMMARY, OUTCOME])
+    if not table[OUTCOME].any():
+        table = table.drop(columns=OUTCOME)
+    return _sorted(table, cells, ["dataset", "method"])
 
 
 def differences(

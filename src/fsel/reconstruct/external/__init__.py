@@ -52,6 +52,11 @@ class External:
         if found.gpu:
             nvml.library()
 
+    @staticmethod
+    def needs_gpu(**settings) -> bool:
+        """As the settings say."""
+        return settings_from(ExternalSettings, settings).gpu
+
     def fit(self, frames: np.ndarray) -> ExternalModel:
         """Write the folder, and run the command `fit` where there is one.
 

@@ -54,6 +54,11 @@ class FeedForward:
         loading.check(found)
         gpu.check(found.device)
 
+    @staticmethod
+    def needs_gpu(**settings) -> bool:
+        """As the settings say."""
+        return settings_from(FeedForwardSettings, settings).device == "cuda"
+
     def fit(self, frames: np.ndarray) -> FeedForwardModel | GaussianModel:
         """Reconstruct from a subset, in one pass.
 
