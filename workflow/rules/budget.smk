@@ -55,6 +55,7 @@ rule evaluate_curves:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(30),
+        gpu=GPU,
     params:
         seed=lambda wildcards: scene_seed(wildcards, "budget"),
         reconstruction=config["reconstruction"],
@@ -149,6 +150,7 @@ rule evaluate_budgets:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(30),
+        gpu=GPU,
     params:
         seed=lambda wildcards: scene_seed(wildcards, "budget"),
         reconstruction=config["reconstruction"],

@@ -64,6 +64,9 @@ given = config["reconstruction"]
 JUDGES = judges(given if isinstance(given, list) else [given], "reconstruction")
 # the rules of one reconstructor have the first: it labels, and judges in every table
 config["reconstruction"] = next(iter(JUDGES.values()))
+# labels are searched by another where one is named
+LABELLED_BY = config["search"].pop("reconstruction") or config["reconstruction"]
+LABELLED_BY = {k: v for k, v in LABELLED_BY.items() if k != "as"}
 
 
 def scenes(dataset, role):

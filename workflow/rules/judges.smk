@@ -34,6 +34,10 @@ use rule evaluate as evaluate_further with:
         "<results>/logs/evaluate/{judge}/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/evaluate/{judge}/{dataset}/{scene}.jsonl"
+    resources:
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(180),
+        gpu=lambda wildcards: int(needs_gpu(judge_of(wildcards))),
     params:
         reconstruction=judge_of,
         metrics=METRICS,

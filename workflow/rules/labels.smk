@@ -12,7 +12,7 @@ rule label:
         points=f"<results>/{TRAINED}/{{scene}}/points.parquet",
         images=f"<results>/{TRAINED}/{{scene}}/images.npy",
         descriptors=f"<results>/{TRAINED}/{{scene}}/descriptors.parquet",
-        lib=library("label"),
+        lib=library("label", LABELLED_BY["name"]),
     output:
         labels=expand(
             "<results>/labels/{{scene}}/p{coverage}.parquet",
@@ -29,10 +29,11 @@ rule label:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(120),
+        gpu=int(needs_gpu(LABELLED_BY)),
     params:
         coverages=config["coverages"],
         search=config["search"],
-        reconstruction=config["reconstruction"],
+        reconstruction=LABELLED_BY,
         fitness=FITNESS,
         seed=lambda wildcards: training_seed(wildcards),
     message:

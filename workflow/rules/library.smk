@@ -1,12 +1,13 @@
 """The library as input: an edit reruns exactly what it may change."""
 
+import shutil
 import sys
 from functools import cache
 
 LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
-from fsel.reconstruct import check_needs
+from fsel.reconstruct import check_needs, needs_gpu
 from fsel.stages.dependencies import dependencies
 
 
@@ -53,14 +54,22 @@ def library(script, reconstructor=None):
     return [str(LIBRARY / path) for path in found[script]]
 
 
+# a cluster's nodes have the GPUs that its login node lacks
+ELSEWHERE = shutil.which("sbatch") is not None
+
+
 def check_judges(judges, where):
     """Refuse reconstructors that cannot work here, before any job."""
     for name, reconstruction in judges.items():
         try:
-            check_needs(reconstruction)
+            check_needs(reconstruction, devices=not ELSEWHERE)
         except ValueError as error:
             refuse(f"{where}, {name}: {error}", "config/README.md describes the keys")
 
 
 if workflow.is_main_process:
     check_judges(JUDGES, "reconstruction")
+    check_judges({"labels": LABELLED_BY}, "search.reconstruction")
+
+# of the rules that reconstruct by the first reconstructor
+GPU = int(needs_gpu(config["reconstruction"]))

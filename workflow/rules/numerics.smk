@@ -87,6 +87,7 @@ rule precision:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(30),
+        gpu=GPU,
     params:
         labels=[labels()[d] for d, _ in evaluation_scenes()],
         problems=evaluation_problems(1),

@@ -43,6 +43,7 @@ rule select_objects:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         k=budget_near(30),
         draws=config["draws"],
@@ -75,6 +76,7 @@ rule evaluate_objects:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "objects"),

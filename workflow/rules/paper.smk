@@ -115,6 +115,7 @@ rule evaluate_searched:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         reconstruction=config["reconstruction"],
     message:
@@ -330,6 +331,7 @@ rule measure_costs:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(30),
+        gpu=GPU,
     params:
         budgets=config["budgets"],
         appearance=config["appearance"],
@@ -462,6 +464,7 @@ rule evaluate_crosscapture:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         reconstruction=config["reconstruction"],
         metrics=METRICS,

@@ -135,6 +135,7 @@ rule evaluate_estimated:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         targets=config["targets"],
         split_seed=lambda wildcards: scene_seed(wildcards, "split"),
@@ -197,6 +198,7 @@ rule evaluate_noise:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "poses"),

@@ -78,6 +78,7 @@ rule refine:
     resources:
         mem_mb=per_reconstruction(8000),
         runtime=per_reconstruction(240),
+        gpu=GPU,
     params:
         scenes=PRACTISED,
         seed=lambda wildcards: int(wildcards.seed),

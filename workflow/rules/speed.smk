@@ -73,6 +73,7 @@ rule speed_settings:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         generated=[generated(*scene) for scene in evaluation_scenes()],
         k=config["search"]["k"],
@@ -116,6 +117,7 @@ rule economy:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         generated=[generated(*scene) for scene in evaluation_scenes()],
         k=config["search"]["k"],
@@ -226,6 +228,7 @@ rule evaluate_damping:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(30),
+        gpu=GPU,
     params:
         reconstruction=config["reconstruction"],
     message:

@@ -74,6 +74,7 @@ rule evaluate:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(180),
+        gpu=GPU,
     params:
         reconstruction=config["reconstruction"],
         metrics=METRICS,
@@ -104,6 +105,7 @@ rule search_oracle:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(120),
+        gpu=GPU,
     params:
         search=config["search"],
         reconstruction=config["reconstruction"],

@@ -37,6 +37,7 @@ rule evaluate_transfer:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(120),
+        gpu=lambda wildcards: int(needs_gpu(compared_by(wildcards))),
     params:
         reconstruction=compared_by,
         metrics=METRICS,
@@ -118,6 +119,7 @@ rule evaluate_reconchoice:
     resources:
         mem_mb=growing(config["transfer"]["memory"] // 1_000_000),
         runtime=growing(60),
+        gpu=lambda wildcards: int(needs_gpu(compared_by(wildcards))),
     params:
         reconstruction=compared_by,
         metrics=METRICS,

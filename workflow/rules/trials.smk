@@ -76,6 +76,7 @@ rule evaluate_trials:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         names=lambda wildcards: list(cases(wildcards.table)),
         reconstruction=config["reconstruction"],

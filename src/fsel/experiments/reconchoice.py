@@ -72,11 +72,10 @@ def evaluate_reconchoice(
         except Unfinished as end:
             logger.warning("%s", end)
             cost = {"outcome": end.outcome}
-        rows.append({"k": k, **cost})
+        rows.append({"k": k, "device": "", "outcome": FINISHED, **cost})
         logger.info("%s", rows[-1])
     columns = ["k", *metrics, "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
     found = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[1:-2], float))
-    found = found.fillna({"device": "", "outcome": FINISHED})
     told = {**units(metrics), "fit_seconds": "s", "render_seconds": "s", "peak_bytes": "bytes"}
     write_table(found, evaluation, units=told, config=config)
 

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fsel.capture import Capture, Views
+from fsel.reconstruct.outcome import NoDevice
 from fsel.registry import Registry
 
 
@@ -77,11 +78,12 @@ RECONSTRUCTORS: Registry[Factory] = Registry(
 """By name. `check_needs` asks whether one can work here, with some settings."""
 
 
-def check_needs(reconstruction: Mapping[str, Any]) -> None:
+def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None:
     """Refuse a configured reconstructor that cannot work here; nothing is fitted.
 
     Args:
         reconstruction: the config's section: name, settings.
+        devices: whether GPUs must be here; on a cluster they are where the jobs run.
 
     Raises:
         ValueError: for an unknown name, for a setting that the reconstructor does not take, or for
@@ -90,6 +92,9 @@ def check_needs(reconstruction: Mapping[str, Any]) -> None:
     name = reconstruction["name"]
     try:
         RECONSTRUCTORS.checked(name).check(**reconstruction["settings"])
+    except NoDevice as error:
+        if devices:
+            raise ValueError(f"reconstructor {name!r}: {error}") from error
     except (ValueError, TypeError, ImportError, OSError) as error:
         raise ValueError(f"reconstructor {name!r}: {error}") from error
 

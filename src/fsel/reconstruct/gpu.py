@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from fsel.reconstruct import memory
-from fsel.reconstruct.outcome import MEMORY, Unfinished
+from fsel.reconstruct.outcome import MEMORY, NoDevice, Unfinished
 
 DEVICES = ("cpu", "cuda")
 
@@ -22,7 +22,7 @@ def check(device: str) -> None:
 
     Raises:
         ImportError: when torch or gsplat is not installed.
-        OSError: when torch finds no GPU.
+        NoDevice: when torch finds no GPU.
     """
     if device == "cpu":
         return
@@ -30,11 +30,6 @@ def check(device: str) -> None:
         import torch
     except ImportError as error:
         raise ImportError("device: cuda needs torch. Hint: pip install 'fsel[cuda]'") from error
-    if not torch.cuda.is_available():
-        raise OSError(
-            f"device is cuda, and torch {torch.__version__} finds no GPU. Hint: device: cpu, or a "
-            "machine with a GPU and a build of torch for it"
-        )
     try:
         import gsplat
     except ImportError as error:
@@ -42,6 +37,11 @@ def check(device: str) -> None:
             "device: cuda renders by gsplat, which is not installed. Hint: pip install 'fsel[cuda]'"
         ) from error
     del gsplat
+    if not torch.cuda.is_available():
+        raise NoDevice(
+            f"device is cuda, and torch {torch.__version__} finds no GPU. Hint: device: cpu, or a "
+            "machine with a GPU and a build of torch for it"
+        )
 
 
 def name() -> str:
@@ -56,13 +56,6 @@ def finish() -> None:
     import torch
 
     torch.cuda.synchronize()
-
-
-def seed(number: int) -> None:
-    """Of the GPU's and the processor's random numbers in torch."""
-    import torch
-
-    torch.manual_seed(number)
 
 
 class Peak:

@@ -1,4 +1,4 @@
-"""What becomes of a reconstruction that does not end in images."""
+"""What keeps a reconstruction from its images."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ SIZE = "wrong size"
 RANGE = "not finite"
 FINISHED = ""
 OUTCOMES = (FAILED, TIMEOUT, MEMORY, MISSING, SIZE, RANGE)
+
+
+class NoDevice(OSError):
+    """A GPU is asked for, and there is none here."""
 
 
 class Unfinished(RuntimeError):

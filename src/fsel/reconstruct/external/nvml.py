@@ -6,6 +6,8 @@ import os
 import threading
 from types import ModuleType
 
+from fsel.reconstruct.outcome import NoDevice
+
 EVERY = 0.2  # seconds between looks
 
 
@@ -14,7 +16,7 @@ def library() -> ModuleType:
 
     Raises:
         ImportError: when the package is not installed.
-        OSError: when no driver or no GPU is there.
+        NoDevice: when no driver or no GPU is there.
     """
     try:
         import pynvml
@@ -26,9 +28,9 @@ def library() -> ModuleType:
         pynvml.nvmlInit()
         count = pynvml.nvmlDeviceGetCount()
     except pynvml.NVMLError as error:
-        raise OSError(f"gpu is true, and the NVIDIA driver does not answer: {error}") from error
+        raise NoDevice(f"gpu is true, and the NVIDIA driver does not answer: {error}") from error
     if not count:
-        raise OSError("gpu is true, and there is no NVIDIA GPU")
+        raise NoDevice("gpu is true, and there is no NVIDIA GPU")
     return pynvml
 
 
