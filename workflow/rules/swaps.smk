@@ -26,6 +26,7 @@ rule evaluate_swaps:
     resources:
         mem_mb=per_reconstruction(4000),
         runtime=per_reconstruction(30),
+        gpu=GPU,
     params:
         reconstruction=config["reconstruction"],
         k=config["search"]["k"],
