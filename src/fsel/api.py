@@ -16,7 +16,7 @@ from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
-from fsel.request.targets import Request, Targets, check_count, targets_of
+from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
 
@@ -68,6 +68,8 @@ def select(
     sharpness: np.ndarray | None = None,
     focus: Focus | None = None,
     descriptors: np.ndarray | None = None,
+    always: Wish = None,
+    never: Wish = None,
 ) -> Selection:
     """Choose the k frames that best serve the views to be rendered.
 
@@ -90,6 +92,8 @@ def select(
         sharpness, descriptors: (N,) and (N, D) of every frame, where they are known already; else
             measured for methods that read them, descriptors by `lab_hog`, which needs no weights.
         focus: an object that targets must see, see `fsel.request.focus`.
+        always, never: names or numbers of frames that are selected first, by methods that score
+            frames, and of frames that are not selected; or a file with a name a line.
 
     Raises:
         ValueError: for a capture of fewer than three frames, k beyond the frames that may be
@@ -103,7 +107,7 @@ def select(
     """
     method = method_of(method, weights)
     if not isinstance(targets, Targets):
-        targets = checked_request(capture, k, targets, method, focus)
+        targets = checked_request(capture, k, targets, method, focus, always, never)
     if sharpness is None:
         known = np.zeros(len(capture))
         sharpness = measure_sharpness(capture.images) if "sharpness" in method.reads else known
@@ -188,6 +192,8 @@ def checked_request(
     request: Request,
     method: Method,
     focus: Focus | None = None,
+    always: Wish = None,
+    never: Wish = None,
 ) -> Targets:
     """What a request means; all that `select` may refuse is refused here, before images are read.
 
@@ -202,6 +208,12 @@ def checked_request(
     targets = targets_of(capture, request)
     if focus is not None:
         targets = targets.seeing(focus.corners, capture)
+    targets = targets.wished(capture, always, never)
+    if len(targets.always) and (isinstance(asked, Auto) or not isinstance(method, Learned)):
+        raise ValueError(
+            "frames that are always to be selected go with a number of frames, and with a method "
+            f"that scores them ({', '.join(pretrained.FILES)}); k is {asked}, by {method.name}"
+        )
     if isinstance(asked, Auto):
         _check_auto(asked, method, capture)
         return targets

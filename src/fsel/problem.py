@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,6 +33,8 @@ class Problem:
         sharpness: (N,) float64 variance of the Laplacian of all frames.
         focus: (3,) centre of the object that the request is about, which then is every view's
             reference point; None for the whole scene.
+        given: (g,) int64 frames of the pool that are picked first, whatever they are worth; only
+            methods that score frames one by one look at it.
     """
 
     capture: Capture
@@ -42,6 +44,7 @@ class Problem:
     descriptors: np.ndarray
     sharpness: np.ndarray
     focus: np.ndarray | None = None
+    given: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     @classmethod
     def of(cls, capture: Capture, split: Split, described: pd.DataFrame) -> Problem:

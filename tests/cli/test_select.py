@@ -4,7 +4,6 @@ import errno
 import json
 import os
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -83,7 +82,7 @@ def test_sharpness_is_told_where_the_method_reads_it(method, capture, tmp_path):
 def test_the_subset_is_a_capture_of_the_picks(tmp_path):
     poses, _ = write_ring(tmp_path / "capture", model="OPENCV")
     out = tmp_path / "out"
-    assert select(tmp_path / "capture", "-k", 6, "-o", out, "--copy") == 0
+    assert select(tmp_path / "capture", "-k", 6, "-o", out) == 0
     picks = sorted(entry["index"] for entry in record_of(out)["frames"])
     for layout in ("colmap", "nerfstudio"):
         back = read_capture(out, layout, long_side=64)
@@ -99,7 +98,7 @@ def test_points_that_fewer_than_two_picks_see_are_dropped(tmp_path):
     out = tmp_path / "out"
     assert select(tmp_path / "capture", "-k", 5, "--targets", "every:4", "-o", out) == 0
     picks = [entry["index"] for entry in record_of(out)["frames"]]
-    model = pycolmap.Reconstruction(str(out / "sparse" / "0"))
+    model = pycolmap.Reconstruction(str(out / "train" / "sparse" / "0"))
     whole = pycolmap.Reconstruction(str(tmp_path / "capture" / "sparse" / "0"))
     kept = seen[:, picks].sum(axis=1) >= 2
     assert 0 < kept.sum() < len(kept)
@@ -118,27 +117,27 @@ def test_points_that_fewer_than_two_picks_see_are_dropped(tmp_path):
 def test_held_out_frames_are_never_trained_on(capture, tmp_path):
     out = tmp_path / "out"
     assert select(capture, "-k", 6, "--targets", "every:8", "-o", out) == 0
-    content = json.loads((out / "transforms.json").read_text())
-    held = [f"images/frame_{i:03d}.jpg" for i in (0, 8, 16)]
-    assert content["test_filenames"] == content["val_filenames"] == held
-    picked = sorted(f"images/{entry['name']}" for entry in record_of(out)["frames"])
-    assert content["train_filenames"] == picked
+    held = [f"frame_{i:03d}.jpg" for i in (0, 8, 16)]
+    picked = sorted(entry["name"] for entry in record_of(out)["frames"])
     assert not set(picked) & set(held)
-    assert sorted(frame["file_path"] for frame in content["frames"]) == sorted(picked + held)
-    model = pycolmap.Reconstruction(str(out / "sparse" / "0"))
-    assert sorted(f"images/{image.name}" for image in model.images.values()) == picked
-    assert sorted(f"images/{path.name}" for path in (out / "images").iterdir()) == sorted(
-        picked + held
-    )
+    for folder, names in (("train", picked), ("test", held)):
+        for layout in ("colmap", "nerfstudio"):
+            assert list(read_capture(out / folder, layout, max_error=1).names) == names
+        assert sorted(path.name for path in (out / folder / "images").iterdir()) == names
+        content = json.loads((out / folder / "transforms.json").read_text())
+        assert content["train_filenames"] == [f"images/{name}" for name in names]
+    content = json.loads((out / "transforms_split.json").read_text())
+    listed = [f"test/images/{name}" for name in held]
+    assert content["test_filenames"] == content["val_filenames"] == listed
+    assert content["train_filenames"] == [f"train/images/{name}" for name in picked]
+    assert not (out / "transforms.json").exists()
     reasons = {entry["name"]: entry["reason"] for entry in record_of(out)["left"]}
-    assert [name for name, why in reasons.items() if "held out" in why] == [
-        Path(name).name for name in held
-    ]
+    assert [name for name, why in reasons.items() if "held out" in why] == held
 
 
 def test_images_are_linked_or_copied(capture, tmp_path):
-    assert select(capture, "-k", 3, "-o", tmp_path / "linked") == 0
-    assert select(capture, "-k", 3, "-o", tmp_path / "copied", "--copy") == 0
+    assert select(capture, "-k", 3, "-o", tmp_path / "linked", "--link") == 0
+    assert select(capture, "-k", 3, "-o", tmp_path / "copied") == 0
     for name in (tmp_path / "linked" / "frames.txt").read_text().split():
         original = capture / "images" / name
         assert (tmp_path / "linked" / "images" / name).samefile(original)
@@ -151,7 +150,7 @@ def test_without_hard_links_images_are_copied(capture, tmp_path, monkeypatch):
         raise OSError(errno.EXDEV, "Invalid cross-device link")
 
     monkeypatch.setattr(os, "link", refuse)
-    assert select(capture, "-k", 3, "-o", tmp_path / "out") == 0
+    assert select(capture, "-k", 3, "-o", tmp_path / "out", "--link") == 0
     assert len(list((tmp_path / "out" / "images").iterdir())) == 3
 
 
@@ -206,9 +205,9 @@ def test_frames_of_a_video_are_measured_and_written(capture, tmp_path):
         sharpness_of_files(film, 64), sharpness_of_files(opened.raw.images, 64), rtol=0.05
     )
     shown = replace(opened, raw=replace(opened.raw, images=film))
-    subset.write(tmp_path, shown, np.array([7, 2]), np.array([3]), copy=False)
-    for i in (2, 3, 7):
-        written = images.load(tmp_path / "images" / f"frame_{i:03d}.jpg")
+    subset.write(tmp_path, shown, np.array([7, 2]), np.array([3]), subset.Form())
+    for i, folder in ((2, "train"), (3, "test"), (7, "train")):
+        written = images.load(tmp_path / folder / "images" / f"frame_{i:03d}.jpg")
         assert np.abs(written.astype(int) - shots[i]).mean() < 3
 
 
@@ -216,8 +215,8 @@ def test_frames_of_a_video_are_measured_and_written(capture, tmp_path):
 def test_geometry_only_opens_one_image_of_a_camera(model, tmp_path, monkeypatch):
     write_ring(tmp_path / "capture", model=model)
     opened = []
-    load = subset.images.load
-    monkeypatch.setattr(subset.images, "load", lambda *a: opened.append(a) or load(*a))
+    load = images.load
+    monkeypatch.setattr(images, "load", lambda *a: opened.append(a) or load(*a))
     assert select(tmp_path / "capture", "-k", 4, "--geometry-only", "-o", tmp_path / "out") == 0
     assert len(opened) == 1
     assert record_of(tmp_path / "out")["frames"][0]["sharpness_rank"] is None

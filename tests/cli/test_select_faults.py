@@ -14,7 +14,7 @@ import pycolmap
 import pytest
 from small_captures import camera_path, record_of, ring, select, write_ring
 
-from fsel.export import subset
+from fsel.export import placing, subset
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ def test_an_algebra_without_an_answer_names_the_capture(
 
 def test_a_name_that_leads_out_of_the_subset_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"'\.\./x\.jpg': its name leads out"):
-        subset._inside(tmp_path / "images", "../x.jpg")
+        placing.inside(tmp_path / "images", "../x.jpg")
 
 
 def test_a_command_line_that_is_not_understood_exits_with_2(capture):
@@ -191,8 +191,8 @@ def test_a_full_disk_leaves_nothing(capture, tmp_path, monkeypatch, capsys):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(subset.shutil, "copy2", full)
-    assert select(capture, "-k", 4, "--copy", "-o", tmp_path / "out") == 1
+    monkeypatch.setattr(placing.shutil, "copy2", full)
+    assert select(capture, "-k", 4, "-o", tmp_path / "out") == 1
     assert capsys.readouterr().err == f"fsel: {tmp_path}/out: No space left on device\n"
     assert {path.name for path in tmp_path.iterdir()} == {"capture"}
 
@@ -207,7 +207,7 @@ def test_an_interruption_leaves_what_was_there(force, capture, tmp_path, monkeyp
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(subset, "_transforms", interrupt)
+    monkeypatch.setattr(subset, "write_forms", interrupt)
     assert select(capture, "-k", 5, "-o", out, *["--force"] * force) == 130
     assert {path.name for path in tmp_path.iterdir()} == {"capture", *["out"] * force}
     if force:

@@ -36,11 +36,12 @@ def test_a_captures_masks_come_with_the_subset(capture, tmp_path, layout):
     names = [f"frame_{i:03d}.jpg.png" for i in range(24)]
     images.write(masks, capture / "masks", names)
     assert select(capture, "-k", 5, "--targets", "every:8", "-o", out) == 0
-    back, frames = exported(out, layout)
-    assert len(frames) == (8 if layout == "nerfstudio" else 5)
-    np.testing.assert_array_equal(back.masks, masks[frames] > 0)
-    used = {path.name for path in (out / "images").iterdir()}
-    assert {path.name for path in (out / "masks").iterdir()} == {f"{name}.png" for name in used}
+    for folder, count in (("train", 5), ("test", 3)):
+        back, frames = exported(out / folder, layout)
+        assert len(frames) == count
+        np.testing.assert_array_equal(back.masks, masks[frames] > 0)
+        used = {f"{path.name}.png" for path in (out / folder / "images").iterdir()}
+        assert {path.name for path in (out / folder / "masks").iterdir()} == used
 
 
 def test_an_objects_masks_win_and_frames_without_one_are_black(capture, tmp_path):
@@ -99,15 +100,16 @@ def test_frames_of_a_video_become_images(tmp_path, more):
     write_video(masks, tmp_path / "scene" / "iphone" / "rgb_mask.mkv")
     out = tmp_path / "out"
     assert select(tmp_path / "scene", "-k", 5, *more, "-o", out) == 0
-    content = json.loads((out / "transforms.json").read_text())
+    folder = out / "train" if "every:5" in more else out
+    content = json.loads((folder / "transforms.json").read_text())
     listed = [frame["file_path"].removeprefix("images/") for frame in content["frames"]]
-    assert sorted(path.name for path in (out / "images").iterdir()) == sorted(listed)
-    assert {entry["name"] for entry in record_of(out)["frames"]} <= set(listed)
+    assert sorted(path.name for path in (folder / "images").iterdir()) == sorted(listed)
+    assert {entry["name"] for entry in record_of(out)["frames"]} == set(listed)
     assert [content[key] for key in ("w", "h")] == [64, 48]
     for name in listed:
         at = int(name[6:12])
-        shown = images.load(out / "images" / name)
+        shown = images.load(folder / "images" / name)
         assert np.abs(shown.astype(int) - made.images[at]).mean() < 3
-        found = images.load_mask(out / "masks" / f"{name}.png", (255, 255))
+        found = images.load_mask(folder / "masks" / f"{name}.png", (255, 255))
         np.testing.assert_array_equal(found, masks[at, ..., 0] > 0)
     assert "data:image/jpeg" in (out / "report.html").read_text() or "--geometry-only" in more

@@ -59,7 +59,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         (stage / "report.html").write_text(report, encoding="utf-8")
         with console.clock("writing"):
             held = outcome.targets.frames
-            subset.write(stage, opened, picks, held, asked.copy, asked.masks)
+            subset.write(stage, opened, picks, held, _form(asked, opened))
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written
@@ -99,7 +99,9 @@ def _select(
     subset.check_cameras(opened.raw)
     focus = focus_of(asked, opened)
     k = _budget(asked, opened)
-    targets = api.checked_request(capture, k, asked.targets, method, focus)
+    targets = api.checked_request(
+        capture, k, asked.targets, method, focus, asked.always, asked.never
+    )
     what = f"{targets.kind}, by {len(targets.views)} views"
     console.say("targets", f"{what} (--targets says otherwise)" if targets.kind == ALL else what)
     if targets.far.any():
@@ -188,12 +190,22 @@ def _budget(asked: argparse.Namespace, opened: Opened) -> int | Auto:
     if asked.k != api.AUTO:
         return asked.k
     camera = opened.raw.cameras[0]
-    scale = min(1.0, asked.long_side / opened.longest)
+    scale = (_form(asked, opened).long_side or opened.longest) / opened.longest
     return Auto(
         THRESHOLD if asked.threshold is None else asked.threshold,
         asked.memory,
         (max(1, round(camera.width * scale)), max(1, round(camera.height * scale))),
     )
+
+
+def _form(asked: argparse.Namespace, opened: Opened) -> subset.Form:
+    """How the subset is written."""
+    side = asked.long_side
+    if asked.downscale is not None:
+        side = max(1, round(opened.longest / asked.downscale))
+    if side is not None and side >= opened.longest:
+        side = None
+    return subset.Form(asked.link, side, asked.points, asked.masks)
 
 
 def _pictures(opened: Opened, picks: np.ndarray) -> list[bytes]:
@@ -237,6 +249,11 @@ def _content(
             "masks": str(asked.masks) if asked.masks else None,
             "box": asked.box,
             "geometry_only": asked.geometry_only,
+            "always": str(asked.always) if asked.always else None,
+            "never": str(asked.never) if asked.never else None,
+            "points": asked.points,
+            "long_side": asked.long_side,
+            "downscale": asked.downscale,
         },
         "refined": None
         if swapped is None

@@ -77,14 +77,20 @@ def left(outcome: Outcome) -> list[dict]:
     for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
         near = capture.names[closest[frame]]
         if frame not in adds:
-            blind = frame in outcome.targets.blind
-            reason = "sees nothing of the object" if blind else "held out as a target"
+            reason = _left_out(outcome.targets, frame)
         elif relative is not None and relative[frame] < BLURRED:
             reason = f"blurred: {relative[frame]:.0%} of its neighbours' sharpness"
         else:
             reason = f"near {near}; would add {adds[frame]:.2%} service"
         entries.append({"name": capture.names[frame], "reason": reason, "closest_pick": near})
     return entries
+
+
+def _left_out(targets: Targets, frame: int) -> str:
+    """Why a frame is not one of those that may be selected."""
+    if frame in targets.frames:
+        return "held out as a target"
+    return "is never to be selected" if frame in targets.never else "sees nothing of the object"
 
 
 def _sharpness_ranks(sharpness: np.ndarray | None) -> np.ndarray | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fsel.bounds import MAX_ERROR
 from fsel.capture import Capture
-from fsel.layouts import read_raw
+from fsel.layouts import LAYOUTS, read_raw
 from fsel.layouts.base import RawCapture
 from fsel.layouts.checks import Agreement
 from fsel.layouts.gate import admitted, sample
@@ -61,6 +61,13 @@ class Opened:
             return self.capture
         kept = points.without_pixels()
         return replace(self.capture, points=replace(kept, track_frame=drawn[kept.track_frame]))
+
+
+def open_images(opened: Opened, frames: list[int], long_side: int) -> Capture:
+    """Some frames of an opened capture at another size, undistorted and opened when indexed."""
+    known = LAYOUTS[opened.layout]
+    source = Path(opened.capture.source)
+    return ingest(opened.raw.subset(frames), known, source, long_side, lazy=True)
 
 
 def open_capture(

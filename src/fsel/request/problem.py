@@ -41,4 +41,5 @@ def request_problem(
         descriptors=np.zeros((len(capture), 0), np.float32) if descriptors is None else descriptors,
         sharpness=np.asarray(sharpness, np.float64),
         focus=None if focus is None else focus.center,
+        given=targets.always,
     )

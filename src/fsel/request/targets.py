@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from fsel.capture import Capture, Views, check_poses
-from fsel.geometry import OPENGL_TO_OPENCV, invert_pose, pairwise_distances
-from fsel.layouts.base import member, number, numbers, read_json, read_text
-from fsel.layouts.ingest import rigid
-from fsel.layouts.nerfstudio import world_transform
+from fsel.capture import Capture, Views
+from fsel.geometry import pairwise_distances
+from fsel.layouts.base import read_text
+from fsel.request.camera_path import camera_path
 from fsel.request.paths import orbit, trajectory, whole
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
@@ -25,6 +24,7 @@ ALL = "the whole capture"
 ORBIT = "orbit"
 LISTS = ("", ".txt", ".lst", ".list")  # endings of files of frame names
 
+Wish = None | str | Path | Sequence[str] | Sequence[int] | np.ndarray
 Request = None | str | Path | Views | Sequence[str] | Sequence[int] | np.ndarray
 
 
@@ -39,6 +39,8 @@ class Targets:
         kind: where the views come from, in words.
         far: (T,) bool, views so far from every camera that no frame can show what they see.
         blind: (B,) int64 frames that see nothing of the object that is asked for: never selected.
+        never: frames that a person does not want: never selected.
+        always: frames that a person wants: selected first.
     """
 
     views: Views
@@ -46,10 +48,33 @@ class Targets:
     kind: str
     far: np.ndarray
     blind: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    never: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    always: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     def pool(self, capture: Capture) -> np.ndarray:
         """(n,) int64 the frames that may be selected, ascending."""
-        return np.setdiff1d(np.arange(len(capture)), np.concatenate([self.frames, self.blind]))
+        left_out = np.concatenate([self.frames, self.blind, self.never])
+        return np.setdiff1d(np.arange(len(capture)), left_out)
+
+    def wished(self, capture: Capture, always: Wish = None, never: Wish = None) -> Targets:
+        """The same with frames that are always, and never, to be selected.
+
+        Args:
+            capture: the capture.
+            always, never: names or numbers of frames, or a file with a name a line; or None.
+
+        Raises:
+            ValueError: for frames that the capture does not have, or that cannot be selected.
+        """
+        wanted, unwanted = (_wish(capture, wish) for wish in (always, never))
+        found = replace(self, never=unwanted, always=wanted)
+        lost = np.setdiff1d(wanted, found.pool(capture))
+        if len(lost):
+            raise ValueError(
+                f"frame {capture.names[lost[0]]!r} is to be selected always, and cannot be: it is "
+                "held out, sees nothing of the object, or is never to be selected"
+            )
+        return found
 
     def seeing(self, corners: np.ndarray, capture: Capture) -> Targets:
         """The views that see any of (C, 3) points of an object, to be served by frames that do.
@@ -107,13 +132,19 @@ def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool 
         ValueError: with the numbers that are allowed, and why.
     """
     most = len(targets.pool(capture))
-    gone = [(targets.frames, "being held out as targets"), (targets.blind, "not seeing the object")]
+    gone = [
+        (targets.frames, "being held out as targets"),
+        (targets.blind, "not seeing the object"),
+        (targets.never, "being unwanted"),
+    ]
     why = "".join(f", {len(frames)} {text}" for frames, text in gone if len(frames))
     if not 1 <= k <= most:
         raise ValueError(
             f"k is {k}; allowed: 1 to {most}, the frames of {capture.source} that may be "
             f"selected{why}"
         )
+    if len(targets.always) > k:
+        raise ValueError(f"k is {k}, and {len(targets.always)} frames are to be selected always")
     if everything and k != most:
         raise ValueError(
             f"k is {k}, and this method takes every frame; allowed: {most}, the frames of "
@@ -153,6 +184,18 @@ def _of_file(capture: Capture, path: Path) -> Targets:
         raise ValueError(f"{path}: is no file of targets; allowed: {', '.join(WORDS)}")
     frames = np.sort(named_in(path, capture))
     return _held_out(capture, frames, f"the {len(frames)} frames in {path.name}, held out")
+
+
+def _wish(capture: Capture, wish: Wish) -> np.ndarray:
+    """(n,) int64 frames of a list or a file of them."""
+    if wish is None:
+        return np.empty(0, np.int64)
+    if isinstance(wish, str | Path):
+        path = Path(wish)
+        if not path.is_file():
+            raise FileNotFoundError(f"{path}: no such file of frame names, one a line")
+        return named_in(path, capture)
+    return _numbers(capture, wish)
 
 
 def named_in(path: Path, capture: Capture) -> np.ndarray:
@@ -211,67 +254,6 @@ def _request(capture: Capture, views: Views, kind: str) -> Targets:
             "put dataparser_transforms.json of the training run beside the path"
         )
     return Targets(views, np.empty(0, np.int64), kind, far)
-
-
-def camera_path(path: Path, capture: Capture) -> Views:
-    """Poses of a .json camera path, with the capture's first intrinsics.
-
-    Args:
-        path: nerfstudio's `camera_path` (in the frame of a `dataparser_transforms.json` beside it,
-            if there is one), or `frames` with `transform_matrix` as in transforms.json.
-        capture: whose world frame the poses should be in.
-
-    Raises:
-        ValueError: for a file that holds neither, or a pose that is no rigid motion.
-    """
-    content = read_json(path)
-    key, field = ("camera_path", "camera_to_world")
-    if key not in content:
-        key, field = ("frames", "transform_matrix")
-    listed = content.get(key)
-    if not isinstance(listed, list) or not listed:
-        raise ValueError(
-            f"{path}: expected a list `camera_path` with `camera_to_world`, or `frames` with "
-            "`transform_matrix`, of 4x4 numbers each"
-        )
-    poses = np.array([_matrix(view, field, path, f"{key}[{i}]") for i, view in enumerate(listed)])
-    with np.errstate(over="ignore", invalid="ignore"):  # `check_poses` refuses what comes of it
-        poses = _undone(poses, path, content)
-        poses[:, :3, :3] = poses[:, :3, :3] @ OPENGL_TO_OPENCV
-        inverse = rigid(invert_pose(poses))
-    check_poses([f"{key}[{i}]" for i in range(len(inverse))], inverse, str(path))
-    return Views(inverse, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
-
-
-def _matrix(view: object, field: str, path: Path, where: str) -> np.ndarray:
-    """(4, 4) of a view's sixteen numbers in a row, four rows of four, or three."""
-    value = member(view, field, path, where)
-    rows = len(value) if isinstance(value, list) else 0
-    shape = (16,) if rows == 16 else (3, 4) if rows == 3 else (4, 4)
-    found = numbers(value, shape, path, f"{field} of {where}").reshape(-1, 4)
-    if not np.isfinite(found).all():
-        raise ValueError(f"{path}: {field} of {where} must be finite, got {repr(value)[:80]}")
-    return np.vstack([found[:3], [0, 0, 0, 1]])
-
-
-def _undone(poses: np.ndarray, path: Path, content: dict[str, Any]) -> np.ndarray:
-    """Camera-to-world poses without the world transform that the file or its neighbour states."""
-    beside = path.with_name("dataparser_transforms.json")
-    scale, stored, source = 1.0, content.get("applied_transform"), path
-    what = "applied_transform"
-    if "camera_path" in content and beside.is_file():
-        stated, source, what = read_json(beside), beside, "transform"
-        scale = number(member(stated, "scale", beside), beside, "scale")
-        stored = member(stated, "transform", beside)
-        if scale <= 0:
-            raise ValueError(f"{beside}: scale is {scale:g}; allowed: more than 0")
-    if stored is None:
-        return poses
-    stored = stored[:3] if isinstance(stored, list) else stored
-    full = np.vstack([world_transform(stored, source, what), [0, 0, 0, 1]])
-    unscaled = poses.copy()
-    unscaled[:, :3, 3] /= scale
-    return np.linalg.inv(full) @ unscaled
 
 
 def sees(views: Views, points: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ of the score. What follows the selection is kept running (see `fsel.selector.com
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import ModuleType
 from typing import NamedTuple
 
@@ -54,11 +54,13 @@ class Prepared:
         static: (n, 19) float64 inputs less what follows the selection: standardised, but for the
             target gain's, which is minus the remoteness.
         rows: what they are compared by.
+        given: (g,) int64 rows that are picked first, whatever they score.
     """
 
     pool: np.ndarray
     static: np.ndarray
     rows: Rows
+    given: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
 
 def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:

@@ -49,7 +49,10 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
         inputs[:, TARGET_GAIN_INPUT] = remote + raw[:, GAIN]
         value = np.where(free, scorer.scores(inputs), -np.inf)
         best = value.max()
-        picks[step] = np.argmax(value >= best - tie * abs(best))
+        if step < len(prepared.given):
+            picks[step] = prepared.given[step]
+        else:
+            picks[step] = np.argmax(value >= best - tie * abs(best))
         scores[step] = value[picks[step]]
         free[picks[step]] = False
         memory.fold(picks[: step + 1], free, raw)

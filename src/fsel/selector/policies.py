@@ -103,7 +103,7 @@ class Policy:
             closeness=close,
             looks=looks(centers, axes),
         )
-        return Prepared(frames, static, rows)
+        return Prepared(frames, static, rows, np.searchsorted(frames, problem.given))
 
     def _references(self, problem: Problem) -> Views:
         """Poses that stand for the request: the proxies' or the targets' own."""

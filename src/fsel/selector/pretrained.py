@@ -64,7 +64,8 @@ def own(path: str | Path, name: str | None = None) -> Learned:
 
 
 def ranking(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """`fsel.selector.greedy.greedy` in plain NumPy where that is faster than compiling."""
+    """`fsel.selector.greedy.greedy` in plain NumPy where that is faster than compiling, or where
+    rows are given, which only that looks at."""
     cost = 1 if isinstance(scorer, Linear) else NETWORK_COST
-    small = cost * k * len(prepared.pool) <= plain.LARGEST
+    small = cost * k * len(prepared.pool) <= plain.LARGEST or len(prepared.given)
     return (plain.greedy if small else greedy.greedy)(prepared, scorer, k)

@@ -1,0 +1,105 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from fsel.bounds import MAX_ERROR
+from fsel.cli.values import positive, whole
+
+LARGEST = 16384  # pixels of a working image's longer side
+
+
+def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
+    """A command with the options that all share."""
+    command = commands.add_parser(name, help=text, description=text)
+    command.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    command.add_argument("--json", action="store_true", help="print the result as JSON")
+    command.set_defaults(command=name)
+    return command
+
+
+def capture_command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
+    """A command with the options of those that read a capture, or a model and a capture."""
+    command = bare_command(commands, name, text)
+    if model:
+        command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
+        command.add_argument(
+            "--capture", type=Path, required=True, help="folder of the capture, in its world frame"
+        )
+    else:
+        command.add_argument(
+            "capture", type=Path, help="folder of the capture; or a video, whose poses are found"
+        )
+    command.add_argument(
+        "--poses",
+        choices=("layout", "colmap"),
+        default="layout",
+        help="the capture's own (by default), or those that COLMAP finds in its images alone",
+    )
+    add_video(command)
+    command.add_argument(
+        "--layout", default="auto", help="how the folder is laid out; recognised by default"
+    )
+    command.add_argument(
+        "--max-error",
+        type=positive,
+        metavar="SHARE",
+        default=MAX_ERROR,
+        help="greatest median disagreement of poses and images, as a share of the images' longer "
+        f"side, {MAX_ERROR} by default",
+    )
+    return command
+
+
+def add_video(command: argparse.ArgumentParser) -> None:
+    """How a video is thinned."""
+    thinned = command.add_mutually_exclusive_group()
+    thinned.add_argument(
+        "--video-frames",
+        type=whole(3, 100_000),
+        metavar="N",
+        help="of a video: the sharpest frame of each of N equal stretches",
+    )
+    thinned.add_argument(
+        "--rate",
+        type=positive,
+        metavar="FPS",
+        help="of a video: stretches a second instead; 4 by default, and 300 at most in all",
+    )
+
+
+def add_output(command: argparse.ArgumentParser, text: str) -> None:
+    command.add_argument("-o", "--out", type=Path, required=True, help=text)
+    command.add_argument("--force", action="store_true", help="replace what an earlier run wrote")
+
+
+def add_request(command: argparse.ArgumentParser) -> None:
+    """What is to be rendered."""
+    command.add_argument(
+        "--targets",
+        metavar="WHAT",
+        help="the views to be rendered: path.json (a camera path), names.txt (frames, one a line, "
+        "held out), every:N (every N-th frame, held out), orbit, or trajectory; without it, "
+        "anything that the capture saw",
+    )
+    add_object(command, "targets that see the object, and features measured around it")
+
+
+def add_object(command: argparse.ArgumentParser, what: str) -> None:
+    """An object of interest, and the seed, which methods take beside it."""
+    thing = command.add_mutually_exclusive_group()
+    thing.add_argument(
+        "--masks",
+        type=Path,
+        help=f"folder of object masks, named like the frames: {what}",
+    )
+    thing.add_argument(
+        "--box",
+        type=float,
+        nargs=6,
+        metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
+        help="the same for a box in world units",
+    )
+    command.add_argument("--seed", type=whole(0), default=0, help="of methods that draw at random")

@@ -1,0 +1,96 @@
+"""The grammar of `fsel select`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from fsel.cli.options import LARGEST, add_output, add_request, capture_command
+from fsel.cli.values import duration, number_or_auto, positive, size_in_bytes, whole
+
+
+def add_select(commands) -> None:
+    command = capture_command(
+        commands, "select", "Pick the frames that best serve the views to be rendered."
+    )
+    command.add_argument(
+        "-k",
+        type=number_or_auto,
+        required=True,
+        help="how many frames, or auto: until more are predicted to gain too little",
+    )
+    command.add_argument(
+        "--refine",
+        type=duration,
+        metavar="TIME",
+        help="then try swaps of the picks for so long, as 10s or 2m, judged by reconstructions of "
+        "this capture; Ctrl-C keeps the best so far",
+    )
+    command.add_argument(
+        "--threshold",
+        type=positive,
+        metavar="DB",
+        help="of -k auto: least PSNR that further frames must gain each, 0.02 by default",
+    )
+    command.add_argument(
+        "--memory",
+        type=size_in_bytes,
+        metavar="SIZE",
+        help="of -k auto: bytes that the splats of a reconstruction may take, as 500MB or 2GiB",
+    )
+    add_request(command)
+    command.add_argument("--method", help="fsel (by default), ours, uniform, fvs, nearest, ...")
+    command.add_argument(
+        "--weights",
+        type=Path,
+        metavar="FILE",
+        help="a scorer that fsel train or the workflow made, .safetensors or .json; it says the "
+        "method",
+    )
+    command.add_argument(
+        "--appearance",
+        default="lab_hog",
+        metavar="KIND",
+        help="descriptor of methods that compare frames by appearance: lab_hog (the default), or "
+        "dinov2",
+    )
+    command.add_argument(
+        "--appearance-weights", metavar="FILE", help="checkpoint of --appearance dinov2"
+    )
+    command.add_argument(
+        "--geometry-only",
+        action="store_true",
+        help="do not open images: no sharpness, no pictures in the report",
+    )
+    _add_form(command)
+    add_output(command, "folder to write")
+
+
+def _add_form(command: argparse.ArgumentParser) -> None:
+    """How the subset is written."""
+    command.add_argument(
+        "--always", type=Path, metavar="NAMES", help="file of frames that are picked first"
+    )
+    command.add_argument(
+        "--never", type=Path, metavar="NAMES", help="file of frames that are not picked"
+    )
+    command.add_argument(
+        "--points",
+        choices=("seen", "all", "none"),
+        default="seen",
+        help="those that two picks see (by default; triangulated where the capture has none), all "
+        "of the capture's, or none",
+    )
+    size = command.add_mutually_exclusive_group()
+    size.add_argument(
+        "--long-side",
+        type=whole(1, LARGEST),
+        metavar="PIXELS",
+        help="reduce the images to this longer side; --memory is counted by it",
+    )
+    size.add_argument(
+        "--downscale", type=whole(1, 64), metavar="N", help="reduce the images to one N-th"
+    )
+    command.add_argument(
+        "--link", action="store_true", help="hard-link the images instead of copying them"
+    )

@@ -1,0 +1,99 @@
+"""The sparse points that a subset is written with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fsel.layouts import sfm
+from fsel.layouts.base import RawCapture, RawPoints
+from fsel.layouts.opening import Opened, open_images
+
+SEEN, ALL, NONE = "seen", "all", "none"
+POINTS = (SEEN, ALL, NONE)
+LEAST_TRACK = 2  # picked frames that see a point: fewer could not have triangulated it
+MATCHED_SIDE = 800  # pixels of images that are matched, where points must be made
+NO_POINTS = RawPoints(
+    xyz=np.empty((0, 3)),
+    rgb=np.empty((0, 3), np.uint8),
+    track_point=np.empty(0, np.int64),
+    track_frame=np.empty(0, np.int64),
+    track_xy=np.empty((0, 2)),
+)
+
+
+def cloud_of(opened: Opened, frames: list[int], picks: list[int], points: str) -> RawPoints:
+    """Points with their tracks in some frames, those kept that the picks see.
+
+    Where the capture has none, they are triangulated from matches of the picks.
+
+    Args:
+        opened: the capture.
+        frames: numbers of frames, which the tracks will number.
+        picks: those of the frames that are trained on, without which no point is kept.
+        points: `seen`: points that two picks see; `all`: every point of the capture; `none`.
+    """
+    if points == NONE:
+        return NO_POINTS
+    found = opened.raw.subset(frames).sparse() or _triangulated(opened, frames, picks)
+    if points == ALL:
+        return found
+    chosen = np.isin(found.track_frame, np.searchsorted(frames, picks))
+    seen = np.bincount(found.track_point[chosen], minlength=len(found.xyz))
+    return kept(found, seen >= LEAST_TRACK)
+
+
+def kept(points: RawPoints, chosen: np.ndarray) -> RawPoints:
+    """Some of the points, (M,) bool, with their tracks."""
+    number = np.cumsum(chosen) - 1
+    rows = chosen[points.track_point]
+    return RawPoints(
+        xyz=points.xyz[chosen],
+        rgb=points.rgb[chosen],
+        track_point=number[points.track_point[rows]],
+        track_frame=points.track_frame[rows],
+        track_xy=points.track_xy[rows],
+    )
+
+
+def as_seen_by(points: RawPoints, rows: list[int]) -> RawPoints:
+    """All the points, with their tracks in the given frames alone, which are renumbered."""
+    place = np.full(int(points.track_frame.max(initial=-1)) + 1 + len(rows), -1)
+    for at, row in enumerate(rows):
+        if row < len(place):
+            place[row] = at
+    chosen = place[points.track_frame] >= 0
+    return replace(
+        points,
+        track_point=points.track_point[chosen],
+        track_frame=place[points.track_frame[chosen]],
+        track_xy=points.track_xy[chosen],
+    )
+
+
+def _triangulated(opened: Opened, frames: list[int], picks: list[int]) -> RawPoints:
+    """Points from matches of the picks' images and their known poses."""
+    found = sfm.triangulate(open_images(opened, picks, MATCHED_SIDE))
+    if found is None:
+        return NO_POINTS
+    rows = np.searchsorted(frames, picks)
+    at = rows[found.track_frame]
+    return RawPoints(
+        xyz=found.xyz,
+        rgb=found.rgb,
+        track_point=found.track_point,
+        track_frame=at,
+        track_xy=_seen_at(opened.raw.subset(frames), found.xyz[found.track_point], at),
+    )
+
+
+def _seen_at(raw: RawCapture, xyz: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """(L, 2) pixels at which frames see points, by their cameras, distortion included."""
+    out = np.zeros((len(xyz), 2))
+    for frame in np.unique(frames):
+        rows = frames == frame
+        pose = raw.world_to_camera[frame]
+        local = xyz[rows] @ pose[:, :3].T + pose[:, 3]
+        out[rows] = raw.cameras[frame].colmap.img_from_cam(local)
+    return out

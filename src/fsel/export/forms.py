@@ -1,0 +1,167 @@
+"""One subset in the forms that trainers read: a COLMAP model, transforms.json, Long-LRM's JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pycolmap
+
+from fsel.layouts.base import RawPoints
+from fsel.layouts.nerfstudio import matrix_of
+from fsel.layouts.recording import Camera
+
+SIMPLE = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE")
+STRAIGHT = ("SIMPLE_PINHOLE", "PINHOLE")  # cameras without distortion
+DISTORTION = {
+    **dict.fromkeys(STRAIGHT, ()),
+    **dict.fromkeys(("SIMPLE_RADIAL", "SIMPLE_RADIAL_FISHEYE"), ("k1",)),
+    **dict.fromkeys(("RADIAL", "RADIAL_FISHEYE"), ("k1", "k2")),
+    "OPENCV": ("k1", "k2", "p1", "p2"),
+    "OPENCV_FISHEYE": ("k1", "k2", "k3", "k4"),
+}
+"""Camera models that nerfstudio has too, and its names of their coefficients."""
+CLOUD, TRANSFORMS = "sparse_pc.ply", "transforms.json"
+LONG_LRM, SCENES = "scene.json", "scenes.txt"
+
+
+@dataclass(frozen=True)
+class Subset:
+    """Frames as they are written.
+
+    Attributes:
+        names: n names below images/.
+        cameras: n, at the size of the images that are written.
+        stated: n (width, height) that the points' pixels are of.
+        world_to_camera: (n, 3, 4).
+        points: whose tracks number these frames.
+        masked: whether masks/ has one for every image.
+    """
+
+    names: list[str]
+    cameras: list[Camera]
+    stated: list[tuple[int, int]]
+    world_to_camera: np.ndarray
+    points: RawPoints
+    masked: bool
+
+
+def write_forms(subset: Subset, folder: Path, scene: str) -> None:
+    """Write every form into a folder that holds images/.
+
+    Args:
+        subset: the frames.
+        folder: to write to.
+        scene: what Long-LRM is told that the capture is called.
+    """
+    model = _model(subset)
+    (folder / "sparse" / "0").mkdir(parents=True)
+    model.write_binary(str(folder / "sparse" / "0"))
+    if model.points3D:
+        model.export_PLY(str(folder / CLOUD))
+    listed = [f"images/{name}" for name in subset.names]
+    every = dict.fromkeys(("train_filenames", "val_filenames", "test_filenames"), listed)
+    write_json(transforms([(subset, "")], bool(model.points3D)) | every, folder / TRANSFORMS)
+    if all(camera.model in STRAIGHT for camera in subset.cameras):
+        write_json(_long_lrm(subset, scene), folder / LONG_LRM)
+        (folder / SCENES).write_text(f"{LONG_LRM}\n", encoding="utf-8")
+
+
+def write_json(content: dict, path: Path) -> None:
+    """Write JSON as every file here has it."""
+    path.write_text(json.dumps(content, indent=1), encoding="utf-8")
+
+
+def transforms(parts: Sequence[tuple[Subset, str]], cloud: bool) -> dict:
+    """nerfstudio's transforms.json of subsets and the folders that they lie in; the world is the
+    capture's own.
+
+    Args:
+        parts: (subset, folder with a slash behind, or nothing); the first one's cloud is named.
+        cloud: whether there is one.
+    """
+    frames, intrinsics = [], []
+    for subset, folder in parts:
+        for name, pose, camera in zip(
+            subset.names, subset.world_to_camera, subset.cameras, strict=True
+        ):
+            frame = {
+                "file_path": f"{folder}images/{name}",
+                "transform_matrix": matrix_of(pose, np.eye(4)[:3]),
+            }
+            if subset.masked:
+                frame["mask_path"] = f"{folder}masks/{name}.png"
+            frames.append(frame)
+            intrinsics.append(_intrinsics(camera))
+    shared = intrinsics[0]
+    if any(values != shared for values in intrinsics):
+        frames = [frame | values for frame, values in zip(frames, intrinsics, strict=True)]
+        shared = {"camera_model": shared["camera_model"]}
+    found = {**shared, "frames": frames}
+    return found | ({"ply_file_path": f"{parts[0][1]}{CLOUD}"} if cloud else {})
+
+
+def _intrinsics(camera: Camera) -> dict:
+    simple = camera.model in SIMPLE
+    params = (camera.params[0], *camera.params) if simple else camera.params
+    keys = ("fl_x", "fl_y", "cx", "cy", *DISTORTION[camera.model])
+    return {
+        "camera_model": "OPENCV_FISHEYE" if "FISHEYE" in camera.model else "OPENCV",
+        "w": camera.width,
+        "h": camera.height,
+        **dict(zip(keys, params, strict=True)),
+    }
+
+
+def _long_lrm(subset: Subset, scene: str) -> dict:
+    """The scene JSON of Long-LRM (Ziwen et al. 2024), whose loader knows no distortion."""
+    frames = []
+    for name, pose, camera in zip(
+        subset.names, subset.world_to_camera, subset.cameras, strict=True
+    ):
+        known = _intrinsics(camera)
+        frames.append(
+            {
+                "file_path": f"images/{name}",
+                "w": known["w"],
+                "h": known["h"],
+                **{key: known[f"fl_{key[1]}"] for key in ("fx", "fy")},
+                "cx": known["cx"],
+                "cy": known["cy"],
+                "w2c": np.vstack([pose, [0, 0, 0, 1]]).tolist(),
+            }
+        )
+    return {"scene_name": scene, "frames": frames}
+
+
+def _model(subset: Subset) -> pycolmap.Reconstruction:
+    """All of the frames, and the points."""
+    model = pycolmap.Reconstruction()
+    numbers = {camera: n for n, camera in enumerate(dict.fromkeys(subset.cameras), 1)}
+    for camera, number in numbers.items():
+        numbered = camera.colmap
+        numbered.camera_id = number
+        model.add_camera_with_trivial_rig(numbered)
+    points = subset.points
+    tracks = [pycolmap.Track() for _ in points.xyz]
+    for i, (name, camera, pose) in enumerate(
+        zip(subset.names, subset.cameras, subset.world_to_camera, strict=True)
+    ):
+        rows = np.flatnonzero(points.track_frame == i)
+        scale = np.divide((camera.width, camera.height), subset.stated[i])
+        image = pycolmap.Image(
+            image_id=i + 1,
+            name=name,
+            camera_id=numbers[camera],
+            keypoints=points.track_xy[rows] * scale,
+        )
+        rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
+        model.add_image_with_trivial_frame(image, rigid)
+        for at, row in enumerate(rows):
+            tracks[points.track_point[row]].add_element(i + 1, at)
+    for xyz, track, rgb in zip(points.xyz, tracks, points.rgb, strict=True):
+        model.add_point3D(xyz, track, rgb)
+    return model

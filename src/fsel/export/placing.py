@@ -1,0 +1,89 @@
+"""Images and masks of a subset, put where trainers look for them."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from fsel.layouts import images
+from fsel.layouts.base import RawCapture
+from fsel.request.focus import load_white, mask_file
+
+FILM = ".jpg"  # ending of images that are frames of a video
+FICLONE = 0x40049409  # of Linux: let a file share another one's blocks until either is written to
+WRITABLE = (".png", ".jpg", ".jpeg")  # what is resized into another file of its kind
+
+
+def file_name(raw: RawCapture, frame: int, resized: bool) -> str:
+    """Name of the frame's image below `images`, with the ending that its file has."""
+    name, file = raw.names[frame], raw.images[frame]
+    ending = FILM if isinstance(file, images.VideoFrame) else file.suffix
+    if resized and ending.lower() not in WRITABLE:
+        ending = ".png"
+    return name if Path(name).suffix.lower() == ending.lower() else f"{name}{ending}"
+
+
+def inside(folder: Path, name: str) -> Path:
+    """The path of a name below a folder.
+
+    Raises:
+        ValueError: for a name that leads out of it.
+    """
+    path = Path(os.path.normpath(folder / name))
+    if not path.is_relative_to(folder):
+        raise ValueError(f"frame {name!r}: its name leads out of the folder that it is written to")
+    return path
+
+
+def place(file: images.Image, path: Path, link: bool, size: tuple[int, int] | None) -> None:
+    """Put an image at a path.
+
+    Args:
+        file: the image.
+        path: below a folder that may not be there yet.
+        link: as a hard link where the file system has them; else as a copy, which shares its
+            blocks with the original where the file system can.
+        size: (width, height) that it is reduced to; None as it is.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if size is not None or isinstance(file, images.VideoFrame):
+        image = np.ascontiguousarray(images.load(file))
+        if size is not None:
+            image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        images.write(image[None], path.parent, [path.name])
+        return
+    if link:
+        try:
+            os.link(file.resolve(), path)
+            return
+        except OSError:
+            pass  # another file system, or one without hard links
+    if not _cloned(file, path):
+        shutil.copy2(file, path)
+
+
+def _cloned(file: Path, path: Path) -> bool:
+    """Let the path share the file's blocks; False where the file system cannot."""
+    with file.open("rb") as source, path.open("wb") as target:
+        try:
+            fcntl.ioctl(target.fileno(), FICLONE, source.fileno())
+        except OSError:
+            return False
+    shutil.copystat(file, path)
+    return True
+
+
+def mask(raw: RawCapture, frame: int, shapes: Path | None, size: tuple[int, int]) -> np.ndarray:
+    """(h, w) uint8 0 or 255 at (width, height) `size`: of the object, else the capture's own."""
+    white = np.zeros(size[::-1], bool)
+    if shapes is not None:
+        file = mask_file(shapes, raw.names[frame])
+        white = load_white(file) if file else white
+    elif raw.masks is not None:
+        white = images.load_mask(raw.masks[frame], raw.mask_values)
+    return cv2.resize(white.astype(np.uint8) * 255, size, interpolation=cv2.INTER_NEAREST_EXACT)
