@@ -35,6 +35,8 @@ class Problem:
             reference point; None for the whole scene.
         given: (g,) int64 frames of the pool that are picked first, whatever they are worth; only
             methods that score frames one by one look at it.
+        whole: whether the targets stand for the whole capture, nobody having said what will be
+            rendered.
     """
 
     capture: Capture
@@ -45,6 +47,7 @@ class Problem:
     sharpness: np.ndarray
     focus: np.ndarray | None = None
     given: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    whole: bool = False
 
     @classmethod
     def of(cls, capture: Capture, split: Split, described: pd.DataFrame) -> Problem:

@@ -70,7 +70,8 @@ def selections(
 
 def _cast(prepared: Prepared) -> Prepared:
     """Every float64 array in float32."""
-    rows = Rows(*(array.astype(np.float32) for array in prepared.rows))
+    *arrays, lasting = prepared.rows
+    rows = Rows(*(array.astype(np.float32) for array in arrays), lasting)
     return replace(prepared, static=prepared.static.astype(np.float32), rows=rows)
 
 

@@ -22,6 +22,8 @@ LAST = 64  # ranks; closeness beyond is below 1e-9 and counts as nothing
 NOVEL = 0.2  # look distance from every pick at which a frame adds all of its closeness
 FAR = 75.0  # scene depths from every view that cost as much as the first frame of all views gains
 
+LASTING = 10.0  # picks after which the gain for views that stand for a whole capture counts less
+
 FEW = 10  # with fewer picks, only the nearest of them count
 GROUP = 4  # the pick that counts then, from the nearest on; the farthest where there are fewer
 ENOUGH = 1.5  # of the mean over the frames still to be had: distances beyond count as this one

@@ -8,7 +8,7 @@ from fsel.capture import Capture
 from fsel.geometry import pose_distance
 from fsel.problem import Problem
 from fsel.request.focus import Focus
-from fsel.request.targets import Targets
+from fsel.request.targets import ALL, Targets
 
 
 def request_problem(
@@ -42,4 +42,5 @@ def request_problem(
         sharpness=np.asarray(sharpness, np.float64),
         focus=None if focus is None else focus.center,
         given=targets.always,
+        whole=targets.kind == ALL,
     )

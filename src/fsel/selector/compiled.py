@@ -97,6 +97,8 @@ def fold(row, selectable, rows, memory, raw):
         memory.covered[o] += rows.closeness[row, o]
     _least_apart(rows.looks, row, memory.apart)
     target_gain(rows.closeness, memory.covered, memory.apart, raw[GAIN])
+    if count > rows.lasting:
+        raw[GAIN] *= rows.lasting / count
 
 
 @_jit

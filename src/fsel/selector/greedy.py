@@ -35,6 +35,8 @@ class Rows(NamedTuple):
         descriptors: (n, D) float32; D = 0 when appearance is not read.
         closeness: (n, O) float64 of row and view, for the target gain; O = 0 when it is not read.
         looks: (n, 6) float64, see `fsel.features.conditioned.looks`.
+        lasting: picks after which the target gain counts less, in inverse proportion to their
+            number; infinite unless the views stand for a whole capture.
     """
 
     centers: np.ndarray
@@ -43,6 +45,7 @@ class Rows(NamedTuple):
     descriptors: np.ndarray
     closeness: np.ndarray
     looks: np.ndarray
+    lasting: float = np.inf
 
 
 @dataclass(frozen=True)

@@ -81,7 +81,7 @@ class _Memory:
         self.covered += self.rows.closeness[row]
         shift = (self.rows.looks - self.rows.looks[row]).reshape(-1, 2, 3)
         self.apart = np.minimum(self.apart, np.linalg.norm(shift, axis=2).sum(axis=1))
-        raw[:, GAIN] = self.gain()
+        raw[:, GAIN] = self.gain() * min(1.0, self.rows.lasting / len(picks))
 
     def gain(self) -> np.ndarray:
         """(n,) see `compiled.target_gain`."""

@@ -20,7 +20,7 @@ from fsel.features.columns import (
     TARGET_GAIN,
     TARGET_GAIN_INPUT,
 )
-from fsel.features.conditioned import closeness, look_distance, looks, remoteness
+from fsel.features.conditioned import LASTING, closeness, look_distance, looks, remoteness
 from fsel.features.static import proxy_points, static_features
 from fsel.geometry import centered, directions
 from fsel.problem import Method, Problem
@@ -102,6 +102,7 @@ class Policy:
             descriptors=problem.descriptors[frames][:, : None if appearance else 0],
             closeness=close,
             looks=looks(centers, axes),
+            lasting=LASTING if problem.whole else np.inf,
         )
         return Prepared(frames, static, rows, np.searchsorted(frames, problem.given))
 
