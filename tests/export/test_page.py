@@ -17,6 +17,18 @@ BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "
 MEASURE = """<script>
 const box = (node) => { const b = node.getBoundingClientRect(); return [b.width, b.height]; };
 const all = (query) => [...document.querySelectorAll(query)];
+const inked = (canvas) => {
+  const pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+  let count = 0;
+  for (let i = 3; i < pixels.length; i += 4) count += pixels[i] > 0;
+  return count;
+};
+const turned = (canvas) => {
+  canvas.focus();
+  const focused = document.activeElement === canvas;
+  canvas.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowLeft', cancelable: true }));
+  return focused;
+};
 const seen = {
   pictures: all('img').map((node) => [node.naturalWidth, node.naturalHeight]),
   drawings: all('svg').map(box),
@@ -27,6 +39,8 @@ const seen = {
   points: document.querySelector('polyline').getAttribute('points').split(' ').length,
   reasons: all('tbody tr').map((row) => row.innerText),
   captions: all('.sheet li').map((node) => node.innerText),
+  inked: inked(document.getElementById('scene')),
+  turned: turned(document.getElementById('scene')),
   overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
   fetched: performance.getEntriesByType('resource').map((entry) => entry.name)
     .filter((name) => !name.startsWith('data:')),
@@ -45,12 +59,16 @@ def out(tmp_path):
 
 def browse(folder, *arguments):
     command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
-    command += [f"--user-data-dir={folder / 'profile'}", "--virtual-time-budget=5000"]
+    command += [
+        "--enable-logging=stderr",
+        f"--user-data-dir={folder / 'profile'}",
+        "--virtual-time-budget=5000",
+    ]
     return subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=120)
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
-@pytest.mark.parametrize("width", [1240, 500])
+@pytest.mark.parametrize("width", [1280, 500])
 def test_a_browser_shows_everything(width, out, tmp_path):
     page = (out / "report.html").read_text(encoding="utf-8")
     (tmp_path / "page.html").write_text(page.replace("</body>", MEASURE + "</body>"))
@@ -59,6 +77,9 @@ def test_a_browser_shows_everything(width, out, tmp_path):
     (found,) = re.findall(r'data-seen="([^"]*)"', shown.stdout)
     seen = json.loads(found.replace("&quot;", '"').replace("&lt;", "<").replace("&amp;", "&"))
     assert seen["pictures"] == [[64, 48]] * 7
+    assert seen["inked"] > 2000
+    assert seen["turned"] is True
+    assert "Uncaught" not in shown.stderr
     assert len(seen["drawings"]) == 2
     assert all(min(size) > 100 for size in seen["drawings"])
     assert seen["picks"] == ["rgb(213, 94, 0)"] * 7

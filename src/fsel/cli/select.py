@@ -55,11 +55,11 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         picks = outcome.selection.indices
         entries, left = record.picked(outcome), record.left(outcome)
         pictures = [] if asked.geometry_only else _pictures(opened, picks)
-        report = page(outcome, entries, left, pictures)
-        (stage / "report.html").write_text(report, encoding="utf-8")
         with console.clock("writing"):
             held = outcome.targets.frames
-            subset.write(stage, opened, picks, held, _form(asked, opened))
+            points = subset.write(stage, opened, picks, held, _form(asked, opened))
+        report = page(outcome, entries, left, pictures, points)
+        (stage / "report.html").write_text(report, encoding="utf-8")
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written

@@ -14,6 +14,7 @@ MARGIN = 30
 TICK = 0.035  # length of a viewing direction, as a share of the side
 CHART = (640, 260)
 SHOWN = 3000  # frames, targets or rows of a report at most: 50,000 would take 12 MB
+TIMELINE = 10  # margin of the timeline of sharpness
 LEFT, BOTTOM = 46, 34  # room for the chart's labels
 
 
@@ -98,4 +99,25 @@ def service_chart(curve: np.ndarray) -> str:
     marks.append(f'<polyline points="{path}"/>')
     middle = (LEFT + right) / 2
     marks.append(f'<text class="below" x="{middle}" y="{height - 3}">frames picked</text>')
+    return "\n".join([*marks, "</svg>"])
+
+
+def sharpness_chart(sharpness: np.ndarray, picks: np.ndarray) -> str:
+    """A bar for every frame, the picks' marked."""
+    width, height = CHART[0] * 2, 140
+    tallest = float(sharpness.max()) or 1.0
+    step = (width - 2 * TIMELINE) / len(sharpness)
+    chosen = set(picks.tolist())
+    marks = [
+        f'<svg viewBox="0 0 {width} {height}" class="timeline" role="img" '
+        'aria-label="sharpness of every frame">'
+    ]
+    for frame, value in enumerate(sharpness.tolist()):
+        tall = (height - 2 * TIMELINE) * value / tallest
+        kind = "pick" if frame in chosen else "other"
+        x, y = TIMELINE + frame * step, height - TIMELINE - tall
+        marks.append(
+            f'<rect class="{kind}" x="{x:.1f}" y="{y:.1f}" width="{max(0.8 * step, 0.5):.1f}" '
+            f'height="{tall:.1f}"/>'
+        )
     return "\n".join([*marks, "</svg>"])

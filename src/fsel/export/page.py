@@ -7,14 +7,20 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-from fsel.export.drawings import SHOWN, service_chart, shown, top_view
+from fsel.export.drawings import SHOWN, service_chart, sharpness_chart, shown, top_view
 from fsel.export.record import Outcome, reason
+from fsel.export.scene import turning_view
+from fsel.points import SparsePoints
 
 STYLE = files("fsel.export") / "page.css"
 
 
 def page(
-    outcome: Outcome, picked: Sequence[dict], left: Sequence[dict], pictures: Sequence[bytes]
+    outcome: Outcome,
+    picked: Sequence[dict],
+    left: Sequence[dict],
+    pictures: Sequence[bytes],
+    points: SparsePoints | None = None,
 ) -> str:
     """The whole page.
 
@@ -23,6 +29,7 @@ def page(
         picked: see `fsel.export.record.picked`.
         left: see `fsel.export.record.left`.
         pictures: JPEG files of the picks, in pick order; none where no image was opened.
+        points: sparse points of the scene, where there are any.
     """
     name, curve = escape(outcome.capture.source), outcome.service.curve
     budget = outcome.selection.budget
@@ -35,11 +42,14 @@ def page(
         f"<p>{name}. To be rendered: {escape(outcome.targets.kind)}, "
         f"{len(outcome.targets.views)} views.</p>",
         *([] if budget is None else [f"<p>{escape(reason(budget))}.</p>"]),
+        f"<figure>{turning_view(outcome, points)}<figcaption>Drag to turn, shift and drag to move, "
+        "scroll or pinch to zoom; or use the arrow keys, + and -.</figcaption></figure>",
         '<div class="row">',
         f"<figure>{top_view(outcome)}<figcaption>{_legend(outcome)}</figcaption></figure>",
         f"<figure>{service_chart(curve)}"
         f"<figcaption>Service of the target views: {curve[-1]:.1%}; all frames together give "
         "100%.</figcaption></figure></div>",
+        *_timeline(outcome),
         "<h2>Picks, in order</h2>",
         '<ol class="sheet">',
         *_cards(picked, pictures),
@@ -50,6 +60,17 @@ def page(
         "</tbody></table></body></html>",
     ]
     return "\n".join(parts)
+
+
+def _timeline(outcome: Outcome) -> list[str]:
+    """The sharpness of every frame, where it was measured."""
+    if outcome.sharpness is None:
+        return []
+    drawing = sharpness_chart(outcome.sharpness, outcome.selection.indices)
+    return [
+        f"<h2>Sharpness</h2><figure>{drawing}<figcaption>Sharpness of every frame in order of its "
+        "name, picks in orange; of each beside the sharpest.</figcaption></figure>"
+    ]
 
 
 def _legend(outcome: Outcome) -> str:
@@ -73,6 +94,8 @@ def _cards(picked: Sequence[dict], pictures: Sequence[bytes]) -> list[str]:
         facts = [f"adds {entry['adds']:.1%}"]
         if entry["sharpness_rank"] is not None:
             facts.append(f"sharpness rank {entry['sharpness_rank']}")
+        if entry.get("blurred"):
+            facts.append('<span class="badge">blurred</span>')
         cards.append(
             f"<li>{image}<b>{entry['order']}</b> {name}<br><small>{', '.join(facts)}</small></li>"
         )

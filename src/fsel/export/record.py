@@ -14,7 +14,7 @@ from fsel.api import Selection
 from fsel.capture import Capture
 from fsel.export.service import BLURRED, Service, closest_pick, relative_sharpness, service_of
 from fsel.request.budget import Budget
-from fsel.request.targets import Targets
+from fsel.request.targets import ALL, MOST_VIEWS, Targets
 
 PACKAGES = ("fsel", "numpy", "pycolmap")
 
@@ -38,15 +38,26 @@ class Outcome:
     @cached_property
     def service(self) -> Service:
         """Of the targets by the picks."""
-        pool = self.targets.pool(self.capture)
-        return service_of(self.capture, self.targets.views, pool, self.selection.indices)
+        pool, views = self.targets.pool(self.capture), self.targets.views
+        if self.targets.kind == ALL:
+            views = self.capture.view(self.served)
+        return service_of(self.capture, views, pool, self.selection.indices)
+
+    @cached_property
+    def served(self) -> np.ndarray:
+        """(T,) frames that service is measured at where the whole capture is asked for: at the few
+        views that stand for it, the curve would bend at their number."""
+        count = len(self.capture)
+        drawn = np.linspace(0, count - 1, min(count, MOST_VIEWS))
+        return np.unique(drawn.round().astype(np.int64))
 
 
 def picked(outcome: Outcome) -> list[dict]:
     """One entry a pick, in pick order."""
     capture, selection, service = outcome.capture, outcome.selection, outcome.service
-    held = outcome.targets.frames
+    known = outcome.served if outcome.targets.kind == ALL else outcome.targets.frames
     ranks = _sharpness_ranks(outcome.sharpness)
+    blurred = None if outcome.sharpness is None else relative_sharpness(outcome.sharpness) < BLURRED
     entries = []
     for order, frame in enumerate(selection.indices):
         view = int(service.nearest_view[order])
@@ -59,8 +70,9 @@ def picked(outcome: Outcome) -> list[dict]:
                 "score": score if np.isfinite(score) else None,
                 "service": round(float(service.curve[order]), 6),
                 "adds": round(float(service.gain[order]), 6),
-                "nearest_target": capture.names[held[view]] if len(held) else view,
+                "nearest_target": capture.names[known[view]] if len(known) else view,
                 "sharpness_rank": int(ranks[frame]) if ranks is not None else None,
+                "blurred": bool(blurred[frame]) if blurred is not None else None,
             }
         )
     return entries
@@ -79,7 +91,7 @@ def left(outcome: Outcome) -> list[dict]:
         if frame not in adds:
             reason = _left_out(outcome.targets, frame)
         elif relative is not None and relative[frame] < BLURRED:
-            reason = f"blurred: {relative[frame]:.0%} of its neighbours' sharpness"
+            reason = f"near {near}; {relative[frame]:.0%} as sharp as its neighbours"
         else:
             reason = f"near {near}; would add {adds[frame]:.2%} service"
         entries.append({"name": capture.names[frame], "reason": reason, "closest_pick": near})

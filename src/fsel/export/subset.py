@@ -14,6 +14,7 @@ from fsel.layouts import images
 from fsel.layouts.base import RawCapture, RawPoints
 from fsel.layouts.opening import Opened
 from fsel.layouts.recording import Camera
+from fsel.points import SparsePoints
 
 TRAIN, TEST = "train", "test"
 SPLIT = "transforms_split.json"  # of both folders, for nerfstudio, which reads the lists in it
@@ -51,7 +52,9 @@ def check_cameras(raw: RawCapture) -> None:
             )
 
 
-def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, form: Form) -> None:
+def write(
+    stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, form: Form
+) -> SparsePoints:
     """Write the picks as a capture; with held-out frames, `train` and `test`, a capture each.
 
     Trainers that hold frames out by themselves, or that ignore the lists of transforms.json, then
@@ -66,6 +69,9 @@ def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, form
         held: (F,) frames to evaluate on.
         form: how.
 
+    Returns:
+        The points that were written.
+
     Raises:
         ValueError: for a frame whose name leads out of the folder, or an unreadable image.
     """
@@ -75,7 +81,7 @@ def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, form
     points = cloud.cloud_of(opened, used, train, form.points)
     if not kept_back:
         _written(stage, opened.raw, train, used, cameras, points, form)
-        return
+        return points.without_pixels()
     parts = []
     for folder, frames in ((TRAIN, train), (TEST, kept_back)):
         part = _written(stage / folder, opened.raw, frames, used, cameras, points, form)
@@ -84,6 +90,7 @@ def write(stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, form
     content = transforms(parts, len(points.xyz) > 0)
     keys = ("train_filenames", "val_filenames", "test_filenames")
     write_json(content | dict(zip(keys, (*lists, lists[1]), strict=True)), stage / SPLIT)
+    return points.without_pixels()
 
 
 def _written(
