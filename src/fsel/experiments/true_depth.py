@@ -41,7 +41,7 @@ def true_depth(
         )
     poses = shot.poses(np.zeros(recorded))[[rows[name] for name in stems]]
     centers = camera_centers(poses)
-    unit = _unit(capture, centers)
+    unit = unit_of(capture, centers)
     width, height = capture.size
     depth = np.empty((len(frames), height, width))
     for t, frame in enumerate(frames):
@@ -50,7 +50,7 @@ def true_depth(
     return unit * depth
 
 
-def _unit(capture: Capture, centers: np.ndarray) -> float:
+def unit_of(capture: Capture, centers: np.ndarray) -> float:
     """World units a metre: structure from motion has its own, which the cameras' spread tells."""
     found, true = (
         np.linalg.norm(points - points.mean(axis=0), axis=1)

@@ -1,0 +1,216 @@
+"""Selecting without being told what will be rendered, on held-out frames and off the path."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.capture import Capture
+from fsel.evaluation import Evaluator
+from fsel.experiments.beside import views_beside
+from fsel.files import write_table, write_text
+from fsel.measuring import draw_chance, picks_at, runs
+from fsel.methods import METHODS
+from fsel.problem import Problem
+from fsel.reconstruct import Reconstructor, reconstructor_of
+from fsel.report.captions import made_by
+from fsel.report.figures import save
+from fsel.report.latex import plain_table
+from fsel.report.numbers import write_csv
+from fsel.report.statistics import of_places
+from fsel.report.sweep import of_scenes
+from fsel.request.problem import request_problem
+from fsel.request.targets import targets_of
+
+logger = logging.getLogger(__name__)
+
+EVERY = 8  # one frame in so many is held out, as in the common protocol
+STARTS = (0, 2, 4, 6)  # the first of them, in turn
+BESIDE = 24  # true views off the path of an embedded capture
+REFERENCE = "uniform"
+COMPARED = (REFERENCE, "fvs", "kmedoids", "facility", "long_lrm", "fsel")
+TOLD = "told"  # `fsel` told of the held-out frames
+LABELS = {**{name: METHODS[name].label for name in COMPARED}, TOLD: "fsel, told"}
+HELD, OFF = "held_out", "off_path"
+TITLES = {HELD: "held-out frames", OFF: "views off the path"}
+UNITS = {"psnr": "dB"}
+KEYS = ["views", "start", "method", "k"]
+
+
+def evaluate_untold(
+    folder: str | Path,
+    evaluation: str | Path,
+    *,
+    generated: Mapping | None,
+    budgets: Sequence[int],
+    seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What every method's picks are worth where nobody said what will be rendered.
+
+    Args:
+        folder: a canonical capture with its descriptors.
+        evaluation: receives views (`held_out`, `off_path`), start, method, seed, k, psnr, ssim.
+        generated: family, seed and frames of an embedded capture, whose views off the path are
+            cast; None for others.
+        budgets: frames to pick; those that a capture has not enough frames for are left out.
+        seed: of the scene.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    capture = Capture.load(folder)
+    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    reconstructor = reconstructor_of(capture, reconstruction)
+    beside = _beside(reconstructor, generated)
+    rows = []
+    for start in STARTS:
+        held = np.arange(start, len(capture), EVERY)
+        judges = {HELD: Evaluator.on_frames(reconstructor, held)} | beside
+        for method, made, k, frames in _picks(capture, described, held, budgets, seed, start):
+            head = {"start": start, "method": method, "seed": made, "k": k}
+            for views, judge in judges.items():
+                psnr, ssim, _ = judge(frames)
+                rows.append({"views": views, **head, "psnr": psnr, "ssim": ssim})
+        logger.info("every eighth frame from %d held out: %d rows", start, len(rows))
+    write_table(pd.DataFrame(rows), evaluation, units=UNITS, config=config)
+
+
+def _beside(reconstructor: Reconstructor, generated: Mapping | None) -> dict[str, Evaluator]:
+    if generated is None:
+        return {}
+    views, truth = views_beside(reconstructor.capture, BESIDE, **generated)
+    return {OFF: Evaluator(reconstructor, np.arange(BESIDE), views, truth)}
+
+
+def _picks(
+    capture: Capture,
+    described: pd.DataFrame,
+    held: np.ndarray,
+    budgets: Sequence[int],
+    seed: int,
+    start: int,
+) -> Iterator[tuple[str, int, int, np.ndarray]]:
+    """method, seed, k and frames of the capture; what is held out is not in what is selected from,
+    but for `told`."""
+    seen = np.setdiff1d(np.arange(len(capture)), held)
+    left, known = capture.subset(seen), described.iloc[seen]
+    asked = [k for k in budgets if k < len(seen)]
+    problem = _problem(left, None, known)
+    for run in runs([METHODS[name] for name in COMPARED]):
+        for made in picks_at(problem, run, asked, draw_chance(seed, start)):
+            yield run.method.name, run.seed, made.k, seen[made.frames]
+    told = _problem(capture, held, described)
+    for made in picks_at(told, runs([METHODS["fsel"]])[0], asked, draw_chance(seed, start)):
+        yield TOLD, 0, made.k, made.frames
+
+
+def _problem(capture: Capture, held: np.ndarray | None, described: pd.DataFrame) -> Problem:
+    sharpness = described["sharpness"].to_numpy(np.float64)
+    descriptors = np.stack(described["descriptor"].to_list()).astype(np.float32)
+    return request_problem(capture, targets_of(capture, held), sharpness, None, descriptors)
+
+
+def untold(
+    evaluations: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    figures: Sequence[str | Path],
+    *,
+    scenes: Sequence[tuple[str, str]],
+    facts: Mapping,
+) -> None:
+    """PSNR without a request, by method and budget, with the difference from every n-th frame.
+
+    Args:
+        evaluations: what `evaluate_untold` wrote, one a scene.
+        table, numbers: receive LaTeX, and the columns of `compared`.
+        figures: receive the differences against K.
+        scenes: dataset and scene of each.
+        facts: see `captions.made_by`.
+    """
+    rows = pd.concat(
+        pd.read_parquet(item["path"]).assign(scene=f"{item['dataset']}/{item['scene']}")
+        for item in of_scenes(scenes, evaluations)
+    )
+    found = compared(rows)
+    write_csv(found, numbers)
+    parts = [_table(part, views, facts) for views, part in found.groupby("views", sort=True)]
+    write_text("\n".join(parts), table)
+    _draw(found, figures)
+
+
+def compared(rows: pd.DataFrame) -> pd.DataFrame:
+    """views, method, k, n (scenes), psnr, gain over uniform, its ci_low and ci_high, and least and
+    most gain of a scene.
+
+    Args:
+        rows: of all scenes, what `evaluate_untold` wrote with the column scene.
+    """
+    each = rows.groupby(["views", "k", "method", "scene"])["psnr"].mean()
+    out = []
+    for (views, k), part in each.groupby(level=["views", "k"]):
+        cells = part.droplevel(["views", "k"]).unstack("method")
+        for method in [name for name in LABELS if name in cells]:
+            gain = (cells[method] - cells[REFERENCE]).to_numpy()
+            interval = of_places(gain)
+            out.append(
+                {
+                    "views": views,
+                    "method": method,
+                    "k": k,
+                    "n": len(cells),
+                    "psnr": cells[method].mean(),
+                    "gain": interval.mean,
+                    "ci_low": interval.low,
+                    "ci_high": interval.high,
+                    "least": gain.min(),
+                    "most": gain.max(),
+                }
+            )
+    return pd.DataFrame(out)
+
+
+def _table(found: pd.DataFrame, views: str, facts: Mapping) -> str:
+    budgets = sorted(found["k"].unique())
+    cells = []
+    for method, part in found.groupby("method", sort=False):
+        row = part.set_index("k")
+        texts = []
+        for k in budgets:
+            beyond = row.loc[k, "ci_low"] > 0
+            text = f"{row.loc[k, 'psnr']:.2f} ({row.loc[k, 'gain']:+.2f})"
+            texts.append(rf"\textbf{{{text}}}" if beyond else text)
+        cells.append([LABELS[str(method)], *texts, f"{part['least'].min():+.2f}"])
+    head = ["Selection", *(f"$K={k}$" for k in budgets), "worst"]
+    count = found.groupby("k")["n"].first().to_dict()
+    caption = (
+        rf"\textbf{{Untold, {TITLES[views]}.}} PSNR in dB where nobody says what will be rendered, "
+        "and in brackets the difference from uniform, bold where its 95\\% interval over scenes "
+        f"is above zero; last the worst scene. One frame in {EVERY} is held out and not announced, "
+        f"with {len(STARTS)} beginnings; {TOLD}: \\texttt{{fsel}} is told of them. Scenes by K: "
+        f"{', '.join(f'{k}: {n}' for k, n in count.items())}. {made_by(facts)}"
+    )
+    return plain_table(head, cells, caption=caption, label=f"tab:untold_{views}")
+
+
+def _draw(found: pd.DataFrame, figures: Sequence[str | Path]) -> None:
+    from matplotlib.figure import Figure
+
+    kinds = [views for views in TITLES if (found["views"] == views).any()]
+    figure = Figure(figsize=(3.4 * len(kinds), 3.0), layout="constrained")
+    for axis, views in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
+        part = found[(found["views"] == views) & (found["method"] != REFERENCE)]
+        for method, line in part.groupby("method", sort=False):
+            low, high = line["gain"] - line["ci_low"], line["ci_high"] - line["gain"]
+            reach = np.nan_to_num([low, high])
+            style = {"marker": "o", "markersize": 3, "capsize": 2, "linewidth": 1}
+            axis.errorbar(line["k"], line["gain"], reach, label=str(method), **style)
+        axis.axhline(0, color="0.6", linewidth=0.8)
+        axis.set(title=TITLES[views], xlabel="frames picked", ylabel="dB over uniform")
+    figure.axes[0].legend(fontsize=6)
+    save(figure, figures)

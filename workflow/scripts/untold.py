@@ -1,0 +1,11 @@
+"""Write the table and figure of selections without a request."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.untold import untold
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, untold)
