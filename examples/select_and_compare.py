@@ -1,6 +1,7 @@
 """From a folder of posed images to the frames worth reconstructing from, and what they give.
 
-python examples/select_and_compare.py captures/fox 20
+fsel demo garden -o captures/garden                      # or a capture of your own
+python examples/select_and_compare.py captures/garden 20
 """
 
 import sys

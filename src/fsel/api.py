@@ -102,7 +102,7 @@ def select(
             that two frames do not fit, or targets that make no sense for this capture.
 
     Example:
-        >>> capture = fsel.read_capture("captures/fox")
+        >>> capture = fsel.read_capture("captures/garden")
         >>> fsel.select(capture, 20, targets="every:8").names
     """
     method = method_of(method, weights)
