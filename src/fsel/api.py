@@ -124,6 +124,8 @@ def select(
         frames, scores = ranked(problem, asked)
     swapped = None
     if refine is not None:
+        if len(targets.always):
+            raise ValueError("frames that are always to be selected cannot be swapped: no refine")
         from fsel.request.swaps import refined  # here: most selections reconstruct nothing
 
         patience = refine if isinstance(refine, Refine) else Refine(refine)

@@ -112,8 +112,8 @@ def sharpness_chart(sharpness: np.ndarray, picks: np.ndarray) -> str:
         f'<svg viewBox="0 0 {width} {height}" class="timeline" role="img" '
         'aria-label="sharpness of every frame">'
     ]
-    for frame, value in enumerate(sharpness.tolist()):
-        tall = (height - 2 * TIMELINE) * value / tallest
+    for frame in shown(len(sharpness)):
+        tall = (height - 2 * TIMELINE) * sharpness[frame] / tallest
         kind = "pick" if frame in chosen else "other"
         x, y = TIMELINE + frame * step, height - TIMELINE - tall
         marks.append(
