@@ -31,6 +31,10 @@ use rule evaluate_geometry as evaluate_geometry_further with:
         "<results>/logs/evaluate_geometry/{judge}/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/evaluate_geometry/{judge}/{dataset}/{scene}.jsonl"
+    resources:
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(180),
+        gpu=lambda wildcards: int(needs_gpu(judge_of(wildcards))),
     params:
         reconstruction=judge_of,
         metrics=METRICS,
@@ -54,6 +58,10 @@ use rule measure_costs as measure_costs_further with:
         "<results>/logs/measure_costs/{judge}/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/measure_costs/{judge}/{dataset}/{scene}.jsonl"
+    resources:
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(180),
+        gpu=lambda wildcards: int(needs_gpu(judge_of(wildcards))),
     params:
         budgets=config["budgets"],
         appearance=config["appearance"],
@@ -77,6 +85,10 @@ use rule evaluate_crosscapture as evaluate_crosscapture_further with:
         "<results>/logs/evaluate_crosscapture/{judge}/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/evaluate_crosscapture/{judge}/{dataset}/{scene}.jsonl"
+    resources:
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(180),
+        gpu=lambda wildcards: int(needs_gpu(judge_of(wildcards))),
     params:
         reconstruction=judge_of,
         metrics=METRICS,
@@ -98,6 +110,10 @@ use rule evaluate_objects as evaluate_objects_further with:
         "<results>/logs/evaluate_objects/{judge}/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/evaluate_objects/{judge}/{dataset}/{scene}.jsonl"
+    resources:
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(180),
+        gpu=lambda wildcards: int(needs_gpu(judge_of(wildcards))),
     params:
         targets=config["targets"],
         seed=lambda wildcards: scene_seed(wildcards, "objects"),

@@ -80,6 +80,7 @@ rule qualitative:
     resources:
         mem_mb=per_capture(4000),
         runtime=per_capture(60),
+        gpu=lambda wildcards: int(needs_gpu(pictured())),
     params:
         methods=VIEWED,
         views=3,
@@ -152,6 +153,7 @@ rule real_world:
     resources:
         mem_mb=per_capture(4000),
         runtime=per_capture(60),
+        gpu=lambda wildcards: int(needs_gpu(pictured())),
     params:
         methods=VIEWED,
         views=3,
