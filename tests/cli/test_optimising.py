@@ -115,7 +115,8 @@ def test_those_that_write_a_ply_are_those_whose_models_do(capture):
         "gaussians": {"steps": 1, "gaussians": 50},
         "radiance_field": {"sides": [8], "steps": [1], "rays": 32},
     }
-    assert set(RECONSTRUCTORS) - set(quick) == {"feed_forward", "external"}  # ask for more than this
+    # the others ask for a package, or for a program
+    assert set(RECONSTRUCTORS) - set(quick) == {"feed_forward", "external"}
     whole = fsel.read_capture(capture, long_side=16)
     for name, settings in quick.items():
         model = fsel.fit(whole, [1, 2, 3], name, **settings)
