@@ -41,6 +41,7 @@ include: "workflow/rules/numerics.smk"
 include: "workflow/rules/trials.smk"
 include: "workflow/rules/objects.smk"
 include: "workflow/rules/poses.smk"
+include: "workflow/rules/pose_sources.smk"
 include: "workflow/rules/paper.smk"
 include: "workflow/rules/pictures.smk"
 include: "workflow/rules/judges.smk"
@@ -52,6 +53,8 @@ include: "workflow/rules/untold.smk"
 rule all:
     default_target: True
     input:
+        # all of it, or nothing: `paper` goes without datasets that are not there
+        complete,
         "<tables>/ksweep.tex",
         "<figures>/heatmap.pdf",
         collect("<tables>/{judge}/ksweep.tex", judge=FURTHER),

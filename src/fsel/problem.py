@@ -37,6 +37,8 @@ class Problem:
             methods that score frames one by one look at it.
         whole: whether the targets stand for the whole capture, nobody having said what will be
             rendered.
+        proxies_free: whether proxies may be picked by methods that pick observed frames, as in the
+            paper its baselines may.
     """
 
     capture: Capture
@@ -48,6 +50,7 @@ class Problem:
     focus: np.ndarray | None = None
     given: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
     whole: bool = False
+    proxies_free: bool = True
 
     @classmethod
     def of(cls, capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
@@ -76,7 +79,9 @@ class Problem:
 
     @cached_property
     def observed(self) -> np.ndarray:
-        """(P + O,) int64 every frame whose image may be used, ascending."""
+        """(P + O,) int64 every frame that may be picked, ascending; (P,) without free proxies."""
+        if not self.proxies_free:
+            return self.candidates
         return np.union1d(self.candidates, self.proxies)
 
     @property

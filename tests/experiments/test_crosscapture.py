@@ -15,6 +15,8 @@ from fsel.experiments.crosscapture import (
     crosscapture,
     evaluate_crosscapture,
     select_crosscapture,
+    thinned,
+    trials,
 )
 from fsel.metrics import METRICS
 from fsel.report.summary import leaders
@@ -88,13 +90,14 @@ def test_every_pass_is_held_out_once(tmp_path):
     Capture(made.names, made.world_to_camera, camera, made.images, passes).save(tmp_path)
     describe(tmp_path, tmp_path / "descriptors.parquet", kind="lab_hog", weights=None, config="c")
     picks = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
+    protocol = {"held_out": [], "every": 1, "targets": None, "draws": 3, "seed": 1}
     for path in picks:
-        select_crosscapture(tmp_path, [], path, budgets=[4, 8], seed=1, config="c")
+        select_crosscapture(tmp_path, [], path, **protocol, budgets=[4, 8], config="c")
     once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
     pd.testing.assert_frame_equal(once, again)
     output = tmp_path / "measured.parquet"
     settings = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr", "gmsd"]}
-    evaluate_crosscapture(tmp_path, picks[0], output, **settings, config="c")
+    evaluate_crosscapture(tmp_path, picks[0], output, **protocol, **settings, config="c")
     table = pd.read_parquet(output)
     assert "gmsd" in table
     assert "ssim" not in table
@@ -107,26 +110,58 @@ def test_every_pass_is_held_out_once(tmp_path):
         assert held_out not in np.array(passes)[part["frame"]]
 
 
-def test_each_room_and_pass_counts_once(tmp_path):
-    rows = []
-    for held_out, psnr in (("p", 20.0), ("q", 23.0), ("r", 26.0)):
-        for name in SHOWN:
-            better = 1.0 if name == "fsel" else 0.0
-            # unequal numbers of targets must not weigh a pass
-            for target in range(1 if held_out == "p" else 5):
-                values = (psnr + better, 0.5 + better / 10, 0.2 - better / 10)
-                rows.append((held_out, name, 0, 8, target, *values))
-    path = tmp_path / "m.parquet"
-    columns = ["held_out", "method", "seed", "k", "target", *METRICS]
-    pd.DataFrame(rows, columns=columns).to_parquet(path)
+def test_a_sequence_split_holds_all_its_passes_back_and_draws_targets(tmp_path):
+    capture = in_passes({"a": 20, "b": 20, "c": 20, "d": 20})
+    kept = thinned(capture.sequences, 2)
+    np.testing.assert_array_equal(kept, np.arange(0, 80, 2))
+    part = capture.subset(kept)
+    made = list(trials(part, ["b", "d"], 3, 2, seed=5))
+    assert [(t.held_out, t.draw) for t in made] == [("b", 0), ("b", 1), ("d", 0), ("d", 1)]
+    of = np.array(part.sequences)
+    for trial in made:
+        split = trial.split
+        assert len(split.targets) == len(split.proxies) == 3
+        assert set(of[split.targets]) == {trial.held_out}
+        assert set(of[np.union1d(split.candidates, split.proxies)]) == {"a", "c"}
+        assert len(split.candidates) + 3 == 20
+        near = cross_split(part, trial.held_out, others=["b", "d"]).targets
+        assert set(split.targets) < set(near)
+    assert set(made[0].split.targets) != set(made[1].split.targets)
+    with pytest.raises(ValueError, match=r"held_out has \['e'\]; its passes are \['a', 'b'"):
+        list(trials(part, ["e"], 3, 1, seed=5))
+    with pytest.raises(ValueError, match="5 in the half of it that targets come from, for 6"):
+        list(trials(part, ["b"], 6, 1, seed=5))
+
+
+def test_frames_are_thinned_within_each_pass():
+    np.testing.assert_array_equal(thinned(tuple("aaaabbbbb"), 3), [0, 3, 4, 7])
+
+
+def test_passes_of_a_room_are_one_place(tmp_path):
+    """Two rooms: three passes in one, one in the other; each room counts once."""
+    rooms = {"one": (("p", 20.0), ("q", 23.0), ("r", 26.0)), "two": (("p", 30.0),)}
+    columns = ["held_out", "draw", "method", "seed", "k", "target", *METRICS]
+    paths = []
+    for room, measured in rooms.items():
+        rows = []
+        for held_out, psnr in measured:
+            for name in SHOWN:
+                better = 1.0 if name == "fsel" else 0.0
+                # unequal numbers of targets must not weigh a pass
+                for target in range(1 if held_out == "p" else 5):
+                    values = (psnr + better, 0.5 + better / 10, 0.2 - better / 10)
+                    rows.append((held_out, 0, name, 0, 8, target, *values))
+        paths.append(tmp_path / f"{room}.parquet")
+        pd.DataFrame(rows, columns=columns).to_parquet(paths[-1])
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"scenes": [("d", "room")], "budgets": [8]}
-    crosscapture([path], *outputs, **settings, metrics=METRICS, facts=FACTS)
+    settings = {"scenes": [("d", "one"), ("d", "two")], "budgets": [8]}
+    crosscapture(paths, *outputs, **settings, metrics=METRICS, facts=FACTS)
     numbers = pd.read_csv(outputs[1]).query("metric == 'psnr'").set_index("method")
-    assert numbers.loc[["fvs", "fsel"], "mean"].tolist() == [23.0, 24.0]
-    assert numbers["n"].unique().tolist() == [3]
+    assert numbers.loc[["fvs", "fsel"], "mean"].tolist() == [26.5, 27.5]
+    assert numbers["n"].unique().tolist() == [2]
     assert numbers.index[numbers["leads"]].tolist() == ["fsel"]
     text = outputs[0].read_text()
-    assert r"\textbf{fsel} & \textbf{24.00} & \textbf{.600} & \textbf{.100} \\" in text
-    assert r"FVS & 23.00 & .500 & .200 \\" in text
+    assert r"\textbf{fsel} & \textbf{27.50} & \textbf{.600} & \textbf{.100} \\" in text
+    assert r"FVS & 26.50 & .500 & .200 \\" in text
     assert r"\multicolumn{3}{c}{$K{=}8$}" in text
+    assert "4 pairs of room and held-out pass, averaged within each of 2 rooms" in text

@@ -1,5 +1,6 @@
 """The workflow's door to data: fetched, on disk, missing or damaged."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from layout_recordings import recording
 from fsel.layouts import LAYOUTS
 
 ROOT = Path(__file__).parents[2]
+PAPER_RULES = (ROOT / "workflow" / "rules" / "paper.smk").read_text().split("PAPER = {")[1]
 PAPER = yaml.safe_load((ROOT / "config" / "paper.yaml").read_text())
 
 
@@ -88,33 +90,79 @@ def test_scenes_are_fetched_unpacked_and_read_once(tmp_path, served):
 def test_the_paper_s_config_says_which_roots_are_missing(tmp_path):
     text = refusal(tmp_path, ROOT / "config" / "paper.yaml")
     unset = [name for name, entry in PAPER["datasets"].items() if "root" in entry]
-    assert len(unset) == 4
+    assert len(unset) == 6
     for name in unset:
         assert f"datasets.{name}.root is not set; http" in text
 
 
-def test_the_paper_s_config_plans_the_whole_experiment(tmp_path):
+def paper_config(folder, absent=()):
+    """The paper's config over folders of the right shape, those of some datasets left out."""
     config = yaml.safe_load((ROOT / "config" / "paper.yaml").read_text())
-    numbers = Counter()
     for name, entry in config["datasets"].items():
+        if "root" not in entry or name in absent:
+            continue
+        entry["root"], scenes = name, entry["scenes"]
+        found = scenes if isinstance(scenes, list) else range(sum(scenes.values()))
+        for scene in found:
+            (folder / name / str(scene)).mkdir(parents=True)
+        if name == "scannet":
+            entry["reading"] = {"instance": {str(scene): 1 for scene in found}}
+        if name == config["pose_sources"]["dataset"]:
+            for scene in range(scenes["evaluation"]):
+                (folder / name / str(scene) / config["pose_sources"]["model"]).mkdir(parents=True)
+    (folder / "paper.yaml").write_text(yaml.safe_dump(config))
+    return folder / "paper.yaml"
+
+
+def test_the_paper_s_config_plans_the_sweep(tmp_path):
+    numbers = Counter()
+    for entry in PAPER["datasets"].values():
         scenes = entry["scenes"]
-        counts = {"evaluation": len(scenes)} if isinstance(scenes, list) else scenes
-        numbers.update(counts)
-        if "root" in entry:
-            entry["root"] = name
-            found = scenes if isinstance(scenes, list) else range(sum(counts.values()))
-            for scene in found:
-                (tmp_path / name / str(scene)).mkdir(parents=True)
-    # the paper's Table of scene counts: 21, 6, 9, 30, 30, 7
-    assert numbers == {"evaluation": 103, "validation": 20, "train": 70}
-    (tmp_path / "paper.yaml").write_text(yaml.safe_dump(config))
-    jobs = planned(dry_run(tmp_path, tmp_path / "paper.yaml"))
+        numbers.update({"evaluation": len(scenes)} if isinstance(scenes, list) else scenes)
+    # the paper's tables of scene counts: 21, 6, 9, 30, 30, 7; 30 of ScanNet++ for features; objects
+    assert numbers == {"evaluation": 103, "validation": 50, "train": 70, "object": 20}
+    jobs = planned(dry_run(tmp_path, paper_config(tmp_path)))
     assert jobs["ingest"] == 193
     assert jobs["label"] == 90
     assert jobs["select"] == jobs["evaluate"] == 103
+    assert jobs["search_oracle"] == 21
     assert jobs["unpack"] == 16
     assert jobs["download"] == 9
-    assert "generate" not in jobs
+    assert not {"generate", "refine"} & set(jobs)
+
+
+def test_the_paper_s_config_plans_every_table(tmp_path):
+    result = dry_run(tmp_path, paper_config(tmp_path), "paper")
+    jobs = planned(result)
+    text = result.stdout + result.stderr
+    assert "can be made" not in text
+    tables = set(re.findall(r"<tables>/(\w+)\.tex", PAPER_RULES))
+    assert tables <= set(jobs)
+    assert len(tables) >= 12
+    assert jobs["select_crosscapture"] == 6
+    assert jobs["select_objects"] == 20
+    assert jobs["select_paired"] == jobs["evaluate_paired"] == 21
+    assert jobs["evaluate_trials"] == 30 + 21
+    assert jobs["qualitative"] == 6
+    assert "refine" not in jobs
+
+
+def test_what_cannot_be_made_of_the_paper_is_listed_and_blocks_nothing_else(tmp_path):
+    config = paper_config(tmp_path, absent=["tanks_and_temples", "scannet", "co3d", "scannetpp"])
+    result = dry_run(tmp_path, config, "paper")
+    jobs = planned(result)
+    text = result.stdout + result.stderr
+    assert not {"objectcentric", "feature_sweep"} & set(jobs)
+    assert {"crosscapture", "pose_sources", "handsign", "scorer_arch"} <= set(jobs)
+    assert jobs["qualitative"] == 4
+    for part in (
+        "left out: datasets.scannetpp.root is not set; http",
+        "not made: objectcentric.tex: no dataset has `object` scenes",
+        "not made: feature_sweep.tex: trials.scenes.feature_sweep is",
+    ):
+        assert text.count(part) == 1, part
+    # the sweep is of all datasets, or refused
+    assert "datasets.scannetpp.root is not set" in refusal(tmp_path, config)
 
 
 def test_counted_scenes_are_disjoint_and_in_natural_order(tmp_path):

@@ -13,7 +13,7 @@ rule select_curves:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        weights="<results>/selector/fsel/seed0.json",
+        weights=FSEL[0],
         lib=library("select_curves"),
     output:
         picks="<results>/{dataset}/{scene}/curves_picks.parquet",
@@ -100,7 +100,7 @@ rule select_budgets:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        weights="<results>/selector/fsel/seed0.json",
+        weights=FSEL[0],
         record="<results>/selector/budget.json",
         lib=library("select_budgets"),
     output:

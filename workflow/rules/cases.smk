@@ -70,23 +70,34 @@ def trial_budget(table):
     return budget_near({"feature_sweep": 30, "scorer_arch": 20}[table])
 
 
-def validation_scenes():
-    """(dataset, scene) of every validation scene."""
+def trial_scenes(table):
+    """(dataset, scene) of every scene that a table's rows are compared on."""
+    named = config["trials"]["scenes"][table]
+    if named:
+        found = [
+            (d, s) for d, r in named.items() if d not in MISSING for s in scenes(d, r)
+        ]
+        if not found:
+            refuse(
+                f"trials.scenes.{table} is {named}, of which no scene is there",
+                "leave it out for the validation scenes of all datasets",
+            )
+        return found
     found = [(d, s) for d in config["datasets"] for s in scenes(d, "validation")]
     if not found:
         refuse(
             "no dataset has validation scenes",
-            "features and scorers are compared on them, never on evaluation scenes",
+            "features and scorers are compared on them unless trials.scenes says otherwise",
         )
     return found
 
 
-def of_validation_scenes(name, draws=()):
-    """Input function: a file of every validation scene, or of each of its draws."""
+def of_trial_scenes(name, draws=(), table=None):
+    """Input function: a file of every scene of a table, or of each of its draws."""
     middle = [f"draw{n}/" for n in draws] or [""]
     return lambda wildcards: [
         f"<results>/{d}/{s}/{part}{name}"
-        for d, s in validation_scenes()
+        for d, s in trial_scenes(table or wildcards.table)
         for part in middle
     ]
 
@@ -98,7 +109,7 @@ def of_trials(table):
     ]
 
 
-def trial_facts():
-    """What the captions of both tables tell."""
-    names = list(dict.fromkeys(d for d, _ in validation_scenes()))
+def trial_facts(table):
+    """What a table's caption tells."""
+    names = list(dict.fromkeys(d for d, _ in trial_scenes(table)))
     return facts(names) | {"epochs": config["trials"]["epochs"]}

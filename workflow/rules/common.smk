@@ -69,6 +69,12 @@ LABELLED_BY = config["search"].pop("reconstruction") or config["reconstruction"]
 LABELLED_BY = {k: v for k, v in LABELLED_BY.items() if k != "as"}
 
 
+# `paper` and tables asked for by name go without datasets that are not there; `all` refuses
+CONFIGURED = dict(config["datasets"])
+MISSING = missing_roots()
+config["datasets"] = {n: d for n, d in CONFIGURED.items() if n not in MISSING}
+
+
 def scenes(dataset, role):
     """Names of a dataset's scenes with a role, in order."""
     entry = config["datasets"][dataset]["scenes"]
@@ -178,10 +184,11 @@ def check_folders(where, root, named):
 
 def check_experiment():
     """Refuse what would only fail after hours of work."""
-    check_roots()
+    trained = config["training"]["dataset"]
+    if trained in MISSING or not config["datasets"]:
+        check_roots()
     for name, dataset in config["datasets"].items():
         check_dataset(name, dataset)
-    trained = config["training"]["dataset"]
     if trained not in config["datasets"] or not scenes(trained, "train"):
         refuse(
             f"training.dataset is {trained!r}, which has no `train` scenes among the datasets "
@@ -213,6 +220,13 @@ def check_experiment():
                 )
 
 
+def complete(wildcards):
+    """Input function of no file: refuses to go without a dataset of the config."""
+    if MISSING:
+        check_roots()
+    return []
+
+
 def frames_needed(role):
     """Least frames of a scene: targets, their proxies, and candidates for the largest budget."""
     if role == "evaluation":
@@ -225,6 +239,8 @@ def frames_needed(role):
         2 * max(4, int(0.15 * max(config["coverages"]) + 0.5)) + config["search"]["k"]
     )
     refinement = config["refinement"]
+    if not refinement["seeds"]:
+        return labels
     return max(labels, 2 * refinement["targets"] + max(refinement["budgets"]))
 
 
@@ -282,6 +298,17 @@ def labels():
     }
 
 
+def shared_places():
+    """dataset/scene -> place of evaluation scenes that may share one with another."""
+    found = {}
+    for d, s in evaluation_scenes():
+        given = config["datasets"][d].get("places", {})
+        shared = f"{given}/{s}" if isinstance(given, str) else given.get(s)
+        if shared is not None:
+            found[f"{d}/{s}"] = shared
+    return found
+
+
 def facts(names=None):
     """What a caption tells of the captures (of some datasets; of all without) and the settings."""
     names = labels() if names is None else names
@@ -294,29 +321,44 @@ def facts(names=None):
         "search_k": config["search"]["k"],
         "draws": config["draws"],
         "oracle_draws": config["oracle"]["draws"],
+        "places": shared_places(),
         "oracle_dataset": config["datasets"][config["training"]["dataset"]]["label"],
     }
 
 
-def places():
-    """(dataset, scene) of the evaluation scenes filmed in several passes, if any."""
-    return [
-        (name, scene)
-        for name, scene in evaluation_scenes()
-        if config["datasets"][name].get(
-            "passes", config["datasets"][name]["layout"] == "seven_scenes"
+def rooms():
+    """(dataset, scene) of the evaluation scenes filmed in several passes."""
+    held_out = config["crosscapture"]["held_out"]
+    found = [
+        (d, s)
+        for d, s in evaluation_scenes()
+        if (
+            s in held_out.get(d, {})
+            if held_out
+            else config["datasets"][d].get(
+                "passes", config["datasets"][d]["layout"] == "seven_scenes"
+            )
         )
     ]
-
-
-def rooms():
-    """Those of `places`; without any, the experiment is refused."""
-    if not places():
+    asked = {f"{d}/{s}" for d in held_out for s in held_out[d] if d not in MISSING}
+    if unknown := sorted(asked - {"/".join(room) for room in found}):
+        refuse(
+            f"crosscapture.held_out: {unknown} are no evaluation scenes",
+            "it names datasets, their scenes, and passes of each",
+        )
+    if not found:
         refuse(
             "no dataset with evaluation scenes was filmed in several passes",
-            "the cross-capture experiment needs layout seven_scenes, or a dataset with `passes: true`",
+            "the cross-capture experiment needs layout seven_scenes, a dataset with `passes: true`, "
+            "or crosscapture.held_out",
         )
-    return places()
+    return found
+
+
+def passes(wildcards):
+    """The passes of a room that are held out in turn; none for each of all."""
+    named = config["crosscapture"]["held_out"].get(wildcards.dataset, {})
+    return named.get(wildcards.scene, [])
 
 
 def object_scenes():
@@ -344,6 +386,39 @@ def datasets_with_objects():
 def of_rooms(name):
     """Input function: a file of every room."""
     return lambda wildcards: [f"<results>/{d}/{s}/{name}" for d, s in rooms()]
+
+
+def posed_twice():
+    """(dataset, scene) of the evaluation scenes with a second source of poses."""
+    named = config["pose_sources"]["dataset"]
+    if named is None or named in MISSING:
+        refuse(
+            f"pose_sources.dataset is {named}"
+            + (", which is not there" if named else ""),
+            "name a dataset on disk, and in `model` the folder of a COLMAP model inside each "
+            "scene, such as another estimator's export",
+        )
+    if "root" not in config["datasets"].get(named, {}):
+        refuse(
+            f"pose_sources.dataset is {named!r}, no dataset with a `root`",
+            "a second source of poses is a folder inside each scene",
+        )
+    model, root = config["pose_sources"]["model"], config["datasets"][named]["root"]
+    found = scenes(named, "evaluation")
+    if missing := [s for s in found if not Path(root, s, model).is_dir()]:
+        refuse(
+            f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(found)} scenes "
+            f"of {named}: {missing[:3]}",
+            "export the second source's poses as a COLMAP model there",
+        )
+    return [(named, scene) for scene in found]
+
+
+def of_posed_twice(name):
+    """Input function: a file of every scene with a second source of poses."""
+    return lambda wildcards: [
+        f"<results>/{d}/{s}/sources/{name}" for d, s in posed_twice()
+    ]
 
 
 def held_out_scenes():
@@ -451,11 +526,17 @@ FITNESS = {
 TRAINED = config["training"]["dataset"]
 LABELLED = {s: r for r in ("train", "validation") for s in scenes(TRAINED, r)}
 SEEDS = range(config["training"]["seeds"])
-REFINED = range(config["refinement"]["seeds"])
+# refined here, or the rule that comes with the package
+FSEL = collect(
+    "<results>/selector/fsel/seed{seed}.json",
+    seed=range(config["refinement"]["seeds"]),
+) or [
+    os.path.relpath(Path(workflow.basedir, "src/fsel/selector/weights/fsel.json")),
+]
 SCORERS = [
     *collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
     *collect("<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS),
-    *collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
+    *FSEL,
 ]
 PRACTISED = [
     f"{d}/{s}"

@@ -90,6 +90,9 @@ use rule evaluate_crosscapture as evaluate_crosscapture_further with:
         runtime=per_reconstruction(180),
         gpu=lambda wildcards: int(needs_gpu(judge_of(wildcards))),
     params:
+        **CROSSING,
+        held_out=passes,
+        seed=lambda wildcards: scene_seed(wildcards, "crosscapture"),
         reconstruction=judge_of,
         metrics=METRICS,
     message:

@@ -45,6 +45,11 @@ def compared_budgets(key):
     return asked
 
 
+def compared_everywhere():
+    """Both tables' budgets, refused where picks do not exist."""
+    return [compared_budgets("budgets"), compared_budgets("inputs")]
+
+
 def compared_by(wildcards):
     if wildcards.judge not in compared():
         refuse(

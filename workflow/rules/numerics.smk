@@ -51,7 +51,7 @@ rule precision:
         ),
         weights=[
             "<results>/selector/seed0.safetensors",
-            "<results>/selector/fsel/seed0.json",
+            FSEL[0],
         ],
         trajectories="<results>/trajectories.parquet",
         trained_frames=collect(

@@ -28,7 +28,7 @@ rule select_objects:
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         weights=[
             *collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
-            *collect("<results>/selector/fsel/seed{seed}.json", seed=REFINED),
+            *FSEL,
         ],
         lib=library("select_objects"),
     output:

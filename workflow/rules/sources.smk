@@ -27,19 +27,24 @@ def where_from(dataset):
     return f"; {source['page']}, expected below root: {source['expects']}"
 
 
-def check_roots():
-    """Refuse all roots that are not set or not there together, saying where each comes from."""
-    missing = [
-        f"  datasets.{name}.root {dataset['root'] or 'is not set'}{where_from(dataset)}"
+def missing_roots():
+    """Name -> of each dataset whose root is not set or not there: what is, and where to get it."""
+    return {
+        name: f"datasets.{name}.root {dataset['root'] or 'is not set'}{where_from(dataset)}"
         for name, dataset in config["datasets"].items()
         if "root" in dataset
         and not (dataset["root"] and Path(dataset["root"]).is_dir())
-    ]
-    if missing:
+    }
+
+
+def check_roots():
+    """Refuse all roots that are not set or not there together, saying where each comes from."""
+    if MISSING:
         refuse(
-            f"no folders (from {Path.cwd()}) for {len(missing)} of "
-            f"{len(config['datasets'])} datasets:\n" + "\n".join(missing),
-            "put each dataset there, correct the path, or leave its entry out",
+            f"no folders (from {Path.cwd()}) for {len(MISSING)} of {len(CONFIGURED)} datasets:\n"
+            + "\n".join(f"  {reason}" for reason in MISSING.values()),
+            "put each dataset there, correct the path, or leave its entry out; `snakemake paper` "
+            "makes what can be made without",
         )
 
 

@@ -1,4 +1,4 @@
-"""The paper's scorer with other features, and other scorers, on validation scenes.
+"""The paper's scorer with other features, and other scorers, on the scenes of `trials`.
 
 Inputs: trajectories, canonical captures of the training dataset and of all validation scenes.
 Outputs: <results>/trials/{table}/{trial}.parquet, <results>/{dataset}/{scene}/{table}.parquet,
@@ -19,9 +19,9 @@ rule trial:
             f"<results>/{TRAINED}/{{scene}}/descriptors.parquet", scene=LABELLED
         ),
         splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
-        validation_frames=of_validation_scenes("frames.parquet"),
-        validation_descriptors=of_validation_scenes("descriptors.parquet"),
-        validation_splits=of_validation_scenes("split.parquet", range(config["draws"])),
+        validation_frames=of_trial_scenes("frames.parquet"),
+        validation_descriptors=of_trial_scenes("descriptors.parquet"),
+        validation_splits=of_trial_scenes("split.parquet", range(config["draws"])),
         lib=library("trial"),
     output:
         picks="<results>/trials/{table}/{trial}.parquet",
@@ -41,7 +41,7 @@ rule trial:
         scenes=list(LABELLED),
         problems=lambda wildcards: [
             f"{d}/{s}/draw{n}"
-            for d, s in validation_scenes()
+            for d, s in trial_scenes(wildcards.table)
             for n in range(config["draws"])
         ],
         learning_rate=config["training"]["learning_rate"],
@@ -88,7 +88,7 @@ rule evaluate_trials:
 
 rule feature_sweep:
     input:
-        evaluations=of_validation_scenes("feature_sweep.parquet"),
+        evaluations=of_trial_scenes("feature_sweep.parquet", table="feature_sweep"),
         trials=of_trials("feature_sweep"),
         lib=library("feature_sweep"),
     output:
@@ -116,8 +116,8 @@ rule feature_sweep:
         runtime=growing(10),
     params:
         cases=feature_cases(),
-        scenes=lambda wildcards: validation_scenes(),
-        facts=lambda wildcards: trial_facts(),
+        scenes=lambda wildcards: trial_scenes("feature_sweep"),
+        facts=lambda wildcards: trial_facts("feature_sweep"),
     message:
         "Writing what other features are worth"
     script:
@@ -126,7 +126,7 @@ rule feature_sweep:
 
 rule scorer_arch:
     input:
-        evaluations=of_validation_scenes("scorer_arch.parquet"),
+        evaluations=of_trial_scenes("scorer_arch.parquet", table="scorer_arch"),
         trials=of_trials("scorer_arch"),
         lib=library("scorer_arch"),
     output:
@@ -154,8 +154,8 @@ rule scorer_arch:
         runtime=growing(10),
     params:
         labels={name: scorer["label"] for name, scorer in scorers().items()},
-        scenes=lambda wildcards: validation_scenes(),
-        facts=lambda wildcards: trial_facts(),
+        scenes=lambda wildcards: trial_scenes("scorer_arch"),
+        facts=lambda wildcards: trial_facts("scorer_arch"),
     message:
         "Writing what other scorers are worth"
     script:

@@ -73,8 +73,8 @@ def measure_costs(
             cost = measure_alone(folder, frames, targets, reconstruction)
             rows.append({"method": name, "step": step, "k": k, **cost})
             logger.info("%s", rows[-1])
-    cost = measure_alone(folder, problem.observed, targets, reconstruction)
-    every = {"step": EVERY, "k": len(problem.observed), **cost}
+    cost = measure_alone(folder, problem.candidates, targets, reconstruction)
+    every = {"step": EVERY, "k": len(problem.candidates), **cost}
     rows += [{"method": name, **every} for name in methods]
     write_table(pd.DataFrame(rows), costs, units=UNITS, config=config)
     seconds = selection_seconds(problem, variants, budgets, appearance)
@@ -144,5 +144,5 @@ def saturation(
     """
     means = mean_costs(costs)
     write_csv(means, numbers)
-    text = f"scenes: {len(costs)}, first draw; last point: every frame; {note(facts)}"
+    text = f"scenes: {len(costs)}, first draw; last point: every candidate; {note(facts)}"
     curves.saturation(means, DRAWN, figures, text)

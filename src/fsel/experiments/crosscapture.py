@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -33,33 +34,92 @@ BASELINES = ("random", "uniform", "fvs", "nerf_director", "dpp", "kmedoids", "co
 SHOWN = {**{name: METHODS[name].label for name in BASELINES}, **LEARNED}
 
 
-def cross_split(capture: Capture, held_out: str) -> Split:
+class Trial(NamedTuple):
+    """One measurement: what is asked for, and from which frames."""
+
+    held_out: str
+    draw: int
+    split: Split
+
+
+def cross_split(
+    capture: Capture,
+    held_out: str,
+    *,
+    others: Sequence[str] = (),
+    targets: int | None = None,
+    rng: np.random.Generator | None = None,
+) -> Split:
     """Targets from a held-out pass, proxies and candidates from the others.
 
-    Targets are the half of the held-out pass that is nearest to a frame of another pass; its other
-    half is not used. Each target takes one distinct proxy, minimising the summed distance.
+    Targets come from the half of the held-out pass that is nearest to a frame of the others; its
+    other half is not used. Each target takes one distinct proxy, minimising the summed distance.
 
     Args:
         capture: of several passes.
         held_out: the pass, one of `capture.sequences`.
+        others: further passes of which no frame may be selected.
+        targets: how many are drawn from that half; None for all of it.
+        rng: which draws them.
 
     Raises:
-        ValueError: when the other passes have fewer frames than there are targets.
+        ValueError: when the other passes have fewer frames than there are targets, or the half
+            fewer than are drawn.
     """
-    inside = np.array(capture.sequences) == held_out
-    away, rest = np.flatnonzero(inside), np.flatnonzero(~inside)
-    count = max(1, len(away) // 2)
-    if len(rest) <= count:
+    of = np.array(capture.sequences)
+    away = np.flatnonzero(of == held_out)
+    rest = np.flatnonzero(~np.isin(of, [held_out, *others]))
+    half = max(1, len(away) // 2)
+    count = half if targets is None else targets
+    if len(rest) <= count or half < count:
         raise ValueError(
-            f"{capture.source}: {len(rest)} frames outside {held_out!r} for {count} targets in it. "
-            "Hint: a cross-capture scene needs two or more passes"
+            f"{capture.source}: {len(rest)} frames outside {held_out!r} and {half} in the half of "
+            f"it that targets come from, for {count} targets. Hint: a cross-capture scene needs "
+            "two or more passes"
         )
     centers, axes = capture.centers, capture.axes
     cost = pose_distance(centers[away], axes[away], centers[rest], axes[rest])
-    near = np.sort(np.argsort(cost.min(axis=1), kind="stable")[:count])
-    _, match = linear_sum_assignment(cost[near])
+    near = np.argsort(cost.min(axis=1), kind="stable")[:half]
+    chosen = np.sort(near if rng is None else rng.choice(near, count, replace=False))
+    _, match = linear_sum_assignment(cost[chosen])
     candidates = np.setdiff1d(rest, rest[match])
-    return Split(away[near], rest[match], candidates, candidates)
+    return Split(away[chosen], rest[match], candidates, candidates)
+
+
+def thinned(sequences: Sequence[str], every: int) -> np.ndarray:
+    """(n,) int64 every n-th frame of each pass, its first included, in capture order."""
+    of = np.array(sequences)
+    return np.sort(np.concatenate([np.flatnonzero(of == s)[::every] for s in dict.fromkeys(of)]))
+
+
+def trials(
+    capture: Capture, held_out: Sequence[str], targets: int | None, draws: int, seed: int
+) -> Iterator[Trial]:
+    """What is measured of a room: every held-out pass, and every draw of targets where drawn.
+
+    Args:
+        capture: of several passes.
+        held_out: passes held out in turn, of none of which frames may be selected; without any,
+            each pass in turn, the others being selected from.
+        targets: drawn of each; None for all of the nearer half, in one draw.
+        draws: of targets.
+        seed: of the scene.
+
+    Raises:
+        ValueError: for a pass that is not there, and as `cross_split`.
+    """
+    present = list(dict.fromkeys(capture.sequences))
+    if unknown := [name for name in held_out if name not in present]:
+        raise ValueError(
+            f"{capture.source}: crosscapture.held_out has {unknown}; its passes are {present}"
+        )
+    for name in held_out or present:
+        for draw in range(1 if targets is None else draws):
+            rng = None
+            if targets is not None:
+                rng = np.random.default_rng([seed, 3, name_seed(name), draw])
+            split = cross_split(capture, name, others=held_out, targets=targets, rng=rng)
+            yield Trial(name, draw, split)
 
 
 def select_crosscapture(
@@ -67,35 +127,44 @@ def select_crosscapture(
     weights: Sequence[str | Path],
     picks: str | Path,
     *,
+    held_out: Sequence[str],
+    every: int,
+    targets: int | None,
+    draws: int,
     budgets: Sequence[int],
     seed: int,
     config: str,
 ) -> None:
-    """Every method's picks with every pass of a room held out in turn.
+    """Every method's picks with passes of a room held out in turn.
 
     Args:
         folder: a canonical capture of several passes, with its descriptors.
         weights: scorers of the learned methods.
-        picks: receives held_out and the columns of `fsel.measuring.select`.
+        picks: receives held_out, draw and the columns of `fsel.measuring.select`; frames are
+            numbered as in `thinned`.
+        held_out, targets, draws: see `trials`.
+        every: keep every n-th frame of each pass.
         budgets: frames to pick.
         seed: of the scene.
         config: digest of the parameters.
     """
-    capture = Capture.load(folder)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    whole = Capture.load(folder)
+    kept = thinned(whole.sequences, every)
+    described = pd.read_parquet(Path(folder) / "descriptors.parquet").iloc[kept]
+    capture = whole.subset(kept)
     asked = runs([METHODS[name] for name in BASELINES], weights)
     tables = []
-    for held_out in dict.fromkeys(capture.sequences):
-        problem = Problem.of(capture, cross_split(capture, held_out), described)
-        found = select(problem, asked, budgets, _chance(seed, held_out))
-        tables.append(found.assign(held_out=held_out))
-        logger.info("%s: %d targets held out", held_out, len(problem.targets))
+    for trial in trials(capture, held_out, targets, draws, seed):
+        problem = Problem.of(capture, trial.split, described)
+        found = select(problem, asked, budgets, _chance(seed, trial))
+        tables.append(found.assign(held_out=trial.held_out, draw=trial.draw))
+        logger.info("%s: %d targets held out", trial.held_out, len(problem.targets))
     write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
 
 
-def _chance(seed: int, held_out: str) -> Chance:
+def _chance(seed: int, trial: Trial) -> Chance:
     def of(run: Run, k: int) -> np.random.Generator:
-        return np.random.default_rng([seed, run.seed, name_seed(held_out), k])
+        return np.random.default_rng([seed, run.seed, name_seed(trial.held_out), k, trial.draw])
 
     return of
 
@@ -105,6 +174,11 @@ def evaluate_crosscapture(
     picks: str | Path,
     evaluation: str | Path,
     *,
+    held_out: Sequence[str],
+    every: int,
+    targets: int | None,
+    draws: int,
+    seed: int,
     reconstruction: Mapping,
     metrics: Metrics,
     config: str,
@@ -114,18 +188,22 @@ def evaluate_crosscapture(
     Args:
         folder: a canonical capture of several passes.
         picks: what `select_crosscapture` wrote.
-        evaluation: receives held_out and the columns of `fsel.measuring.measure`.
+        evaluation: receives held_out, draw and the columns of `fsel.measuring.measure`.
+        held_out, every, targets, draws, seed: as in `select_crosscapture`.
         reconstruction: the config's section.
         metrics: names, or name -> settings.
         config: digest of the parameters.
     """
-    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    tables = []
-    for held_out, part in pd.read_parquet(picks).groupby("held_out"):
-        targets = cross_split(reconstructor.capture, held_out).targets
-        table = measure(Evaluator.on_frames(reconstructor, targets, metrics=metrics), part)
-        tables.append(table.assign(held_out=held_out))
-        logger.info("%s: %.2f dB", held_out, table["psnr"].mean())
+    whole = Capture.load(folder)
+    capture = whole.subset(thinned(whole.sequences, every))
+    reconstructor = reconstructor_of(capture, reconstruction)
+    picked, tables = pd.read_parquet(picks), []
+    for trial in trials(capture, held_out, targets, draws, seed):
+        part = picked[(picked["held_out"] == trial.held_out) & (picked["draw"] == trial.draw)]
+        evaluator = Evaluator.on_frames(reconstructor, trial.split.targets, metrics=metrics)
+        table = measure(evaluator, part)
+        tables.append(table.assign(held_out=trial.held_out, draw=trial.draw))
+        logger.info("%s: %.2f dB", trial.held_out, table["psnr"].mean())
     write_table(pd.concat(tables), evaluation, units=measured_units(metrics), config=config)
 
 
@@ -141,6 +219,8 @@ def crosscapture(
 ) -> None:
     """The table "Cross-capture novel view synthesis"; one measurement a room and held-out pass.
 
+    Passes of one room are one place to the intervals: their means are averaged first.
+
     Args:
         evaluations: what `evaluate_crosscapture` wrote, one a room.
         table, numbers: receive LaTeX, and method, k, metric, mean, ci_low, ci_high, leads, n.
@@ -149,19 +229,20 @@ def crosscapture(
         metrics: of a cell, in order; names, or name -> settings.
         facts: see `captions.made_by`.
     """
-    cells = pd.concat(
-        [part for item in of_scenes(scenes, evaluations) for part in _measurements(item, metrics)]
-    )
+    places = facts.get("places", {})
+    measured = of_scenes(scenes, evaluations)
+    cells = pd.concat([part for item in measured for part in _measurements(item, metrics, places)])
     means = summarise(cells, metrics).drop(columns="dataset")
     ahead = leaders(differences(cells, list(SHOWN), metrics))
     keys = zip(means["method"], means["k"], means["metric"], strict=True)
     means["leads"] = [key in ahead for key in keys]
     write_csv(means, numbers)
     text = (
-        r"\textbf{Cross-capture novel view synthesis.} Targets are the nearest half of one "
-        "held-out pass of a room; candidates and proxies come from its other passes. Means over "
-        f"{means['n'].max()} pairs of room and held-out pass. Bold: ahead of every other row, each "
-        f"paired 95\\% interval over them excluding zero. {made_by(facts)}"
+        r"\textbf{Cross-capture novel view synthesis.} Targets come from the half of one held-out "
+        "pass of a room that is nearest to its other passes; candidates and proxies come from "
+        f"those. {cells['scene'].nunique()} pairs of room and held-out pass, averaged within each "
+        f"of {means['n'].max()} rooms, then over rooms. Bold: ahead of every other row, each "
+        f"paired 95\\% interval over rooms excluding zero. {made_by(facts)}"
     )
     head = ["Method", *headings(metrics) * len(budgets)]
     values = means.set_index(["method", "k", "metric"])
@@ -174,12 +255,19 @@ def crosscapture(
     write_text(made, table)
 
 
-def _measurements(item: Mapping, metrics: Metrics) -> Iterator[pd.DataFrame]:
-    """dataset, scene (room and pass), draw, method, k, metrics of every held-out pass."""
-    for held_out, part in pd.read_parquet(item["path"]).groupby("held_out"):
-        scene = f"{item['dataset']}/{item['scene']}/{held_out}"
-        # one set of measurements whatever the dataset, so that each counts once
-        yield draw_means(part, metrics).assign(dataset="crosscapture", scene=scene, draw=0)
+def _measurements(
+    item: Mapping, metrics: Metrics, places: Mapping[str, str]
+) -> Iterator[pd.DataFrame]:
+    """dataset, scene (room and pass), place (room), draw, method, k, metrics."""
+    room = f"{item['dataset']}/{item['scene']}"
+    for (held_out, draw), part in pd.read_parquet(item["path"]).groupby(["held_out", "draw"]):
+        # one set of measurements whatever the dataset, so that each room counts once
+        where = {
+            "dataset": "crosscapture",
+            "scene": f"{room}/{held_out}",
+            "place": places.get(room, room),
+        }
+        yield draw_means(part, metrics).assign(**where, draw=draw)
 
 
 def _cell(values: pd.DataFrame, method: str, k: int, metric: str) -> str:

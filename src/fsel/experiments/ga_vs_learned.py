@@ -84,7 +84,7 @@ def ga_vs_learned(
         k: budget of the search.
         facts: see `captions.made_by`.
     """
-    cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]))
+    cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]), facts=facts)
     averages = pd.concat([_averages(item, k) for item in named(problems, searched)])
     result = compare_with_search(pd.concat([averages, cells[cells["k"] == k]]))
     write_csv(result, numbers)

@@ -35,7 +35,7 @@ def handsign(
         budgets: columns.
         facts: see `captions.made_by`.
     """
-    cells = sweep_cells(named(problems, evaluations))
+    cells = sweep_cells(named(problems, evaluations), facts=facts)
     cells = cells[cells["method"].isin([LEARNED, UNTRAINED])]
     gaps = differences(cells, [LEARNED], ["psnr"])
     write_csv(gaps, numbers)

@@ -16,6 +16,7 @@ from fsel.evaluation import Evaluator
 from fsel.experiments.pose_errors import perturbed
 from fsel.files import write_table
 from fsel.measuring import PICK_UNITS, draw_chance, measure, measured_units, runs, select
+from fsel.metrics import METRICS, Metrics
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.split import evaluation_split
@@ -76,6 +77,7 @@ def evaluate_estimated(
     targets: int,
     split_seed: int,
     reconstruction: Mapping,
+    metrics: Metrics = METRICS,
     config: str,
 ) -> None:
     """What the picks are worth: with the poses that selectors saw, and with the given ones.
@@ -88,6 +90,7 @@ def evaluate_estimated(
             `fsel.measuring.measure`.
         targets, split_seed: as in `select_estimated`.
         reconstruction: the config's section.
+        metrics: names, or name -> settings.
         config: digest of the parameters.
     """
     captures = {EXACT: Capture.load(given_folder), ESTIMATED: Capture.load(estimated_folder)}
@@ -95,11 +98,13 @@ def evaluate_estimated(
     tables = []
     for draw, part in pd.read_parquet(picks).groupby("draw"):
         frames = _drawn(captures[EXACT], draw, targets, split_seed)
-        judges = {name: Evaluator.on_frames(r, frames) for name, r in built.items()}
+        judges = {
+            name: Evaluator.on_frames(r, frames, metrics=metrics) for name, r in built.items()
+        }
         for change, picked in part.groupby("change", sort=False):
             table = _measure(picked, judges[EXACT], judges[change], change)
             tables.append(table.assign(draw=draw, change=change))
-    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
+    write_table(pd.concat(tables), evaluation, units=measured_units(metrics), config=config)
 
 
 def select_noise(

@@ -41,7 +41,7 @@ def seedvar(
     """
     runs = [_by_seed(item) for item in named(problems, evaluations)]
     spread = seed_spread(pd.concat(runs), "psnr")
-    means = summarise(sweep_cells(named(problems, evaluations)), ["psnr"])
+    means = summarise(sweep_cells(named(problems, evaluations), facts=facts), ["psnr"])
     spread["margin"] = _margins(means, spread)
     write_csv(spread, numbers)
     texts = {

@@ -47,7 +47,7 @@ def speed_error(
     """
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
-    cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]))
+    cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]), facts={})
     methods = speed.gaps(cells[cells["k"] == k], reference="search", methods=list(timed.index))
     methods["seconds"] = methods["method"].map(timed["descriptors"] + timed["selection"])
     swept = pd.read_csv(settings, dtype={"value": str})

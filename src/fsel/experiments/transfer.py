@@ -95,7 +95,7 @@ def transfer(
     means, gaps = [], []
     for at, name in enumerate(judges):
         own = evaluations[at * count : (at + 1) * count]
-        cells = sweep_cells(named(problems, own), metrics)
+        cells = sweep_cells(named(problems, own), metrics, facts=facts)
         for found, tables in (
             (summarise(cells, metrics), means),
             (paired(cells, list(OURS), metrics), gaps),

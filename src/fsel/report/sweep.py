@@ -54,20 +54,28 @@ def of_scenes(
 
 
 def sweep_cells(
-    evaluations: Sequence[Mapping], metrics: Sequence[str] = ("psnr",), *, by_seed: bool = False
+    evaluations: Sequence[Mapping],
+    metrics: Sequence[str] = ("psnr",),
+    *,
+    facts: Mapping,
+    by_seed: bool = False,
 ) -> pd.DataFrame:
-    """dataset, scene, draw, method, k, metrics: means over targets and seeds of each file.
+    """dataset, scene, place, draw, method, k, metrics: means over targets and seeds of each file.
 
     Args:
         evaluations: one mapping a file, see `named`.
         metrics: their columns to read.
+        facts: `places`, dataset/scene -> place, of scenes that share a place with another; it may
+            be left out.
         by_seed: one row a seed, with the column seed.
     """
     order = {name: i for i, name in enumerate([*BASELINES, *LEARNED, *REFERENCES])}
     tables = []
     for item in evaluations:
         table = draw_means(pd.read_parquet(item["path"]), metrics, by_seed=by_seed)
-        tables.append(table.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"]))
+        where = {key: item[key] for key in ("dataset", "scene", "draw")}
+        name = f"{item['dataset']}/{item['scene']}"
+        tables.append(table.assign(**where, place=facts.get("places", {}).get(name, name)))
     cells = pd.concat(tables)
     cells["rank"] = cells["method"].map(order)
     datasets = {name: i for i, name in enumerate(cells["dataset"].unique())}

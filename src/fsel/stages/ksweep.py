@@ -43,7 +43,7 @@ def ksweep(
         facts: what the caption tells, see `caption`.
     """
     files = named([*problems, *searched], [*evaluations, *oracles])
-    cells = with_all_datasets(sweep_cells(files, metrics, by_seed=True))
+    cells = with_all_datasets(sweep_cells(files, metrics, facts=facts, by_seed=True))
     means = summarise(cells, metrics, trained=list(LEARNED))
     write_csv(means, numbers)
     write_csv(paired(cells, list(LEARNED), metrics, trained=list(LEARNED)), differences)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from fsel import measuring
@@ -20,6 +21,7 @@ def select(
     budgets: Sequence[int],
     seeds: Sequence[int],
     methods: Sequence[str] = tuple(METHODS),
+    proxies_free: bool = True,
     config: str,
 ) -> None:
     """Every method's picks at every budget of every draw, one row a pick.
@@ -32,10 +34,11 @@ def select(
         budgets: frames to pick.
         seeds: one a draw.
         methods: without training, keys of `fsel.baselines.METHODS`.
+        proxies_free: see `fsel.problem.Problem`.
         config: digest of the parameters.
     """
     contenders = measuring.runs([METHODS[name] for name in methods], weights)
     for split, path, seed in zip(splits, selections, seeds, strict=True):
-        problem = Problem.load(folder, split)
+        problem = replace(Problem.load(folder, split), proxies_free=proxies_free)
         picks = measuring.select(problem, contenders, budgets, measuring.chance(seed))
         write_table(picks, path, units=measuring.PICK_UNITS, config=config)

@@ -1,0 +1,11 @@
+"""Write what another source of poses costs."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.pose_sources import pose_sources
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, pose_sources)
