@@ -76,6 +76,8 @@ PAPER = {
     "scorer_arch",
     "transfer",
     "reconchoice",
+    "freedom",
+    "fsel_constants",
 }
 
 

@@ -14,13 +14,14 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     Scores are sums over shared sparse points (without any, predicted ones: see
     `covisibility.tracks`).
     """
-    pool = problem.observed
-    arrays = tracks(problem, pool).arrays
-    total, scores = np.zeros(len(pool)), np.empty(len(pool))
-    for row in np.searchsorted(pool, problem.proxies):
+    seen = np.union1d(problem.candidates, problem.proxies)
+    arrays = tracks(problem, seen).arrays
+    total, scores = np.zeros(len(seen)), np.empty(len(seen))
+    for row in np.searchsorted(seen, problem.proxies):
         scores_with(row, arrays, scores)
         total += scores
-    return pool[np.argsort(-total, kind="stable")[:k]]
+    best = seen[np.argsort(-total, kind="stable")]
+    return best[np.isin(best, problem.observed)][:k]
 
 
 METHOD = Method("mvsnet", "MVSNet score", "observed", nested=True, seeds=1, select=select)

@@ -9,6 +9,8 @@ training scenes and as much on 12 unseen ones, 0.15 at K = 10.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from fsel.capture import Views
@@ -29,7 +31,27 @@ GROUP = 4  # the pick that counts then, from the nearest on; the farthest where 
 ENOUGH = 1.5  # of the mean over the frames still to be had: distances beyond count as this one
 
 
-def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.ndarray:
+@dataclass(frozen=True)
+class Constants:
+    """The constants above, `fsel`'s by default; what others are worth is measured by
+    `fsel.experiments.fsel_constants`. The compiled loop knows the default ones alone."""
+
+    reach: float = REACH
+    turn: float = TURN
+    fade: float = FADE
+    novel: float = NOVEL
+    far: float = FAR
+    few: float = FEW
+    group: float = GROUP
+    enough: float = ENOUGH
+
+
+SHIPPED = Constants()
+
+
+def look_distance(
+    centers: np.ndarray, axes: np.ndarray, views: Views, constants: Constants = SHIPPED
+) -> np.ndarray:
     """Distance of camera centres plus twice that of the points they look at, over a scene's depth.
 
     The depth is 1.8 times the cameras' root mean square distance from their mean. On training
@@ -40,17 +62,18 @@ def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.nda
         centers: (n, 3) camera centres.
         axes: (n, 3) unit optical axes.
         views: T views.
+        constants: of the distance.
 
     Returns:
         (n, T) float64 without unit.
     """
-    depth = _look_depth(centers)
+    depth = _look_depth(centers, constants.reach)
     shift = pairwise_distances(centers, views.centers)
     ahead = pairwise_distances(centers + depth * axes, views.centers + depth * views.axes)
-    return (shift + TURN * ahead) / depth
+    return (shift + constants.turn * ahead) / depth
 
 
-def looks(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
+def looks(centers: np.ndarray, axes: np.ndarray, constants: Constants = SHIPPED) -> np.ndarray:
     """(n, 6) where cameras are and, twice, what they look at, over the scene's depth.
 
     The look distance of two of the frames is the distance of their first three numbers plus that
@@ -59,18 +82,19 @@ def looks(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
     Args:
         centers: (n, 3) camera centres.
         axes: (n, 3) unit optical axes.
+        constants: of the distance.
     """
-    depth = _look_depth(centers)
+    depth = _look_depth(centers, constants.reach)
     here = centered(centers) / depth
-    return np.hstack([here, TURN * (here + axes)])
+    return np.hstack([here, constants.turn * (here + axes)])
 
 
-def _look_depth(centers: np.ndarray) -> float:
+def _look_depth(centers: np.ndarray, reach: float) -> float:
     spread = np.sqrt(np.mean(np.sum(centered(centers) ** 2, axis=1)))
-    return REACH * spread if spread > 0 else 1.0
+    return reach * spread if spread > 0 else 1.0
 
 
-def closeness(distance: np.ndarray) -> np.ndarray:
+def closeness(distance: np.ndarray, fade: float = FADE) -> np.ndarray:
     """0.7 to the power of a frame's rank by its distance to a view.
 
     Ranks follow the density of the capture around each view, and have no unit. Equally distant
@@ -78,19 +102,20 @@ def closeness(distance: np.ndarray) -> np.ndarray:
 
     Args:
         distance: (n, T), see `look_distance`.
+        fade: what takes the place of 0.7.
 
     Returns:
         (n, T) float64 in 0..1; each view's closest frame has 1.
     """
     columns = zip(np.sort(distance, axis=0).T, distance.T, strict=True)
     rank = np.stack([np.searchsorted(few, all_ - EQUAL) for few, all_ in columns], axis=1)
-    return np.where(rank < LAST, FADE ** np.minimum(rank, LAST), 0.0)
+    return np.where(rank < LAST, fade ** np.minimum(rank, LAST), 0.0)
 
 
-def remoteness(distance: np.ndarray) -> np.ndarray:
+def remoteness(distance: np.ndarray, far: float = FAR) -> np.ndarray:
     """(n,) distance of each frame's closest view, in what a target gain is worth.
 
     It counts where the views see a part of the capture only: there, frames far from all of them
     are novel, and of no use.
     """
-    return distance.min(axis=1) / FAR
+    return distance.min(axis=1) / far

@@ -19,7 +19,7 @@ from fsel.features.columns import (
     SPREAD,
     TARGET_GAIN_INPUT,
 )
-from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL
+from fsel.features.conditioned import SHIPPED, Constants
 from fsel.geometry import viewing_angles
 from fsel.selector.greedy import Prepared, check_budget, standardise
 from fsel.selector.scorer import Scorer
@@ -28,11 +28,14 @@ LARGEST = 200_000  # rows times picks; beyond, the compiled loop is faster even 
 TIE = 450  # roundings of a score: a matrix product may part equal rows in their last bits
 
 
-def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
+def greedy(
+    prepared: Prepared, scorer: Scorer, k: int, constants: Constants = SHIPPED
+) -> tuple[np.ndarray, np.ndarray]:
     """Pick k rows, the best-scored remaining one at each step (paper, Eq. 1 and 2).
 
     Arguments, returned arrays, ties and errors are those of `fsel.selector.greedy.greedy`. The
     arithmetic is that of `prepared.static`: float64, or float32 to see what that would cost.
+    `constants` are those that the problem was prepared with.
     """
     check_budget(prepared, k)
     n, precision = len(prepared.pool), prepared.static.dtype
@@ -40,7 +43,7 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
     free = np.ones(n, bool)
     tie = TIE * np.finfo(precision).eps
     raw = np.zeros((n, FOLLOWING), precision)
-    memory = _Memory(prepared)
+    memory = _Memory(prepared, constants)
     raw[:, GAIN] = memory.gain()
     inputs = prepared.static.copy()
     remote = prepared.static[:, TARGET_GAIN_INPUT]
@@ -62,11 +65,11 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
 class _Memory:
     """What the picks leave behind; arrays are of the arithmetic's precision."""
 
-    def __init__(self, prepared: Prepared) -> None:
-        self.rows = prepared.rows
+    def __init__(self, prepared: Prepared, constants: Constants) -> None:
+        self.rows, self.constants = prepared.rows, constants
         (n, views), precision = self.rows.closeness.shape, prepared.static.dtype
         self.covered = np.zeros(views, precision)
-        self.apart = np.full(n, NOVEL, precision)
+        self.apart = np.full(n, constants.novel, precision)
         self.squares = np.empty((len(SPREAD), 0, n), precision)
 
     def fold(self, picks: np.ndarray, free: np.ndarray, raw: np.ndarray) -> None:
@@ -86,7 +89,7 @@ class _Memory:
     def gain(self) -> np.ndarray:
         """(n,) see `compiled.target_gain`."""
         gain = self.rows.closeness @ (1 / (1 + self.covered)) / max(len(self.covered), 1)
-        return gain * (self.apart / NOVEL)
+        return gain * (self.apart / self.constants.novel)
 
     def _nearest(self, row: int, first: bool, raw: np.ndarray) -> None:
         rows = self.rows
@@ -104,10 +107,13 @@ class _Memory:
         new = [np.sum((points - points[row]) ** 2, axis=1) for points in given]
         self.squares = np.concatenate([self.squares, np.array(new)[:, None]], axis=1)
         picked = self.squares.shape[1]
-        if picked < FEW:
-            distance = np.sqrt(np.sort(self.squares, axis=1)[:, min(picked, GROUP) - 1])
+        if picked < self.constants.few:
+            nth = int(min(picked, self.constants.group)) - 1
+            distance = np.sqrt(np.sort(self.squares, axis=1)[:, nth])
         else:
             with np.errstate(divide="ignore"):  # a pick's own distance is zero, and so is its sum
                 distance = 1 / np.sqrt((1 / self.squares).sum(axis=1))
-        ceiling = ENOUGH * distance[:, free].mean(axis=1) if free.any() else np.zeros(len(SPREAD))
+        ceiling = np.zeros(len(SPREAD))
+        if free.any():
+            ceiling = self.constants.enough * distance[:, free].mean(axis=1)
         raw[:, SPREAD] = np.minimum(distance, ceiling[:, None]).T

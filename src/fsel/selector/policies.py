@@ -20,7 +20,15 @@ from fsel.features.columns import (
     TARGET_GAIN,
     TARGET_GAIN_INPUT,
 )
-from fsel.features.conditioned import LASTING, closeness, look_distance, looks, remoteness
+from fsel.features.conditioned import (
+    LASTING,
+    SHIPPED,
+    Constants,
+    closeness,
+    look_distance,
+    looks,
+    remoteness,
+)
 from fsel.features.static import proxy_points, static_features
 from fsel.geometry import centered, directions
 from fsel.problem import Method, Problem
@@ -78,8 +86,13 @@ class Policy:
     def _read(self, names: Iterable[str]) -> bool:
         return not set(names).isdisjoint(self.inputs)
 
-    def prepare(self, problem: Problem) -> Prepared:
-        """Compute what no pick changes."""
+    def prepare(self, problem: Problem, constants: Constants = SHIPPED) -> Prepared:
+        """Compute what no pick changes.
+
+        Args:
+            problem: the selection problem.
+            constants: of the target gain.
+        """
         frames, references = problem.pool(self.pool), self._references(problem)
         static = np.zeros((len(frames), INPUTS))
         appearance = self._read(APPEARANCE)
@@ -91,8 +104,9 @@ class Policy:
         centers, axes = capture.centers[frames], capture.axes[frames]
         close = np.zeros((len(frames), 0))
         if self._read([TARGET_GAIN]):
-            distance = look_distance(centers, axes, references)
-            close, static[:, TARGET_GAIN_INPUT] = closeness(distance), -remoteness(distance)
+            distance = look_distance(centers, axes, references, constants)
+            close = closeness(distance, constants.fade)
+            static[:, TARGET_GAIN_INPUT] = -remoteness(distance, constants.far)
         # angular novelty is measured from the mean of the views' reference points
         common = proxy_points(problem, references).mean(axis=0)
         rows = Rows(
@@ -101,7 +115,7 @@ class Policy:
             bearings=directions(centers, common),
             descriptors=problem.descriptors[frames][:, : None if appearance else 0],
             closeness=close,
-            looks=looks(centers, axes),
+            looks=looks(centers, axes, constants),
             lasting=LASTING if problem.whole else np.inf,
         )
         return Prepared(frames, static, rows, np.searchsorted(frames, problem.given))

@@ -1,0 +1,11 @@
+"""Reconstruct from selections with equal freedom."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.freedom import evaluate_freedom
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, evaluate_freedom)

@@ -1,0 +1,11 @@
+"""Write ours and the baselines with equal freedom."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.freedom import freedom
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, freedom)

@@ -1,0 +1,11 @@
+"""Select frames with equal freedom."""
+
+from typing import TYPE_CHECKING
+
+from fsel.experiments.freedom import select_freedom
+from fsel.stages.job import run
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+run(snakemake, select_freedom)
