@@ -60,6 +60,15 @@ def test_initial_population_has_the_papers_composition():
     assert len({tuple(s) for s in subsets[16:28]}) > 1
 
 
+def test_a_region_that_targets_take_whole_is_the_pool():
+    pool, centers = np.arange(12), np.random.default_rng(0).normal(size=(20, 3))
+    settings = GeneticSettings(population=6, farthest=2, uniform=2)
+    rng = np.random.default_rng(1)
+    subsets = initial_population(pool, np.empty(0, np.int64), centers, 5, rng, settings)
+    assert [len(np.unique(subset)) for subset in subsets] == [5] * 6
+    assert set(np.concatenate(subsets)) <= set(pool)
+
+
 def test_small_region_is_filled_from_the_pool():
     subsets = initial_population(
         POOL, POOL[:4], CENTERS, 10, np.random.default_rng(1), GeneticSettings()

@@ -39,6 +39,12 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
         help="the capture's own (by default), or those that COLMAP finds in its images alone",
     )
     add_video(command)
+    add_reading(command)
+    return command
+
+
+def add_reading(command: argparse.ArgumentParser) -> None:
+    """How a folder is read."""
     command.add_argument(
         "--layout", default="auto", help="how the folder is laid out; recognised by default"
     )
@@ -50,7 +56,6 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
         help="greatest median disagreement of poses and images, as a share of the images' longer "
         f"side, {MAX_ERROR} by default",
     )
-    return command
 
 
 def add_video(command: argparse.ArgumentParser) -> None:

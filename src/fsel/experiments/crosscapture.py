@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import write_table, write_text
+from fsel.files import read_table, write_table, write_text
 from fsel.geometry import pose_distance
 from fsel.measuring import PICK_UNITS, Chance, Run, measure, measured_units, runs, select
 from fsel.metrics import Metrics, headings
@@ -140,8 +140,7 @@ def select_crosscapture(
     Args:
         folder: a canonical capture of several passes, with its descriptors.
         weights: scorers of the learned methods.
-        picks: receives held_out, draw and the columns of `fsel.measuring.select`; frames are
-            numbered as in `thinned`.
+        picks: receives held_out, draw and the columns of `fsel.measuring.select`.
         held_out, targets, draws: see `trials`.
         every: keep every n-th frame of each pass.
         budgets: frames to pick.
@@ -150,13 +149,14 @@ def select_crosscapture(
     """
     whole = Capture.load(folder)
     kept = thinned(whole.sequences, every)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet").iloc[kept]
+    described = read_table(Path(folder) / "descriptors.parquet").iloc[kept]
     capture = whole.subset(kept)
     asked = runs([METHODS[name] for name in BASELINES], weights)
     tables = []
     for trial in trials(capture, held_out, targets, draws, seed):
         problem = Problem.of(capture, trial.split, described)
         found = select(problem, asked, budgets, _chance(seed, trial))
+        found["frame"] = kept[found["frame"]]
         tables.append(found.assign(held_out=trial.held_out, draw=trial.draw))
         logger.info("%s: %d targets held out", trial.held_out, len(problem.targets))
     write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
@@ -195,13 +195,15 @@ def evaluate_crosscapture(
         config: digest of the parameters.
     """
     whole = Capture.load(folder)
-    capture = whole.subset(thinned(whole.sequences, every))
+    kept = thinned(whole.sequences, every)
+    capture = whole.subset(kept)
     reconstructor = reconstructor_of(capture, reconstruction)
-    picked, tables = pd.read_parquet(picks), []
+    picked, tables = read_table(picks), []
     for trial in trials(capture, held_out, targets, draws, seed):
         part = picked[(picked["held_out"] == trial.held_out) & (picked["draw"] == trial.draw)]
         evaluator = Evaluator.on_frames(reconstructor, trial.split.targets, metrics=metrics)
-        table = measure(evaluator, part)
+        table = measure(evaluator, part.assign(frame=np.searchsorted(kept, part["frame"])))
+        table["target"] = kept[table["target"]]
         tables.append(table.assign(held_out=trial.held_out, draw=trial.draw))
         logger.info("%s: %.2f dB", trial.held_out, table["psnr"].mean())
     write_table(pd.concat(tables), evaluation, units=measured_units(metrics), config=config)
@@ -260,7 +262,7 @@ def _measurements(
 ) -> Iterator[pd.DataFrame]:
     """dataset, scene (room and pass), place (room), draw, method, k, metrics."""
     room = f"{item['dataset']}/{item['scene']}"
-    for (held_out, draw), part in pd.read_parquet(item["path"]).groupby(["held_out", "draw"]):
+    for (held_out, draw), part in read_table(item["path"]).groupby(["held_out", "draw"]):
         # one set of measurements whatever the dataset, so that each room counts once
         where = {
             "dataset": "crosscapture",

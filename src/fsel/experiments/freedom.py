@@ -13,7 +13,7 @@ from fsel import measuring
 from fsel.baselines import METHODS, PAPER
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import write_table, write_text
+from fsel.files import read_table, write_table, write_text
 from fsel.measuring import Run
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
@@ -106,7 +106,7 @@ def evaluate_freedom(
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     tables = []
-    for draw, part in pd.read_parquet(picks).groupby("draw"):
+    for draw, part in read_table(picks).groupby("draw"):
         evaluator = Evaluator.on_frames(reconstructor, Split.load(splits[draw]).targets)
         tables.append(measuring.measure(evaluator, part, BY))
         logger.info("draw %d: %.2f dB", draw, tables[-1]["psnr"].mean())
@@ -159,7 +159,7 @@ def _cells(
     tables = []
     for scene, path in zip(map("/".join, scenes), evaluations, strict=True):
         place = facts.get("places", {}).get(scene, scene)
-        for (draw, kind), part in pd.read_parquet(path).groupby(["draw", "freedom"]):
+        for (draw, kind), part in read_table(path).groupby(["draw", "freedom"]):
             where = {"dataset": kind, "scene": scene, "place": place, "draw": draw}
             tables.append(draw_means(part, ["psnr"]).assign(**where))
     return pd.concat(tables, ignore_index=True)

@@ -13,7 +13,7 @@ import pandas as pd
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.features.conditioned import SHIPPED, Constants
-from fsel.files import write_table, write_text
+from fsel.files import read_table, write_table, write_text
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
@@ -80,7 +80,7 @@ def measure_constants(
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    described = read_table(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
     policy, rows = POLICIES["fsel"], []
     for draw in range(draws):
@@ -118,7 +118,7 @@ def fsel_constants(
         facts: see `captions.made_by`.
     """
     cells = pd.concat(
-        [pd.read_parquet(p).assign(scene=s) for p, s in zip(measured, scenes, strict=True)]
+        [read_table(p).assign(scene=s) for p, s in zip(measured, scenes, strict=True)]
     )
     found = changes(cells)
     write_csv(found, numbers)

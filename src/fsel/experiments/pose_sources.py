@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import pandas as pd
 
 from fsel.experiments.pose_trials import EXACT
-from fsel.files import write_text
+from fsel.files import read_table, write_text
 from fsel.layouts import read_folder
 from fsel.metrics import Metrics, headings
 from fsel.report.captions import made_by
@@ -119,7 +119,7 @@ def pose_sources(
 
 def _cells(item: Mapping, metrics: Metrics) -> pd.DataFrame:
     """dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
-    table = pd.read_parquet(item["path"]).query("scope == @BOTH")
+    table = read_table(item["path"]).query("scope == @BOTH")
     tables = []
     for (draw, change), part in table.groupby(["draw", "change"]):
         means = draw_means(part, metrics)

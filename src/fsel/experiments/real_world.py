@@ -41,17 +41,20 @@ def real_world(
             frame of the other sequences.
     """
     capture = Capture.load(folder)
-    held_out = capture.sequences[0]
-    measured = pd.read_parquet(evaluation).query("held_out == @held_out")
+    every = pd.read_parquet(evaluation).query("draw == 0")
+    passes = set(every["held_out"])
+    held_out = next(name for name in capture.sequences if name in passes)
+    measured = every.query("held_out == @held_out")
     names = pd.read_parquet(selected_from)["name"]
     targets = frames_named(capture, names[np.unique(measured["target"])].tolist())
-    picked = pd.read_parquet(picks).query("held_out == @held_out and seed == 0")
-    others = np.flatnonzero(np.array(capture.sequences) != held_out)
+    picked = pd.read_parquet(picks).query("held_out == @held_out and draw == 0 and seed == 0")
+    # of a sequence split, no held-out pass is selected from
+    rest = set(capture.sequences) - passes or set(capture.sequences) - {held_out}
+    others = np.flatnonzero(np.isin(capture.sequences, list(rest)))
     chosen = {
         method: others if method == "all" else frames_named(capture, picks_of(picked, method, k))
         for method in resolved(methods, measured, k)
     }
-    passes = len(set(capture.sequences)) - 1
     draw_views(
         capture,
         chosen,
@@ -60,5 +63,5 @@ def real_world(
         numbers,
         views=views,
         reconstruction=reconstruction,
-        note=f"Views of {held_out}, frames of {passes} other captures of the place. {note(facts)}",
+        note=f"Views of {held_out}, frames of {len(rest)} other captures of the place. {note(facts)}",
     )

@@ -38,6 +38,11 @@ class Journal:
             self._read()
         self.fresh = 0
 
+    @property
+    def known(self) -> int:
+        """How many evaluations it holds."""
+        return len(self._known)
+
     def _read(self) -> None:
         for line in self.path.read_text().splitlines():
             try:

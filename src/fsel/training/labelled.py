@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -39,11 +39,23 @@ def labelled_problems(
 
 def training_data(trajectories: pd.DataFrame, scenes: Scenes, policy: Policy) -> list[Trajectory]:
     """The trajectories' inputs as the policy will see them; arguments as `labelled_problems`."""
-    data = []
-    for problem, part in labelled_problems(trajectories, scenes):
-        prepared = policy.prepare(problem)
-        for row in part.itertuples():
-            picks = np.searchsorted(prepared.pool, np.array(row.picks))
-            features, selectable = follow(Walk(prepared), picks)
-            data.append(Trajectory(features, selectable, picks, row.weight))
-    return data
+    return [
+        trajectory
+        for problem, part in labelled_problems(trajectories, scenes)
+        for trajectory in as_seen(problem, part.to_dict("records"), policy)
+    ]
+
+
+def as_seen(problem: Problem, rows: Iterable[Mapping], policy: Policy) -> Iterator[Trajectory]:
+    """Trajectories of one problem with their inputs as the policy will see them.
+
+    Args:
+        problem: that was labelled.
+        rows: picks and weight of each, see `fsel.training.ordering.ordered_item`.
+        policy: that is trained.
+    """
+    prepared = policy.prepare(problem)
+    for row in rows:
+        picks = np.searchsorted(prepared.pool, np.array(row["picks"]))
+        features, selectable = follow(Walk(prepared), picks)
+        yield Trajectory(features, selectable, picks, row["weight"])

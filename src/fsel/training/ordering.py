@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+from fsel.capture import Capture
+from fsel.geometry import pairwise_distances, pose_distance
+from fsel.split import Split
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 EPSILON = 1e-12
 
@@ -45,3 +54,25 @@ def trajectory_weights(fitness: np.ndarray) -> np.ndarray:
     """
     raw = np.exp((fitness - fitness.max()) / (fitness.std() + EPSILON))
     return raw / raw.mean()
+
+
+def ordered_item(capture: Capture, split: Split, labels: pd.DataFrame, kept: int) -> list[dict]:
+    """rank, fitness, weight and picks of the fittest subsets of one label item."""
+    fittest = labels.query("0 <= rank < @kept").sort_values("rank")
+    weights = trajectory_weights(fittest["fitness"].to_numpy())
+    return [
+        {
+            "rank": row.rank,
+            "fitness": row.fitness,
+            "weight": weight,
+            "picks": ordered(capture, split, np.array(row.subset)).tolist(),
+        }
+        for row, weight in zip(fittest.itertuples(), weights, strict=True)
+    ]
+
+
+def ordered(capture: Capture, split: Split, subset: np.ndarray) -> np.ndarray:
+    """(K,) frames of the subset in the order that they best cover the proxies (Eq. 3)."""
+    centers, axes = capture.centers[subset], capture.axes[subset]
+    distances = pairwise_distances(centers, capture.centers[split.proxies])
+    return subset[order_subset(distances, pose_distance(centers, axes, centers, axes))]

@@ -145,8 +145,10 @@ def initial_population(
 ) -> list[np.ndarray]:
     """Farthest-view, uniformly spaced and random subsets of the region (Appendix A.2).
 
-    A region with fewer than `k` frames is completed by random frames of the pool.
+    A region with fewer than `k` frames is completed by random frames of the pool; where targets and
+    proxies take all of it, the pool is the region.
     """
+    region = region if len(region) else pool
     anchors = rng.permutation(np.resize(region, max(len(region), settings.farthest)))
     subsets = [farthest_views(region, centers, k, int(a)) for a in anchors[: settings.farthest]]
     for phase in (np.arange(settings.uniform) + 0.5) / settings.uniform:

@@ -1,0 +1,164 @@
+"""`fsel train`: the paper's selector, trained on captures of one's own."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fsel import api
+from fsel.cli.console import Console
+from fsel.cli.optimising import checked
+from fsel.export.staging import refuse_overlap
+from fsel.files import digest
+from fsel.layouts.opening import LONG_SIDE, open_capture
+from fsel.layouts.previews import sharpness_of_files
+from fsel.reconstruct import reconstructor_of
+from fsel.selector import pretrained
+from fsel.selector.policies import POLICIES, Policy
+
+if TYPE_CHECKING:
+    from fsel.training.imitation import Trajectory
+    from fsel.training.journal import Journal
+    from fsel.training.offline import Described, Labelling, Task
+
+NEEDED = ("torch", "pandas")
+MADE_BY = "fsel train: behaviour cloning"
+RATE = 1e-3  # of Adam (paper, Appendix A.3)
+
+
+def run(asked: argparse.Namespace, console: Console) -> None:
+    """Carry the command out."""
+    policy = _checked(asked)
+    from fsel.training.journal import Journal
+    from fsel.training.offline import Labelling, label, tasks
+
+    labelling = Labelling(coverages=tuple(asked.coverages), seed=asked.seed)
+    captures = [_described(asked, console, path, labelling) for path in asked.capture]
+    found = tasks(captures, labelling)
+    key = _key(asked, captures, labelling)
+    trajectories: list[Trajectory] = []
+    with Journal(asked.out, key) as journal:
+        _announce(console, found, labelling, journal)
+        started = time.perf_counter()
+        for at, task in enumerate(found, start=1):
+            trajectories += label(task, labelling, policy, journal)
+            left = (time.perf_counter() - started) / at * (len(found) - at)
+            what = f"{task.described.name} at {task.coverage} %, {at} of {len(found)}"
+            console.say("labelled", f"{what}; about {_in_words(left)} left")
+        record = _train(asked, console, trajectories, policy, key)
+    console.say("written", f"{asked.out}; fsel select --weights {asked.out} uses it")
+    console.give(record)
+
+
+def _checked(asked: argparse.Namespace) -> Policy:
+    """The policy to train, once nothing stands in the way of hours of work."""
+    if missing := [name for name in NEEDED if find_spec(name) is None]:
+        raise ValueError(
+            f"fsel train needs {', '.join(missing)}. Hint: pip install 'fsel[workflow]'"
+        )
+    trained = {name: policy for name, policy in POLICIES.items() if name != pretrained.DEFAULT}
+    if asked.method not in trained:
+        raise ValueError(f"--method is {asked.method!r}; allowed: {', '.join(trained)}")
+    if asked.out.suffix != ".safetensors":
+        raise ValueError(f"{asked.out}: a scorer is written as .safetensors")
+    refuse_overlap(asked.out, asked.capture)
+    if len({path.resolve() for path in asked.capture}) < len(asked.capture):
+        raise ValueError(f"{asked.capture[0]}: a capture is given twice; each counts once")
+    checked(asked)
+    if asked.out.exists():
+        if not asked.force:
+            raise FileExistsError(f"{asked.out}: exists already. Hint: --force replaces it")
+        if not pretrained.own(asked.out).scorer.provenance["made by"].startswith(MADE_BY):
+            raise FileExistsError(f"{asked.out}: --force replaces only what fsel train wrote")
+    return trained[asked.method]
+
+
+def _described(
+    asked: argparse.Namespace, console: Console, path: Path, labelling: Labelling
+) -> Described:
+    """A capture with its descriptors, its sharpness and a reconstructor."""
+    from fsel.training.offline import Described
+
+    opened = open_capture(path, asked.layout, LONG_SIDE, asked.max_error)
+    count = len(opened.capture)
+    if count < labelling.frames_needed:
+        raise ValueError(
+            f"{path}: {count} frames, at least {labelling.frames_needed} are needed: targets, as "
+            f"many proxies, and {labelling.k} to select. Hint: more frames, or lower --coverages"
+        )
+    sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
+    capture = opened.loaded(np.arange(count), console.bar("images"))
+    console.say("capture", f"{path}: {count} frames, {opened.layout}")
+    named = {"name": asked.reconstructor, "long_side": asked.long_side, "settings": checked(asked)}
+    reconstructor = reconstructor_of(capture, named)
+    return Described(str(path), capture, api.described(capture), sharpness, reconstructor)
+
+
+def _key(asked: argparse.Namespace, captures: Sequence[Described], labelling: Labelling) -> str:
+    """Of all that an evaluation depends on: with another key, searches start anew."""
+    return digest(
+        {
+            "captures": {described.name: described.digest() for described in captures},
+            "labelling": asdict(labelling),
+            "reconstruction": [asked.reconstructor, asked.long_side, asked.steps],
+        }
+    )
+
+
+def _announce(
+    console: Console, found: Sequence[Task], labelling: Labelling, journal: Journal
+) -> None:
+    """Say beforehand how long it takes."""
+    from fsel.training.offline import seconds_needed
+
+    with console.clock("timing a few reconstructions"):
+        seconds = seconds_needed(found[0], labelling) * len(found)
+    share = max(0.0, 1 - journal.known / (len(found) * labelling.evaluations))
+    console.say(
+        "labels",
+        f"{len(found)} problems of up to {labelling.evaluations} reconstructions: about "
+        f"{_in_words(seconds * share)}, less where subsets share work",
+    )
+    if journal.known:
+        console.say("resumed", f"after {journal.known} reconstructions of an earlier run")
+
+
+def _in_words(seconds: float) -> str:
+    return f"{seconds / 3600:.1f} hours" if seconds > 3600 else f"{seconds / 60:.0f} minutes"
+
+
+def _train(
+    asked: argparse.Namespace,
+    console: Console,
+    trajectories: Sequence[Trajectory],
+    policy: Policy,
+    key: str,
+) -> dict:
+    """Imitate the labels and write the scorer."""
+    from fsel.selector.scorer import Network
+    from fsel.training.imitation import train
+    from fsel.training.scorers import save_scorer
+
+    settings = {"seed": asked.seed, "epochs": asked.epochs, "learning_rate": RATE}
+    with console.clock("training"):
+        arrays, log = train(trajectories, [], **settings)
+    made = (
+        f"{MADE_BY} of {len(trajectories)} searched subsets of {len(asked.capture)} captures, "
+        f"{asked.epochs} epochs, labels by {asked.reconstructor} at {asked.long_side} pixels"
+    )
+    save_scorer(Network(arrays), policy.name, made, asked.seed, key, asked.out)
+    first, last = (log.iloc[at] for at in (0, -1))
+    console.say(
+        "trained",
+        f"{policy.name}: loss {first['loss']:.2f} to {last['loss']:.2f} nats, agreement with the "
+        f"labels {first['agreement']:.1%} to {last['agreement']:.1%}",
+    )
+    epochs = log[["epoch", "loss", "agreement"]].to_dict("records")
+    return {"out": str(asked.out), "made by": made, "epochs": epochs}
