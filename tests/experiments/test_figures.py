@@ -137,8 +137,11 @@ def test_views_of_one_capture_are_rendered_from_the_others_by_name(scene, tmp_pa
     picks = pd.DataFrame(rows, columns=["held_out", "method", "seed", "k", "order", "name"])
     # the frames picked while the first sequence was held out are those of the second
     picks["held_out"] = picks["held_out"].map({"b": "a", "a": "b"})
+    picks["draw"] = 0
     picks.to_parquet(tmp_path / "picks.parquet")
-    measured = pd.DataFrame({"held_out": ["a"] * 4, "method": "fvs", "k": 4, "psnr": 20.0})
+    measured = pd.DataFrame(
+        {"held_out": ["a"] * 4, "draw": 0, "method": "fvs", "k": 4, "psnr": 20.0}
+    )
     measured.assign(target=[3, 5, 3, 5]).to_parquet(tmp_path / "evaluation.parquet")
     figures, numbers = outputs(tmp_path)
     read = [tmp_path / f"{n}.parquet" for n in ("frames", "picks", "evaluation")]

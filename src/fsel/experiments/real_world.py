@@ -63,5 +63,5 @@ def real_world(
         numbers,
         views=views,
         reconstruction=reconstruction,
-        note=f"Views of {held_out}, frames of {len(rest)} other captures of the place. {note(facts)}",
+        note=f"Views of {held_out}, frames of {len(rest)} other captures of it. {note(facts)}",
     )
