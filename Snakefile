@@ -27,6 +27,7 @@ include: "workflow/rules/checksums.smk"
 include: "workflow/rules/cases.smk"
 include: "workflow/rules/judging.smk"
 include: "workflow/rules/picturing.smk"
+include: "workflow/rules/needs.smk"
 # the experiment, stage by stage: captures, labels, selectors, the budget sweep
 include: "workflow/rules/downloads.smk"
 include: "workflow/rules/captures.smk"
