@@ -1,4 +1,4 @@
-"""Jobs of a killed run are found by number and folder, cancelled, and waited for."""
+"""Jobs of a killed run are found by name and folder, cancelled, and waited for."""
 
 import os
 
@@ -30,26 +30,26 @@ def cluster(tmp_path, monkeypatch):
     return queue
 
 
-def test_only_noted_jobs_of_this_folder_are_cancelled(cluster, tmp_path):
+def test_only_jobs_of_that_name_and_folder_are_cancelled(cluster, tmp_path):
     (tmp_path / "scancel").write_text(CANCEL + ": > queue\n")
-    cluster(f"7|{tmp_path}", f"8|{tmp_path}", "9|/elsewhere", f"12_3|{tmp_path}")
-    assert slurm.end_earlier_jobs({"7", "9", "5", "12_3"}, tmp_path) == ["12_3", "7"]
+    cluster(f"7|fsel_1|{tmp_path}", f"8|mine|{tmp_path}", "9|fsel_1|/x", f"12_3|fsel_2|{tmp_path}")
+    assert slurm.end_earlier_jobs("fsel", tmp_path) == ["12_3", "7"]
     assert (tmp_path / "cancelled").read_text() == "12_3 7\n"
 
 
 def test_without_such_jobs_nothing_is_cancelled(cluster, tmp_path):
-    cluster("9|/elsewhere")
-    assert slurm.end_earlier_jobs({"9"}, tmp_path) == []
+    cluster("9|fsel_1|/elsewhere")
+    assert slurm.end_earlier_jobs("fsel", tmp_path) == []
     assert not (tmp_path / "cancelled").exists()
 
 
 def test_jobs_that_stay_are_refused_by_number(cluster, tmp_path):
-    cluster(f"7|{tmp_path}")
+    cluster(f"7|fsel_1|{tmp_path}")
     with pytest.raises(ValueError, match=r"jobs 7 of an earlier run .*`squeue -j 7`"):
-        slurm.end_earlier_jobs({"7"}, tmp_path, patience=0.05)
+        slurm.end_earlier_jobs("fsel", tmp_path, patience=0.05)
 
 
 def test_a_silent_controller_is_named(cluster, tmp_path):
     (tmp_path / "squeue").write_text("#!/bin/sh\necho down >&2\nexit 1\n")
     with pytest.raises(ValueError, match=r"squeue .* answers 1: down"):
-        slurm.end_earlier_jobs({"7"}, tmp_path)
+        slurm.end_earlier_jobs("fsel", tmp_path)

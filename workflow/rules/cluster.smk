@@ -44,13 +44,15 @@ def start_on_cluster():
             "`--workflow-profile profiles/slurm` replaces the default profile, "
             "`--profile` only adds to it",
         )
-    noted = {
-        number
-        for job in workflow.dag.needrun_jobs()
-        for number in workflow.persistence.external_jobids(job)
-    }
+    if len(list(Path(".snakemake/locks").glob("*.output.lock"))) > 1:
+        refuse(
+            "another run holds a lock in this folder, and its jobs cannot be told from a dead run's",
+            "wait for it; if it was killed, the same command with --unlock takes the locks away",
+        )
     try:
-        ended = end_earlier_jobs(noted, Path.cwd())
+        ended = end_earlier_jobs(
+            workflow.executor_settings.jobname_prefix or "", Path.cwd()
+        )
     except ValueError as error:
         raise WorkflowError(str(error))
     if ended:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import subprocess
 import time
-from collections.abc import Iterable
 from pathlib import Path
 
 logger = logging.getLogger(__name__)
@@ -14,13 +13,15 @@ PATIENCE = 300.0  # seconds that cancelled jobs may take to end
 POLL = 2.0  # seconds between two looks at the queue
 
 
-def end_earlier_jobs(jobs: Iterable[str], folder: Path, patience: float = PATIENCE) -> list[str]:
+def end_earlier_jobs(prefix: str, folder: Path, patience: float = PATIENCE) -> list[str]:
     """Cancel jobs that a killed run of the workflow left behind, and wait until they are gone.
 
+    To be called before this run submits any: jobs are known by the start of their name and by the
+    folder that they run in.
+
     Args:
-        jobs: numbers that the workflow noted for outputs which it did not see finished.
-        folder: where the workflow runs; a job of that number that runs elsewhere is not ours, as
-            after a restart of Slurm that began to count anew.
+        prefix: of the jobs' names.
+        folder: where the workflow runs.
         patience: seconds to wait.
 
     Returns:
@@ -29,14 +30,13 @@ def end_earlier_jobs(jobs: Iterable[str], folder: Path, patience: float = PATIEN
     Raises:
         ValueError: when Slurm does not answer, or jobs are still there after `patience` seconds.
     """
-    asked = set(jobs)
-    found = sorted(asked & _queued(folder))
+    found = sorted(_queued(prefix, folder))
     if not found:
         return []
     logger.warning("cancelling jobs of an earlier run: %s", " ".join(found))
     _slurm("scancel", *found)
     deadline = time.monotonic() + patience
-    while left := sorted(set(found) & _queued(folder)):
+    while left := sorted(_queued(prefix, folder)):
         if time.monotonic() > deadline:
             raise ValueError(
                 f"jobs {' '.join(left)} of an earlier run in {folder} are still there "
@@ -47,11 +47,11 @@ def end_earlier_jobs(jobs: Iterable[str], folder: Path, patience: float = PATIEN
     return found
 
 
-def _queued(folder: Path) -> set[str]:
-    """Numbers of the jobs that wait or run, of all users, with `folder` as their working folder."""
-    lines = _slurm("squeue", "--noheader", "--format", "%i|%Z").splitlines()
-    pairs = [line.strip().partition("|") for line in lines]
-    return {number for number, _, where in pairs if Path(where) == folder}
+def _queued(prefix: str, folder: Path) -> set[str]:
+    """Numbers of the jobs of all users that wait or run in `folder` under such a name."""
+    lines = _slurm("squeue", "--noheader", "--format", "%i|%j|%Z").splitlines()
+    jobs = [line.strip().split("|", 2) for line in lines]
+    return {n for n, name, where in jobs if name.startswith(prefix) and Path(where) == folder}
 
 
 def _slurm(*command: str) -> str:
