@@ -52,6 +52,12 @@ include: "workflow/rules/transfer.smk"
 include: "workflow/rules/untold.smk"
 
 
+# one handler for all: of several, only the last would run
+onstart:
+    start_on_cluster()
+    check_artefacts(workflow.dag)
+
+
 rule all:
     default_target: True
     input:

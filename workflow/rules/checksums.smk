@@ -12,7 +12,3 @@ def check_artefacts(dag):
         raise WorkflowError(
             "\n".join([*found.values(), remade(found, "the options of this run")])
         )
-
-
-onstart:
-    check_artefacts(workflow.dag)

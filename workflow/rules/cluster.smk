@@ -35,7 +35,9 @@ def captured(files):
 
 
 def start_on_cluster():
-    """Refuse a run without a lock, and end the jobs of a run that was killed."""
+    """Before Slurm gets jobs: refuse a run without a lock, end the jobs of a run that was killed."""
+    if not workflow.is_main_process or workflow.executor_plugin.name != "slurm":
+        return
     from fsel.stages.slurm import end_earlier_jobs
 
     if not workflow.execution_settings.lock:
@@ -57,8 +59,3 @@ def start_on_cluster():
         raise WorkflowError(str(error))
     if ended:
         print(f"Cancelled jobs of an earlier run: {' '.join(ended)}", file=sys.stderr)
-
-
-onstart:
-    if workflow.is_main_process and workflow.executor_plugin.name == "slurm":
-        start_on_cluster()
