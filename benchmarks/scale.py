@@ -1,0 +1,275 @@
+"""Time and memory of the stages on captures of 1,000 to 10,000 frames.
+
+A capture of 250 embedded frames is laid out again and again side by side, with its images and its
+sparse points, until it has the frames asked for; the raw one that `ingest` reads is images of
+640x480, links to a few files. Every stage, and every method of `select`, runs in a process of its
+own. Prints a table of seconds of the processor and of peak memory, each with its exponent of growth
+from the second size to the last, then what a thousand scenes of the first size would take by these
+numbers; writes the numbers as JSON.
+
+    OMP_NUM_THREADS=1 python benchmarks/scale.py scale.json
+    OMP_NUM_THREADS=1 python benchmarks/scale.py some.json --frames 1000 2000 --only select/cover
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from ingestion import write_capture
+
+from fsel.baselines import METHODS
+from fsel.capture import Capture
+from fsel.layouts import read_folder
+from fsel.points import SparsePoints
+from fsel.reconstruct import reconstructor_of
+from fsel.stages.describe import describe
+from fsel.stages.evaluate import evaluate
+from fsel.stages.features import features
+from fsel.stages.generate import generate
+from fsel.stages.ingest import ingest
+from fsel.stages.label import label
+from fsel.stages.select import select
+from fsel.stages.split import split
+
+FRAMES = (1000, 2000, 5000, 10_000)
+BASE, SIDE, TARGETS, K = 250, 128, 15, 50
+RECONSTRUCTION = {"name": "splats", "long_side": 64, "settings": {}}
+SCENES = 1000  # of the plan
+PASSED = 1000  # frames a pass of the raw capture
+SEARCH = {
+    "labeller": "genetic",
+    "k": K,
+    "population": 8,
+    "farthest": 3,
+    "uniform": 2,
+    "generations": 3,
+    "elites": 2,
+    "tournament": 4,
+    "crossover": 0.8,
+    "mutation": 0.3,
+    "stored": 4,
+    "kept": 2,
+}
+FITNESS: Mapping[str, Mapping] = {"psnr": {}, "ssim": {}, "gmsd": {}}
+
+
+def base_capture(folder: Path) -> Capture:
+    """The embedded capture that is repeated."""
+    raw = folder / "raw"
+    generate(raw, layout="dl3dv", family="dl3dv", seed=0, frames=BASE, width=SIDE, height=96)
+    return read_folder(raw, long_side=SIDE, layout="dl3dv").capture
+
+
+def laid_out(base: Capture, count: int) -> Capture:
+    """Copies of a capture side by side, `count` frames in all, with images in memory once."""
+    copies, size = -(-count // len(base)), len(base)
+    apart = 3 * np.linalg.norm(base.centers - base.centers.mean(axis=0), axis=1).max()
+    rows = np.arange(count) % size
+    shift = np.zeros((count, 3))
+    shift[:, 0] = apart * (np.arange(count) // size)
+    poses = base.world_to_camera[rows].copy()
+    poses[:, :, 3] -= np.einsum("nij,nj->ni", poses[:, :, :3], shift)
+    return replace(
+        base,
+        names=tuple(f"{i:06d}" for i in range(count)),
+        world_to_camera=poses,
+        intrinsics=base.intrinsics[rows],
+        images=np.broadcast_to(base.images[:1], (count, *base.images.shape[1:])),
+        sequences=("pass",) * count,
+        points=_points(base.points, copies, size, count, apart),
+        masks=None,
+    )
+
+
+def _points(points: SparsePoints, copies: int, size: int, count: int, apart: float):
+    step = np.array([apart, 0, 0])
+    frame = np.concatenate([points.track_frame + c * size for c in range(copies)])
+    point = np.concatenate([points.track_point + c * len(points.xyz) for c in range(copies)])
+    there = frame < count
+    return SparsePoints(
+        xyz=np.concatenate([points.xyz + c * step for c in range(copies)]),
+        rgb=np.tile(points.rgb, (copies, 1)),
+        track_point=point[there],
+        track_frame=frame[there],
+    )
+
+
+def store(base: Capture, count: int, folder: Path) -> None:
+    """Write the canonical form of a capture that is laid out again and again."""
+    capture = laid_out(base, count)
+    folder.mkdir()
+    shape = (count, *base.images.shape[1:])
+    images = np.lib.format.open_memmap(folder / "images.npy", "w+", np.uint8, shape)
+    for start in range(0, count, len(base)):
+        part = images[start : start + len(base)]
+        part[:] = base.images[: len(part)]
+    images.flush()
+    replace(capture, images=np.load(folder / "images.npy", mmap_mode="r")).save(folder)
+
+
+def stages(folder: Path) -> dict[str, Callable[[], None]]:
+    """Name -> a stage on the capture in a folder, in the order in which they need each other."""
+    draw = folder / "split.parquet"
+
+    def selected(method: str) -> Path:
+        return folder / f"picks_{method}.parquet"
+
+    def picks(method: str) -> Callable[[], None]:
+        common = {"budgets": [K], "seeds": [0], "config": ""}
+        return lambda: select(folder, [draw], [], [selected(method)], methods=[method], **common)
+
+    def judged(method: str) -> Callable[[], None]:
+        made = [folder / f"evaluation_{method}.parquet"]
+        common = {"reconstruction": RECONSTRUCTION, "metrics": FITNESS, "config": ""}
+        return lambda: evaluate(folder, [draw], [selected(method)], made, **common)
+
+    def labelled() -> None:
+        label(
+            folder,
+            [folder / "p25.parquet"],
+            folder / "splits.parquet",
+            coverages=[25],
+            seed=0,
+            search=SEARCH,
+            reconstruction=RECONSTRUCTION,
+            fitness=FITNESS,
+            inputs=[folder / "images.npy"],
+            config="",
+        )
+
+    reading = {"layout": "seven_scenes"}
+    into = folder.parent / f"{folder.name}-ingested"
+    raw = folder.parent / f"{folder.name}-raw" / "scene"
+    return {
+        "ingest": lambda: ingest(raw, into, long_side=SIDE, at_least=K, reading=reading),
+        "describe": lambda: describe(
+            folder, folder / "descriptors.parquet", kind="lab_hog", weights=None, config=""
+        ),
+        "split": lambda: split(folder, [draw], targets=TARGETS, seed=0, config=""),
+        "features": lambda: features(folder, [draw], [folder / "features.parquet"], config=""),
+        **{f"select/{name}": picks(name) for name in METHODS},
+        "reconstruct/bind": lambda: reconstructor_of(Capture.load(folder), RECONSTRUCTION),
+        "evaluate/uniform": judged("uniform"),
+        "evaluate/all": judged("all"),
+        "label": labelled,
+    }
+
+
+def alone(folder: Path, name: str) -> dict[str, float]:
+    """What one stage takes, imports and compiled code on disk included."""
+    command = [sys.executable, __file__, "--stage", name, str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
+        print(f"  {name}: {last}", file=sys.stderr, flush=True)
+        return {}
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def run(folder: Path, name: str) -> None:
+    """One stage in this process; prints seconds of the processor and peak memory in MB."""
+    work = stages(folder)[name]
+    started = time.process_time()
+    work()
+    seconds = time.process_time() - started
+    status = Path("/proc/self/status").read_text()
+    peak = int(re.findall(r"VmHWM:\s+(\d+) kB", status)[0]) / 1024
+    print(json.dumps({"seconds": seconds, "peak_mb": peak}))
+
+
+def exponent(counts: list[int], values: list[float]) -> float:
+    """Of growth from the second size to the last."""
+    return float(np.log(values[-1] / values[1]) / np.log(counts[-1] / counts[1]))
+
+
+def table(found: Mapping[str, Mapping[int, Mapping[str, float]]], counts: list[int]) -> str:
+    """Rows of stages in Markdown."""
+    head = [f"{count:,}" for count in counts]
+    lines = ["| stage | " + " | ".join(head) + " | exponents |", "|---" * (len(head) + 2) + "|"]
+    for name, by_count in found.items():
+        measured = [by_count.get(count, {}) for count in counts]
+        cells = [
+            f"{m['seconds']:.1f} s, {m['peak_mb']:.0f} MB" if m else "failed" for m in measured
+        ]
+        grown = ""
+        if all(measured) and len(counts) > 2:
+            grown = ", ".join(
+                f"{exponent(counts, [max(m[key], least) for m in measured]):.2f}"
+                for key, least in (("seconds", 0.01), ("peak_mb", 1))
+            )
+        lines.append(f"| `{name}` | " + " | ".join([*cells, grown]) + " |")
+    return "\n".join(lines)
+
+
+def stored(folder: Path) -> dict[str, int]:
+    """Bytes of a capture's files."""
+    names = ("images.npy", "frames.parquet", "points.parquet", "descriptors.parquet")
+    return {name: (folder / name).stat().st_size for name in names if (folder / name).exists()}
+
+
+def plan(
+    found: Mapping[str, Mapping[int, Mapping[str, float]]], sizes: Mapping[str, int], frames: int
+) -> str:
+    """What a thousand scenes of so many frames take, in Markdown, from what one takes."""
+    hours = {
+        name: SCENES * by_count[frames]["seconds"] / 3600
+        for name, by_count in found.items()
+        if by_count.get(frames)
+    }
+    lines = ["| for 1,000 scenes | |", "|---|---|"]
+    lines += [f"| `{name}` | {1e-9 * SCENES * size:.1f} GB |" for name, size in sizes.items()]
+    parts = {
+        "capture": ("ingest", "describe", "split", "features"),
+        "select, all methods": [name for name in hours if name.startswith("select/")],
+        "evaluate, one method at one budget": ("evaluate/uniform",),
+        "label": ("label",),
+    }
+    for title, names in parts.items():
+        lines.append(f"| {title} | {sum(hours.get(n, 0.0) for n in names):.1f} core-hours |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--frames", type=int, nargs="+", default=list(FRAMES))
+    parser.add_argument("--only", nargs="+", default=[], help="stages, and what they need")
+    parser.add_argument("--stage", help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.stage:
+        run(asked.out, asked.stage)
+        return
+    needed = {"describe", "split", *asked.only}
+    found: dict[str, dict[int, dict[str, float]]] = {}
+    sizes: dict[int, dict[str, int]] = {}
+    with tempfile.TemporaryDirectory() as name:
+        home = Path(name)
+        base = base_capture(home)
+        for count in asked.frames:
+            folder = home / str(count)
+            store(base, count, folder)
+            if not asked.only or "ingest" in asked.only:
+                write_capture(home / f"{count}-raw", -(-count // PASSED))
+            for stage in stages(folder):
+                if not asked.only or stage in needed:
+                    found.setdefault(stage, {})[count] = alone(folder, stage)
+                    print(count, stage, found[stage][count], file=sys.stderr, flush=True)
+            sizes[count] = stored(folder)
+            asked.out.write_text(json.dumps({"stages": found, "bytes": sizes}, indent=1))
+    print(table(found, asked.frames))
+    first = asked.frames[0]
+    print(plan(found, sizes[first], first))
+
+
+if __name__ == "__main__":
+    main()
