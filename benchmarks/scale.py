@@ -188,8 +188,9 @@ def run(folder: Path, name: str) -> None:
 
 
 def exponent(counts: list[int], values: list[float]) -> float:
-    """Of growth from the second size to the last."""
-    return float(np.log(values[-1] / values[1]) / np.log(counts[-1] / counts[1]))
+    """Of growth to the last size, from the second or, of two, from the first."""
+    start = min(1, len(counts) - 2)
+    return float(np.log(values[-1] / values[start]) / np.log(counts[-1] / counts[start]))
 
 
 def table(found: Mapping[str, Mapping[int, Mapping[str, float]]], counts: list[int]) -> str:
@@ -202,7 +203,7 @@ def table(found: Mapping[str, Mapping[int, Mapping[str, float]]], counts: list[i
             f"{m['seconds']:.1f} s, {m['peak_mb']:.0f} MB" if m else "failed" for m in measured
         ]
         grown = ""
-        if all(measured) and len(counts) > 2:
+        if all(measured) and len(counts) > 1:
             grown = ", ".join(
                 f"{exponent(counts, [max(m[key], least) for m in measured]):.2f}"
                 for key, least in (("seconds", 0.01), ("peak_mb", 1))
