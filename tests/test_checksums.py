@@ -131,6 +131,9 @@ from snakemake.exceptions import WorkflowError
 
 include: "{rules}/checksums.smk"
 
+onstart:
+    check_artefacts(workflow.dag)
+
 rule last:
     input: "made.npy"
     output: "table.tex"
