@@ -74,10 +74,12 @@ def test_commands_in_the_docs_run(tmp_path):
         "compare",
         "reconstruct",
         "render",
+        "train",
     }
     write_ring(tmp_path / "captures" / "garden", frames=60)
-    # tests/cli/test_poses.py runs those that take a minute
-    slow = [c for c in commands if c.split()[1] in ("demo", "poses") or "walk.mp4" in c]
+    # tests/cli/test_poses.py and test_train.py run those that take a minute
+    words = ("walk.mp4", "mine.safetensors")
+    slow = [c for c in commands if c.split()[1] in ("demo", "poses") or any(w in c for w in words)]
     for command in [command for command in commands if command not in slow]:
         run(tmp_path, "-m", *command.split(), *["--force"] * ("-o" in command.split()))
     assert (tmp_path / "garden.ply").is_file()

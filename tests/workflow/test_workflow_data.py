@@ -18,7 +18,7 @@ from layout_recordings import recording
 from fsel.layouts import LAYOUTS
 
 ROOT = Path(__file__).parents[2]
-PAPER_RULES = (ROOT / "workflow" / "rules" / "paper.smk").read_text().split("PAPER = {")[1]
+PAPER_RULES = (ROOT / "workflow" / "rules" / "needs.smk").read_text().split("PAPER = {")[1]
 PAPER = yaml.safe_load((ROOT / "config" / "paper.yaml").read_text())
 
 

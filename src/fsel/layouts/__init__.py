@@ -39,6 +39,8 @@ LAYOUTS: Registry[Layout] = Registry(
 """By name, the most particular first: the order in which `auto` asks."""
 POSES = ("layout", "colmap", "file")
 POINTS = ("layout", "triangulate")
+# folders inside of captures, which somebody may give in place of the capture
+PARTS = ("sparse", "0", "images", "color", "rgb", "pose", "intrinsic", "dslr", "iphone", "colmap")
 TRIANGULATION_LONG_SIDE = 800
 
 
@@ -146,7 +148,8 @@ def _layout_of(folder: Path, layout: str) -> Layout:
         return LAYOUTS[layout]
     found = recognise(folder)
     if not found:
-        around = next((outer for outer in folder.resolve().parents[:2] if recognise(outer)), None)
+        near = folder.resolve().parents[:2] if folder.resolve().name in PARTS else ()
+        around = next((outer for outer in near if recognise(outer)), None)
         if around is not None:
             raise ValueError(f"{folder}: is part of the capture {around}, give that folder")
         inner = [child.name for child in sorted(folder.iterdir()) if child.is_dir()]

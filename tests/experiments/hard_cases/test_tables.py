@@ -38,9 +38,8 @@ def test_single_precision_is_single_throughout(monkeypatch):
     problem, seen = world(), []
 
     def spy(prepared, scorer, k):
-        seen.append(
-            {prepared.static.dtype, *(array.dtype for array in prepared.rows if array.size)}
-        )
+        *arrays, _ = prepared.rows
+        seen.append({prepared.static.dtype, *(array.dtype for array in arrays if array.size)})
         return np.arange(k), np.zeros(k)
 
     monkeypatch.setattr(precision.plain, "greedy", spy)

@@ -38,7 +38,8 @@ def compare_picks(problem: Problem, reference: Problem, k: int) -> tuple[int, in
     same, total, error = 0, 0, 0.0
     for name, scorer in scorers().items():
         prepared = POLICIES[name].prepare(problem)
-        finite(prepared.static, *prepared.rows)
+        *arrays, _ = prepared.rows  # the last is a number of picks, which may be infinite
+        finite(prepared.static, *arrays)
         rows, got = greedy(prepared, scorer, k)
         wanted, want = plain.greedy(POLICIES[name].prepare(reference), scorer, k)
         finite(got, want)
