@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import sys
 import time
 from dataclasses import replace
@@ -68,7 +69,9 @@ def test_images_come_back_as_the_program_left_them(capture):
     assert images.dtype == np.float32
     np.testing.assert_allclose(images, np.stack([mean, mean]), atol=1e-6)
     assert (model.device, model.primitives, model.seconds) == ("cpu", 0, 0)
-    assert 1e6 < model.peak_bytes < 1e9
+    # a program that starts holds what this process holds, until it is replaced
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    assert 1e6 < model.peak_bytes <= max(1e9, own)
     folder = model.folder
     assert folder.is_dir()
     del model

@@ -28,7 +28,7 @@ class Spent:
     Attributes:
         seconds: by the clock.
         peak_bytes: of the GPU's memory where it is watched, else the largest resident memory of
-            any of its processes.
+            any of its processes; at least what this process held when it started them.
         device: `cpu`, or the GPU's name.
     """
 
