@@ -30,7 +30,10 @@ from fsel.report.numbers import read_csv
 
 DEFINITIONS = Path("docs/results.yaml")
 SNAPSHOT = Path("docs/results.json")
-FIGURES = {Path("results/figures/heatmap.png"): Path("docs/figures/heatmap.png")}
+FIGURES = {
+    Path("results/figures") / name: Path("docs/figures") / name
+    for name in ("heatmap.png", "swaps.png")
+}
 MARKED = re.compile(r"(<!-- result: (\w+) -->)(.*?)(<!-- end -->)", re.S)
 
 
