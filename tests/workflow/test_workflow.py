@@ -272,6 +272,11 @@ def test_scripts_are_thin():
         assert len(script.read_text().splitlines()) <= 40, script
 
 
+def test_resources_of_every_rule_grow_with_attempts():
+    for path in sorted((ROOT / "workflow" / "rules").glob("*.smk")):
+        assert not re.findall(r"(?:mem_mb|runtime)=\d+", path.read_text()), path
+
+
 def test_only_one_module_knows_snakemake():
     sources = (ROOT / "src").rglob("*.py")
     knowing = {path.name for path in sources if "snakemake" in path.read_text().lower()}

@@ -29,8 +29,8 @@ rule select_freedom:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_capture(4000),
+        runtime=per_capture(60),
     params:
         budgets=config["budgets"],
         seeds=lambda wildcards: [
@@ -63,8 +63,9 @@ rule evaluate_freedom:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=120,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(120),
+        gpu=GPU,
     params:
         reconstruction=config["reconstruction"],
     message:
@@ -100,8 +101,8 @@ rule freedom:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=evaluation_scenes(),
         budgets=config["budgets"],
@@ -129,8 +130,9 @@ rule measure_constants:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=60,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(60),
+        gpu=GPU,
     params:
         **{key: config["refinement"][key] for key in ("draws", "targets", "budgets")},
         seed=lambda wildcards: scene_seed(wildcards, "constants"),
@@ -166,8 +168,8 @@ rule fsel_constants:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=PRACTISED,
         budgets=config["refinement"]["budgets"],

@@ -25,8 +25,8 @@ rule pair_poses:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=240,
+        mem_mb=growing(4000),
+        runtime=growing(240),
     params:
         model=config["pose_sources"]["model"],
         long_side=config["long_side"],
@@ -128,8 +128,8 @@ rule pose_sources:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=lambda wildcards: posed_twice(),
         names=lambda wildcards: [

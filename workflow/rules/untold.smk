@@ -22,8 +22,9 @@ rule evaluate_untold:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=4000,
-        runtime=30,
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(30),
+        gpu=GPU,
     params:
         generated=lambda wildcards: generated(wildcards.dataset, wildcards.scene),
         budgets=config["budgets"],
@@ -68,8 +69,8 @@ rule untold:
         "../envs/fsel.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
-        runtime=10,
+        mem_mb=growing(1000),
+        runtime=growing(10),
     params:
         scenes=evaluation_scenes(),
         facts=facts(),
