@@ -25,7 +25,7 @@ class Measured(NamedTuple):
             reconstruction did not finish.
         fit_seconds, render_seconds: of the reconstruction, and of rendering all views.
         primitives, bytes, peak_bytes, device: of the model, see `fsel.reconstruct.Model`.
-        outcome: empty, or one of `fsel.reconstruct.outcome.OUTCOMES`.
+        outcome: a word of `fsel.reconstruct.outcome`; empty where it finished.
         log: of what did not finish, the last lines.
     """
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from selection_problems import permuted, problem_on, random_problem
+from watched_images import Watched
 
 from fsel.baselines import METHODS
 from fsel.baselines.cover import BINS, _Coverage, fibonacci_sphere
@@ -213,21 +214,6 @@ def filmed():
         SparsePoints(made.xyz, made.rgb, made.track_point, made.track_frame),
     )
     return problem_on(capture, targets=6)
-
-
-class Watched:
-    """Images that remember which of them were asked for."""
-
-    def __init__(self, images):
-        self.images, self.asked = images, set()
-        self.ndim, self.dtype, self.shape = images.ndim, images.dtype, images.shape
-
-    def __len__(self):
-        return len(self.images)
-
-    def __getitem__(self, frames):
-        self.asked |= set(np.atleast_1d(frames).tolist())
-        return self.images[frames]
 
 
 both = pytest.mark.parametrize("name", ["fisher_rf", "cover"])

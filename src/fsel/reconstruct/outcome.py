@@ -9,7 +9,6 @@ MISSING = "no image"
 SIZE = "wrong size"
 RANGE = "not finite"
 FINISHED = ""
-OUTCOMES = (FAILED, TIMEOUT, MEMORY, MISSING, SIZE, RANGE)
 
 
 class NoDevice(OSError):
@@ -23,7 +22,7 @@ class Unfinished(RuntimeError):
     subset that was not measured cannot be ranked.
 
     Attributes:
-        outcome: one of `OUTCOMES`.
+        outcome: one of the words above, but `FINISHED`.
         log: the last lines that the program wrote, if there was one.
     """
 

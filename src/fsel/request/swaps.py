@@ -21,7 +21,7 @@ from fsel.request.refine import Refine, Swapped
 
 SHARE = 0.5  # of the swaps that bring a neighbour in capture order of the frame that leaves
 NEIGHBOURS = 6  # free frames around it
-WITNESSES = 3  # frames nearest to each target, which judge
+JUDGING = 3  # frames nearest to each target, which judge
 REGION = 8  # frames nearest to each target, which the other swaps bring
 METRIC = ("psnr",)
 LEAST_PICKS = 3  # without a judge that is picked, two are left to reconstruct from
@@ -130,7 +130,7 @@ def problem_swaps(
         targets.centers, targets.axes, capture.centers[pool], capture.axes[pool]
     )
     nearest = pool[np.argsort(distance, axis=1, kind="stable")]
-    judge = Judges.of(reconstructor, nearest[:, :WITNESSES], picks)
+    judge = Judges.of(reconstructor, nearest[:, :JUDGING], picks)
     return swaps(judge, picks, pool, np.unique(nearest[:, :REGION]), rng)
 
 

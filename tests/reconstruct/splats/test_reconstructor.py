@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
+from watched_images import Watched
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
@@ -269,24 +270,9 @@ def test_full_caches_forget_and_change_nothing(monkeypatch):
     assert (len(small._pairs), len(small._maps), len(small.frames._known)) == (1, 3, 2)
 
 
-class Opened:
-    """Images that remember which of them were asked for."""
-
-    def __init__(self, images):
-        self.images, self.asked = images, set()
-        self.ndim, self.dtype, self.shape = images.ndim, images.dtype, images.shape
-
-    def __len__(self):
-        return len(self.images)
-
-    def __getitem__(self, frames):
-        self.asked |= set(np.atleast_1d(frames).tolist())
-        return self.images[frames]
-
-
 def test_only_the_frames_of_subsets_are_opened():
     capture = textured_wall()
-    opened = Opened(capture.images)
+    opened = Watched(capture.images)
     bound = Splats(replace(capture, images=opened))
     assert opened.asked == set()
     bound.fit(np.array([0, 2, 5]))
