@@ -14,6 +14,7 @@ from fsel.problem import Method, Problem, checked_select
 from fsel.request import budget
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
+from fsel.request.memory import within
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
@@ -226,7 +227,7 @@ def checked_request(
 def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
     """Refuse a memory that nothing fits, and methods whose picks are not nested."""
     if auto.memory is not None:
-        budget.within(auto.memory, auto.size or capture.size)
+        within(auto.memory, auto.size or capture.size, auto.trainer)
     if not method.nested:
         from fsel.methods import METHODS
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from plyfile import PlyData
 from selection_problems import capture_of
-from small_captures import ring, write_ring
+from small_captures import write_ring
 
 import fsel
 from fsel.cli import console, main
 from fsel.cli.console import Console
 from fsel.layouts import images
 from fsel.points import SparsePoints
-from fsel.request.scene_depth import viewing_distance, worth_keeping
+from fsel.request.scene_depth import viewing_distance
 
 
 @pytest.mark.parametrize(
@@ -52,11 +52,6 @@ def run(*arguments):
     return main([*map(str, arguments)])
 
 
-def around(poses):
-    rotations = poses[:, :, :3]
-    return capture_of(-np.einsum("nij,ni->nj", rotations, poses[:, :, 3]), rotations, size=(64, 48))
-
-
 def test_info_tells_what_was_found(capture, capsys):
     for i in range(24):
         shot = np.random.default_rng(i).integers(0, 255, (48, 64), dtype=np.uint8)
@@ -70,26 +65,27 @@ def test_info_tells_what_was_found(capture, capsys):
     assert found["extent"] == pytest.approx(8)
     assert found["agreement"].startswith("reprojection error of median 0.00 px")
     assert found["step"] == pytest.approx(8 * np.sin(np.pi / 24))
-    assert len(found["worth_keeping"]) == 24
     assert run("info", capture) == 0
     printed = capsys.readouterr().out
     assert "1: frame_005.jpg" in printed
-    assert "about 24 of 24" in printed
+    assert f"keep      {found['enough']} (fsel select -k auto)" in printed
 
 
-def test_frames_within_eight_degrees_are_not_worth_keeping():
-    """On a circle of radius 4, looking 17 ** 0.5 far: chords below 0.576 span five steps."""
-    dense = around(ring(240))
-    distance = viewing_distance(dense.views, None)
-    np.testing.assert_allclose(distance, np.sqrt(17))
-    np.testing.assert_array_equal(worth_keeping(dense.views, distance), np.arange(0, 240, 6))
+def test_info_and_auto_find_one_number(capture, tmp_path, capsys):
+    assert run("info", capture, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert run("select", capture, "-k", "auto", "-o", tmp_path / "out") == 0
+    picked = json.loads((tmp_path / "out" / "selection.json").read_text())
+    assert sorted(found["worth_keeping"]) == sorted(entry["name"] for entry in picked["frames"])
+    assert found["enough"] == picked["budget"]["reason"]
 
 
-def test_frames_turned_by_a_quarter_of_the_view_are_worth_keeping():
-    turns = np.radians(np.arange(0, 40, 2.0))  # in place; half the view is 32.005 degrees
-    rotations = np.array([cv2.Rodrigues(np.array([0, turn, 0]))[0] for turn in turns])
-    turned = capture_of(np.zeros((20, 3)), rotations, size=(64, 48))
-    np.testing.assert_array_equal(worth_keeping(turned.views, np.ones(20)), [0, 9, 18])
+def test_two_frames_are_all_worth_keeping(tmp_path, capsys):
+    write_ring(tmp_path / "two", frames=2)
+    assert run("info", tmp_path / "two", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["worth_keeping"] == ["frame_000.jpg", "frame_001.jpg"]
+    assert found["enough"] == "all 2 frames, which are too few to select from"
 
 
 def test_viewing_distance_is_the_median_depth_of_what_is_seen():

@@ -13,9 +13,10 @@ from small_captures import write_ring
 import fsel
 from fsel.experiments.hard_cases.worlds import moved
 from fsel.points import SparsePoints
-from fsel.request import budget
-from fsel.request.budget import Auto, enough, find, most, predicted, shifts, view_shift, within
+from fsel.request.budget import Auto, enough, find, most, predicted, shifts, view_shift
+from fsel.request.memory import NEEDS, within
 
+SPLAT = 32  # bytes
 WORTH = np.array([4.0, 2.0, 1.0])
 seeds = st.integers(0, 2**32 - 1)
 unhurried = settings(max_examples=40, deadline=None, derandomize=True)
@@ -141,6 +142,28 @@ def test_memory_is_counted_by_the_pixel():
     assert bound.missing > 0.01
 
 
+def test_a_gpu_takes_what_the_table_says():
+    """9/10 of the memory, less the fixed part, over what a frame takes; worked by hand."""
+    assert within(8e9, (960, 540), "gsplat") == 87  # 6.98e9 / 79.92e6
+    assert within(8e9, (960, 540), "splatfacto") == 85  # 1,555,200 more a frame
+    assert within(8e9, (64, 48), "nerfacto") == 2783  # 3.34e9 / 1.2e6
+    assert within(8e9, (64, 48), "long-lrm") == 49  # 6.55e9 / 0.132e9
+    with pytest.raises(
+        ValueError, match=r"memory is 3000000000 bytes; allowed: 4291555556 or more"
+    ):
+        within(3_000_000_000, (64, 48), "nerfacto")
+    with pytest.raises(ValueError, match="trainer is 'nerf'; allowed: splats, gsplat"):
+        within(8e9, (64, 48), "nerf")
+
+
+@pytest.mark.parametrize("trainer", NEEDS)
+@pytest.mark.parametrize("frames", [2, 3, 30, 1000])
+def test_what_is_allowed_fits_and_one_more_would_not(trainer, frames):
+    memory = NEEDS[trainer].of(frames, (960, 540)) + 1
+    assert within(memory, (960, 540), trainer) == frames
+    assert NEEDS[trainer].of(frames + 1, (960, 540)) > memory
+
+
 @pytest.mark.parametrize("threshold", [0, -0.1, np.inf, np.nan])
 def test_a_threshold_that_is_none_is_refused(threshold):
     with pytest.raises(ValueError, match=r"allowed: numbers above 0, in dB a frame\. Hint: 0\.02"):
@@ -170,11 +193,11 @@ def test_the_library_keeps_the_first_picks(ring):
 
 
 def test_what_is_kept_fits_the_memory(ring):
-    memory = 5 * 64 * 48 * budget.SPLAT + 7
+    memory = 5 * 64 * 48 * SPLAT + 7
     chosen = fsel.select(ring, fsel.Auto(1e-6, memory))
     assert len(chosen.names) == 5
     model = fsel.fit(ring, chosen.indices, opacity=0.0)
-    assert model.bytes == budget.SPLAT * model.primitives
+    assert model.bytes == SPLAT * model.primitives
     assert 0.5 * memory < model.bytes <= memory
 
 

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from fsel import api
+from fsel.capture import Capture
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import reasons
+from fsel.export.record import reason
 from fsel.export.service import BLURRED, relative_sharpness
 from fsel.geometry import lengths
 from fsel.layouts import bare, images
 from fsel.layouts.base import natural
-from fsel.layouts.gate import sample
 from fsel.layouts.opening import Opened
 from fsel.layouts.previews import sharpness_of_files
-from fsel.points import SparsePoints
 from fsel.request.focus import scene_bounds
-from fsel.request.scene_depth import viewing_distance, worth_keeping
+from fsel.request.scene_depth import viewing_distance
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:
@@ -29,12 +29,9 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     opened = posing.opened(asked, console)
     sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     with console.clock("points"):
-        drawn, raw = sample(opened.raw)
-        points = raw.sparse()
-    result = described(
-        opened, sharpness, drawn, None if points is None else points.without_pixels()
-    )
-    frames, kept = result["frames"], len(result["worth_keeping"])
+        capture = opened.with_points()
+    result = described(opened, capture, sharpness)
+    frames = result["frames"]
     console.say("capture", f"{frames} frames, {opened.layout}, passes: {result['passes']}")
     console.say("cameras", ", ".join(result["cameras"]))
     if opened.raw.dropped:
@@ -53,29 +50,22 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     console.say("agree", str(opened.agreement))
     blurred = result["blurred"]
     console.say("blurred", f"{len(blurred)}: {', '.join(blurred[:5])}" if blurred else "none")
-    console.say(
-        "keep",
-        f"about {kept} of {frames}: the others lie within 8 degrees of parallax of one of them",
-    )
+    console.say("keep", f"{result['enough']} (fsel select -k auto)")
     console.give(result | {"agreement": str(opened.agreement)})
 
 
-def described(
-    opened: Opened, sharpness: np.ndarray, drawn: np.ndarray, points: SparsePoints | None
-) -> dict:
+def described(opened: Opened, capture: Capture, sharpness: np.ndarray) -> dict:
     """What the command prints, with names in full.
 
     Args:
         opened: the capture.
+        capture: the same with its points.
         sharpness: (N,) of its frames.
-        drawn: (m,) frames that the points' tracks number, ascending.
-        points: sparse points, or None.
     """
-    capture, centers = opened.capture, opened.capture.centers
-    far = viewing_distance(capture.view(drawn), points)
-    distance = np.interp(np.arange(len(capture)), drawn, far)
-    keep = worth_keeping(capture.views, distance)
+    centers, points = capture.centers, capture.points
+    distance = viewing_distance(capture.views, points)
     blurred = relative_sharpness(sharpness) < BLURRED
+    keep, enough = _worth_keeping(capture)
     cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.raw.cameras)
     return {
         "layout": opened.layout,
@@ -88,10 +78,20 @@ def described(
         "extent": float(2 * lengths(centers - centers.mean(axis=0)).max()),
         "step": float(np.median(lengths(np.diff(centers, axis=0)))) if len(capture) > 1 else 0.0,
         "distance": float(np.median(distance)),
-        "bounds": scene_bounds(replace(capture, points=points)).tolist(),
+        "bounds": scene_bounds(capture).tolist(),
         "blurred": [capture.names[i] for i in np.flatnonzero(blurred)],
-        "worth_keeping": [capture.names[i] for i in keep],
+        "worth_keeping": keep,
+        "enough": enough,
     }
+
+
+def _worth_keeping(capture: Capture) -> tuple[list[str], str]:
+    """Names of the frames that `fsel select -k auto` keeps, and why so many."""
+    if len(capture) < api.LEAST_FRAMES:
+        return list(capture.names), f"all {len(capture)} frames, which are too few to select from"
+    chosen = api.select(capture, api.AUTO)
+    found = chosen.budget
+    return sorted(chosen.names, key=natural), "" if found is None else reason(found)
 
 
 def _unregistered(files: Sequence[images.Image]) -> list[str]:

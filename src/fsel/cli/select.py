@@ -27,6 +27,7 @@ from fsel.layouts.previews import sharpness_of_files, thumbnails
 from fsel.problem import Method
 from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.hidden import behind
+from fsel.request.memory import SPLATS
 from fsel.request.targets import ALL, ORBIT, Targets
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned
@@ -39,10 +40,7 @@ THUMBNAIL = 240  # pixels of the longer side, in the report
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     started = time.perf_counter()
-    if asked.k != api.AUTO and (asked.threshold is not None or asked.memory is not None):
-        raise ValueError(
-            f"--threshold and --memory go with -k auto alone, and k is {asked.k}. Hint: -k auto"
-        )
+    _check_budget(asked)
     method = api.method_of(asked.method, asked.weights)
     _check_appearance(asked, method)
     if asked.refine is not None and asked.geometry_only:
@@ -193,9 +191,22 @@ def _budget(asked: argparse.Namespace, opened: Opened) -> int | Auto:
     scale = (_form(asked, opened).long_side or opened.longest) / opened.longest
     return Auto(
         THRESHOLD if asked.threshold is None else asked.threshold,
-        asked.memory,
+        asked.memory if asked.vram is None else asked.vram,
         (max(1, round(camera.width * scale)), max(1, round(camera.height * scale))),
+        asked.trainer or SPLATS,
     )
+
+
+def _check_budget(asked: argparse.Namespace) -> None:
+    """Refuse options of -k auto without it, and a GPU without the trainer that takes it."""
+    bounds = (asked.threshold, asked.memory, asked.vram)
+    if asked.k != api.AUTO and any(bound is not None for bound in bounds):
+        raise ValueError(
+            "--threshold, --memory and --vram go with -k auto alone, and k is "
+            f"{asked.k}. Hint: -k auto"
+        )
+    if (asked.vram is None) != (asked.trainer is None):
+        raise ValueError("--vram and --trainer go together, as --vram 8GB --trainer gsplat")
 
 
 def _form(asked: argparse.Namespace, opened: Opened) -> subset.Form:
@@ -249,6 +260,8 @@ def _content(
             "masks": str(asked.masks) if asked.masks else None,
             "box": asked.box,
             "geometry_only": asked.geometry_only,
+            "vram": asked.vram,
+            "trainer": asked.trainer,
             "always": str(asked.always) if asked.always else None,
             "never": str(asked.never) if asked.never else None,
             "points": asked.points,

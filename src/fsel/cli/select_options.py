@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fsel.cli.options import LARGEST, add_output, add_request, capture_command
 from fsel.cli.values import duration, number_or_auto, positive, size_in_bytes, whole
+from fsel.request.memory import TRAINERS
 
 
 def add_select(commands) -> None:
@@ -32,11 +33,23 @@ def add_select(commands) -> None:
         metavar="DB",
         help="of -k auto: least PSNR that further frames must gain each, 0.02 by default",
     )
-    command.add_argument(
+    memory = command.add_mutually_exclusive_group()
+    memory.add_argument(
         "--memory",
         type=size_in_bytes,
         metavar="SIZE",
         help="of -k auto: bytes that the splats of a reconstruction may take, as 500MB or 2GiB",
+    )
+    memory.add_argument(
+        "--vram",
+        type=size_in_bytes,
+        metavar="SIZE",
+        help="of -k auto: memory of the GPU that --trainer runs on, as 8GB",
+    )
+    command.add_argument(
+        "--trainer",
+        choices=tuple(TRAINERS),
+        help="what takes --vram; see docs/trainers.md",
     )
     add_request(command)
     command.add_argument("--method", help="fsel (by default), ours, uniform, fvs, nearest, ...")

@@ -118,8 +118,9 @@ def reason(budget: Budget) -> str:
     """Why a number of frames was found, in words."""
     if budget.within is not None and budget.within < budget.enough:
         return (
-            f"{budget.frames} frames, whose splats fit {budget.rule.memory:,} bytes; more are "
-            f"predicted to bring up to {budget.missing:.3f} dB each, until {budget.enough}"
+            f"{budget.frames} frames, which fit {budget.rule.memory:,} bytes by "
+            f"{budget.rule.trainer}; more are predicted to bring up to {budget.missing:.3f} dB each, "
+            f"until {budget.enough}"
         )
     return (
         f"{budget.frames} frames: the last is predicted to bring {budget.gain:.3f} dB, and no more "

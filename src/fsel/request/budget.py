@@ -18,12 +18,11 @@ import numpy as np
 
 from fsel.capture import Capture, Views
 from fsel.geometry import pairwise_angles, pairwise_distances
+from fsel.request.memory import LEAST, SPLATS, within
 from fsel.request.scene_depth import viewing_distance
 
 THRESHOLD = 0.02  # dB a frame; see docs/speed.md for the choice
 NEAREST = 3  # picked frames that a view is served by
-LEAST = 2  # frames that a reconstruction needs
-SPLAT = 32  # bytes: position, opacity, depth and colour in float32
 RECORD = "budget.json"
 
 
@@ -33,9 +32,10 @@ class Auto:
 
     Attributes:
         threshold: dB; picking ends where no further frames are predicted to gain as much each.
-        memory: bytes that the splats of a reconstruction may take, or None.
+        memory: bytes that a reconstruction may take, or None.
         size: (width, height) in pixels of the images that are reconstructed from, which `memory`
             is counted by; the capture's own where it is None.
+        trainer: whose memory it is, a key of `fsel.request.memory.NEEDS`.
 
     Raises:
         ValueError: for a threshold that is not above zero.
@@ -44,6 +44,7 @@ class Auto:
     threshold: float = THRESHOLD
     memory: int | None = None
     size: tuple[int, int] | None = None
+    trainer: str = SPLATS
 
     def __post_init__(self) -> None:
         if not 0 < self.threshold < np.inf:
@@ -61,7 +62,7 @@ class Budget:
         rule: what was asked for.
         frames: how many.
         enough: the smallest number after which no frames are predicted to gain the threshold each.
-        within: the largest number whose splats fit the memory, or None without one.
+        within: the largest number that fit the memory, or None without one.
         gain: dB that the last frame kept is predicted to gain.
         missing: dB a frame that the best continuation is predicted to gain; 0 where none is left.
     """
@@ -133,27 +134,6 @@ def enough(quality: np.ndarray, threshold: float) -> int:
     return LEAST + int(np.argmax((quality - threshold * np.arange(len(quality)))[LEAST:]))
 
 
-def within(memory: float, size: tuple[int, int]) -> int:
-    """The largest number of frames whose splats are certain to fit: one a pixel at most.
-
-    Args:
-        memory: bytes.
-        size: (width, height) of the images that are reconstructed from.
-
-    Raises:
-        ValueError: when not even two frames fit.
-    """
-    width, height = size
-    frame = width * height * SPLAT
-    if memory < LEAST * frame:
-        raise ValueError(
-            f"memory is {memory} bytes; allowed: {LEAST * frame} or more, which the splats of "
-            f"{LEAST} frames of {width}x{height} may take, and fewer cannot be reconstructed. "
-            "Hint: allow more, or reconstruct from smaller images"
-        )
-    return int(memory // frame)
-
-
 def most(shift: np.ndarray, auto: Auto, worth: np.ndarray) -> int:
     """How many picks suffice to find the budget: with more, the whole gain would be below the
     threshold for each.
@@ -178,7 +158,7 @@ def find(shift: np.ndarray, auto: Auto, size: tuple[int, int], worth: np.ndarray
     """
     quality = predicted(shifts(shift), worth)
     found = enough(quality, auto.threshold)
-    fits = None if auto.memory is None else within(auto.memory, auto.size or size)
+    fits = None if auto.memory is None else within(auto.memory, auto.size or size, auto.trainer)
     frames = found if fits is None else min(found, fits)
     ahead = (quality[frames + 1 :] - quality[frames]) / np.arange(1, len(quality) - frames)
     return Budget(

@@ -1,16 +1,13 @@
-"""How many frames of a capture show something that no other frame shows as well."""
+"""How far what a view looks at is."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from fsel.capture import Views
-from fsel.geometry import lengths, viewing_angles
+from fsel.geometry import lengths
 from fsel.points import SparsePoints
 from fsel.request.paths import attention
-
-PARALLAX = np.radians(8)  # best for stereo; frames closer than this see much the same
-TURN = 0.25  # of the field of view: frames turned by less share most of what they see
 
 
 def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
@@ -38,27 +35,3 @@ def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
         return lengths(attention(centers, views.axes) - centers)
     except ValueError:
         return np.full(len(views), lengths(centers - centers.mean(axis=0)).max())
-
-
-def worth_keeping(views: Views, distance: np.ndarray) -> np.ndarray:
-    """(m,) frames, ascending, such that every other frame is near one of them.
-
-    Going through them, a frame is kept unless an earlier kept one lies within 8 degrees of
-    parallax and a quarter of a field of view.
-
-    Args:
-        views: N frames.
-        distance: (N,) of what each frame looks at, see `viewing_distance`.
-    """
-    centers, axes = views.centers, views.axes
-    parallax = PARALLAX * np.maximum(distance, np.finfo(float).tiny)
-    turn = 2 * TURN * views.half_fov
-    near = np.zeros(len(views), bool)
-    kept = []
-    for frame in range(len(views)):
-        if not near[frame]:
-            kept.append(frame)
-            apart = lengths(centers - centers[frame])
-            near |= (apart < parallax) & (viewing_angles(axes, axes[frame]) < turn)
-            near[frame] = True
-    return np.array(kept)
