@@ -26,7 +26,8 @@ NO_POINTS = RawPoints(
 def cloud_of(opened: Opened, frames: list[int], picks: list[int], points: str) -> RawPoints:
     """Points with their tracks in some frames, those kept that the picks see.
 
-    Where the capture has none, they are triangulated from matches of the picks.
+    Points without any track, as those of a `.ply`, are seen where they lie in an image, whatever
+    hides them. Where the capture has no points, they are triangulated from matches of the picks.
 
     Args:
         opened: the capture.
@@ -39,6 +40,8 @@ def cloud_of(opened: Opened, frames: list[int], picks: list[int], points: str) -
     found = opened.raw.subset(frames).sparse() or _triangulated(opened, frames, picks)
     if points == ALL:
         return found
+    if not len(found.track_point):
+        return kept(found, _held(opened.raw.subset(picks), found.xyz) >= LEAST_TRACK)
     chosen = np.isin(found.track_frame, np.searchsorted(frames, picks))
     seen = np.bincount(found.track_point[chosen], minlength=len(found.xyz))
     return kept(found, seen >= LEAST_TRACK)
@@ -70,6 +73,19 @@ def as_seen_by(points: RawPoints, rows: list[int]) -> RawPoints:
         track_frame=place[points.track_frame[chosen]],
         track_xy=points.track_xy[chosen],
     )
+
+
+def _held(raw: RawCapture, xyz: np.ndarray) -> np.ndarray:
+    """(M,) how many images hold each point, by their cameras."""
+    count = np.zeros(len(xyz), np.int64)
+    for pose, camera in zip(raw.world_to_camera, raw.cameras, strict=True):
+        local = xyz @ pose[:, :3].T + pose[:, 3]
+        ahead = np.flatnonzero(local[:, 2] > 0)
+        if len(ahead):
+            at = np.asarray(camera.colmap.img_from_cam(local[ahead]))
+            within = ((at >= 0) & (at <= (camera.width, camera.height))).all(axis=1)
+            count[ahead[within]] += 1
+    return count
 
 
 def _triangulated(opened: Opened, frames: list[int], picks: list[int]) -> RawPoints:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from fsel.geometry import OPENGL_TO_OPENCV, invert_pose
-from fsel.layouts import colmap, images
+from fsel.layouts import colmap, images, ply_points
 from fsel.layouts.base import (
     Layout,
     RawCapture,
+    RawPoints,
     inside,
     member,
     number,
@@ -36,7 +38,8 @@ SPLITS = ("train_filenames", "val_filenames", "test_filenames")
 
 
 def read(folder: Path) -> RawCapture:
-    """A folder with transforms.json, paths relative to it; points from a model beside it.
+    """A folder with transforms.json, paths relative to it; points from a model beside it, or else
+    from the file that `ply_file_path` names.
 
     As in nerfstudio, a file without `applied_transform` beside colmap/sparse/0 carries the old one.
     """
@@ -68,7 +71,8 @@ def from_json(
 
     Returns:
         Poses in the world before `applied_transform`, which is that of a COLMAP model beside it.
-        Frames marked bad, and frames that no `*_filenames` list names, are left out.
+        Frames marked bad, and frames that no `*_filenames` list names, are left out. The points
+        of `ply_file_path` have no tracks.
     """
     content = read_json(path)
     frames, dropped = _frames(content, path)
@@ -91,8 +95,19 @@ def from_json(
             _existing(inside(folder, Path(masks, text(f, "mask_path", path)), path)) for f in masked
         ]
         or None,
+        points=_cloud(content, folder, applied, scale, path),
         dropped=dropped,
     )
+
+
+def _cloud(
+    content: dict, folder: Path, applied: np.ndarray | None, scale: float, path: Path
+) -> Callable[[tuple[int, ...]], RawPoints] | None:
+    """Reads the points of `ply_file_path`, which lie in the world of the poses."""
+    if content.get("ply_file_path") is None:
+        return None
+    file = inside(folder, text(content, "ply_file_path", path), path)
+    return ply_points.reader(file, applied, scale)
 
 
 def _applied(content: dict, path: Path) -> np.ndarray | None:
