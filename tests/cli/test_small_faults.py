@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from small_captures import camera_path, record_of, ring, select, write_ring
 
+import fsel
 from fsel.cli import main
 from fsel.cli.parser import parsed
 from fsel.cli.values import size_in_bytes
@@ -160,3 +161,56 @@ def test_an_object_is_compared_inside_of_its_outline(by, capture, tmp_path):
     held = ["frame_000.jpg", "frame_008.jpg"] + ["frame_016.jpg"] * (by == "--box")
     assert one["targets"] == held
     assert one["rows"][0]["psnr"] == pytest.approx(two["rows"][0]["psnr"], abs=0.02)
+
+
+@pytest.fixture
+def damaged(capture):
+    """A capture that has lost one image, and of another all but its first bytes."""
+    (capture / "images" / "frame_002.jpg").unlink()
+    cut = capture / "images" / "frame_005.jpg"
+    cut.write_bytes(cut.read_bytes()[:100])
+    return capture
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ["info"],
+        ["select", "-k", 6],
+        ["compare", "-k", 4, "--methods", "uniform", "--long-side", 48],
+        ["reconstruct", "--long-side", 48],
+    ],
+)
+def test_unreadable_images_are_skipped_where_asked(asked, damaged, tmp_path, capsys):
+    command, *options = asked
+    (tmp_path / "frames.txt").write_text("frame_007.jpg\nframe_008.jpg\n")
+    if command == "reconstruct":
+        options += ["--frames", tmp_path / "frames.txt"]
+    if command != "info":
+        options += ["-o", tmp_path / ("out.ply" if command == "reconstruct" else "out")]
+    assert run(command, damaged, *options) == 1
+    printed = capsys.readouterr().err
+    assert "frame_002.jpg: image file is missing (1 in all). Hint: `skip_unreadable`" in printed
+    assert run(command, damaged, *options, "--skip-unreadable") == 0
+    printed = capsys.readouterr().err
+    assert "2 images skipped: frame_002.jpg (image file is missing), frame_005.jpg (" in printed
+    assert "truncated (100 bytes)" in printed
+
+
+def test_what_is_skipped_is_recorded_and_never_picked(damaged, tmp_path, capsys):
+    asked = ["-k", 22, "-o", tmp_path / "out", "--skip-unreadable"]
+    assert select(damaged, *asked) == 0
+    record = record_of(tmp_path / "out")
+    assert record["capture"]["dropped"] == {
+        "frame_002.jpg": "image file is missing",
+        "frame_005.jpg": "image file is truncated (100 bytes)",
+    }
+    assert record["capture"]["frames"] == 22
+    whole = fsel.read_capture(damaged, long_side=48, skip_unreadable=True)
+    assert len(whole) == 22
+    assert whole.points.track_frame.max() == 21
+    capsys.readouterr()
+    for image in (damaged / "images").iterdir():
+        image.write_bytes(b"")
+    assert select(damaged, "-k", 4, "-o", tmp_path / "none", "--skip-unreadable") == 1
+    assert "none of 24 images can be read; the first: " in capsys.readouterr().err

@@ -109,7 +109,10 @@ CASES = {
     "a camera twice as wide": (changed_model(wide), "image is 64x48 but its camera 128x48"),
     "a point at infinity": (changed_model(at_infinity), "sparse/0: point 30 lies at"),
     "a name with a space": (with_a_space, "' frame_002.jpg'"),
-    "photos of another's name": (shifted_names, "a/frame_000.jpg: image of"),
+    "photos of another's name": (
+        shifted_names,
+        "a/frame_000.jpg: image file is missing (2",
+    ),
     "a missing photo": (lambda f: (f / "images" / "frame_003.jpg").unlink(), "frame_003.jpg"),
     "an empty photo": (image("frame_004.jpg", b""), "frame_004.jpg: image file is empty"),
     "a photo with two frames": (second_frame, "frame_004.jpg: not a readable image: its header"),

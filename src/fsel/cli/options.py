@@ -56,6 +56,15 @@ def add_reading(command: argparse.ArgumentParser) -> None:
         help="greatest median disagreement of poses and images, as a share of the images' longer "
         f"side, {MAX_ERROR} by default",
     )
+    add_skipping(command)
+
+
+def add_skipping(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--skip-unreadable",
+        action="store_true",
+        help="leave out frames whose image is missing or unreadable, and say which",
+    )
 
 
 def add_video(command: argparse.ArgumentParser) -> None:

@@ -14,6 +14,7 @@ from fsel.cli.options import (
     add_object,
     add_output,
     add_reading,
+    add_skipping,
     add_video,
     bare_command,
     capture_command,
@@ -68,6 +69,7 @@ def _add_poses(commands) -> None:
     command = bare_command(commands, "poses", text)
     command.add_argument("capture", type=Path, help="video, or folder of photos")
     add_video(command)
+    add_skipping(command)
     add_output(command, "folder to write")
 
 

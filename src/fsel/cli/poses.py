@@ -6,7 +6,7 @@ import argparse
 import shutil
 
 from fsel.cli.console import Console
-from fsel.cli.posing import CAPTURE, FOUND, found_poses, settings_of
+from fsel.cli.posing import CAPTURE, FOUND, found_poses
 from fsel.cli.request import inputs_of
 from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
@@ -15,7 +15,7 @@ from fsel.export.staging import staged
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     with staged(asked.out, "poses", FolderRecord(), inputs_of(asked), asked.force) as stage:
-        place = found_poses(asked.capture, settings_of(asked), console)
+        place = found_poses(asked, console)
         with console.clock("writing"):
             for part in ("images", "sparse"):
                 shutil.copytree(place / CAPTURE / part, stage / part)

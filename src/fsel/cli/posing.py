@@ -16,7 +16,7 @@ from pathlib import Path
 import pycolmap
 
 from fsel.cli.console import Console
-from fsel.layouts import bare, film, sfm
+from fsel.layouts import bare, film, headers, sfm
 from fsel.layouts.colmap_runs import Work
 from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
 
@@ -39,9 +39,25 @@ def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SI
     """
     if not needed(asked):
         with console.clock("reading"):
-            return open_capture(asked.capture, asked.layout, long_side, asked.max_error)
-    place = found_poses(asked.capture, settings_of(asked), console)
+            found = open_capture(
+                asked.capture,
+                asked.layout,
+                long_side,
+                asked.max_error,
+                skip_unreadable=asked.skip_unreadable,
+            )
+        warn_of(found.skipped, console)
+        return found
+    place = found_poses(asked, console)
     return open_capture(place / CAPTURE, "colmap", long_side, asked.max_error)
+
+
+def warn_of(skipped: dict[str, str], console: Console) -> None:
+    """Name the frames whose images cannot be read."""
+    if skipped:
+        named = [f"{name} ({why})" for name, why in skipped.items()]
+        more = f", and {len(named) - SHOWN} more" if len(named) > SHOWN else ""
+        console.warn(f"{len(named)} images skipped: {', '.join(named[:SHOWN])}{more}")
 
 
 def needed(asked: argparse.Namespace) -> bool:
@@ -52,12 +68,7 @@ def needed(asked: argparse.Namespace) -> bool:
     return video or asked.poses == "colmap"
 
 
-def settings_of(asked: argparse.Namespace) -> dict:
-    """How a video is thinned."""
-    return {"frames": asked.video_frames, "rate": asked.rate}
-
-
-def found_poses(source: Path, settings: dict, console: Console) -> Path:
+def found_poses(asked: argparse.Namespace, console: Console) -> Path:
     """A folder with `capture`, a COLMAP capture, and `poses.json`, what is to be said of it.
 
     It lies in the user's cache, under a digest of the files and settings: the second time nothing
@@ -66,7 +77,13 @@ def found_poses(source: Path, settings: dict, console: Console) -> Path:
     Raises:
         ValueError: when the source holds no images, or fewer than three can be placed.
     """
+    source = asked.capture
+    settings = {"frames": asked.video_frames, "rate": asked.rate}
     files = [source] if film.is_video(source) else bare.find(source)
+    if asked.skip_unreadable and files != [source]:
+        faults = {file.name: headers.fault(file) for file in files}
+        warn_of({name: why for name, why in faults.items() if why}, console)
+        files = [file for file in files if not faults[file.name]]
     if not files:
         raise ValueError(f"{source}: no images in it, in images or in input; nothing to pose")
     place = cache() / _digest(files, settings)

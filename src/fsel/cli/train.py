@@ -15,6 +15,7 @@ import numpy as np
 from fsel import api
 from fsel.cli.console import Console
 from fsel.cli.optimising import checked
+from fsel.cli.posing import warn_of
 from fsel.export.staging import refuse_overlap
 from fsel.files import digest
 from fsel.layouts.opening import LONG_SIDE, open_capture
@@ -86,7 +87,10 @@ def _described(
     """A capture with its descriptors, its sharpness and a reconstructor."""
     from fsel.training.offline import Described
 
-    opened = open_capture(path, asked.layout, LONG_SIDE, asked.max_error)
+    opened = open_capture(
+        path, asked.layout, LONG_SIDE, asked.max_error, skip_unreadable=asked.skip_unreadable
+    )
+    warn_of(opened.skipped, console)
     count = len(opened.capture)
     if count < labelling.frames_needed:
         raise ValueError(

@@ -119,8 +119,8 @@ def reason(budget: Budget) -> str:
     if budget.within is not None and budget.within < budget.enough:
         return (
             f"{budget.frames} frames, which fit {budget.rule.memory:,} bytes by "
-            f"{budget.rule.trainer}; more are predicted to bring up to {budget.missing:.3f} dB each, "
-            f"until {budget.enough}"
+            f"{budget.rule.trainer}; more are predicted to bring up to {budget.missing:.3f} dB "
+            f"each, until {budget.enough}"
         )
     return (
         f"{budget.frames} frames: the last is predicted to bring {budget.gain:.3f} dB, and no more "

@@ -94,6 +94,7 @@ def read_folder(
     points: str = "layout",
     every: int = 1,
     max_error: float = MAX_ERROR,
+    skip_unreadable: bool = False,
     reading: dict | None = None,
     store: Path | None = None,
 ) -> Ingestion:
@@ -110,6 +111,7 @@ def read_folder(
         every: keep every n-th frame of each sequence.
         max_error: greatest median disagreement of poses and images, as a share of the images'
             longer side (see `Agreement`).
+        skip_unreadable: leave out frames whose image is missing or unreadable, and log them.
         reading: keywords of the layout's own reader.
         store: folder for the image arrays, so that memory stays small; None for memory.
 
@@ -125,7 +127,7 @@ def read_folder(
     known, raw = read_raw(folder, layout, reading)
     source = f"{known.name} at {folder}"
     raw = _placed(_thinned(raw, every), folder, poses, model)
-    raw, agreement = admitted(raw, source, long_side, max_error)
+    raw, agreement = admitted(raw, source, long_side, max_error, skip_unreadable=skip_unreadable)
     for reason, count in sorted(Counter(raw.dropped.values()).items()):
         log.info("%s: left out %d frames: %s", source, count, reason)
     log.info("%s: %s", source, agreement)

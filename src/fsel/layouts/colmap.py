@@ -144,20 +144,17 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
 
 
 def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
-    """Files by name; where downscaled copies have another ending, the one of the same folder."""
+    """Files by name; where downscaled copies have another ending, the one of the same folder.
+
+    What is not there is left to the gate, which refuses it or leaves its frame out.
+    """
     files = [inside(images, name, model) for name in names]
     there = {folder: _by_stem(folder) for folder in {file.parent for file in files}}
-    found, missing = [], []
-    for name, file in zip(names, files, strict=True):
+    found = []
+    for file in files:
         alike = there[file.parent].get(file.stem, [])
-        if file.name in alike or len(alike) == 1:
-            found.append(file if file.name in alike else file.with_name(alike[0]))
-        else:
-            missing.append(name)
-    if missing:
-        raise FileNotFoundError(
-            f"{images / missing[0]}: image of {model} is missing ({len(missing)} in all)"
-        )
+        other = len(alike) == 1 and file.name not in alike
+        found.append(file.with_name(alike[0]) if other else file)
     twice = [file for file, count in Counter(found).items() if count > 1]
     if twice:
         raise ValueError(f"{twice[0]}: would stand for several images of {model}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,12 @@ SAMPLE = 300  # frames whose points are read: a long capture has millions
 
 
 def admitted(
-    raw: RawCapture, source: str, long_side: int, max_error: float = MAX_ERROR
+    raw: RawCapture,
+    source: str,
+    long_side: int,
+    max_error: float = MAX_ERROR,
+    *,
+    skip_unreadable: bool = False,
 ) -> tuple[RawCapture, Agreement]:
     """A capture's frames in natural order, and how well their parts agree.
 
@@ -30,6 +36,8 @@ def admitted(
         long_side: pixels of the longer side that images will be brought to.
         max_error: greatest median disagreement of poses and images, as a share of the images'
             longer side.
+        skip_unreadable: leave out frames whose image or mask is missing or unreadable, in place of
+            refusing them.
 
     Raises:
         ValueError: for what `in_order` refuses, an image that is missing, damaged, too large or
@@ -37,6 +45,8 @@ def admitted(
             points or images.
     """
     raw = in_order(raw, source)
+    if skip_unreadable:
+        raw = _readable(raw, source)
     check_images(raw, long_side)
     return raw, _agreeing(raw, source, max_error)
 
@@ -46,6 +56,26 @@ def sample(raw: RawCapture) -> tuple[np.ndarray, RawCapture]:
     count = len(raw.names)
     drawn = np.linspace(0, count - 1, min(SAMPLE, count)).round().astype(np.int64)
     return drawn, raw.subset(drawn.tolist())
+
+
+def _readable(raw: RawCapture, source: str) -> RawCapture:
+    """The frames whose image and mask can be opened; the others are dropped, each with its fault.
+
+    Raises:
+        ValueError: when none is left.
+    """
+    faults = [""] * len(raw.names)
+    for group in (raw.images, raw.masks or ()):
+        for at, fault in enumerate(in_turn(lambda at, of=group: headers.fault(of[at]), group)):
+            faults[at] = faults[at] or fault
+    kept = [at for at, fault in enumerate(faults) if not fault]
+    if not kept:
+        raise ValueError(
+            f"{source}: none of {len(faults)} images can be read; the first: {raw.images[0]}: "
+            f"{faults[0]}"
+        )
+    gone = {name: fault for name, fault in zip(raw.names, faults, strict=True) if fault}
+    return replace(raw.subset(kept), dropped=raw.dropped | gone)
 
 
 def check_images(raw: RawCapture, long_side: int) -> None:
@@ -62,7 +92,11 @@ def check_images(raw: RawCapture, long_side: int) -> None:
     ]
     missing = next((file for file, _ in files if not file.is_file()), None)
     if missing is not None:  # before any is opened: a capture may have a million
-        raise ValueError(f"{missing}: image file is missing")
+        count = sum(not file.is_file() for file, _ in files)
+        raise ValueError(
+            f"{missing}: image file is missing ({count} in all). Hint: `skip_unreadable` "
+            "(--skip-unreadable) leaves such frames out"
+        )
     found = in_turn(lambda at: headers.check(files[at][0]), [file for file, _ in files])
     first = None
     for (file, camera), size in zip(files, found, strict=True):

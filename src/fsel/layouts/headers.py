@@ -49,6 +49,20 @@ def check(path: Path) -> Size:
     return size
 
 
+def fault(image: Path | object) -> str:
+    """What `check` says against an image file, without its name; nothing where it is sound, or for
+    a frame of a video, which is left to the decoder."""
+    if not isinstance(image, Path):
+        return ""
+    try:
+        check(image)
+    except ValueError as error:
+        return str(error).removeprefix(f"{image}: ")
+    except OSError as error:
+        return f"image file cannot be opened ({error.strerror})"
+    return ""
+
+
 def size_of(content: Content, path: Path) -> Size:
     """(width, height) that an image file states.
 

@@ -28,12 +28,14 @@ class Opened:
         raw: what the files say.
         capture: poses, and images that are opened when indexed.
         agreement: how well poses, cameras and images agree.
+        skipped: frames left out since their images are missing or unreadable, with the fault.
     """
 
     layout: str
     raw: RawCapture
     capture: Capture
     agreement: Agreement
+    skipped: dict[str, str]
 
     @property
     def longest(self) -> int:
@@ -75,6 +77,8 @@ def open_capture(
     layout: str = "auto",
     long_side: int = LONG_SIDE,
     max_error: float = MAX_ERROR,
+    *,
+    skip_unreadable: bool = False,
 ) -> Opened:
     """Open a capture without opening its images, refusing all that `read_folder` refuses.
 
@@ -82,7 +86,7 @@ def open_capture(
         path: its folder.
         layout: a key of `LAYOUTS`, or `auto` to recognise it.
         long_side: pixels of the longer side of images that are opened later.
-        max_error: see `fsel.layouts.gate.admitted`.
+        max_error, skip_unreadable: see `fsel.layouts.gate.admitted`.
 
     Raises:
         FileNotFoundError: when the folder or its model is not there.
@@ -90,6 +94,14 @@ def open_capture(
     """
     folder = Path(path)
     known, raw = read_raw(folder, layout)
-    raw, agreement = admitted(raw, f"{known.name} at {folder}", long_side, max_error)
+    known_gone = raw.dropped
+    raw, agreement = admitted(
+        raw,
+        f"{known.name} at {folder}",
+        long_side,
+        max_error,
+        skip_unreadable=skip_unreadable,
+    )
     capture = ingest(raw, known, folder, long_side, lazy=True)
-    return Opened(known.name, raw, capture, agreement)
+    skipped = {name: why for name, why in raw.dropped.items() if name not in known_gone}
+    return Opened(known.name, raw, capture, agreement, skipped)
