@@ -1,17 +1,44 @@
 """Selections read by trainers' own parsers, where they are installed."""
 
 import importlib
+import json
 import os
-import sys
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 from small_captures import select, write_ring
 
+from fsel.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.layouts import read_capture
 
 GSPLAT = os.environ.get("GSPLAT_EXAMPLES", "")
+NERFSTUDIO = os.environ.get("FSEL_NERFSTUDIO", "")
+ASK_NERFSTUDIO = """
+import json, sys
+from pathlib import Path
+from nerfstudio.data.dataparsers.nerfstudio_dataparser import NerfstudioDataParserConfig
+
+def told(path, split):
+    config = NerfstudioDataParserConfig(
+        data=Path(path), orientation_method="none", center_method="none", auto_scale_poses=False,
+        load_3D_points=True,
+    )
+    found = config.setup().get_dataparser_outputs(split)
+    cameras = found.cameras
+    return {
+        "names": [file.name for file in found.image_filenames],
+        "poses": cameras.camera_to_worlds.tolist(),
+        "size": [int(cameras.width[0]), int(cameras.height[0])],
+        "focal": [float(cameras.fx[0]), float(cameras.fy[0])],
+        "points": found.metadata["points3D_xyz"].tolist(),
+        "colours": found.metadata["points3D_rgb"].tolist(),
+    }
+
+parts = ("train", "val", "test")
+print(json.dumps([{part: told(path, part) for part in parts} for path in sys.argv[1:]]))
+"""
 
 
 @pytest.fixture
@@ -35,31 +62,33 @@ def test_gsplat_reads_a_selection(out, monkeypatch):
     assert len(normal.points) == len(whole.points.xyz)
 
 
-def nerfstudio(path):
-    parsers = pytest.importorskip(
-        "nerfstudio.data.dataparsers.nerfstudio_dataparser",
-        reason="nerfstudio is not installed",
-    )
-    config = parsers.NerfstudioDataParserConfig(
-        data=Path(path), orientation_method="none", center_method="none", auto_scale_poses=False
-    )
-    parser = config.setup()
-    return {split: parser.get_dataparser_outputs(split) for split in ("train", "val", "test")}
-
-
-@pytest.mark.filterwarnings("ignore")
-def test_nerfstudio_reads_a_selection_and_its_split(out):
-    """Its world is turned by the convention of its axes, and nothing else."""
+@pytest.mark.skipif(
+    not NERFSTUDIO, reason="FSEL_NERFSTUDIO names no virtual environment that has nerfstudio"
+)
+def test_nerfstudio_reads_a_selection_and_its_split(out, tmp_path):
+    """Its world is turned by the convention of its axes, and nothing else. The points that a file
+    without a COLMAP model beside it names are read as it reads them."""
+    (tmp_path / "ask.py").write_text(ASK_NERFSTUDIO)
+    asked = [out / "train", out / "transforms_split.json"]
+    python = Path(NERFSTUDIO) / "bin" / "python"
+    command = [python, tmp_path / "ask.py", *asked]
+    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, env=clean)
+    assert ran.returncode == 0, ran.stderr
+    alone, split = json.loads(ran.stdout.splitlines()[-1])
     whole = read_capture(out / "train", "nerfstudio", long_side=64)
-    found = nerfstudio(out / "train")["train"]
-    assert [path.name for path in found.image_filenames] == list(whole.names)
-    assert len(found.metadata["points3D_xyz"]) == len(whole.points.xyz)
-    split = nerfstudio(out / "transforms_split.json")
-    assert [path.name for path in split["train"].image_filenames] == list(whole.names)
     held = [f"frame_{i:03d}.jpg" for i in range(0, 40, 8)]
-    for part in ("val", "test"):
-        assert [path.name for path in split[part].image_filenames] == held
-    assert len(split["train"].metadata["points3D_xyz"]) == len(whole.points.xyz)
-    sizes = found.cameras
-    assert (int(sizes.width[0]), int(sizes.height[0]), float(sizes.fx[0])) == (64, 48, 60)
-    assert "nerfstudio" in sys.modules
+    for part in ("train", "val", "test"):
+        assert alone[part]["names"] == list(whole.names)
+        assert split[part]["names"] == (list(whole.names) if part == "train" else held)
+    assert (alone["train"]["size"], alone["train"]["focal"]) == ([64, 48], [60.0, 61.0])
+    found = np.array(alone["train"]["poses"])
+    expected = [invert_pose(pose) for pose in whole.world_to_camera]
+    expected = np.array(expected)
+    expected[:, :, :3] = expected[:, :, :3] @ OPENGL_TO_OPENCV
+    np.testing.assert_allclose(found, expected, atol=1e-5)
+    (out / "train" / "sparse").rename(tmp_path / "model")
+    cloud = read_capture(out / "train", "nerfstudio", long_side=64).points
+    for content in (alone, split):
+        np.testing.assert_allclose(content["train"]["points"], cloud.xyz, atol=1e-5)
+        np.testing.assert_array_equal(content["train"]["colours"], cloud.rgb)
