@@ -6,8 +6,8 @@ features` is what the rule needs computed before the first pick. Beside them a f
 recomputes every input of every candidate from all picks at every step, and FVS, DPP and k-medoids
 on the same cameras and descriptors. Prints medians of the processor's time, which other work
 disturbs less than the clock's; the exponent of growth with the number of candidates from 1,000 on;
-and peak memory above what the inputs take. k-medoids stops at 10,000: its matrix would take 40 GB
-at 100,000.
+and peak memory above what the inputs take. k-medoids stops at 10,000: its time grows with the
+square.
 
     OMP_NUM_THREADS=1 python benchmarks/selector.py
 """
@@ -149,7 +149,8 @@ def kmedoids(prepared: Prepared) -> np.ndarray:
     """k-medoids from a farthest-view start."""
     rows = prepared.rows
     start = farthest_views(prepared.pool, rows.centers, K, 0).astype(np.int64)
-    return fasterpam(distances(rows.centers, rows.axes, rows.descriptors), start)
+    distance = distances(rows.centers, rows.axes, rows.descriptors)
+    return fasterpam(distance, len(rows.centers), start)
 
 
 def calls(prepared: Prepared, problem: Problem, fresh: Network) -> dict[str, Callable[[], object]]:

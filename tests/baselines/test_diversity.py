@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, random_problem
 
 from fsel.baselines import METHODS
+from fsel.baselines import kmedoids as kmedoids_method
 from fsel.baselines.dpp import greedy_map
 from fsel.baselines.greedy import lazy_greedy, locate, most_central
 from fsel.baselines.kmedoids import distances, fasterpam
@@ -143,7 +144,9 @@ def test_kmedoids_distance_against_numpy():
     pool = problem.observed
     capture = problem.capture
     got = distances(capture.centers[pool], capture.axes[pool], problem.descriptors[pool])
-    np.testing.assert_allclose(got, slow_distances(problem), atol=1e-6)
+    rows = np.arange(len(pool))
+    np.testing.assert_allclose(got(rows), slow_distances(problem), atol=1e-6)
+    np.testing.assert_array_equal(got(rows[[7, 3]]), got(rows)[[7, 3]])
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -161,6 +164,44 @@ def test_kmedoids_cannot_be_bettered_by_one_swap(seed):
     assert oracle.loss == pytest.approx(loss)
 
 
+def slow_fasterpam(distance, medoids):
+    """Every candidate in turn against all medoids, from the whole matrix."""
+    n, medoids = len(distance), list(medoids)
+    order = np.argsort(distance.sum(axis=1, dtype=np.float64), kind="stable")
+    turn, since = 0, 0
+    while since < n:
+        candidate = order[turn % n]
+        if candidate not in medoids:
+            loss = distance[medoids].min(axis=0).sum(dtype=np.float64)
+            changes = [
+                distance[[*np.delete(medoids, m), candidate]].min(axis=0).sum(dtype=np.float64)
+                - loss
+                for m in range(len(medoids))
+            ]
+            if min(changes) < -1e-6:
+                medoids[int(np.argmin(changes))] = candidate
+                since = 0
+        turn, since = turn + 1, since + 1
+    return np.array(medoids)
+
+
+@pytest.mark.parametrize("block", [1, 7, 64])
+def test_kmedoids_in_blocks_picks_as_from_the_whole_matrix(monkeypatch, block):
+    monkeypatch.setattr(kmedoids_method, "HELD", 0)
+    monkeypatch.setattr(kmedoids_method, "BLOCK", block)
+    problem = random_problem(60, seed=block)
+    pool, capture = problem.observed, problem.capture
+    distance = distances(capture.centers[pool], capture.axes[pool], problem.descriptors[pool])
+    whole = distance(np.arange(len(pool)))
+    start = np.arange(0, 36, 4)
+    slow = slow_fasterpam(whole, start)
+    assert set(slow) != set(start)
+    np.testing.assert_array_equal(fasterpam(distance, len(pool), start), slow)
+    build = locate(lambda rows: 1 - whole[rows], np.full(len(pool), np.inf), 9)
+    expected = pool[np.sort(slow_fasterpam(whole, build))]
+    np.testing.assert_array_equal(select("kmedoids", problem, 9), expected)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_build_against_a_published_package(seed):
     distance = slow_distances(random_problem(40, seed)).astype(np.float32)
@@ -175,7 +216,8 @@ def test_kmedoids_finds_the_best_of_all_subsets_of_clusters():
     distance = pairwise_distances(points, points).astype(np.float32)
     best = min(combinations(range(12), 3), key=lambda s: distance[list(s)].min(axis=0).sum())
     # from the worst start: all medoids in one cluster
-    np.testing.assert_array_equal(np.sort(fasterpam(distance, np.arange(3))), best)
+    got = fasterpam(distance.__getitem__, 12, np.arange(3))
+    np.testing.assert_array_equal(np.sort(got), best)
     one = min(range(12), key=lambda i: distance[i].sum())
     nearness = distance.max() - distance
     assert locate(lambda rows: nearness[rows], np.full(12, np.inf), 1).tolist() == [one]

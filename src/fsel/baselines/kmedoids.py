@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numba
 import numpy as np
 
@@ -9,46 +11,67 @@ from fsel.baselines.greedy import BLOCK, locate
 from fsel.problem import Method, Problem
 
 ROUNDING = 1e-6  # of a distance in float32
+HELD = 2048  # frames up to which all distances are held: 16 MB
 
 _jit = numba.njit(cache=True, nogil=True)
+Rows = Callable[[np.ndarray], np.ndarray]
+"""(b,) rows -> (b, n) float32 distances to all, symmetric, 0 to itself."""
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """The medoids, ascending: greedy ones (BUILD of PAM), then swapped (FasterPAM)."""
+    """The medoids, ascending: greedy ones (BUILD of PAM), then swapped (FasterPAM).
+
+    Distances of a larger pool are made for blocks of rows when asked for: memory stays linear in
+    the pool. Time grows with its square by definition: every swap is weighed against all frames.
+    """
     pool = problem.observed
     distance = distances(
         problem.capture.centers[pool], problem.capture.axes[pool], problem.descriptors[pool]
     )
-    build = locate(lambda rows: 1 - distance[rows], np.full(len(pool), np.inf), k)
-    return pool[np.sort(fasterpam(distance, build))]
+    if len(pool) <= HELD:
+        whole = distance(np.arange(len(pool)))
+        distance = whole.__getitem__
+    build = locate(lambda rows: 1 - distance(rows), np.full(len(pool), np.inf), k)
+    return pool[np.sort(fasterpam(distance, len(pool), build))]
 
 
-def distances(centers: np.ndarray, axes: np.ndarray, described: np.ndarray) -> np.ndarray:
+def distances(centers: np.ndarray, axes: np.ndarray, described: np.ndarray) -> Rows:
     """Mean of centre distance, viewing angle and 1 - appearance similarity, each over its maximum.
 
     Args:
         centers, axes: (n, 3) float64; described: (n, D) float32 unit rows.
 
     Returns:
-        (n, n) float32, 400 MB for 10,000 frames; a maximum of nothing but rounding counts as one.
+        Rows -> their distances; a maximum of nothing but rounding counts as one.
     """
     from scipy.spatial.distance import cdist  # here: most jobs do without, and it is slow
 
-    unlike = described @ described.T
-    np.subtract(1, unlike, out=unlike)
-    np.maximum(unlike, 0, out=unlike)
-    np.fill_diagonal(unlike, 0)
-    blocks = [slice(i, i + BLOCK) for i in range(0, len(centers), BLOCK)]
+    described = np.ascontiguousarray(described)
+
+    def unlike(rows: np.ndarray) -> np.ndarray:
+        found = described[rows] @ described.T
+        np.subtract(1, found, out=found)
+        np.maximum(found, 0, out=found)
+        found[np.arange(len(rows)), rows] = 0
+        return found
+
+    blocks = [np.arange(i, min(i + BLOCK, len(centers))) for i in range(0, len(centers), BLOCK)]
     gap = max(cdist(centers[rows], centers).max() for rows in blocks)
     chord = max(cdist(axes[rows], axes).max() for rows in blocks)
     angle = _angle(chord) if chord > ROUNDING else 1.0
-    top = (gap if gap > 0 else 1.0, angle, max(unlike.max(), ROUNDING))
-    for rows in blocks:
-        joint = unlike[rows] / top[2]
-        joint += cdist(centers[rows], centers) / top[0]
-        joint += _angle(cdist(axes[rows], axes)) / top[1]
-        unlike[rows] = joint / 3
-    return unlike
+    appearance = max(max(unlike(rows).max() for rows in blocks), ROUNDING)
+
+    def joint(rows: np.ndarray) -> np.ndarray:
+        found = unlike(rows)
+        for i in range(0, len(rows), BLOCK):
+            part, some = found[i : i + BLOCK], rows[i : i + BLOCK]
+            part /= appearance
+            part += cdist(centers[some], centers) / (gap if gap > 0 else 1.0)
+            part += _angle(cdist(axes[some], axes)) / angle
+            part /= 3
+        return found
+
+    return joint
 
 
 def _angle(chord: np.ndarray) -> np.ndarray:
@@ -56,14 +79,15 @@ def _angle(chord: np.ndarray) -> np.ndarray:
     return 2 * np.arcsin(np.minimum(0.5 * chord, 1.0))
 
 
-def fasterpam(distance: np.ndarray, medoids: np.ndarray) -> np.ndarray:
+def fasterpam(distance: Rows, count: int, medoids: np.ndarray) -> np.ndarray:
     """Swap medoids until no single swap lowers the summed distance (Schubert and Rousseeuw 2021).
 
     Every candidate in turn, the most central first, is weighed against all medoids at once in
     O(n + k), and the best swap is made as soon as it helps.
 
     Args:
-        distance: (n, n) float32, symmetric.
+        distance: of blocks of rows; asked for anew in every round.
+        count: n.
         medoids: (k,) int64 start.
 
     Returns:
@@ -71,42 +95,55 @@ def fasterpam(distance: np.ndarray, medoids: np.ndarray) -> np.ndarray:
     """
     if len(medoids) == 1:
         return medoids
+    starts = range(0, count, BLOCK)
+    everyone = np.arange(count)
+    sums = [distance(everyone[i : i + BLOCK]).sum(axis=1, dtype=np.float64) for i in starts]
     # by summed distance to all, so that the order of frames has no effect
-    order = np.argsort(distance.sum(axis=1, dtype=np.float64), kind="stable")
-    return _swapped(distance, medoids, order)
-
-
-@_jit
-def _swapped(distance, medoids, order):
-    n, k = len(distance), len(medoids)
+    order = np.argsort(np.concatenate(sums), kind="stable")
     medoids = medoids.copy()
-    taken = np.zeros(n, np.bool_)
-    taken[medoids] = True
-    near, first, second = _assigned(distance, medoids)
-    turn, since = 0, 0
-    while since < n:
-        candidate = order[turn]
-        if not taken[candidate]:
-            common, change = _changes(distance[candidate], near, first, second, k)
-            worst = np.argmin(change)
-            if common + change[worst] < -ROUNDING:
-                taken[medoids[worst]], taken[candidate] = False, True
-                medoids[worst] = candidate
-                near, first, second = _assigned(distance, medoids)
-                since = 0
-        turn = (turn + 1) % n
-        since += 1
+    to_medoids = distance(medoids)
+    since = 0
+    while since < count:
+        for i in starts:
+            turn = order[i : i + BLOCK]
+            since = _swapped(distance(turn), turn, medoids, to_medoids, since)
+            if since >= count:
+                break
     return medoids
 
 
 @_jit
-def _assigned(distance, medoids):
+def _swapped(distance, candidates, medoids, to_medoids, since):
+    """Weigh (b,) candidates by their (b, n) distances; swap in place, medoids' distances too.
+
+    Returns the number of candidates weighed since the last swap; no more than n are.
+    """
+    n, k = to_medoids.shape[1], len(medoids)
+    near, first, second = _assigned(to_medoids)
+    for b in range(len(candidates)):
+        if since >= n:
+            break
+        candidate = candidates[b]
+        if not (medoids == candidate).any():
+            common, change = _changes(distance[b], near, first, second, k)
+            worst = np.argmin(change)
+            if common + change[worst] < -ROUNDING:
+                medoids[worst] = candidate
+                to_medoids[worst] = distance[b]
+                near, first, second = _assigned(to_medoids)
+                since = 0
+        since += 1
+    return since
+
+
+@_jit
+def _assigned(to_medoids):
     """Place of each row's nearest medoid, and its distances to the nearest and second nearest."""
-    n = len(distance)
+    k, n = to_medoids.shape
     near = np.zeros(n, np.int64)
     first, second = np.full(n, np.inf), np.full(n, np.inf)
-    for m in range(len(medoids)):
-        row = distance[medoids[m]]
+    for m in range(k):
+        row = to_medoids[m]
         for i in range(n):
             if row[i] < first[i]:
                 near[i], first[i], second[i] = m, row[i], first[i]
