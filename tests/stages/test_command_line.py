@@ -3,6 +3,7 @@
 import sys
 
 import pytest
+
 from fsel.stages.command_line import check, misplaced
 
 
