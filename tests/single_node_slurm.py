@@ -1,6 +1,7 @@
 """A Slurm of one node that lives in a folder: its daemons start with a test and end with it.
 
-Without accounting, without cgroups: jobs are told apart by their process trees.
+Without cgroups: jobs are told apart by their process trees. With accounting where that is asked
+for, by a database of its own.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 NEEDED = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scancel", "srun")
+NEEDED_TO_ACCOUNT = ("slurmdbd", "sacctmgr", "mariadbd", "mariadb", "mariadb-install-db")
 CONF = """\
 ClusterName=one
 SlurmctldHost={host}(127.0.0.1)
@@ -32,8 +34,7 @@ MpiDefault=none
 ReturnToService=2
 MinJobAge=300
 SlurmdParameters=config_overrides
-JobAcctGatherType=jobacct_gather/none
-AccountingStorageType=accounting_storage/none
+{accounting}
 StateSaveLocation={folder}/state
 SlurmdSpoolDir={folder}/spool
 SlurmctldPidFile={folder}/slurmctld.pid
@@ -43,19 +44,45 @@ SlurmdLogFile={folder}/slurmd.log
 NodeName={host} NodeAddr=127.0.0.1 CPUs=2 RealMemory=20000 State=UNKNOWN
 PartitionName=main Nodes={host} Default=YES State=UP
 """
+NO_ACCOUNTING = """\
+JobAcctGatherType=jobacct_gather/none
+AccountingStorageType=accounting_storage/none"""
+ACCOUNTING = """\
+JobAcctGatherType=jobacct_gather/linux
+AccountingStorageType=accounting_storage/slurmdbd
+AccountingStorageHost=127.0.0.1
+AccountingStoragePort={keeper}
+AccountingStoragePass={folder}/munge.socket"""
+DBD_CONF = """\
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket
+DbdHost=localhost
+DbdPort={keeper}
+SlurmUser=root
+StorageType=accounting_storage/mysql
+StorageHost=127.0.0.1
+StoragePort={database}
+StorageUser=slurm
+StoragePass=slurm
+StorageLoc=accounting
+LogFile={folder}/slurmdbd.log
+PidFile={folder}/slurmdbd.pid
+"""
 
 
-def missing() -> str:
+def missing(accounting: bool = False) -> str:
     """Why no Slurm can be started here; empty when one can."""
-    absent = [name for name in NEEDED if shutil.which(name, path=_path()) is None]
+    needed = (*NEEDED, *(NEEDED_TO_ACCOUNT if accounting else ()))
+    absent = [name for name in needed if shutil.which(name, path=_path()) is None]
     if absent:
-        return f"no {', '.join(absent)}: apt-get install slurm-wlm munge"
+        packages = "slurm-wlm munge" + (" slurmdbd mariadb-server" if accounting else "")
+        return f"no {', '.join(absent)}: apt-get install {packages}"
     return "" if os.geteuid() == 0 else "the daemons of Slurm need root"
 
 
 @contextmanager
-def running(folder: Path) -> Iterator[dict[str, str]]:
-    """Start munged, slurmctld and slurmd in an empty folder.
+def running(folder: Path, accounting: bool = False) -> Iterator[dict[str, str]]:
+    """Start munged, slurmctld and slurmd in an empty folder; mariadbd and slurmdbd to account.
 
     Yields:
         The environment in which Slurm's commands find it.
@@ -69,9 +96,10 @@ def running(folder: Path) -> Iterator[dict[str, str]]:
     key.write_bytes(os.urandom(128))
     key.chmod(0o400)
     conf = folder / "slurm.conf"
-    conf.write_text(
-        CONF.format(folder=folder, host=socket.gethostname(), controller=_port(), node=_port())
-    )
+    keeper = _port()
+    ports = {"controller": _port(), "node": _port()}
+    kept = ACCOUNTING.format(folder=folder, keeper=keeper) if accounting else NO_ACCOUNTING
+    conf.write_text(CONF.format(folder=folder, host=socket.gethostname(), accounting=kept, **ports))
     path = f"{_wrapped(folder, 'srun', conf)}:{_path()}"
     environment = {**os.environ, "SLURM_CONF": str(conf), "PATH": path}
     with ExitStack() as stack:
@@ -79,11 +107,39 @@ def running(folder: Path) -> Iterator[dict[str, str]]:
         munged += [f"--{kind}-file={folder}/munge.{kind}" for kind in ("pid", "seed", "log")]
         _daemon(stack, [*munged, f"--socket={folder}/munge.socket"], environment)
         _until(lambda: (folder / "munge.socket").exists(), folder)
+        if accounting:
+            _keep_accounts(stack, folder, keeper, environment)
         _daemon(stack, ["slurmctld", "-D", "-f", str(conf)], environment)
         _daemon(stack, ["slurmd", "-D", "-f", str(conf)], environment)
         _until(lambda: "idle" in ask(environment, "sinfo", "-h", "-o", "%T"), folder)
         stack.callback(_cancel_all, environment)
         yield environment
+
+
+def _keep_accounts(
+    stack: ExitStack, folder: Path, keeper: int, environment: dict[str, str]
+) -> None:
+    """Start a database and slurmdbd, which has an account for root from the start."""
+    data, database, client = folder / "data", _port(), folder / "database.socket"
+    made = ["mariadb-install-db", f"--datadir={data}", "--user=root", "--skip-test-db"]
+    subprocess.run(made, env=environment, check=True, capture_output=True)
+    server = ["mariadbd", "--no-defaults", "--user=root", f"--datadir={data}"]
+    server += [f"--socket={client}", f"--port={database}", "--bind-address=127.0.0.1"]
+    _daemon(stack, [*server, f"--log-error={folder}/mariadbd.log"], environment)
+    _until(client.exists, folder)
+    grant = "CREATE USER slurm@'%' IDENTIFIED BY 'slurm'; GRANT ALL ON accounting.* TO slurm@'%'"
+    told = ["mariadb", "--no-defaults", f"--socket={client}", "--execute", grant]
+    subprocess.run(told, env=environment, check=True, capture_output=True)
+    conf = folder / "slurmdbd.conf"  # found beside slurm.conf
+    conf.write_text(DBD_CONF.format(folder=folder, keeper=keeper, database=database))
+    conf.chmod(0o600)
+    _daemon(stack, ["slurmdbd", "-D"], environment)
+
+    def added() -> bool:
+        ask(environment, "sacctmgr", "--immediate", "add", "cluster", "one")
+        return "one" in ask(environment, "sacctmgr", "--noheader", "list", "cluster")
+
+    _until(added, folder)
 
 
 def ask(environment: dict[str, str], *command: str) -> str:

@@ -26,8 +26,12 @@ pytestmark = [pytest.mark.slurm, pytest.mark.skipif(bool(WANTING), reason=WANTIN
 
 
 @pytest.fixture
-def slurm(tmp_path_factory):
-    with single_node_slurm.running(tmp_path_factory.mktemp("slurm")) as environment:
+def slurm(tmp_path_factory, request):
+    accounting = getattr(request, "param", False)
+    if accounting and (wanting := single_node_slurm.missing(accounting)):
+        pytest.skip(wanting)
+    home = tmp_path_factory.mktemp("slurm")
+    with single_node_slurm.running(home, accounting) as environment:
         yield environment
 
 
@@ -82,6 +86,7 @@ def fail(number):
     raise AssertionError(f"job {number} runs no script")
 
 
+@pytest.mark.parametrize("slurm", [False, True], ids=["alone", "accounting"], indirect=True)
 def test_tables_after_failed_cancelled_and_orphaned_jobs(tmp_path, slurm):
     local = subprocess.Popen(
         snakemake("--cores", "1", "--workflow-profile", str(ROOT / "profiles" / "default")),
