@@ -1,8 +1,13 @@
-"""Training: equal seeds, equal files."""
+"""Training: equal seeds, equal files, each read once."""
 
+import numpy as np
 import pandas as pd
 
+from fsel.capture import Capture
+from fsel.files import read_table, write_table
+from fsel.split import coverage_split
 from fsel.stages.train import train
+from fsel.training import labelled as reading
 
 
 def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelled, tmp_path):
@@ -23,3 +28,20 @@ def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelle
     assert written["a0"] == written["b0"]
     assert written["a0"] != written["a1"]
     assert pd.read_parquet(tmp_path / "a1.parquet")["epoch"].tolist() == [0, 1]
+
+
+def test_files_of_a_scene_are_read_once_for_all_levels(scene, tmp_path, monkeypatch):
+    capture = Capture.load(scene)
+    levels = {p: coverage_split(capture, p, seed=1) for p in (25, 50)}
+    tables = [split.table(capture.names).assign(coverage=p) for p, split in levels.items()]
+    splits = tmp_path / "splits.parquet"
+    write_table(pd.concat(tables), splits, units={}, config="c")
+    asked = pd.DataFrame({"scene": "s", "coverage": [50, 25, 25], "rank": [0, 1, 0]})
+    read = []
+    monkeypatch.setattr(reading, "read_table", lambda p: read.append(p) or read_table(p))
+    found = list(reading.labelled_problems(asked, {"s": (scene, splits)}))
+    assert read == [splits, scene / "descriptors.parquet"]
+    assert [part["rank"].tolist() for _, part in found] == [[0, 1], [0]]
+    for (problem, _), split in zip(found, levels.values(), strict=True):
+        np.testing.assert_array_equal(problem.candidates, split.candidates)
+    assert found[0][0].capture is found[1][0].capture

@@ -25,16 +25,19 @@ def labelled_problems(
 ) -> Iterator[tuple[Problem, pd.DataFrame]]:
     """The problem of every scene and coverage level, and its rows of the table, best first.
 
+    The files of a scene are read once for all of its levels.
+
     Args:
         trajectories: what `fsel.stages.order` wrote.
         scenes: see `Scenes`.
     """
-    for (scene, coverage), part in trajectories.groupby(["scene", "coverage"], sort=True):
+    for scene, rows in trajectories.groupby("scene", sort=True):
         folder, splits = scenes[scene]
-        table = read_table(splits)
-        split = Split.from_table(table[table["coverage"] == coverage])
+        capture, table = Capture.load(folder), read_table(splits)
         described = read_table(Path(folder) / "descriptors.parquet")
-        yield Problem.of(Capture.load(folder), split, described), part.sort_values("rank")
+        for coverage, part in rows.groupby("coverage", sort=True):
+            split = Split.from_table(table[table["coverage"] == coverage])
+            yield Problem.of(capture, split, described), part.sort_values("rank")
 
 
 def training_data(trajectories: pd.DataFrame, scenes: Scenes, policy: Policy) -> list[Trajectory]:
