@@ -75,7 +75,10 @@ def main() -> None:
             parts = json.loads((out / "selection.json").read_text())["seconds"]
             print(" ".join(["fsel select", *options]), f"({asked.frames:,} frames, K = {K})")
             print(f"  {wall:.1f} s, bound {seconds}; {spent:.1f} s of the processor; {parts}")
-            print(f"  {peak:.0f} MB, bound {memory}; report {size:,} bytes, bound {REPORT:,}")
+            print(
+                f"  {peak:.0f} MB, bound {memory}; report {size:,} bytes, bound {REPORT:,}",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

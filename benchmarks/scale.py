@@ -9,6 +9,7 @@ numbers; writes the numbers as JSON.
 
     OMP_NUM_THREADS=1 python benchmarks/scale.py scale.json
     OMP_NUM_THREADS=1 python benchmarks/scale.py some.json --frames 1000 2000 --only select/cover
+    OMP_NUM_THREADS=1 python benchmarks/scale.py paper.json --frames 2000 --stored 256 --side 128
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,8 +43,8 @@ from fsel.stages.select import select
 from fsel.stages.split import split
 
 FRAMES = (1000, 2000, 5000, 10_000)
-BASE, SIDE, TARGETS, K = 250, 128, 15, 50
-RECONSTRUCTION = {"name": "splats", "long_side": 64, "settings": {}}
+BASE, TARGETS, K = 250, 15, 50
+STORED, SIDE = 128, 64  # pixels of the longer side of stored images, and of reconstructions
 SCENES = 1000  # of the plan
 PASSED = 1000  # frames a pass of the raw capture
 SEARCH = {
@@ -63,11 +64,11 @@ SEARCH = {
 FITNESS: Mapping[str, Mapping] = {"psnr": {}, "ssim": {}, "gmsd": {}}
 
 
-def base_capture(folder: Path) -> Capture:
+def base_capture(folder: Path, stored: int) -> Capture:
     """The embedded capture that is repeated."""
-    raw = folder / "raw"
-    generate(raw, layout="dl3dv", family="dl3dv", seed=0, frames=BASE, width=SIDE, height=96)
-    return read_folder(raw, long_side=SIDE, layout="dl3dv").capture
+    raw, size = folder / "raw", {"width": stored, "height": stored * 3 // 4}
+    generate(raw, layout="dl3dv", family="dl3dv", seed=0, frames=BASE, **size)
+    return read_folder(raw, long_side=stored, layout="dl3dv").capture
 
 
 def laid_out(base: Capture, count: int) -> Capture:
@@ -117,9 +118,10 @@ def store(base: Capture, count: int, folder: Path) -> None:
     replace(capture, images=np.load(folder / "images.npy", mmap_mode="r")).save(folder)
 
 
-def stages(folder: Path) -> dict[str, Callable[[], None]]:
+def stages(folder: Path, stored: int, side: int) -> dict[str, Callable[[], None]]:
     """Name -> a stage on the capture in a folder, in the order in which they need each other."""
     draw = folder / "split.parquet"
+    reconstruction = {"name": "splats", "long_side": side, "settings": {}}
 
     def selected(method: str) -> Path:
         return folder / f"picks_{method}.parquet"
@@ -130,7 +132,7 @@ def stages(folder: Path) -> dict[str, Callable[[], None]]:
 
     def judged(method: str) -> Callable[[], None]:
         made = [folder / f"evaluation_{method}.parquet"]
-        common = {"reconstruction": RECONSTRUCTION, "metrics": FITNESS, "config": ""}
+        common = {"reconstruction": reconstruction, "metrics": FITNESS, "config": ""}
         return lambda: evaluate(folder, [draw], [selected(method)], made, **common)
 
     def labelled() -> None:
@@ -141,7 +143,7 @@ def stages(folder: Path) -> dict[str, Callable[[], None]]:
             coverages=[25],
             seed=0,
             search=SEARCH,
-            reconstruction=RECONSTRUCTION,
+            reconstruction=reconstruction,
             fitness=FITNESS,
             inputs=[folder / "images.npy"],
             config="",
@@ -151,23 +153,23 @@ def stages(folder: Path) -> dict[str, Callable[[], None]]:
     into = folder.parent / f"{folder.name}-ingested"
     raw = folder.parent / f"{folder.name}-raw" / "scene"
     return {
-        "ingest": lambda: ingest(raw, into, long_side=SIDE, at_least=K, reading=reading),
+        "ingest": lambda: ingest(raw, into, long_side=stored, at_least=K, reading=reading),
         "describe": lambda: describe(
             folder, folder / "descriptors.parquet", kind="lab_hog", weights=None, config=""
         ),
         "split": lambda: split(folder, [draw], targets=TARGETS, seed=0, config=""),
         "features": lambda: features(folder, [draw], [folder / "features.parquet"], config=""),
         **{f"select/{name}": picks(name) for name in METHODS},
-        "reconstruct/bind": lambda: reconstructor_of(Capture.load(folder), RECONSTRUCTION),
+        "reconstruct/bind": lambda: reconstructor_of(Capture.load(folder), reconstruction),
         "evaluate/uniform": judged("uniform"),
         "evaluate/all": judged("all"),
         "label": labelled,
     }
 
 
-def alone(folder: Path, name: str) -> dict[str, float]:
+def alone(folder: Path, name: str, sizes: Sequence[str]) -> dict[str, float]:
     """What one stage takes, imports and compiled code on disk included."""
-    command = [sys.executable, __file__, "--stage", name, str(folder)]
+    command = [sys.executable, __file__, "--stage", name, str(folder), *sizes]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         last = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
@@ -176,9 +178,8 @@ def alone(folder: Path, name: str) -> dict[str, float]:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def run(folder: Path, name: str) -> None:
+def run(work: Callable[[], None]) -> None:
     """One stage in this process; prints seconds of the processor and peak memory in MB."""
-    work = stages(folder)[name]
     started = time.process_time()
     work()
     seconds = time.process_time() - started
@@ -245,25 +246,28 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--frames", type=int, nargs="+", default=list(FRAMES))
     parser.add_argument("--only", nargs="+", default=[], help="stages, and what they need")
+    parser.add_argument("--stored", type=int, default=STORED, help="pixels of stored images")
+    parser.add_argument("--side", type=int, default=SIDE, help="pixels of reconstructions")
     parser.add_argument("--stage", help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.stage:
-        run(asked.out, asked.stage)
+        run(stages(asked.out, asked.stored, asked.side)[asked.stage])
         return
+    sides = ["--stored", str(asked.stored), "--side", str(asked.side)]
     needed = {"describe", "split", *asked.only}
     found: dict[str, dict[int, dict[str, float]]] = {}
     sizes: dict[int, dict[str, int]] = {}
     with tempfile.TemporaryDirectory() as name:
         home = Path(name)
-        base = base_capture(home)
+        base = base_capture(home, asked.stored)
         for count in asked.frames:
             folder = home / str(count)
             store(base, count, folder)
             if not asked.only or "ingest" in asked.only:
                 write_capture(home / f"{count}-raw", -(-count // PASSED))
-            for stage in stages(folder):
+            for stage in stages(folder, asked.stored, asked.side):
                 if not asked.only or stage in needed:
-                    found.setdefault(stage, {})[count] = alone(folder, stage)
+                    found.setdefault(stage, {})[count] = alone(folder, stage, sides)
                     print(count, stage, found[stage][count], file=sys.stderr, flush=True)
             sizes[count] = stored(folder)
             asked.out.write_text(json.dumps({"stages": found, "bytes": sizes}, indent=1))
