@@ -159,6 +159,15 @@ def test_a_missing_package_is_named(tmp_path, monkeypatch):
         lpips.located("alex", str(tmp_path / "w.pth"))
 
 
+@pytest.mark.parametrize("ending", ["pth", "safetensors"])
+def test_damaged_weights_are_named(ending, tmp_path):
+    path = tmp_path / f"alex.{ending}"
+    for content in (b"", b"x" * 40, b"PK\x03\x04" + b"x" * 40):
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=rf"alex.{ending}: not a readable file of weights \("):
+            backbones.Lpips.read("alex", path, path)
+
+
 @PACKAGE
 def test_weights_of_another_backbone_are_refused_by_layer(tmp_path):
     state = {f"features.{k}": v for k, v in random_backbone("vgg").state_dict().items()}

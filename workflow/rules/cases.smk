@@ -15,7 +15,8 @@ def case_tables():
     folder = Path(workflow.basedir, "config")
     with (folder / "feature_sweep.csv").open(encoding="utf-8", newline="") as file:
         configurations = list(csv.DictReader(file))
-    scorers = yaml.safe_load((folder / "scorers.yaml").read_text(encoding="utf-8"))
+    with (folder / "scorers.yaml").open(encoding="utf-8") as file:
+        scorers = yaml.safe_load(file)
     found = {"scorers": scorers, "configurations": configurations}
     try:
         validate(found, "../schemas/cases.schema.yaml")

@@ -2,8 +2,6 @@
 
 import sys
 
-import numpy as np
-
 DECLARED_FRAMES = 10_000  # of a capture, up to which what a rule states suffices
 DECLARED_SIDE = 128  # pixels of a reconstruction's long side, likewise
 
@@ -29,8 +27,10 @@ def per_reconstruction(amount):
 
 def captured(files):
     """Frames of the largest capture that is there, over those that a rule's numbers are for."""
+    from fsel.files import mapped_array
+
     there = [path for path in files if Path(path).name == "images.npy"]
-    frames = [len(np.load(f, mmap_mode="r")) for f in there if os.path.exists(f)]
+    frames = [len(mapped_array(f)) for f in there if os.path.exists(f)]
     return max([1, *(count / DECLARED_FRAMES for count in frames)])
 
 

@@ -14,7 +14,8 @@ KINDS = ("embedded", "root", "fetch")
 def load_sources():
     """The table of pages and archives."""
     path = config["sources"] or Path(workflow.basedir, "config", "sources.yaml")
-    found = yaml.safe_load(Path(path).read_text())
+    with open(path, encoding="utf-8") as file:  # whose name errors tell
+        found = yaml.safe_load(file)
     validate(found, "../schemas/sources.schema.yaml")
     return found
 

@@ -12,7 +12,7 @@ import pandas as pd
 
 from fsel.capture import Capture
 from fsel.experiments.bench import Bench, measure_cold
-from fsel.files import write_table, write_text
+from fsel.files import read_table, write_table, write_text
 from fsel.measuring import Run, chance, picks_at, runs
 from fsel.problem import Problem
 from fsel.report.captions import made_by
@@ -62,7 +62,7 @@ def select_budgets(
         config: digest of the parameters.
     """
     capture, (run,) = Capture.load(folder), runs([], [weights])
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    described = read_table(Path(folder) / "descriptors.parquet")
     worth = np.array(json.loads(Path(record).read_text(encoding="utf-8"))["worth"])
     size = capture.resized(long_side).size
     rules = [Auto(auto["threshold"]), Auto(auto["threshold"], auto["memory"])]
@@ -131,7 +131,7 @@ def evaluate_budgets(
     capture = Capture.load(folder)
     small = capture.resized(reconstruction["long_side"])
     rows = []
-    for (coverage, draw), part in pd.read_parquet(picks).groupby(REQUEST, sort=False):
+    for (coverage, draw), part in read_table(picks).groupby(REQUEST, sort=False):
         split = coverage_split(capture, coverage, seed) if coverage else Split.load(splits[draw])
         costs: dict[int, dict] = {}
         for (rule, k), kept in part.groupby(["rule", "k"], sort=False):
@@ -173,7 +173,7 @@ def budget(
         facts: see `captions.made_by`.
     """
     rows = pd.concat(
-        pd.read_parquet(item["path"]).assign(
+        read_table(item["path"]).assign(
             scene=f"{datasets[item['dataset']]}, {item['scene'].removeprefix('evaluation')}"
         )
         for item in of_scenes(scenes, evaluations)

@@ -13,7 +13,7 @@ from scipy.optimize import nnls
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import atomic, write_table, write_text
+from fsel.files import atomic, read_table, write_table, write_text
 from fsel.measuring import PICK_UNITS, chance, runs, select
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
@@ -51,7 +51,7 @@ def select_curves(
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    described = read_table(Path(folder) / "descriptors.parquet")
     asked = runs([], [weights])
     tables = []
     for coverage in coverages:
@@ -87,7 +87,7 @@ def evaluate_curves(
     capture = Capture.load(folder)
     reconstructor = reconstructor_of(capture, reconstruction)
     tables = []
-    for (coverage, repeat), part in pd.read_parquet(picks).groupby(CURVE[1:], sort=False):
+    for (coverage, repeat), part in read_table(picks).groupby(CURVE[1:], sort=False):
         targets = coverage_split(capture, coverage, seed + repeat).targets
         frames = part["frame"].to_numpy(np.int64)
         evaluate = Evaluator.on_frames(reconstructor, targets)
@@ -196,7 +196,7 @@ def fit_budget(
         config: digest of the parameters.
     """
     table = pd.concat(
-        pd.read_parquet(path).assign(dataset=dataset, scene=scene)
+        read_table(path).assign(dataset=dataset, scene=scene)
         for (dataset, scene), path in zip(scenes, curves, strict=True)
     )
     worth = fit_worth(table)

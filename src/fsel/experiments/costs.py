@@ -15,7 +15,7 @@ from fsel.experiments.footprint import measure_alone
 from fsel.experiments.selection_time import timed
 from fsel.features.appearance import descriptors
 from fsel.features.sharpness import sharpness
-from fsel.files import write_table
+from fsel.files import read_table, write_table
 from fsel.measuring import learned_runs
 from fsel.problem import Method, Problem, checked_select
 from fsel.report import curves
@@ -119,7 +119,7 @@ def mean_costs(costs: Sequence[str | Path]) -> pd.DataFrame:
     Args:
         costs: what `measure_costs` wrote, one a scene.
     """
-    table = pd.concat([pd.read_parquet(path) for path in costs])
+    table = pd.concat([read_table(path) for path in costs])
     table["seconds"] = table["fit_seconds"] + table["render_seconds"]
     table["peak_mb"] = table["peak_bytes"] / 1e6
     groups = table.groupby(["method", "step"], sort=False)

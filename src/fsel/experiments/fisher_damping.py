@@ -12,7 +12,7 @@ import pandas as pd
 from fsel.baselines.fisher_rf import DAMPING, SWEEP, fisher_rf
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import atomic, write_table, write_text
+from fsel.files import atomic, read_table, write_table, write_text
 from fsel.measuring import PICK_UNITS, chance, measure, measured_units, runs, select
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
@@ -63,7 +63,7 @@ def evaluate_damping(
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets)
-    table = measure(evaluator, pd.read_parquet(picks))
+    table = measure(evaluator, read_table(picks))
     logger.info("%s", table.groupby(["method", "k"])["psnr"].mean())
     write_table(table, evaluation, units=measured_units(), config=config)
 
@@ -86,7 +86,7 @@ def fisher_damping(
     """
     cells = []
     for (dataset, _), path in zip(scenes, evaluations, strict=True):
-        psnr = pd.read_parquet(path).groupby(["method", "k"])["psnr"].mean()
+        psnr = read_table(path).groupby(["method", "k"])["psnr"].mean()
         for name, damping in DAMPINGS.items():
             cells += [(dataset, damping, k, psnr[name, k]) for k in budgets]
     groups = pd.DataFrame(cells, columns=["dataset", "damping", "k", "psnr"])

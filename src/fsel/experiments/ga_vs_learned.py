@@ -11,7 +11,7 @@ import pandas as pd
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import write_table, write_text
+from fsel.files import read_table, write_table, write_text
 from fsel.metrics import METRIC_UNITS, METRICS
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
@@ -54,7 +54,7 @@ def evaluate_searched(
         reconstruction: the config's section.
         config: digest of the parameters.
     """
-    table = pd.read_parquet(subsets)
+    table = read_table(subsets)
     targets = Split.load(split).targets
     evaluate = Evaluator.on_frames(reconstructor_of(Capture.load(folder), reconstruction), targets)
     measured = table[["method", "generation"]].copy()
@@ -88,7 +88,7 @@ def ga_vs_learned(
     averages = pd.concat([_averages(item, k) for item in named(problems, searched)])
     result = compare_with_search(pd.concat([averages, cells[cells["k"] == k]]))
     write_csv(result, numbers)
-    tried = pd.concat([pd.read_parquet(path) for path in searched])
+    tried = pd.concat([read_table(path) for path in searched])
     tried = len(tried[tried["method"] == SEARCH]) / len(searched)
     text = (
         rf"\textbf{{Comparison with the genetic search}}, $K{{=}}{k}$, held-out scenes: "
@@ -130,7 +130,7 @@ def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
 
 def _averages(item: Mapping, k: int) -> pd.DataFrame:
     """One row a search: the mean over all its subsets."""
-    means = pd.read_parquet(item["path"]).groupby("method")[list(METRICS)].mean().reset_index()
+    means = read_table(item["path"]).groupby("method")[list(METRICS)].mean().reset_index()
     head = {"dataset": item["dataset"], "scene": item["scene"], "draw": item["draw"], "k": k}
     return means.assign(**head, method=means["method"].map(AVERAGES))
 

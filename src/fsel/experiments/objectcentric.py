@@ -14,7 +14,7 @@ from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.experiments.crosscapture import BASELINES
-from fsel.files import write_table, write_text
+from fsel.files import read_table, write_table, write_text
 from fsel.measuring import PICK_UNITS, draw_chance, measure, measured_units, runs, select
 from fsel.metrics import Metrics, headings, inside
 from fsel.problem import Problem
@@ -100,7 +100,7 @@ def select_objects(
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    described = read_table(Path(folder) / "descriptors.parquet")
     small = capture.resized(reconstruction["long_side"])
     asked = runs([METHODS[name] for name in UNTRAINED], weights)
     tables = []
@@ -136,7 +136,7 @@ def evaluate_objects(
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     tables = []
-    for draw, part in pd.read_parquet(picks).groupby("draw"):
+    for draw, part in read_table(picks).groupby("draw"):
         frames = object_split(reconstructor.capture, draw, seed, targets).targets
         evaluator = Evaluator.on_frames(reconstructor, frames, masked=True, metrics=metrics)
         tables.append(measure(evaluator, part).assign(draw=draw))
@@ -205,7 +205,7 @@ def _measurements(item: Mapping, metrics: Metrics) -> pd.DataFrame:
     """dataset, scene, draw, method, k, metrics of every draw of a scene."""
     parts = [
         draw_means(part, metrics).assign(draw=draw)
-        for draw, part in pd.read_parquet(item["path"]).groupby("draw")
+        for draw, part in read_table(item["path"]).groupby("draw")
     ]
     return pd.concat(parts).assign(dataset=item["dataset"], scene=item["scene"])
 

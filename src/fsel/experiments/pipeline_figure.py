@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.capture import Capture
+from fsel.files import read_table
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
@@ -48,11 +49,11 @@ def pipeline_figure(
     searched = dict(zip(coverages, labels, strict=True))
     levels = sorted(searched)
     widest, shown = levels[-1], {levels[0], levels[len(levels) // 2], levels[-1]}
-    population = met_until(pd.read_parquet(searched[widest]))
+    population = met_until(read_table(searched[widest]))
     parts = [population.assign(panel="population", coverage=widest)]
-    ordered = pd.read_parquet(trajectories).query("scene == @scene and rank == 0")
+    ordered = read_table(trajectories).query("scene == @scene and rank == 0")
     ordered = ordered[ordered["coverage"].isin(shown)]
-    capture, table = Capture.load(folder), pd.read_parquet(splits)
+    capture, table = Capture.load(folder), read_table(splits)
     places, plans = plan_positions(capture), {}
     for coverage, picks in zip(ordered["coverage"], ordered["picks"], strict=True):
         split = Split.from_table(table[table["coverage"] == coverage])

@@ -14,7 +14,7 @@ from fsel.baselines import FURTHER, PAPER
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.experiments.pose_errors import perturbed
-from fsel.files import write_table
+from fsel.files import read_table, write_table
 from fsel.measuring import PICK_UNITS, draw_chance, measure, measured_units, runs, select
 from fsel.metrics import METRICS, Metrics
 from fsel.problem import Problem
@@ -57,7 +57,7 @@ def select_estimated(
         config: digest of the parameters.
     """
     captures = {EXACT: Capture.load(given_folder), ESTIMATED: Capture.load(estimated_folder)}
-    described = pd.read_parquet(Path(given_folder) / "descriptors.parquet")
+    described = read_table(Path(given_folder) / "descriptors.parquet")
     asked = runs(SELECTORS.values(), weights)
     tables = []
     for draw in range(draws):
@@ -96,7 +96,7 @@ def evaluate_estimated(
     captures = {EXACT: Capture.load(given_folder), ESTIMATED: Capture.load(estimated_folder)}
     built = {name: reconstructor_of(c, reconstruction) for name, c in captures.items()}
     tables = []
-    for draw, part in pd.read_parquet(picks).groupby("draw"):
+    for draw, part in read_table(picks).groupby("draw"):
         frames = _drawn(captures[EXACT], draw, targets, split_seed)
         judges = {
             name: Evaluator.on_frames(r, frames, metrics=metrics) for name, r in built.items()
@@ -135,7 +135,7 @@ def select_noise(
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    described = read_table(Path(folder) / "descriptors.parquet")
     asked = runs(SELECTORS.values(), weights)
     cases = [(EXACT, 0.0, 0)]
     cases += [(c, float(at), n) for c in levels for at in levels[c] for n in range(noises)]
@@ -174,7 +174,7 @@ def evaluate_noise(
     frames = _drawn(capture, 0, targets, split_seed)
     exact = Evaluator.on_frames(reconstructor_of(capture, reconstruction), frames)
     tables = []
-    for case, picked in pd.read_parquet(picks).groupby(NOISE, sort=False):
+    for case, picked in read_table(picks).groupby(NOISE, sort=False):
         seen, change = disturbed(capture, *case, seed), case[0]
         own = Evaluator.on_frames(reconstructor_of(seen, reconstruction), frames)
         table = _measure(picked, exact, own, change)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from fsel.experiments.pose_trials import BOTH, ESTIMATED, EXACT, SELECTOR, SELECTORS
-from fsel.files import write_text
+from fsel.files import read_table, write_text
 from fsel.report import curves
 from fsel.report.captions import made_by, note
 from fsel.report.latex import difference, number, plain_table
@@ -53,7 +53,7 @@ def changes(measured: Sequence[Mapping]) -> pd.DataFrame:
 
 def _cells(item: Mapping) -> pd.DataFrame:
     """Means over targets, then over the seeds of methods and noise; methods in `LABELS`' order."""
-    table = pd.read_parquet(item["path"])
+    table = read_table(item["path"])
     if "level" not in table:
         table = table.assign(level=float("nan"))
     keys = ["draw", *CASE, "method", "k"]
@@ -127,7 +127,7 @@ def _estimated_table(
 
 def _registered(errors: Sequence[str | Path]) -> str:
     """How many frames COLMAP placed, and how well."""
-    tables = [pd.read_parquet(path) for path in errors]
+    tables = [read_table(path) for path in errors]
     every = pd.concat(tables)
     medians = pd.concat([table[["degrees", "percent"]].median() for table in tables], axis=1)
     least, most = medians.min(axis=1), medians.max(axis=1)

@@ -16,7 +16,7 @@ from fsel.capture import Views
 from fsel.evaluation import Evaluator
 from fsel.experiments.hard_cases import CASES
 from fsel.experiments.selection_time import timed
-from fsel.files import atomic, write_text
+from fsel.files import atomic, read_table, write_text
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.reconstruct.splats import Splats
@@ -115,7 +115,7 @@ def trainings(
     scenes: Scenes, trajectories: str | Path, **settings
 ) -> tuple[dict[str, Network], list[dict], dict[str, float]]:
     """Train on the same labels in both precisions: networks, loss curves, seconds."""
-    table = pd.read_parquet(trajectories)
+    table = read_table(trajectories)
     data = {
         role: training_data(part, scenes, POLICIES[TRAINED])
         for role, part in table.groupby("role", sort=True)

@@ -9,6 +9,7 @@ import pandas as pd
 
 from fsel.capture import Capture
 from fsel.experiments.pictures import draw_views, frames_named, resolved
+from fsel.files import read_table
 from fsel.report.captions import note
 
 
@@ -44,10 +45,10 @@ def qualitative(
         facts: see `captions.note`.
     """
     capture = Capture.load(folder)
-    roles = pd.read_parquet(split)
+    roles = read_table(split)
     targets = frames_named(capture, roles[roles["role"] == "target"]["name"].tolist())
-    evaluation = pd.concat([pd.read_parquet(path) for path in evaluations])
-    picked = pd.read_parquet(selections).query("seed == 0")
+    evaluation = pd.concat([read_table(path) for path in evaluations])
+    picked = read_table(selections).query("seed == 0")
     chosen = {
         method: frames_named(capture, picks_of(picked, method, k))
         for method in resolved(methods, evaluation, k)

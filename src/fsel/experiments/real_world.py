@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from fsel.capture import Capture
 from fsel.experiments.pictures import draw_views, frames_named, resolved
 from fsel.experiments.qualitative import picks_of
+from fsel.files import read_table
 from fsel.report.captions import note
 
 
@@ -41,13 +41,13 @@ def real_world(
             frame of the other sequences.
     """
     capture = Capture.load(folder)
-    every = pd.read_parquet(evaluation).query("draw == 0")
+    every = read_table(evaluation).query("draw == 0")
     passes = set(every["held_out"])
     held_out = next(name for name in capture.sequences if name in passes)
     measured = every.query("held_out == @held_out")
-    names = pd.read_parquet(selected_from)["name"]
+    names = read_table(selected_from)["name"]
     targets = frames_named(capture, names[np.unique(measured["target"])].tolist())
-    picked = pd.read_parquet(picks).query("held_out == @held_out and draw == 0 and seed == 0")
+    picked = read_table(picks).query("held_out == @held_out and draw == 0 and seed == 0")
     # of a sequence split, no held-out pass is selected from
     rest = set(capture.sequences) - passes or set(capture.sequences) - {held_out}
     others = np.flatnonzero(np.isin(capture.sequences, list(rest)))

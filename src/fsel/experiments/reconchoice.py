@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.experiments.footprint import measure_alone
-from fsel.files import write_table, write_text
+from fsel.files import read_table, write_table, write_text
 from fsel.metrics import Metrics, headings, units
 from fsel.reconstruct.outcome import FINISHED, MEMORY, Unfinished
 from fsel.report.captions import captures_of
@@ -49,7 +49,7 @@ def evaluate_reconchoice(
         memory: bytes that one reconstruction may take.
         config: digest of the parameters.
     """
-    picks = pd.read_parquet(selections)
+    picks = read_table(selections)
     own = picks[(picks["method"] == METHOD) & (picks["seed"] == SEED)]
     subsets = {k: own["frame"][own["k"] == k] for k in budgets}
     subsets[ALL_FRAMES] = picks["frame"][picks["method"] == "all"]
@@ -141,7 +141,7 @@ def choice_means(evaluations: Sequence[str | Path], name: str, metrics: Metrics)
         name: of the reconstructor.
         metrics: their columns.
     """
-    table = pd.concat([pd.read_parquet(path) for path in evaluations])
+    table = pd.concat([read_table(path) for path in evaluations])
     table["seconds"] = table["fit_seconds"] + table["render_seconds"]
     table["peak_mb"] = table["peak_bytes"] / 1e6
     groups = table.groupby("k", sort=False)

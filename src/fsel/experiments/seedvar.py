@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.files import write_text
+from fsel.files import read_table, write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, dataset_table
 from fsel.report.numbers import write_csv
@@ -63,7 +63,7 @@ def seedvar(
 
 def _by_seed(item: Mapping) -> pd.DataFrame:
     """The learned scorer's rows of one evaluation: dataset, scene, draw, seed, k, psnr."""
-    runs = pd.read_parquet(item["path"]).query("method == @LEARNED")
+    runs = read_table(item["path"]).query("method == @LEARNED")
     means = runs.groupby(["seed", "k"])["psnr"].mean().reset_index()
     return means.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"])
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fsel.files import atomic, write_text
+from fsel.files import atomic, read_table, write_text
 from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
 from fsel.report.sweep import BASELINES, LEARNED, named, sweep_cells
@@ -84,12 +84,12 @@ def progress(subsets: Sequence[str | Path], labels: Sequence[str | Path]) -> pd.
     """
     found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {name: [] for name in speed.SEARCHES}
     for path in subsets:
-        runs = dict(list(pd.read_parquet(path).groupby("method")))
+        runs = dict(list(read_table(path).groupby("method")))
         best = _incumbent(runs["search"])
         for name, run in runs.items():
             found[name].append((best[-1] - _incumbent(run), run["generation"].to_numpy()))
     for path in labels:
-        run = pd.read_parquet(path)
+        run = read_table(path)
         best = _incumbent(run)
         found["labels"].append((best[-1] - best, run["generation"].to_numpy()))
     tables = []

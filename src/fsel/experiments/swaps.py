@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.evaluation import Evaluator
-from fsel.files import write_table
+from fsel.files import read_table, write_table
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.report import curves
@@ -53,7 +53,7 @@ def evaluate_swaps(
         config: digest of the parameters.
     """
     problem = Problem.load(folder, split)
-    picked = pd.read_parquet(selections)
+    picked = read_table(selections)
     picks = picked[(picked["method"] == METHOD) & (picked["seed"] == 0) & (picked["k"] == k)]
     start = picks.sort_values("order")["frame"].to_numpy(np.int64)
     measuring = reconstructor_of(problem.capture, reconstruction)
@@ -91,7 +91,7 @@ def swaps(
         k: budget of the picks.
         facts: see `captions.captures_of`.
     """
-    found = gains([pd.read_parquet(path) for path in evaluations])
+    found = gains([read_table(path) for path in evaluations])
     write_csv(found, numbers)
     note = (
         f"picks of fsel, K = {k}, {len(evaluations)} scenes; band: 95% interval of the mean; "

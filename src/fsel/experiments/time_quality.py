@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.experiments.costs import EVERY, mean_costs
-from fsel.files import write_text
+from fsel.files import read_table, write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, number, plain_table
 from fsel.report.numbers import write_csv
@@ -53,7 +53,7 @@ def time_quality(
     swept = swept[swept["method"] != ALL]  # which is of P and O; the variant's is of P
     cells = pd.concat([swept, further], ignore_index=True)
     cells = cells[cells["method"].isin([*VARIANTS, ALL])]
-    result = joined(cells, mean_costs(costs), pd.concat(map(pd.read_parquet, times)))
+    result = joined(cells, mean_costs(costs), pd.concat(map(read_table, times)))
     write_csv(result, numbers)
     text = (
         r"\textbf{Quality, runtime and memory per scene}, scenes: "

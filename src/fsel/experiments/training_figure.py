@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from fsel.files import read_table
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
@@ -27,7 +28,7 @@ def training_figure(
         numbers: receives seed, epoch, split, loss, agreement.
         facts: see `captions.note`.
     """
-    tables = [pd.read_parquet(path).assign(seed=seed) for seed, path in enumerate(logs)]
+    tables = [read_table(path).assign(seed=seed) for seed, path in enumerate(logs)]
     log = pd.concat(tables)[["seed", "epoch", "split", "loss", "agreement"]]
     write_csv(log, numbers)
     curves.training(log, figures, f"{len(tables)} seeds; {note(facts)}")

@@ -12,7 +12,7 @@ import pandas as pd
 from fsel.baselines import METHODS
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
-from fsel.files import write_table, write_text
+from fsel.files import read_table, write_table, write_text
 from fsel.measuring import measure, measured_units
 from fsel.metrics import Metrics, headings
 from fsel.reconstruct import reconstructor_of
@@ -58,7 +58,7 @@ def evaluate_transfer(
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     for split, selected, path in zip(splits, selections, evaluations, strict=True):
-        picks = pd.read_parquet(selected)
+        picks = read_table(selected)
         asked = picks["method"].isin(SHOWN) & picks["k"].isin(budgets) & (picks["seed"] == SEED)
         evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets, metrics=metrics)
         table = measure(evaluator, picks[asked])

@@ -12,7 +12,7 @@ import pandas as pd
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.experiments.beside import views_beside
-from fsel.files import write_table, write_text
+from fsel.files import read_table, write_table, write_text
 from fsel.measuring import draw_chance, picks_at, runs
 from fsel.methods import METHODS
 from fsel.problem import Problem
@@ -64,7 +64,7 @@ def evaluate_untold(
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
-    described = pd.read_parquet(Path(folder) / "descriptors.parquet")
+    described = read_table(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
     beside = _beside(reconstructor, generated)
     rows = []
@@ -134,7 +134,7 @@ def untold(
         facts: see `captions.made_by`.
     """
     rows = pd.concat(
-        pd.read_parquet(item["path"]).assign(scene=f"{item['dataset']}/{item['scene']}")
+        read_table(item["path"]).assign(scene=f"{item['dataset']}/{item['scene']}")
         for item in of_scenes(scenes, evaluations)
     )
     found = compared(rows)

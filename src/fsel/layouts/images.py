@@ -10,7 +10,7 @@ from types import TracebackType
 import cv2
 import numpy as np
 
-from fsel.files import unfinished
+from fsel.files import mapped_array, unfinished
 from fsel.layouts import headers
 
 # as the sensor stored it: cameras describe the pixels before any turn that EXIF asks for
@@ -196,4 +196,4 @@ class ArrayFile:
         """All items, after the block: an array, or a read-only map of the file."""
         if self._path is None:
             return np.stack(self._items)
-        return np.load(self._path, mmap_mode="r")
+        return mapped_array(self._path)

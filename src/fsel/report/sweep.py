@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from fsel.baselines import FURTHER, METHODS, PAPER
+from fsel.files import read_table
 from fsel.report.summary import ALL_DATASETS, ALL_FRAMES, draw_means
 from fsel.selector.policies import POLICIES
 
@@ -72,7 +73,7 @@ def sweep_cells(
     order = {name: i for i, name in enumerate([*BASELINES, *LEARNED, *REFERENCES])}
     tables = []
     for item in evaluations:
-        table = draw_means(pd.read_parquet(item["path"]), metrics, by_seed=by_seed)
+        table = draw_means(read_table(item["path"]), metrics, by_seed=by_seed)
         where = {key: item[key] for key in ("dataset", "scene", "draw")}
         name = f"{item['dataset']}/{item['scene']}"
         tables.append(table.assign(**where, place=facts.get("places", {}).get(name, name)))

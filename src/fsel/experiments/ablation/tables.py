@@ -9,7 +9,7 @@ import pandas as pd
 
 from fsel.experiments.ablation.extras import EXTRAS
 from fsel.features.columns import FEATURES
-from fsel.files import write_text
+from fsel.files import read_table, write_text
 from fsel.report.captions import made_by
 from fsel.report.latex import difference, plain_table, tex
 from fsel.report.numbers import write_csv
@@ -126,7 +126,7 @@ def trial_cells(
     """dataset (one for all), scene, draw, method, k, psnr: means over seeds; and seeds."""
     tables, keys = [], ["method", "draw", "k"]
     for item in of_scenes(scenes, evaluations):
-        by_seed = pd.read_parquet(item["path"]).groupby([*keys, "seed"], sort=False)["psnr"].mean()
+        by_seed = read_table(item["path"]).groupby([*keys, "seed"], sort=False)["psnr"].mean()
         runs = by_seed.groupby(keys, sort=False)
         cells = runs.agg(psnr="mean", seeds="size").reset_index()
         scene = f"{item['dataset']}/{item['scene']}"
@@ -160,7 +160,7 @@ def compare_trials(
     result = summarise(cells, ["psnr"]).set_index("method")[["k", "mean", "n"]]
     result = result.join(gaps)
     for name, path in trials.items():
-        record = pd.read_parquet(path)[["parameters", "loss", "agreement"]].mean()
+        record = read_table(path)[["parameters", "loss", "agreement"]].mean()
         result.loc[name, list(record.index)] = record.to_numpy()
     counts = cells.groupby("method").agg(seeds=("seeds", "first"), draws=("draw", "nunique"))
     result = result.join(counts).loc[list(trials)].astype({"parameters": int})

@@ -17,7 +17,7 @@ from fsel.experiments.ablation.architectures import MODULES
 from fsel.experiments.ablation.architectures.steps import Steps
 from fsel.experiments.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.ablation.walk import PartialWalk, view_inputs
-from fsel.files import write_table
+from fsel.files import read_table, write_table
 from fsel.measuring import measure, measured_units
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
@@ -89,7 +89,7 @@ def trial(
         config: digest of the parameters.
     """
     case = Case(**case)
-    table = pd.read_parquet(trajectories).query("role == 'train'")
+    table = read_table(trajectories).query("role == 'train'")
     labelled = dict(zip(scenes, zip(folders, splits, strict=True), strict=True))
     data = training_steps(case, table, labelled)
     draws = len(validation_splits) // len(validation_folders)
@@ -195,7 +195,7 @@ def evaluate_trials(
         config: digest of the parameters.
     """
     every = zip(names, trials, strict=True)
-    picks = pd.concat([pd.read_parquet(path).assign(method=name) for name, path in every])
+    picks = pd.concat([read_table(path).assign(method=name) for name, path in every])
     picks = picks.query("dataset == @dataset and scene == @scene")
     picks = picks.assign(k=picks["picks"].map(len), frame=picks["picks"]).explode("frame")
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
