@@ -6,7 +6,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,8 @@ import numpy as np
 from fsel.layouts.images import Image
 from fsel.layouts.recording import Camera, Recording
 from fsel.points import SparsePoints
+
+LEAST_TURN = 0.5  # length of a quaternion; others off from 1 are refused as matrices
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,20 @@ def number(value: object, path: Path, what: str) -> float:
     if not math.isfinite(found):
         raise ValueError(f"{path}: {what} must be finite, got {found}")
     return found
+
+
+def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:
+    """Refuse a quaternion far from unit length, which normalising could make any turn, or none.
+
+    Raises:
+        ValueError: naming the file and `what` holds it.
+    """
+    length = math.hypot(*quaternion)
+    if not LEAST_TURN < length < 1 / LEAST_TURN:
+        raise ValueError(
+            f"{path}: {what} has a quaternion of length {length:.3g}, which is no rotation; "
+            "allowed: 1"
+        )
 
 
 def read_json(path: Path) -> dict[str, Any]:

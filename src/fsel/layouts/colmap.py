@@ -13,13 +13,20 @@ import pycolmap
 
 from fsel.capture import MOST_LENGTH
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, RawPoints, inside, matched, read_text
+from fsel.layouts.base import (
+    Layout,
+    RawCapture,
+    RawPoints,
+    check_turn,
+    inside,
+    matched,
+    read_text,
+)
 from fsel.layouts.binary import check_whole
 from fsel.layouts.recording import Camera, Recording
 from fsel.points import grouped_rows
 
 MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0", "colmap", "dense/sparse", ".")
-LEAST_TURN = 0.5  # length of a quaternion; others off from 1 are refused as matrices
 IMAGE_FOLDERS = ("images", "images_2", "images_4", "images_8", "input")
 
 
@@ -61,7 +68,7 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
 
 
 def _check_turns(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
-    """Refuse quaternions near zero, which would pass for no turn at all."""
+    """Refuse quaternions that are no turn, of frames and of sensors in rigs."""
     poses = {
         f"frame {key}": frame.rig_from_world
         for key, frame in reconstruction.frames.items()
@@ -72,12 +79,7 @@ def _check_turns(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
             if pose is not None:
                 poses[f"sensor {sensor.id} of rig {rig.rig_id}"] = pose
     for what, pose in poses.items():
-        length = float(np.linalg.norm(pose.rotation.quat))
-        if not length > LEAST_TURN:
-            raise ValueError(
-                f"{model}: {what} has a quaternion of length {length:.3g}, which is no rotation; "
-                "allowed: 1"
-            )
+        check_turn(pose.rotation.quat, model, what)
 
 
 def _complete_names(reconstruction: pycolmap.Reconstruction, path: Path) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsel.geometry import invert_pose
 from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, numbers, read_matrix, read_text
+from fsel.layouts.base import Layout, RawCapture, check_turn, numbers, read_matrix, read_text
 from fsel.layouts.recording import Camera, Recording
 
 SIZE = (640, 480)
@@ -115,8 +115,7 @@ def _pgt(folder: Path) -> dict[str, tuple[np.ndarray, float]]:
         for at, line in enumerate(read_text(path).splitlines(), start=1):
             file, *words = line.split() or [""]
             w, x, y, z, *rest = numbers(words, (8,), path, f"what follows the name in line {at}")
-            if not np.linalg.norm([x, y, z, w]) > 0:
-                raise ValueError(f"{path}: the quaternion in line {at} is zero, which is no turn")
+            check_turn([x, y, z, w], path, f"line {at}")
             rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
             pose = np.column_stack([rotation, rest[:3]])
             name = "/".join(Path(file).parts[-2:]).removesuffix(".color.png")
