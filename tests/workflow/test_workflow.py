@@ -119,6 +119,32 @@ def test_a_comparison_with_a_search_that_is_not_run_is_refused(tmp_path, changes
     planned(dry_run(tmp_path, config))
 
 
+SHIPPED = ROOT / "src" / "fsel" / "selector" / "weights"
+
+
+def test_scorers_made_elsewhere_are_measured_and_nothing_is_trained(tmp_path):
+    names = ("ours", "ours_no_appearance")
+    weights = {name: [str(SHIPPED / f"{name}.safetensors")] for name in names}
+    smoke = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())["training"]
+    both = planned(dry_run(tmp_path, changed(tmp_path, training=smoke | {"weights": weights})))
+    assert both["select"] == both["ksweep"] + 1 == 2
+    assert not {"label", "order", "train", "train_no_appearance"} & set(both)
+    weights.pop("ours_no_appearance")
+    one = planned(dry_run(tmp_path, changed(tmp_path, training=smoke | {"weights": weights})))
+    assert one["train_no_appearance"] == 1
+    assert "train" not in one
+
+
+@pytest.mark.parametrize(
+    ("path", "part"),
+    [("nowhere.safetensors", "nowhere.safetensors"), (str(SHIPPED / "fsel.json"), "made for")],
+)
+def test_scorers_that_are_not_there_or_of_another_policy_are_refused(tmp_path, path, part):
+    text = refusal(tmp_path, changed(tmp_path, training={"weights": {"ours": [path]}}))
+    for said in ("training.weights.ours", part, "Hint: "):
+        assert said in text
+
+
 def test_without_validation_scenes_features_and_scorers_are_not_compared(tmp_path):
     datasets = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())["datasets"]
     datasets["dl3dv"]["scenes"] = {"train": 1, "evaluation": 1}

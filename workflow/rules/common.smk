@@ -526,6 +526,15 @@ FITNESS = {
 TRAINED = config["training"]["dataset"]
 LABELLED = {s: r for r in ("train", "validation") for s in scenes(TRAINED, r)}
 SEEDS = range(config["training"]["seeds"])
+
+
+def scorers(policy, folder):
+    """Scorers of a policy: files that the config names, or one trained here for each seed."""
+    named = config["training"]["weights"].get(policy)
+    return named or collect(f"{folder}/seed{{seed}}.safetensors", seed=SEEDS)
+
+
+OURS = scorers("ours", "<results>/selector")
 # refined here, or the rule that comes with the package
 FSEL = collect(
     "<results>/selector/fsel/seed{seed}.json",
@@ -534,8 +543,8 @@ FSEL = collect(
     os.path.relpath(Path(workflow.basedir, "src/fsel/selector/weights/fsel.json")),
 ]
 SCORERS = [
-    *collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
-    *collect("<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS),
+    *OURS,
+    *scorers("ours_no_appearance", "<results>/selector/no_appearance"),
     *FSEL,
 ]
 PRACTISED = [

@@ -16,7 +16,7 @@ rule select_freedom:
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        weights=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
+        weights=OURS,
         rules=FSEL,
         lib=library("select_freedom"),
     output:

@@ -8,6 +8,7 @@ LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
 from fsel.reconstruct import check_needs, needs_gpu
+from fsel.selector import pretrained
 from fsel.stages.dependencies import dependencies
 
 
@@ -67,7 +68,21 @@ def check_judges(judges, where):
             refuse(f"{where}, {name}: {error}", "config/README.md describes the keys")
 
 
+def check_scorers():
+    """Refuse scorers of the config that are not there, or are none of their policy."""
+    for policy, paths in config["training"]["weights"].items():
+        for path in paths:
+            try:
+                pretrained.own(path, policy)
+            except (ValueError, OSError) as error:
+                refuse(
+                    f"training.weights.{policy}: {error}",
+                    "`fsel train` and the workflow write such files",
+                )
+
+
 if workflow.is_main_process:
+    check_scorers()
     check_judges(JUDGES, "reconstruction")
     check_judges({"labels": LABELLED_BY}, "search.reconstruction")
 

@@ -50,7 +50,7 @@ rule precision:
             "<results>/{problem}/split.parquet", problem=evaluation_problems(1)
         ),
         weights=[
-            "<results>/selector/seed0.safetensors",
+            OURS[0],
             FSEL[0],
         ],
         trajectories="<results>/trajectories.parquet",

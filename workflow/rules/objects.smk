@@ -27,7 +27,7 @@ rule select_objects:
         masks="<results>/{dataset}/{scene}/masks.npy",
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
         weights=[
-            *collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
+            *OURS,
             *FSEL,
         ],
         lib=library("select_objects"),

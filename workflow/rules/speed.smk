@@ -6,7 +6,6 @@ Outputs: <tables>/{selection_time,speed_error,economy,fisher_damping}.{tex,csv},
 """
 
 TIMED = "/".join(evaluation_scenes()[0])
-MEASURED = evaluation_problems(config["oracle"]["draws"])
 SWEPT = evaluation_problems(1)
 
 
@@ -133,9 +132,9 @@ rule speed_error:
     input:
         times="<tables>/selection_time.csv",
         settings="<results>/speed_settings.csv",
-        evaluations=collect("<results>/{problem}/evaluation.parquet", problem=MEASURED),
-        oracles=collect("<results>/{problem}/oracle.parquet", problem=MEASURED),
-        subsets=collect("<results>/{problem}/subsets.parquet", problem=MEASURED),
+        evaluations=of_held_out("evaluation.parquet"),
+        oracles=of_held_out("oracle.parquet"),
+        subsets=of_held_out("subsets.parquet"),
         labels=collect(
             "<results>/labels/{scene}/p{coverage}.parquet",
             scene=LABELLED,
@@ -172,7 +171,7 @@ rule speed_error:
         mem_mb=growing(1000),
         runtime=growing(10),
     params:
-        problems=MEASURED,
+        problems=lambda wildcards: held_out_problems(),
         k=config["search"]["k"],
     message:
         "Drawing speed against error"
