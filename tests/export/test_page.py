@@ -2,19 +2,17 @@
 
 import json
 import re
-import shutil
-import subprocess
 
 import cv2
 import numpy as np
 import pytest
+from browsing import browse, looked_at, needs_a_browser
 from small_captures import write_ring
 
 from fsel.cli import main
 from fsel.export.drawings import SHOWN, shown
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
-MEASURE = """<script>
+MEASURE = """(() => {
 const box = (node) => { const b = node.getBoundingClientRect(); return [b.width, b.height]; };
 const all = (query) => [...document.querySelectorAll(query)];
 const inked = (canvas) => {
@@ -29,7 +27,7 @@ const turned = (canvas) => {
   canvas.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowLeft', cancelable: true }));
   return focused;
 };
-const seen = {
+return {
   pictures: all('img').map((node) => [node.naturalWidth, node.naturalHeight]),
   drawings: all('svg').map(box),
   picks: all('.pick circle').map((node) => getComputedStyle(node).fill),
@@ -45,8 +43,7 @@ const seen = {
   fetched: performance.getEntriesByType('resource').map((entry) => entry.name)
     .filter((name) => !name.startsWith('data:')),
 };
-document.documentElement.setAttribute('data-seen', JSON.stringify(seen));
-</script>"""
+})()"""
 
 
 @pytest.fixture
@@ -57,29 +54,14 @@ def out(tmp_path):
     return tmp_path / "out"
 
 
-def browse(folder, *arguments):
-    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
-    command += [
-        "--enable-logging=stderr",
-        f"--user-data-dir={folder / 'profile'}",
-        "--virtual-time-budget=5000",
-    ]
-    return subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=120)
-
-
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
-@pytest.mark.parametrize("width", [1280, 500])
+@needs_a_browser
+@pytest.mark.parametrize("width", [1280, 400])
 def test_a_browser_shows_everything(width, out, tmp_path):
     page = (out / "report.html").read_text(encoding="utf-8")
-    (tmp_path / "page.html").write_text(page.replace("</body>", MEASURE + "</body>"))
-    url = (tmp_path / "page.html").as_uri()
-    shown = browse(tmp_path, f"--window-size={width},1200", "--dump-dom", url)
-    (found,) = re.findall(r'data-seen="([^"]*)"', shown.stdout)
-    seen = json.loads(found.replace("&quot;", '"').replace("&lt;", "<").replace("&amp;", "&"))
+    seen = looked_at(out / "report.html", width, MEASURE, tmp_path)
     assert seen["pictures"] == [[64, 48]] * 7
     assert seen["inked"] > 2000
     assert seen["turned"] is True
-    assert "Uncaught" not in shown.stderr
     assert len(seen["drawings"]) == 2
     assert all(min(size) > 100 for size in seen["drawings"])
     assert seen["picks"] == ["rgb(213, 94, 0)"] * 7
@@ -97,7 +79,7 @@ def test_a_browser_shows_everything(width, out, tmp_path):
     assert "capture &lt;b&gt;&amp;" in page
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+@needs_a_browser
 def test_a_screenshot_shows_the_picks(out, tmp_path):
     target = tmp_path / "page.png"
     url = (out / "report.html").as_uri()

@@ -17,8 +17,10 @@ from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.evaluation import Evaluator
+from fsel.export.compared import Cell, Compared, differences
 from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
+from fsel.export.versus import comparison
 from fsel.layouts.previews import sharpness_of_files
 from fsel.measuring import Run, picks_at, runs
 from fsel.metrics import Metrics
@@ -30,7 +32,9 @@ from fsel.request.targets import Targets
 
 SHOWN = 6  # held-out frames that are rendered side by side
 BAND = 14  # pixels of a caption
-Picks = dict[tuple[int, str], list[np.ndarray]]
+QUALITY = 92  # of the page's JPEGs
+Picks = dict[Cell, list[np.ndarray]]
+Scores = dict[Cell, np.ndarray]
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:
@@ -53,9 +57,13 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
             picks = _picks(asked, capture, targets, methods, sharpness, focus)
-        rows, evaluator = _scores(asked, capture, (judged, masks), picks, metrics, console)
-        table = _table(rows, metrics)
+        scores, evaluator = _scores(asked, capture, (judged, masks), picks, metrics, console)
+        rows = _rows(capture, picks, scores, metrics)
+        compared = _compared(asked, capture, judged, picks, scores, evaluator)
+        gaps = differences(compared)
+        table = _table(rows, metrics) + "".join(f"{gap['verdict']}\n" for gap in gaps)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
+        (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
         content = {
             "capture": str(asked.capture.resolve()),
             "targets": [capture.names[i] for i in judged],
@@ -63,13 +71,14 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             "long_side": asked.long_side,
             "seed": asked.seed,
             "rows": rows,
+            "differences": gaps,
         }
         (stage / "compare.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
         (stage / "renders").mkdir()
         for name, sheet in _sheets(asked, capture, judged, picks, evaluator):
             cv2.imwrite(str(stage / "renders" / name), sheet[..., ::-1])
     console.text(table)
-    console.say("written", f"{asked.out}: compare.json, compare.txt, renders")
+    console.say("written", f"{asked.out}: compare.html, compare.json, compare.txt, renders")
     console.give(content)
 
 
@@ -125,25 +134,71 @@ def _scores(
     picks: Picks,
     metrics: Metrics,
     console: Console,
-) -> tuple[list[dict], Evaluator]:
-    """A row of mean metrics for each k and method, over frames (in their masks) and seeds."""
+) -> tuple[Scores, Evaluator]:
+    """(k, method) -> (seeds, T, M) metrics of the held-out frames, in their masks."""
     frames, masks = judged
     truth = np.asarray(capture.images[frames])
     keeping = _Keeping(bound(asked, capture))
     evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks, metrics)
     order = [(k, name) for k in asked.k for name in asked.methods]
     runs = [(key, chosen) for key in order for chosen in picks[key]]
-    found: dict[tuple[int, str], list[np.ndarray]] = {key: [] for key in order}
+    found: dict[Cell, list[np.ndarray]] = {key: [] for key in order}
     for key, chosen in console.bar("reconstructing")(runs, len(runs)):
-        found[key].append(evaluator(chosen))
-    rows: dict[tuple[int, str], dict] = {}
-    for (k, name), values in found.items():
+        evaluator(chosen)  # what does not finish is refused
+        found[key].append(evaluator.measure(chosen).scores)
+    return {key: np.array(values) for key, values in found.items()}, evaluator
+
+
+def _rows(capture: Capture, picks: Picks, scores: Scores, metrics: Metrics) -> list[dict]:
+    """A row of mean metrics for each number of frames and method, over frames and seeds."""
+    rows: dict[Cell, dict] = {}
+    for (k, name), values in scores.items():
         used = len(picks[k, name][0])
-        means = dict(zip(metrics, np.mean(values, axis=0).round(5).tolist(), strict=True))
+        means = dict(zip(metrics, values.mean(axis=(0, 1)).round(5).tolist(), strict=True))
         names = [[capture.names[i] for i in chosen] for chosen in picks[k, name]]
         kept = {"k": used, "method": name, **means, "seeds": len(values), "picks": names}
         rows.setdefault((used, name), kept)
-    return list(rows.values()), evaluator
+    return list(rows.values())
+
+
+def _compared(
+    asked: argparse.Namespace,
+    capture: Capture,
+    judged: np.ndarray,
+    picks: Picks,
+    scores: Scores,
+    evaluator: Evaluator,
+) -> Compared:
+    """The same with pictures, at the size that was compared."""
+    drawn = _drawn(judged)
+    views = capture.view(judged[drawn])
+    renders = {}
+    for key in scores:
+        images = evaluator.reconstructor.fit(np.sort(picks[key][0])).render(views)
+        renders[key] = [_jpeg(np.round(image * 255).astype(np.uint8)) for image in images]
+    width, height = capture.size
+    return Compared(
+        source=capture.source,
+        how=f"Reconstructed and compared by {asked.reconstructor} at {width}x{height} pixels, "
+        "shown larger. Hint: --reconstructor gaussians and a larger --long-side are for looks.",
+        names=tuple(capture.names[i] for i in judged),
+        metrics=tuple(evaluator.metrics),
+        scores={key: values.mean(axis=0) for key, values in scores.items()},
+        used={key: len(picks[key][0]) for key in scores},
+        shown=tuple(drawn.tolist()),
+        truth=[_jpeg(np.asarray(capture.images[frame])) for frame in judged[drawn]],
+        renders=renders,
+    )
+
+
+def _drawn(judged: np.ndarray) -> np.ndarray:
+    """Which of the held-out frames are shown."""
+    return np.unique(np.linspace(0, len(judged) - 1, SHOWN).round().astype(int))
+
+
+def _jpeg(image: np.ndarray) -> bytes:
+    bgr = np.ascontiguousarray(image[..., ::-1])
+    return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
 
 
 class _Keeping:
@@ -177,8 +232,7 @@ def _sheets(
     evaluator: Evaluator,
 ) -> Iterator[tuple[str, np.ndarray]]:
     """(file name, image) of a few held-out frames; a row for each k: truth, then methods."""
-    drawn = np.unique(np.linspace(0, len(judged) - 1, SHOWN).round().astype(int))
-    frames = judged[drawn]
+    frames = judged[_drawn(judged)]
     views = capture.view(frames)
     rows: list[list[np.ndarray]] = [[] for _ in frames]
     for k in asked.k:

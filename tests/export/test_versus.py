@@ -1,0 +1,116 @@
+"""compare.html, looked at in a real browser; its intervals by hand."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from browsing import looked_at, needs_a_browser
+from small_captures import write_ring
+
+from fsel.cli import main
+from fsel.export.compared import Compared, differences, verdict
+from fsel.report.statistics import of_places
+
+MEASURE = """(() => {
+const all = (query) => [...document.querySelectorAll(query)];
+const drawn = (image) => {
+  const canvas = document.createElement('canvas');
+  canvas.width = image.naturalWidth; canvas.height = image.naturalHeight;
+  const pen = canvas.getContext('2d');
+  pen.drawImage(image, 0, 0);
+  return new Set(pen.getImageData(0, 0, canvas.width, canvas.height).data).size;
+};
+const sliders = all('.card:not([hidden]) input');
+sliders[0].focus();
+const reached = document.activeElement === sliders[0];
+const before = all('.card:not([hidden]) .over')[0].style.clipPath;
+sliders[0].value = 20;
+sliders[0].dispatchEvent(new Event('input'));
+const after = all('.card:not([hidden]) .over')[0].style.clipPath;
+const shown = () => all('.card:not([hidden]) b').map((node) => node.textContent);
+const first = shown();
+all('#budgets input')[1].click();
+return {
+  cells: all('tbody tr').map((row) => [...row.cells].map((cell) => cell.innerText)),
+  sentences: all('.verdict').map((node) => node.innerText),
+  colours: Math.min(...all('.truth, .over').map(drawn)),
+  pictures: [...new Set(all('img').map((node) => `${node.naturalWidth}x${node.naturalHeight}`))],
+  widths: all('.card:not([hidden]) img').map((node) => node.getBoundingClientRect().width),
+  captions: all('.card:not([hidden]) figcaption').map((node) => node.innerText),
+  reached, before, after, first, second: shown(),
+  overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+  fetched: performance.getEntriesByType('resource').map((entry) => entry.name)
+    .filter((name) => !name.startsWith('data:')),
+};
+})()"""
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("compared")
+    write_ring(folder / "capture <b>&")
+    asked = ["-k", "4,5", "--methods", "fsel,uniform", "--long-side", "48"]
+    assert main(["compare", str(folder / "capture <b>&"), *asked, "-o", str(folder / "out")]) == 0
+    return folder / "out"
+
+
+@needs_a_browser
+@pytest.mark.parametrize("width", [1280, 400])
+def test_a_browser_shows_every_rendering(width, out, tmp_path):
+    seen = looked_at(out / "compare.html", width, MEASURE, tmp_path)
+    content = json.loads((out / "compare.json").read_text())
+    assert seen["sentences"] == [entry["verdict"] for entry in content["differences"]]
+    assert [cells[:2] for cells in seen["cells"]] == [
+        ["4", "fsel"],
+        ["4", "uniform"],
+        ["5", "fsel"],
+        ["5", "uniform"],
+    ]
+    for cells, row in zip(seen["cells"], content["rows"], strict=True):
+        assert cells[2].startswith(f"{row['psnr']:.2f} (")
+    assert seen["pictures"] == ["48x36"]
+    assert seen["colours"] > 20  # no held-out frame is blank
+    assert seen["widths"] == pytest.approx([min(480, width - 24)] * 12)  # two an image: a pair
+    assert seen["first"] == ["fsel, K = 4", "uniform, K = 4"] * 3
+    assert seen["second"] == ["fsel, K = 5", "uniform, K = 5"] * 3
+    assert all("PSNR" in text and "SSIM" in text for text in seen["captions"])
+    assert (seen["before"], seen["after"]) == ("inset(0px 50% 0px 0px)", "inset(0px 80% 0px 0px)")
+    assert seen["reached"] is True
+    assert seen["overflow"] <= 0
+    assert seen["fetched"] == []
+
+
+def test_the_page_is_one_file_and_escapes_names(out):
+    page = (out / "compare.html").read_text(encoding="utf-8")
+    sources = re.findall(r'(?:src|href)="([^"]{0,40})', page)
+    assert all(source.startswith("data:image/jpeg;base64,") for source in sources)
+    assert "url(" not in page
+    assert "capture &lt;b&gt;&amp;" in page
+    assert "<b>&/" not in page
+    text = (out / "compare.txt").read_text()
+    for entry in json.loads((out / "compare.json").read_text())["differences"]:
+        assert entry["verdict"] in text
+
+
+def scores(*psnr):
+    return np.column_stack([psnr, np.zeros(len(psnr))])
+
+
+def test_differences_are_paired_by_frame():
+    """1, 2 and 3 dB: mean 2, error 1 / sqrt(3), times Student's 4.303 for two degrees."""
+    found = {(9, "a"): scores(11, 22, 33), (9, "b"): scores(10, 20, 30)}
+    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, {}, (), [], {})
+    (entry,) = differences(compared)
+    half = 4.302653 / np.sqrt(3)
+    assert entry["psnr"] == 2
+    assert [entry["ci_low"], entry["ci_high"]] == pytest.approx([2 - half, 2 + half], abs=1e-4)
+    assert (entry["k"], entry["method"], entry["than"], entry["n"]) == (9, "a", "b", 3)
+    assert "a is 2.00 dB ahead of b, within chance" in entry["verdict"]
+
+
+def test_a_sentence_says_what_is_beyond_chance():
+    said = [verdict(5, "a", "b", of_places(np.array(gaps))) for gaps in ([1.0, 1.1], [-1.0, -1.1])]
+    assert "a is 1.05 dB ahead of b, beyond chance" in said[0]
+    assert "a is 1.05 dB behind b, beyond chance" in said[1]
+    assert "one held-out frame, which says nothing" in verdict(5, "a", "b", of_places(np.ones(1)))
