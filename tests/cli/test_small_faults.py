@@ -70,8 +70,11 @@ def test_files_and_parts_of_captures_are_called_what_they_are(capture, tmp_path,
         (tmp_path / name).write_bytes(b"\x00\xffno video")
         assert run("info", tmp_path / name) == 1
         assert f"{name}: {said}" in capsys.readouterr().err
-    assert run("info", capture / "sparse") == 1
-    assert f"is part of the capture {capture}, give that folder" in capsys.readouterr().err
+    assert run("info", tmp_path / "gone.mp4") == 1
+    assert "gone.mp4: no such file" in capsys.readouterr().err
+    for part in ("sparse", "sparse/0"):
+        assert run("info", capture / part) == 1
+        assert f"is part of the capture {capture}, give that folder" in capsys.readouterr().err
     assert select(capture, "-k", 4, "--targets", tmp_path / "walk.mp4", "-o", tmp_path / "o") == 1
     printed = capsys.readouterr().err
     assert "walk.mp4: is no file of targets; allowed: every:N" in printed

@@ -11,6 +11,7 @@ from small_captures import write_ring
 
 from fsel.cli import main
 from fsel.export.drawings import SHOWN, shown
+from fsel.export.scene import _extent
 
 MEASURE = """(() => {
 const box = (node) => { const b = node.getBoundingClientRect(); return [b.width, b.height]; };
@@ -116,3 +117,14 @@ def test_a_report_shows_at_most_so_many_evenly_spread(count):
     assert rows[-1:] == [count - 1][:count]
     steps = np.diff(rows)
     assert not len(steps) or steps.max() - steps.min() <= 1
+
+
+def test_points_far_away_do_not_make_one_dot_of_the_cameras():
+    cameras = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
+    near = np.full((20, 3), 0.1)
+    assert _extent(cameras, near)[0] == 1
+    assert _extent(cameras, 100 * near + [50, 0, 0])[0] == 1.5
+    assert _extent(cameras, near * 12 / np.sqrt(3) / 0.1 / 10)[0] == pytest.approx(1.2)
+    assert _extent(np.zeros((3, 3)), np.full((4, 3), 2 / np.sqrt(3)))[0] == pytest.approx(2)
+    assert _extent(np.zeros((3, 3)), np.empty((0, 3)))[0] == 1
+    np.testing.assert_allclose(_extent(cameras + [5, 0, 0], near)[1], [5, 0, 0])

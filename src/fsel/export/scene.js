@@ -34,7 +34,7 @@
     if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
     if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
     pen.clearRect(0, 0, canvas.width, canvas.height);
-    const dot = Math.max(1, 1.3 * ratio);
+    const dot = 2 * ratio;
     const seen = data.points.map((p) => [project(p), p]).sort((a, b) => b[0][2] - a[0][2]);
     for (const [[x, y], p] of seen) {
       pen.fillStyle = `rgb(${p[3]},${p[4]},${p[5]})`;

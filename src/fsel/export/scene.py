@@ -15,7 +15,8 @@ SCRIPT = files("fsel.export") / "scene.js"
 MOST_POINTS = 4000
 MOST_FRAMES = 2000  # cameras that are drawn beside the picks
 TICK = 0.08  # length of a viewing direction, as a share of the view
-CORE = 95  # per cent of the points that the view is scaled to, with all cameras
+CORE = 95  # per cent of the points that the view is scaled to, where they lie close enough
+WIDEST = 1.5  # times the cameras' own reach: farther points would make one dot of the cameras
 
 
 def turning_view(outcome: Outcome, points: SparsePoints | None) -> str:
@@ -45,11 +46,7 @@ def scene_data(outcome: Outcome, points: SparsePoints | None) -> dict:
     views = outcome.targets.views
     targets = views.centers[near] @ basis
     cloud = np.empty((0, 3)) if points is None else points.xyz @ basis
-    middle = np.median(np.concatenate([centers, cloud]), axis=0)
-    reach = np.linalg.norm(np.concatenate([centers, targets]) - middle, axis=1).max()
-    if len(cloud):
-        reach = max(reach, np.percentile(np.linalg.norm(cloud - middle, axis=1), CORE))
-    extent = reach or 1.0
+    extent, middle = _extent(np.concatenate([centers, targets]), cloud)
 
     def drawn(places: np.ndarray, axes: np.ndarray) -> list:
         put = (places - middle) / extent
@@ -71,6 +68,16 @@ def scene_data(outcome: Outcome, points: SparsePoints | None) -> dict:
             )
         ],
     }
+
+
+def _extent(cameras: np.ndarray, cloud: np.ndarray) -> tuple[float, np.ndarray]:
+    """What the view is scaled to, and its middle: all cameras, and near points around them."""
+    middle = (cameras.min(axis=0) + cameras.max(axis=0)) / 2
+    reach = float(np.linalg.norm(cameras - middle, axis=1).max())
+    far = np.linalg.norm(cloud - middle, axis=1)
+    core = float(np.percentile(far, CORE)) if len(far) else 0.0
+    around = min(core, WIDEST * reach) if reach else core
+    return max(reach, around) or 1.0, middle
 
 
 def _evenly(count: int, most: int) -> np.ndarray:

@@ -144,16 +144,18 @@ def _layout_of(folder: Path, layout: str) -> Layout:
     if folder.is_file():
         raise ValueError(f"{folder}: is a file; a capture is a folder with images and poses")
     if not folder.is_dir():
-        raise FileNotFoundError(f"{folder}: no such folder")
+        raise FileNotFoundError(f"{folder}: no such {'file' if folder.suffix else 'folder'}")
     if layout != "auto":
         _allowed("layout", layout, ("auto", *LAYOUTS))
         return LAYOUTS[layout]
     found = recognise(folder)
-    if not found:
+    pictured = any((folder / name).is_dir() for name in colmap.IMAGE_FOLDERS)
+    if not found or (found[0] == colmap.LAYOUT.name and not pictured):
         near = folder.resolve().parents[:2] if folder.resolve().name in PARTS else ()
         around = next((outer for outer in near if recognise(outer)), None)
         if around is not None:
             raise ValueError(f"{folder}: is part of the capture {around}, give that folder")
+    if not found:
         inner = [child.name for child in sorted(folder.iterdir()) if child.is_dir()]
         scenes = [name for name in inner if recognise(folder / name)]
         hint = f"; its folders {scenes[:3]} are captures, give one of them" if scenes else ""
