@@ -12,9 +12,11 @@ used, so that `import fsel` costs nothing.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # what `typing` has, which takes longer to import than all of this
 if TYPE_CHECKING:  # the same names, for type checkers and editors
+    from typing import Any
+
     from fsel.api import Selection, evaluate, fit, select
     from fsel.layouts import LAYOUTS, read_capture
     from fsel.methods import METHODS
@@ -49,7 +51,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     if name not in _HOMES:
         raise AttributeError(f"module 'fsel' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import Namespace
-from collections.abc import Sequence
 from importlib import import_module
 
-from fsel.cli.signals import SAID, Interruption, watched
+from fsel.cli.signals import SAID, Interruption, import_held
+
+TYPE_CHECKING = False  # see `fsel.cli.signals`
+if TYPE_CHECKING:
+    from argparse import Namespace
+    from collections.abc import Sequence
 
 REFUSED = 1
 INTERRUPTED = 130
@@ -21,7 +24,7 @@ INTERRUPTED = 130
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
-    with watched() as interruption:  # before anything that takes long to import
+    with Interruption() as interruption:  # before anything that takes long to import
         from fsel.cli.parser import parsed
         from fsel.cli.silence import native_lines_dropped
 
@@ -35,6 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(asked: Namespace, interruption: Interruption) -> int:
     try:
+        import_held("pycolmap")  # which every command uses
         command = import_module(f"fsel.cli.{asked.command}")
         from fsel.cli.console import Console
 

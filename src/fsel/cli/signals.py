@@ -1,20 +1,27 @@
-"""What Ctrl-C and the signal TERM do, from a command's first moment on."""
+"""What Ctrl-C and the signal TERM do, from a command's first moment on.
+
+Imports as little as it can: before the handlers are there, Ctrl-C is a traceback of Python's.
+"""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from types import FrameType
+from importlib import import_module
+
+TYPE_CHECKING = False  # what `typing` has, without importing it
+if TYPE_CHECKING:
+    from types import FrameType, TracebackType
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 SAID = "fsel: interrupted, nothing was written"
 
 
 class Interruption:
-    """What was received.
+    """What was received; within the block both signals are handled.
+
+    What ran before takes its handlers back at the end.
 
     Attributes:
         number: of the signal; 0 while there is none.
@@ -27,6 +34,17 @@ class Interruption:
         self.number = 0
         self.working = False
 
+    def __enter__(self) -> Interruption:
+        handled = [n for n in SIGNALS if signal.getsignal(n) != signal.SIG_IGN]
+        self._previous = {n: signal.signal(n, self.receive) for n in handled}
+        return self
+
+    def __exit__(
+        self, kind: type | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+
     def receive(self, number: int, frame: FrameType | None) -> None:
         """The handler of both signals."""
         self.number = number
@@ -36,14 +54,16 @@ class Interruption:
         os._exit(128 + number)
 
 
-@contextmanager
-def watched() -> Iterator[Interruption]:
-    """Both signals are handled; what ran before takes its handlers back."""
-    found = Interruption()
-    ignored = {number for number in SIGNALS if signal.getsignal(number) == signal.SIG_IGN}
-    previous = {n: signal.signal(n, found.receive) for n in SIGNALS if n not in ignored}
+def import_held(library: str) -> None:
+    """Import a library that installs handlers of its own; then both signals have theirs again.
+
+    They wait meanwhile. The log of pycolmap ends the process at TERM.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    handlers = {number: signal.getsignal(number) for number in SIGNALS}
     try:
-        yield found
+        import_module(library)
     finally:
-        for number, handler in previous.items():
+        for number, handler in handlers.items():
             signal.signal(number, handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
