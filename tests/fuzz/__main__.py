@@ -5,9 +5,11 @@ Prints a line a failure, shrunk, as an entry of cases.json, and the counts at th
 
 import argparse
 import json
+import math
 import resource
 import sys
 import tempfile
+import time
 from collections import Counter
 from pathlib import Path
 
@@ -25,8 +27,9 @@ def main():
     parser = argparse.ArgumentParser(prog="python -m fuzz")
     parser.add_argument("--cases", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--minutes", type=float, default=math.inf, help="begin no case after")
     asked = parser.parse_args()
-    counts = Counter()
+    counts, started = Counter(), time.monotonic()
     place = MEMORY if Path(MEMORY).is_dir() else None
     with native_lines_dropped(), tempfile.TemporaryDirectory(dir=place) as name:
         original, work = Path(name, "originals"), Path(name, "work")
@@ -35,6 +38,8 @@ def main():
             for seed in range(3):
                 cases.run(cases.Case(kind, seed, ()), original, work)
         for case in tqdm(cases.drawn(asked.cases, asked.seed), disable=None):
+            if time.monotonic() - started > 60 * asked.minutes:
+                break
             # a second time: a busy machine may be slow once
             wrong = cases.run(case, original, work) and cases.run(case, original, work)
             counts["wrong" if wrong else "right"] += 1
@@ -42,7 +47,9 @@ def main():
                 small = cases.shrunk(case, original, work)
                 print(json.dumps(cases.entry(small, original, work)), wrong[0][:600], flush=True)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    print(f"{asked.cases} cases, {counts['wrong']} wrong, peak of memory {peak:.2f} GB")
+    done = counts.total()
+    print(f"{done} cases, {counts['wrong']} wrong, peak of memory {peak:.2f} GB")
+    print(f"the next one is --seed {asked.seed + done}")
     return int(counts["wrong"] > 0)
 
 
