@@ -211,13 +211,22 @@ def test_frames_of_a_video_are_measured_and_written(capture, tmp_path):
         assert np.abs(written.astype(int) - shots[i]).mean() < 3
 
 
-@pytest.mark.parametrize("model", ["PINHOLE", "OPENCV"])
-def test_geometry_only_opens_one_image_of_a_camera(model, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("model", "method"),
+    [
+        ("PINHOLE", "fsel"),
+        ("OPENCV", "fsel"),
+        ("PINHOLE", "nerf_director"),
+        ("PINHOLE", "sharpest"),
+    ],
+)
+def test_geometry_only_opens_one_image_of_a_camera(model, method, tmp_path, monkeypatch):
     write_ring(tmp_path / "capture", model=model)
     opened = []
     load = images.load
     monkeypatch.setattr(images, "load", lambda *a: opened.append(a) or load(*a))
-    assert select(tmp_path / "capture", "-k", 4, "--geometry-only", "-o", tmp_path / "out") == 0
+    asked = ("-k", 4, "--geometry-only", "--method", method)
+    assert select(tmp_path / "capture", *asked, "-o", tmp_path / "out") == 0
     assert len(opened) == 1
     assert record_of(tmp_path / "out")["frames"][0]["sharpness_rank"] is None
 

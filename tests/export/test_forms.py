@@ -60,6 +60,10 @@ def test_points_are_triangulated_where_a_capture_has_none(tmp_path):
     assert np.median(np.abs(xyz[:, 2:] - depths).min(axis=1)) < 0.05
     assert model.compute_mean_reprojection_error() < 1e-6  # as its points are projected
     assert len(PlyData.read(str(out / "sparse_pc.ply"))["vertex"]) == len(xyz)
+    # which opens images
+    unopened = tmp_path / "unopened"
+    assert select(tmp_path / "capture", "-k", 6, "--geometry-only", "-o", unopened) == 0
+    assert not model_of(unopened).points3D
 
 
 @pytest.mark.parametrize("asked", [["--long-side", 32], ["--downscale", 2]])

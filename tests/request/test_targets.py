@@ -10,6 +10,7 @@ from selection_problems import capture_of
 from small_captures import ring
 
 from fsel.capture import Views
+from fsel.export import service
 from fsel.export.service import relative_sharpness, service_of
 from fsel.features.static import proxy_points
 from fsel.geometry import directions
@@ -336,6 +337,13 @@ def test_service_rises_to_one_and_each_frame_adds_less(circle):
     rows = np.searchsorted(pool, picks[:2])
     assert first.left[rows[1]] == pytest.approx(second.gain[1])
     assert (second.left <= first.left + 1e-12).all()
+
+
+def test_service_is_the_same_in_blocks(circle, monkeypatch):
+    views, pool, picks = circle.view(np.array([1, 9, 17])), np.arange(24), np.array([2, 10, 18])
+    whole = service_of(circle, views, pool, picks)
+    monkeypatch.setattr(service, "BLOCK", 7)
+    np.testing.assert_array_equal(service_of(circle, views, pool, picks).left, whole.left)
 
 
 def test_sharpness_is_relative_to_neighbours():

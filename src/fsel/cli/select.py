@@ -148,11 +148,14 @@ def _warn_of_walls(
 def _read(asked: argparse.Namespace, console: Console, opened: Opened, method: Method) -> Capture:
     """The capture with what is read of it.
 
-    Methods other than `fsel`, and swaps, look at pixels and points; finding a number of frames
-    takes points, for the depth that they tell.
+    Swaps, and methods that compare frames by appearance, look at pixels. Methods other than `fsel`
+    look at points; finding a number of frames takes some, for the depth that they tell.
     """
-    if method.name != pretrained.DEFAULT or asked.refine is not None:
+    if asked.refine is not None or "appearance" in method.reads:
         return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
+    if method.name != pretrained.DEFAULT:
+        with console.clock("points"):
+            return opened.with_all_points()
     if asked.k == api.AUTO:
         with console.clock("points"):
             return opened.with_points()
@@ -216,7 +219,7 @@ def _form(asked: argparse.Namespace, opened: Opened) -> subset.Form:
         side = max(1, round(opened.longest / asked.downscale))
     if side is not None and side >= opened.longest:
         side = None
-    return subset.Form(asked.link, side, asked.points, asked.masks)
+    return subset.Form(asked.link, side, asked.points, not asked.geometry_only, asked.masks)
 
 
 def _pictures(opened: Opened, picks: np.ndarray) -> list[bytes]:

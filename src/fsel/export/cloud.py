@@ -23,7 +23,9 @@ NO_POINTS = RawPoints(
 )
 
 
-def cloud_of(opened: Opened, frames: list[int], picks: list[int], points: str) -> RawPoints:
+def cloud_of(
+    opened: Opened, frames: list[int], picks: list[int], points: str, matched: bool = True
+) -> RawPoints:
     """Points with their tracks in some frames, those kept that the picks see.
 
     Points without any track, as those of a `.ply`, are seen where they lie in an image, whatever
@@ -34,10 +36,13 @@ def cloud_of(opened: Opened, frames: list[int], picks: list[int], points: str) -
         frames: numbers of frames, which the tracks will number.
         picks: those of the frames that are trained on, without which no point is kept.
         points: `seen`: points that two picks see; `all`: every point of the capture; `none`.
+        matched: whether points may be triangulated, which opens images.
     """
     if points == NONE:
         return NO_POINTS
-    found = opened.raw.subset(frames).sparse() or _triangulated(opened, frames, picks)
+    found = opened.raw.subset(frames).sparse()
+    if found is None:
+        found = _triangulated(opened, frames, picks) if matched else NO_POINTS
     if points == ALL:
         return found
     if not len(found.track_point):

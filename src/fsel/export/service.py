@@ -14,6 +14,7 @@ BLURRED = 0.5  # of its neighbours' median sharpness
 WINDOW = 5  # neighbours on either side
 RANKS = 8  # closest frames that count for a view
 SHARES = 0.5 ** np.arange(RANKS)
+BLOCK = 1024  # frames whose closeness is sorted at a time
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,8 @@ def service_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarr
     for step, row in enumerate(rows):
         best = _closest(np.concatenate([best, close[row, None]]))
         curve[step] = np.mean(SHARES @ best / whole)
-    wider = np.concatenate([np.tile(best, (len(pool), 1, 1)), close[:, None]], axis=1)
-    left = np.mean(SHARES @ _closest(wider) / whole, axis=1) - curve[-1]
+    blocks = [close[at : at + BLOCK] for at in range(0, len(pool), BLOCK)]
+    left = np.concatenate([_with_one_more(best, block, whole) for block in blocks]) - curve[-1]
     left[rows] = 0.0
     return Service(
         curve=curve,
@@ -64,6 +65,12 @@ def service_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarr
         nearest_view=np.argmax(close[rows], axis=1),
         left=np.maximum(left, 0),
     )
+
+
+def _with_one_more(best: np.ndarray, close: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """(b,) service of picks with each of b frames, by (RANKS, T) of the picks and (b, T)."""
+    wider = np.concatenate([np.tile(best, (len(close), 1, 1)), close[:, None]], axis=1)
+    return np.mean(SHARES @ _closest(wider) / whole, axis=1)
 
 
 def _closest(closeness: np.ndarray) -> np.ndarray:
@@ -74,11 +81,9 @@ def _closest(closeness: np.ndarray) -> np.ndarray:
 def relative_sharpness(sharpness: np.ndarray) -> np.ndarray:
     """(N,) sharpness over the median of up to ten neighbours in the sequence; 1 where that is 0."""
     n = len(sharpness)
-    windows = (
-        sharpness[[j for j in range(i - WINDOW, i + WINDOW + 1) if 0 <= j < n and j != i]]
-        for i in range(n)
-    )
-    typical = np.array([np.median(window) for window in windows])
+    around = np.pad(sharpness.astype(float), WINDOW, constant_values=np.nan)
+    windows = np.lib.stride_tricks.sliding_window_view(around, 2 * WINDOW + 1)
+    typical = np.nanmedian(np.delete(windows, WINDOW, axis=1), axis=1)
     return np.divide(sharpness, typical, out=np.ones(n), where=typical > 0)
 
 

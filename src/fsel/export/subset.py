@@ -28,12 +28,14 @@ class Form:
         link: as hard links; else as copies.
         long_side: pixels of the images' longer side; None as they are.
         points: one of `fsel.export.cloud.POINTS`.
+        matched: triangulate points from matches of images where the capture has none.
         shapes: folder of an object's masks; a frame without one shows nothing of it.
     """
 
     link: bool = False
     long_side: int | None = None
     points: str = cloud.SEEN
+    matched: bool = True
     shapes: Path | None = None
 
 
@@ -78,7 +80,7 @@ def write(
     train, kept_back = np.sort(picks).tolist(), np.sort(held).tolist()
     used = sorted(train + kept_back)
     cameras = dict(zip(used, true_cameras(opened.raw, used, form.long_side), strict=True))
-    points = cloud.cloud_of(opened, used, train, form.points)
+    points = cloud.cloud_of(opened, used, train, form.points, form.matched)
     if not kept_back:
         _written(stage, opened.raw, train, used, cameras, points, form)
         return points.without_pixels()

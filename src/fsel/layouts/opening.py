@@ -55,6 +55,11 @@ class Opened:
         known = None if points is None else points.without_pixels()
         return replace(capture.subset(frames, np.stack(images)), points=known)
 
+    def with_all_points(self) -> Capture:
+        """The capture, its images unopened, with the points that its frames see."""
+        points = self.raw.sparse()
+        return replace(self.capture, points=None if points is None else points.without_pixels())
+
     def with_points(self) -> Capture:
         """The capture, its images unopened, with the points that a sample of its frames see."""
         drawn, raw = sample(self.raw)
