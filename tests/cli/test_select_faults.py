@@ -187,9 +187,10 @@ def test_a_read_only_disk_is_refused_before_work(capture, tmp_path, monkeypatch,
     assert "Read-only file system" in capsys.readouterr().err
 
 
-def test_a_full_disk_leaves_nothing(capture, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("names", [(), ("what/was/read.jpg", None, "out/read.jpg")])
+def test_a_full_disk_leaves_nothing(names, capture, tmp_path, monkeypatch, capsys):
     def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
+        raise OSError(errno.ENOSPC, "No space left on device", *names)
 
     monkeypatch.setattr(placing.shutil, "copy2", full)
     assert select(capture, "-k", 4, "-o", tmp_path / "out") == 1

@@ -7,6 +7,7 @@ written is there whole or not at all.
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from importlib import import_module
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 REFUSED = 1
 INTERRUPTED = 130
+FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -60,6 +62,8 @@ def _in_words(error: Exception, asked: Namespace) -> str:
     """One line that names a file."""
     if isinstance(error, OSError) and error.strerror:
         named = error.filename or getattr(asked, "out", None) or asked.capture
+        if error.errno in FULL:  # a copy's error has the name of what was read
+            named = getattr(asked, "out", None) or named
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
         return f"{_read(asked)}: takes more memory than there is"
