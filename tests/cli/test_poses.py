@@ -94,6 +94,17 @@ def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, capsys, monkeypatch):
+    photos, posed = tmp_path / "photos", []
+    monkeypatch.setattr(posing, "_find", lambda source, files, *_: posed.append(files) or 1 / 0)
+    images.write(np.zeros((3, 24, 32, 3), np.uint8), photos, ["a.jpg", "b.jpg", "c.jpg"])
+    (photos / "b.jpg").write_bytes((photos / "b.jpg").read_bytes()[:50])
+    with pytest.raises(ZeroDivisionError):
+        run("poses", photos, "--skip-unreadable", "-o", tmp_path / "out")
+    assert "1 images skipped: b.jpg (image file is truncated (50 bytes))" in capsys.readouterr().err
+    assert [file.name for file in posed[0]] == ["a.jpg", "c.jpg"]
+
+
 def test_settings_and_files_tell_one_cache_from_another(tmp_path):
     one, other = tmp_path / "a.mp4", tmp_path / "b.mp4"
     one.write_bytes(b"video")
