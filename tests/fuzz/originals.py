@@ -1,10 +1,12 @@
 """Undamaged inputs of each kind, and the command lines that they are given to."""
 
+import json
 import shutil
 
 import cv2
 import numpy as np
 from layout_recordings import recording, write_film
+from plyfile import PlyData, PlyElement
 from small_captures import camera_path, ring, write_ring
 
 from fsel.layouts import LAYOUTS, read_capture
@@ -17,13 +19,13 @@ WRITTEN = (
 )  # fmt: skip
 BESIDE = {"path": "path.json", "masks": "masks", "names": "names.txt", "ply": "model.ply"}
 """Kinds whose damage is in a file or folder beside an undamaged capture."""
-KINDS = ("ring", "film", *WRITTEN, *BESIDE, "lines")
+KINDS = ("ring", "film", *WRITTEN, "cloud", *BESIDE, "lines")
 SIZE = ["--long-side", "128", "--quiet"]  # as `read_capture` has it
 
 
 def write(folder):
     """A folder a kind: `capture`, with `names.txt` and `model.ply` beside it."""
-    for kind in ("ring", "film", *WRITTEN):
+    for kind in ("ring", "film", *WRITTEN, "cloud"):
         (folder / kind).mkdir(parents=True)
         _write_capture(kind, folder / kind / "capture")
         _write_beside(folder / kind)
@@ -41,9 +43,22 @@ def _write_capture(kind, folder):
         write_ring(folder, frames=FRAMES, cloud=20)
     elif kind == "film":
         write_film(recording("scannetpp_iphone", FRAMES), folder)
+    elif kind == "cloud":
+        _write_cloud(folder)
     else:
         made = recording(kind, FRAMES)
         LAYOUTS[kind].write(made, folder)
+
+
+def _write_cloud(folder):
+    """A capture of nerfstudio whose points are a `.ply`, and lie before its cameras."""
+    LAYOUTS["nerfstudio"].write(recording("nerfstudio", FRAMES), folder)
+    path = folder / "transforms.json"
+    content = json.loads(path.read_text()) | {"ply_file_path": "cloud.ply", "applied_scale": 0.5}
+    path.write_text(json.dumps(content))
+    names = [*((axis, "<f8") for axis in "xyz"), *((c, "<f4") for c in ("red", "green", "blue"))]
+    rows = np.array([(0, 0, 0.1 * i, 0.1, 0.2, 0.3) for i in range(12)], names)
+    PlyData([PlyElement.describe(rows, "vertex")], byte_order="<").write(folder / "cloud.ply")
 
 
 def _write_beside(folder):

@@ -10,6 +10,7 @@ from small_captures import record_of, ring, select, write_ring
 from fsel.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.layouts import read_capture
 from fsel.layouts.nerfstudio import NEW_APPLIED_TRANSFORM
+from fsel.layouts.ply_points import read
 
 SCALE = 0.5
 XYZ = np.array([[0.5, 0.25, -0.5], [0, 0, 0], [0, -90, 0]])  # the last above all cameras
@@ -62,8 +63,9 @@ def test_a_selection_has_the_points_that_two_picks_hold(asked, count, capture, t
 
 
 def test_colours_may_be_missing_or_shares(capture):
-    write(capture / "cloud.ply", XYZ, "<f4", (0, 0.5, 1))
-    np.testing.assert_array_equal(read_capture(capture).points.rgb[0], [0, 128, 255])
+    for shares in ((0, 0.5, 1), (np.nan, 0.5, np.inf), (-1e38, 0.5, 3e38)):
+        write(capture / "cloud.ply", XYZ, "<f4", shares)
+        np.testing.assert_array_equal(read_capture(capture).points.rgb[0], [0, 128, 255])
     rows = np.array([tuple(place) for place in XYZ], [(axis, "<f4") for axis in "xyz"])
     PlyData([PlyElement.describe(rows, "vertex")]).write(str(capture / "cloud.ply"))
     np.testing.assert_array_equal(read_capture(capture).points.rgb[0], [128, 128, 128])
@@ -90,3 +92,19 @@ def test_points_that_are_not_finite_are_refused(capture):
     write(capture / "cloud.ply", [[0, 0, 0], [0, np.inf, 0]])
     with pytest.raises(ValueError, match=r"cloud.ply: point 1 lies at .*not finite"):
         read_capture(capture)
+
+
+HEAD = "ply\nformat ascii 1.0\nelement vertex {}\n{}end_header\n1 2 3 1 2 3 4\n"
+PLACES = "".join(f"property float {axis}\n" for axis in "xyz")
+LISTED = "property list uchar uchar red\nproperty uchar green\nproperty uchar blue\n"
+
+
+@pytest.mark.parametrize(
+    ("count", "properties", "said"),
+    [(1, PLACES + LISTED, "a colour is a list"), (10**12, PLACES, "Unable to allocate")],
+)
+def test_odd_headers_are_refused_by_the_name_of_the_file(count, properties, said, tmp_path):
+    path = tmp_path / "cloud.ply"
+    path.write_text(HEAD.format(count, properties))
+    with pytest.raises(ValueError, match=rf"cloud\.ply: no \.ply file of points: {said}"):
+        read(path)

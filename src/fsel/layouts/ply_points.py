@@ -51,13 +51,14 @@ def read(path: Path) -> RawPoints:
         found = PlyData.read(str(regular(path)))
         vertices = found["vertex"].data
         xyz = np.stack([vertices[name] for name in PLACE], axis=1).astype(np.float64)
-    except (OSError, PlyParseError, ValueError, KeyError) as error:
+        rgb = _colours(vertices)
+    except (OSError, PlyParseError, ValueError, KeyError, MemoryError) as error:
         raise ValueError(f"{path}: no .ply file of points: {error}") from error
     for row in np.flatnonzero(~(np.abs(xyz) < MOST_LENGTH).all(axis=1))[:1]:
         raise ValueError(f"{path}: point {row} lies at {xyz[row].tolist()}, not finite")
     return RawPoints(
         xyz=xyz,
-        rgb=_colours(vertices),
+        rgb=rgb,
         track_point=np.empty(0, np.int64),
         track_frame=np.empty(0, np.int64),
         track_xy=np.empty((0, 2)),
@@ -69,6 +70,8 @@ def _colours(vertices: np.ndarray) -> np.ndarray:
     if not set(COLOUR) <= set(vertices.dtype.names):
         return np.full((len(vertices), 3), GREY, np.uint8)
     rgb = np.stack([vertices[name] for name in COLOUR], axis=1)
+    if rgb.dtype.kind == "O":
+        raise ValueError("a colour is a list; allowed: a number")
     if rgb.dtype.kind == "f":
-        rgb = np.nan_to_num(rgb) * 255
+        rgb = np.clip(np.nan_to_num(rgb), 0, 1) * 255
     return np.clip(np.round(rgb), 0, 255).astype(np.uint8)
