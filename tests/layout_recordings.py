@@ -11,6 +11,7 @@ from fsel.geometry import invert_pose
 from fsel.layouts import LAYOUTS, colmap, images
 from fsel.layouts.base import natural
 from fsel.layouts.recording import Camera, Recording
+from fsel.sparse_model import write_binary
 from fsel.synthesis.lens import project
 
 PINHOLE = Camera("PINHOLE", 64, 48, (60.0, 60.0, 32.0, 24.0))
@@ -127,5 +128,5 @@ def write_colmap(made, folder, names=None, text=True, camera=PINHOLE):
     names = names or [f"{name}.png" for name in made.names]
     images.write(made.images, folder / "images", names)
     model = colmap.build_model(made, camera, names, np.ones(len(names), bool))
-    (colmap.write_text if text else colmap.write_binary)(model, folder / "sparse" / "0")
+    (colmap.write_text if text else write_binary)(model, folder / "sparse" / "0")
     return names

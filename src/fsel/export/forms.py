@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 
 from fsel.layouts.base import RawPoints
 from fsel.layouts.nerfstudio import matrix_of
 from fsel.layouts.recording import Camera
+from fsel.points import grouped_rows
+from fsel.sparse_model import build_model, write_capture_model
 
 SIMPLE = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE")
 STRAIGHT = ("SIMPLE_PINHOLE", "PINHOLE")  # cameras without distortion
@@ -57,14 +58,10 @@ def write_forms(subset: Subset, folder: Path, scene: str) -> None:
         folder: to write to.
         scene: what Long-LRM is told that the capture is called.
     """
-    model = _model(subset)
-    (folder / "sparse" / "0").mkdir(parents=True)
-    model.write_binary(str(folder / "sparse" / "0"))
-    if model.points3D:
-        model.export_PLY(str(folder / CLOUD))
+    cloud = _write_model(subset, folder)
     listed = [f"images/{name}" for name in subset.names]
     every = dict.fromkeys(("train_filenames", "val_filenames", "test_filenames"), listed)
-    write_json(transforms([(subset, "")], bool(model.points3D)) | every, folder / TRANSFORMS)
+    write_json(transforms([(subset, "")], cloud) | every, folder / TRANSFORMS)
     if all(camera.model in STRAIGHT for camera in subset.cameras):
         write_json(_long_lrm(subset, scene), folder / LONG_LRM)
         (folder / SCENES).write_text(f"{LONG_LRM}\n", encoding="utf-8")
@@ -137,31 +134,21 @@ def _long_lrm(subset: Subset, scene: str) -> dict:
     return {"scene_name": scene, "frames": frames}
 
 
-def _model(subset: Subset) -> pycolmap.Reconstruction:
-    """All of the frames, and the points."""
-    model = pycolmap.Reconstruction()
-    numbers = {camera: n for n, camera in enumerate(dict.fromkeys(subset.cameras), 1)}
-    for camera, number in numbers.items():
-        numbered = camera.colmap
-        numbered.camera_id = number
-        model.add_camera_with_trivial_rig(numbered)
+def _write_model(subset: Subset, folder: Path) -> bool:
+    """A COLMAP model of all of the frames and the points; returns whether there are points."""
     points = subset.points
-    tracks = [pycolmap.Track() for _ in points.xyz]
-    for i, (name, camera, pose) in enumerate(
-        zip(subset.names, subset.cameras, subset.world_to_camera, strict=True)
-    ):
-        rows = np.flatnonzero(points.track_frame == i)
-        scale = np.divide((camera.width, camera.height), subset.stated[i])
-        image = pycolmap.Image(
-            image_id=i + 1,
-            name=name,
-            camera_id=numbers[camera],
-            keypoints=points.track_xy[rows] * scale,
-        )
-        rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
-        model.add_image_with_trivial_frame(image, rigid)
-        for at, row in enumerate(rows):
-            tracks[points.track_point[row]].add_element(i + 1, at)
-    for xyz, track, rgb in zip(points.xyz, tracks, points.rgb, strict=True):
-        model.add_point3D(xyz, track, rgb)
-    return model
+    rows = grouped_rows(points.track_frame, len(subset.names))
+    sizes = [(camera.width, camera.height) for camera in subset.cameras]
+    model = build_model(
+        subset.names,
+        [camera.colmap for camera in subset.cameras],
+        subset.world_to_camera,
+        points.xyz,
+        points.rgb,
+        [points.track_point[row] for row in rows],
+        [
+            points.track_xy[row] * np.divide(size, stated)
+            for row, size, stated in zip(rows, sizes, subset.stated, strict=True)
+        ],
+    )
+    return write_capture_model(model, folder, folder / CLOUD)

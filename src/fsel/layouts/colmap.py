@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pycolmap
 
+from fsel import sparse_model
 from fsel.capture import MOST_LENGTH
 from fsel.layouts import images
 from fsel.layouts.base import (
@@ -242,30 +243,20 @@ def _points_beside(raw: RawCapture, model: Path, asked: tuple[int, ...]) -> RawP
 
 def build_model(recording: Recording, camera: Camera, names: list[str], keep: np.ndarray):
     """A pycolmap model of a recording's kept frames, its observations scaled to `camera`."""
-    model = pycolmap.Reconstruction()
-    lens = camera.colmap
-    lens.camera_id = 1
-    model.add_camera_with_trivial_rig(lens)
     scale = camera.width / recording.camera.width
-    observed = grouped_rows(recording.track_frame, len(names))
-    tracks = [pycolmap.Track() for _ in recording.xyz]
-    for i in np.flatnonzero(keep):
-        rows = observed[i]
-        pose = recording.world_to_camera[i]
-        rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
-        image = pycolmap.Image(
-            image_id=int(i) + 1,
-            name=names[i],
-            camera_id=1,
-            keypoints=recording.track_xy[rows] * scale,
-        )
-        model.add_image_with_trivial_frame(image, rigid)
-        for at, row in enumerate(rows):
-            tracks[recording.track_point[row]].add_element(int(i) + 1, at)
-    for xyz, rgb, track in zip(recording.xyz, recording.rgb, tracks, strict=True):
-        if track.length() >= 2:
-            model.add_point3D(xyz, track, rgb)
-    return model
+    observed, kept = grouped_rows(recording.track_frame, len(names)), np.flatnonzero(keep).tolist()
+    rows = [observed[i] for i in kept]
+    return sparse_model.build_model(
+        [names[i] for i in kept],
+        [camera.colmap] * len(kept),
+        recording.world_to_camera[kept],
+        recording.xyz,
+        recording.rgb,
+        [recording.track_point[row] for row in rows],
+        [recording.track_xy[row] * scale for row in rows],
+        ids=[i + 1 for i in kept],
+        least=2,
+    )
 
 
 def scaled(camera: Camera, factor: int) -> Camera:
@@ -279,12 +270,6 @@ def write_text(model: pycolmap.Reconstruction, folder: Path) -> None:
     """Write a model's text files into a new folder."""
     folder.mkdir(parents=True, exist_ok=True)
     model.write_text(str(folder))
-
-
-def write_binary(model: pycolmap.Reconstruction, folder: Path) -> None:
-    """Write a model's binary files into a new folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    model.write_binary(str(folder))
 
 
 def write(recording: Recording, folder: Path) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from fsel.layouts import colmap, images, nerfstudio
 from fsel.layouts.base import Layout, RawCapture
 from fsel.layouts.recording import Recording
+from fsel.sparse_model import write_binary
 
 FACTOR = 4
 COPIES = ("images_4", "images_8")  # of images in 4K, which take half a second each to open
@@ -62,7 +63,7 @@ def write(recording: Recording, folder: Path) -> None:
     content = nerfstudio.scene_of(recording, camera, names, nerfstudio.OLD_APPLIED_TRANSFORM)
     (root / "transforms.json").write_text(json.dumps(content))
     model = colmap.build_model(recording, camera, names, np.ones(len(names), bool))
-    colmap.write_binary(model, root / "colmap" / "sparse" / "0")
+    write_binary(model, root / "colmap" / "sparse" / "0")
 
 
 LAYOUT = Layout("dl3dv", recognises, read, write)

@@ -10,6 +10,7 @@ import numpy as np
 from fsel.layouts import colmap, images
 from fsel.layouts.base import Layout, RawCapture
 from fsel.layouts.recording import Recording
+from fsel.sparse_model import write_binary
 
 FACTOR = 4
 COPIES = ("images_4", "images_2", "images")
@@ -50,7 +51,7 @@ def write(recording: Recording, folder: Path) -> None:
     images.write(recording.images, folder / "images_4", names)
     camera = colmap.scaled(recording.camera, FACTOR)
     model = colmap.build_model(recording, camera, names, np.ones(len(names), bool))
-    colmap.write_binary(model, folder / "sparse" / "0")
+    write_binary(model, folder / "sparse" / "0")
 
 
 LAYOUT = Layout("mipnerf360", recognises, read, write)

@@ -19,6 +19,7 @@ from fsel.layouts.base import (
 from fsel.layouts.matching import choose_pairs, focal_from_poses, match
 from fsel.layouts.recording import Camera, Recording
 from fsel.layouts.undistortion import HALF
+from fsel.sparse_model import write_binary
 
 FACTOR = 2
 PAIRS = 12
@@ -140,7 +141,7 @@ def write(recording: Recording, folder: Path) -> None:
     images.write(recording.images, folder / "images", names)
     camera = colmap.scaled(recording.camera, FACTOR)
     model = colmap.build_model(recording, camera, names, ~recording.lost)
-    colmap.write_binary(model, folder / "sparse" / "0")
+    write_binary(model, folder / "sparse" / "0")
 
 
 LAYOUT = Layout("tanks_and_temples", recognises, read, write, ("focal",))

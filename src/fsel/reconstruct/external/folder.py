@@ -26,8 +26,9 @@ from fsel.capture import Capture, Views
 from fsel.geometry import invert_pose
 from fsel.points import SparsePoints, grouped_rows
 from fsel.reconstruct.outcome import MISSING, SIZE, Unfinished
+from fsel.sparse_model import build_model, write_capture_model
 
-RENDERINGS = "renderings"
+RENDERINGS, CLOUD = "renderings", "sparse_pc.ply"
 OPENGL = np.diag([1.0, -1, -1, 1])
 
 
@@ -47,12 +48,8 @@ def write_inputs(folder: Path, capture: Capture) -> None:
             _write(folder / "masks" / name, np.asarray(capture.masks[row]).astype(np.uint8) * 255)
             frame["mask_path"] = f"masks/{name}"
         content["frames"].append(frame)
-    model = _model(capture, names)
-    (folder / "sparse" / "0").mkdir(parents=True)
-    model.write_binary(str(folder / "sparse" / "0"))
-    if model.points3D:
-        model.export_PLY(str(folder / "sparse_pc.ply"))
-        content["ply_file_path"] = "sparse_pc.ply"
+    if _write_model(folder, capture, names):
+        content["ply_file_path"] = CLOUD
     for split in ("train", "val", "test"):
         content[f"{split}_filenames"] = [frame["file_path"] for frame in content["frames"]]
     (folder / "transforms.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
@@ -110,33 +107,27 @@ def _camera(views: Views, row: int) -> dict:
     return _lens(views, row) | {"transform_matrix": matrix.tolist()}
 
 
-def _model(capture: Capture, names: list[str]) -> pycolmap.Reconstruction:
-    """One pinhole camera and image a frame, and the points where the cameras see them."""
-    model, (width, height) = pycolmap.Reconstruction(), capture.size
+def _write_model(folder: Path, capture: Capture, names: list[str]) -> bool:
+    """A COLMAP model: a pinhole camera a lens, and the points where the cameras see them.
+
+    Returns:
+        Whether there are points.
+    """
     none = np.empty(0, np.int64)
     points = capture.points or SparsePoints(
         np.empty((0, 3)), np.empty((0, 3), np.uint8), none, none
     )
-    tracks = [pycolmap.Track() for _ in points.xyz]
     rows_of = grouped_rows(points.track_frame, len(capture))
-    for row, name in enumerate(names):
-        pose, params = capture.world_to_camera[row], capture.intrinsics[row]
-        camera = pycolmap.Camera(
-            camera_id=row + 1, model="PINHOLE", width=width, height=height, params=params
-        )
-        model.add_camera_with_trivial_rig(camera)
-        seen = points.track_point[rows_of[row]]
-        local = points.xyz[seen] @ pose[:, :3].T + pose[:, 3]
-        image = pycolmap.Image(
-            image_id=row + 1,
-            name=name,
-            camera_id=row + 1,
-            keypoints=local[:, :2] / local[:, 2:] * params[:2] + params[2:],
-        )
-        rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
-        model.add_image_with_trivial_frame(image, rigid)
-        for at, point in enumerate(seen):
-            tracks[point].add_element(row + 1, at)
-    for xyz, track, rgb in zip(points.xyz, tracks, points.rgb, strict=True):
-        model.add_point3D(xyz, track, rgb)
-    return model
+    seen = [points.track_point[rows] for rows in rows_of]
+    width, height = capture.size
+    pixels = []
+    for found, pose, params in zip(seen, capture.world_to_camera, capture.intrinsics, strict=True):
+        local = points.xyz[found] @ pose[:, :3].T + pose[:, 3]
+        pixels.append(local[:, :2] / local[:, 2:] * params[:2] + params[2:])
+    cameras = [
+        pycolmap.Camera(model="PINHOLE", width=width, height=height, params=params)
+        for params in capture.intrinsics
+    ]
+    poses = capture.world_to_camera
+    model = build_model(names, cameras, poses, points.xyz, points.rgb, seen, pixels)
+    return write_capture_model(model, folder, folder / CLOUD)
