@@ -50,7 +50,7 @@ def test_adam_updates_touched_rows_alone_as_torch_does():
     rng = np.random.default_rng(0)
     table = rng.normal(size=(5, width_of(1)))
     before = table.copy()
-    adam = optimiser.Adam(table, 1, 40)
+    adam = optimiser.Adam(table, optimiser.Rates(1, 40, float))
     tensor = torch.tensor(before[[1, 3]], requires_grad=True)
     groups = [{"params": [tensor], "lr": 1.0}]
     twin = torch.optim.Adam(groups, betas=optimiser.DECAYS, eps=1e-15)
@@ -61,9 +61,7 @@ def test_adam_updates_touched_rows_alone_as_torch_does():
         tensor.grad = torch.tensor(grad[[1, 3]])
         previous = tensor.detach().clone()
         twin.step()
-        rates = adam.rates.copy()
-        rates[:3] = adam.pace * adam.mean_rate(step)
-        expected += (tensor.detach() - previous).numpy() * rates
+        expected += (tensor.detach() - previous).numpy() * adam.rates.at(step)
         adam.step(grad, np.array([1, 3], np.int32), step)
         assert not grad.any()
     np.testing.assert_allclose(table[[1, 3]], expected, rtol=1e-10)
@@ -72,7 +70,7 @@ def test_adam_updates_touched_rows_alone_as_torch_does():
 
 def test_a_row_that_is_seen_late_starts_with_a_whole_step():
     table = np.zeros((2, width_of(0)))
-    adam = optimiser.Adam(table, 0, 100)
+    adam = optimiser.Adam(table, optimiser.Rates(0, 100, float))
     for step in range(50):
         adam.step(np.ones_like(table), np.array([0], np.int32), step)
     adam.step(np.ones_like(table), np.array([1], np.int32), 50)
@@ -84,14 +82,17 @@ def test_a_row_that_is_seen_late_starts_with_a_whole_step():
 
 
 def test_the_means_rate_falls_from_the_published_first_to_the_last():
-    adam = optimiser.Adam(np.zeros((1, 14)), 0, 2000)
-    assert adam.pace == pytest.approx(math.sqrt(15))
-    assert adam.rates[3] == pytest.approx(math.sqrt(15) * 5e-3)
-    assert adam.rates[10] == 5e-2
-    assert optimiser.Adam(np.zeros((1, 14)), 0, 60_000).pace == 1
-    assert adam.mean_rate(0) == pytest.approx(1.1 * 1.6e-4)
-    assert adam.mean_rate(1000) == pytest.approx(1.1 * 1.6e-5)
-    assert adam.mean_rate(2000) == pytest.approx(1.1 * 1.6e-6)
+    rates = optimiser.Rates(0, 2000, float)
+    assert rates.pace == pytest.approx(math.sqrt(15))
+    first = rates.at(0)
+    assert first[3] == pytest.approx(math.sqrt(15) * 5e-3)
+    assert first[10] == 5e-2
+    assert first[:3] == pytest.approx(math.sqrt(15) * 1.1 * 1.6e-4)
+    assert optimiser.Rates(0, 60_000).pace == 1
+    assert rates.published_mean(0) == pytest.approx(1.1 * 1.6e-4)
+    assert rates.published_mean(1000) == pytest.approx(1.1 * 1.6e-5)
+    assert rates.published_mean(2000) == pytest.approx(1.1 * 1.6e-6)
+    assert rates.noise(0) == pytest.approx(5e5 * 1.1 * 1.6e-4)
 
 
 def test_penalties_are_the_gradients_of_mean_opacity_and_mean_scale():

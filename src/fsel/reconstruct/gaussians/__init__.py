@@ -1,20 +1,22 @@
-"""3D Gaussian splatting, optimised on the CPU (Kerbl et al. 2023; Kheradmand et al. 2024)."""
+"""3D Gaussian splatting (Kerbl et al. 2023; Kheradmand et al. 2024), on the CPU or on a GPU."""
 
 from __future__ import annotations
 
 import logging
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from typing import NamedTuple
 
 import numpy as np
 
 from fsel.capture import Capture
+from fsel.reconstruct import gpu
 from fsel.reconstruct.gaussians import initial
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import GaussianSettings
-from fsel.reconstruct.gaussians.training import Training
+from fsel.reconstruct.gaussians.training import Steps, Training
 from fsel.reconstruct.keywords import settings_from
-from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.subset import distinct, restricted
 
@@ -43,8 +45,13 @@ class Gaussians:
 
     @staticmethod
     def check(**settings) -> None:
-        """Refuse settings outside their range; it needs nothing else."""
-        settings_from(GaussianSettings, settings)
+        """Refuse settings outside their range, and a GPU that is asked for and is not there."""
+        gpu.check(settings_from(GaussianSettings, settings).device)
+
+    @staticmethod
+    def needs_gpu(**settings) -> bool:
+        """As the settings say."""
+        return settings_from(GaussianSettings, settings).device == "cuda"
 
     def fit(
         self,
@@ -61,9 +68,10 @@ class Gaussians:
 
         Raises:
             ValueError: for fewer than two frames, repeated ones, or nothing to start from.
+            Unfinished: when a GPU's memory does not suffice.
         """
         frames = np.sort(distinct(frames))
-        started, peak = time.perf_counter(), Peak()
+        started, peak = time.perf_counter(), gpu.Peak(self.settings.device)
         capture = restricted(self.capture, frames)
         frame, settings = Frame.of(capture), self.settings
         begin = initial.from_splats if settings.initial == "splats" else initial.from_points
@@ -74,16 +82,36 @@ class Gaussians:
             xyz, rgb, frame, settings.degree, settings.gaussians, settings.seed
         )
         background = _background(capture, settings.background)
-        training = Training(capture, frame, table, background, settings)
-        steps = training.run(progress, stop)
-        return GaussianModel(
+        made = _made_on(settings.device)
+        with made.errors(f"{capture.source}: Gaussians of {len(frames)} frames"):
+            training = made.training(capture, frame, table, background, settings)
+            steps, kept = training.run(progress, stop), training.kept
+        return made.model(
             frame=frame,
-            table=training.kept,
+            table=kept,
             background=background,
             steps=steps,
             seconds=time.perf_counter() - started,
             peak_bytes=peak.bytes,
+            device=made.name,
         )
+
+
+class _Made(NamedTuple):
+    """What works on a device."""
+
+    training: Callable[..., Steps]
+    model: type[GaussianModel]
+    errors: Callable[[str], AbstractContextManager]
+    name: str
+
+
+def _made_on(device: str) -> _Made:
+    if device == "cpu":
+        return _Made(Training, GaussianModel, nullcontext, "cpu")
+    from fsel.reconstruct.gaussians import cuda  # here: it imports torch
+
+    return _Made(cuda.CudaTraining, cuda.CudaModel, gpu.memory_errors, gpu.name())
 
 
 def _background(capture: Capture, name: str) -> np.ndarray:

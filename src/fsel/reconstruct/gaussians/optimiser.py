@@ -28,35 +28,57 @@ FAINT, SHARP = 0.005, 100.0  # opacity at which the noise is halved, and how fas
 SILENT = math.log(0.1 / 0.9)  # logit of the opacity above which it is below 1e-4 of its size
 
 
+class Rates:
+    """Step sizes of a training of some length.
+
+    Args:
+        degree: of the harmonics.
+        steps: of the whole training: the means' rate falls exponentially over them.
+        dtype: of the table.
+    """
+
+    def __init__(self, degree: int, steps: int, dtype=np.float32) -> None:
+        self.steps = steps
+        self.pace = max(1.0, math.sqrt(PUBLISHED_STEPS / max(steps, 1)))
+        self._others = np.empty(width_of(degree), dtype)
+        self._others[SCALE], self._others[TURN] = RATES["scale"], RATES["turn"]
+        self._others[COLOR : COLOR + 3] = RATES["color"]
+        self._others[COLOR + 3 :] = RATES["harmonics"]
+        self._others *= self.pace
+        self._others[LOGIT] = RATES["logit"]
+
+    def published_mean(self, step: int) -> float:
+        """The published rate of the means at a step: from the first to the last, exponentially."""
+        first, last = MEAN_RATES
+        return EXTENT * first * (last / first) ** (step / self.steps)
+
+    def at(self, step: int) -> np.ndarray:
+        """(c,), one a column of the table, until the next call."""
+        self._others[MEAN] = self.pace * self.published_mean(step)
+        return self._others
+
+    def noise(self, step: int) -> float:
+        """Size of the noise at a step."""
+        return NOISE * self.published_mean(step)
+
+
 class Adam:
     """The state of the optimiser.
 
     Args:
         table: (n, c) parameters, updated in place.
-        steps: of the whole training: the means' rate falls exponentially over them.
+        rates: of its columns.
     """
 
-    def __init__(self, table: np.ndarray, degree: int, steps: int) -> None:
-        self.table, self.steps = table, steps
+    def __init__(self, table: np.ndarray, rates: Rates) -> None:
+        self.table, self.rates = table, rates
         self.first, self.second = np.zeros_like(table), np.zeros_like(table)
         self.count = np.zeros(len(table), np.int64)
-        self.rates = np.empty(width_of(degree), table.dtype)
-        self.pace = max(1.0, math.sqrt(PUBLISHED_STEPS / max(steps, 1)))
-        self.rates[SCALE], self.rates[TURN] = RATES["scale"], RATES["turn"]
-        self.rates[COLOR : COLOR + 3], self.rates[COLOR + 3 :] = RATES["color"], RATES["harmonics"]
-        self.rates *= self.pace
-        self.rates[LOGIT] = RATES["logit"]
-        past = np.arange(1, steps + 2)
+        past = np.arange(1, rates.steps + 2)
         self.corrections = np.stack([1 - decay**past for decay in DECAYS]).astype(table.dtype)
-
-    def mean_rate(self, step: int) -> float:
-        """The published one of the means at a step: from the first to the last, exponentially."""
-        first, last = MEAN_RATES
-        return EXTENT * first * (last / first) ** (step / self.steps)
 
     def step(self, grad: np.ndarray, touched: np.ndarray, step: int) -> None:
         """Update the touched rows, and clear their gradients."""
-        self.rates[MEAN] = self.pace * self.mean_rate(step)
         _update(
             self.table,
             grad,
@@ -64,7 +86,7 @@ class Adam:
             self.second,
             self.count,
             touched,
-            self.rates,
+            self.rates.at(step),
             self.corrections,
         )
 

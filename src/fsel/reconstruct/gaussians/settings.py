@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fsel.reconstruct import gpu
+
 INITIAL = ("splats", "points")
 BACKGROUNDS = ("mean", "black")
 
@@ -29,6 +31,7 @@ class GaussianSettings:
             2025).
         background: colour where nothing was reconstructed: the `mean` of the selected frames'
             pixels, or `black`.
+        device: `cpu`, or `cuda`, where gsplat rasterises.
     """
 
     steps: int = 2000
@@ -42,6 +45,7 @@ class GaussianSettings:
     noise: bool = True
     dropout: float = 0.0
     background: str = "mean"
+    device: str = "cpu"
 
     def __post_init__(self) -> None:
         for name, least in {"steps": 0, "gaussians": 1, "seed": 0, "degree": 0, "views": 1}.items():
@@ -62,3 +66,4 @@ class GaussianSettings:
                 raise ValueError(
                     f"{name} must be one of {', '.join(allowed)}, got {getattr(self, name)!r}"
                 )
+        gpu.check_name(self.device)

@@ -1,4 +1,4 @@
-"""The optimisation: one step after the other."""
+"""The optimisation on the CPU: one step after the other."""
 
 from __future__ import annotations
 
@@ -18,7 +18,70 @@ SETTLED = 5 / 6  # share of the steps after which nothing is relocated (Kheradma
 RAISED = 1 / 30  # share of the steps between two degrees of the harmonics (Kerbl et al. 2023)
 
 
-class Training:
+class Steps:
+    """What every optimisation has: the order of the views, and when what is done.
+
+    Args:
+        views: how many there are.
+        alive: Gaussians to start from.
+        settings: of the reconstructor.
+    """
+
+    def __init__(self, views: int, alive: int, settings: GaussianSettings) -> None:
+        self.settings, self.alive, self.views = settings, alive, views
+        self.rng = np.random.default_rng(settings.seed)
+        self.rates = optimiser.Rates(settings.degree, settings.steps)
+        self.queue: list[int] = []
+
+    def step(self, step: int) -> float:
+        """One update; returns the mean loss of its views before it, without the penalties."""
+        raise NotImplementedError
+
+    @property
+    def kept(self) -> np.ndarray:
+        """(n, c) float32, the Gaussians that add to any pixel."""
+        raise NotImplementedError
+
+    def run(self, progress: Callable | None, stop: Callable[[], bool] | None) -> int:
+        """All steps, or those before `stop` says so; returns how many were made."""
+        steps = self.settings.steps if self.alive else 0
+        for step in range(steps):
+            if stop is not None and stop():
+                return step
+            loss = self.step(step)
+            if progress is not None:
+                progress(step + 1, steps, loss)
+        return steps
+
+    def degree(self, step: int) -> int:
+        """Of the harmonics in use."""
+        return min(self.settings.degree, int(step / max(RAISED * self.settings.steps, 1)))
+
+    def relocates(self, step: int) -> bool:
+        """Whether dead Gaussians move after a step."""
+        return (step + 1) % RELOCATED == 0 and step < SETTLED * self.settings.steps
+
+    def next_view(self) -> int:
+        """All of them in a new order, again and again."""
+        if not self.queue:
+            self.queue = self.rng.permutation(self.views).tolist()
+        return self.queue.pop()
+
+    def factor(self, step: int) -> np.ndarray:
+        """(alive,) factors of the opacities: zero for those that a step leaves out."""
+        rate = self.settings.dropout * (step + 1) / self.settings.steps
+        factor = np.ones(self.alive, np.float32)
+        if rate > 0:
+            factor[:] = (self.rng.random(self.alive) >= rate) / (1 - rate)
+        return factor
+
+
+def visible(table: np.ndarray) -> np.ndarray:
+    """The Gaussians of a table that add to any pixel."""
+    return table[1 / (1 + np.exp(-table[:, LOGIT].astype(np.float64))) > densify.DEAD]
+
+
+class Training(Steps):
     """Gaussians that are being fitted to all frames of a capture.
 
     Args:
@@ -37,12 +100,11 @@ class Training:
         background: np.ndarray,
         settings: GaussianSettings,
     ) -> None:
-        self.settings, self.alive = settings, len(table)
+        super().__init__(len(capture), len(table), settings)
         self.table = np.zeros((settings.gaussians if len(table) else 0, table.shape[1]), np.float32)
         self.table[: len(table)] = table
         self.grad = np.zeros_like(self.table)
-        self.adam = optimiser.Adam(self.table, settings.degree, settings.steps)
-        self.rng = np.random.default_rng(settings.seed)
+        self.adam = optimiser.Adam(self.table, self.rates)
         self.canvas = Canvas(len(self.table), capture.size, background)
         self.truth = np.ascontiguousarray(np.asarray(capture.images).transpose(0, 3, 1, 2))
         self.masks = capture.masks
@@ -52,26 +114,13 @@ class Training:
             for pose, k in zip(poses, capture.intrinsics, strict=True)
         ]
         self.window, self.pull = losses.window(np.float32), np.empty_like(self.canvas.image)
-        self.queue: list[int] = []
-
-    def run(self, progress: Callable | None, stop: Callable[[], bool] | None) -> int:
-        """All steps, or those before `stop` says so; returns how many were made."""
-        steps = self.settings.steps if self.alive else 0
-        for step in range(steps):
-            if stop is not None and stop():
-                return step
-            loss = self.step(step)
-            if progress is not None:
-                progress(step + 1, steps, loss)
-        return steps
 
     def step(self, step: int) -> float:
         """One update; returns the mean loss of its views before it, without the penalties."""
         settings, table = self.settings, self.table[: self.alive]
-        degree = min(settings.degree, int(step / max(RAISED * settings.steps, 1)))
-        factor, loss, seen = self._factor(step), 0.0, []
+        degree, factor, loss, seen = self.degree(step), self.factor(step), 0.0, []
         for _ in range(settings.views):
-            view = self._next()
+            view = self.next_view()
             seen.append(self.canvas.draw(table, degree, factor, self.cameras[view]).copy())
             mask = self.masks[view] if self.masks is not None else np.empty((0, 0), bool)
             loss += losses.loss_gradient(
@@ -84,29 +133,13 @@ class Training:
         )
         self.adam.step(self.grad, touched, step)
         if settings.noise:
-            size = optimiser.NOISE * self.adam.mean_rate(step)
-            optimiser.shake(table, touched, self.rng, size)
-        if (step + 1) % RELOCATED == 0 and step < SETTLED * settings.steps:
+            optimiser.shake(table, touched, self.rng, self.rates.noise(step))
+        if self.relocates(step):
             self.alive, changed = densify.relocate(self.table, self.alive, self.rng)
             self.adam.forget(changed)
         return loss / settings.views
 
-    def _next(self) -> int:
-        """The next view: all of them in a new order, again and again."""
-        if not self.queue:
-            self.queue = self.rng.permutation(len(self.cameras)).tolist()
-        return self.queue.pop()
-
-    def _factor(self, step: int) -> np.ndarray:
-        """(alive,) factors of the opacities: zero for those that this step leaves out."""
-        rate = self.settings.dropout * (step + 1) / self.settings.steps
-        factor = np.ones(self.alive, np.float32)
-        if rate > 0:
-            factor[:] = (self.rng.random(self.alive) >= rate) / (1 - rate)
-        return factor
-
     @property
     def kept(self) -> np.ndarray:
         """The Gaussians that add to any pixel."""
-        table = self.table[: self.alive]
-        return table[1 / (1 + np.exp(-table[:, LOGIT].astype(np.float64))) > densify.DEAD]
+        return visible(self.table[: self.alive])

@@ -1,0 +1,212 @@
+"""Gaussians on a GPU: the whole path here with gsplat's own formulas in torch in place of its
+kernels, and with its kernels where a GPU is."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from coloured_wall import psnr, wall
+from scipy.spatial.transform import Rotation
+
+from fsel.reconstruct import check_needs, gpu, memory, needs_gpu
+from fsel.reconstruct.gaussians import Gaussians, cuda, losses, optimiser
+from fsel.reconstruct.gaussians.model import GaussianModel
+from fsel.reconstruct.gaussians.render import NEAREST
+from fsel.reconstruct.gaussians.settings import GaussianSettings
+from fsel.reconstruct.gaussians.table import width_of
+from fsel.reconstruct.gaussians.training import Training
+from fsel.reconstruct.normalisation import Frame
+
+FRAMES = np.array([0, 2, 3, 6])
+
+
+def by_formulas(**given):
+    """gsplat's rasterization of one view as its `_torch_impl` states it, composited pixel by pixel.
+
+    Takes the keywords of `gsplat.rasterization` that are used, and no others.
+    """
+    parts = pytest.importorskip("gsplat.cuda._torch_impl")
+    poses, size = given["viewmats"], (given["width"], given["height"])
+    assert given.keys() == {
+        *("means", "quats", "scales", "opacities", "colors", "sh_degree", "viewmats", "Ks"),
+        *("width", "height", "near_plane", "eps2d", "packed", "backgrounds"),
+    }
+    assert poses.shape == (1, 4, 4)
+    covariances, _ = parts._quat_scale_to_covar_preci(
+        given["quats"], given["scales"], compute_preci=False
+    )
+    radii, at, depth, conics, _ = parts._fully_fused_projection(
+        given["means"], covariances, poses, given["Ks"], *size, given["eps2d"], given["near_plane"]
+    )
+    directions = given["means"] - torch.linalg.inv(poses)[0, :3, 3]
+    colors = parts._spherical_harmonics(given["sh_degree"], directions, given["colors"])
+    colors = (colors + 0.5).clamp_min(0)
+    order = torch.argsort(depth[0])
+    order = order[(radii[0, order] > 0).all(dim=1)]
+    y, x = torch.meshgrid(*(torch.arange(n).float() + 0.5 for n in size[::-1]), indexing="ij")
+    image, light = torch.zeros(*size[::-1], 3), torch.ones(*size[::-1])
+    for i in order:
+        dx, dy = x - at[0, i, 0], y - at[0, i, 1]
+        a, b, c = conics[0, i]
+        alpha = given["opacities"][i] * torch.exp(-0.5 * (a * dx**2 + c * dy**2) - b * dx * dy)
+        alpha = torch.where(alpha < 1 / 255, 0, alpha.clamp_max(0.999))
+        image = image + (light * alpha)[..., None] * colors[i]
+        light = light * (1 - alpha)
+    return (image + light[..., None] * given["backgrounds"])[None], None, {"radii": radii}
+
+
+@pytest.fixture
+def pretended(monkeypatch):
+    """The path of the GPU on the CPU."""
+    torch.set_default_dtype(torch.float32)
+    monkeypatch.setattr(cuda, "DEVICE", "cpu")
+    monkeypatch.setattr(cuda, "rasterization", by_formulas)
+    monkeypatch.setattr(gpu, "Peak", lambda device: memory.Peak())
+    monkeypatch.setattr(gpu, "name", lambda: "pretended")
+
+
+@pytest.fixture(scope="module")
+def capture():
+    found = wall(size=(20, 15))
+    rng = np.random.default_rng(0)
+    turned = found.world_to_camera.copy()  # cameras that look past each other, off the axes
+    turned[:, :, :3] = Rotation.from_rotvec(rng.normal(0, 0.1, (8, 3))).as_matrix()
+    return replace(found, world_to_camera=turned)
+
+
+def some_table(count=25, seed=0):
+    rng = np.random.default_rng(seed)
+    table = rng.normal(0, 0.3, (count, width_of(2))).astype(np.float32)
+    table[:, 2] += 4
+    table[:, 3:6] = rng.uniform(-3, -0.5, (count, 3))
+    table[:, 6:10] = 2 * Rotation.random(count, rng=rng).as_quat(scalar_first=True)
+    table[:, 10] = rng.uniform(-2, 3, count)
+    return table
+
+
+@pytest.mark.usefixtures("pretended")
+def test_gsplat_is_told_the_same_scene_as_the_cpu_draws(capture):
+    frame, background = Frame(np.array([0.1, -0.2, 0.3]), 1.1), np.array([0.2, 0.5, 0.9])
+    given = {"frame": frame, "table": some_table(), "background": background, "near": NEAREST}
+    own = GaussianModel(**given).render(capture.views)
+    other = cuda.CudaModel(**given).render(capture.views)
+    assert own.std() > 0.05
+    # gsplat ends a Gaussian at 3.33 standard deviations, where at most 1/255 is left
+    np.testing.assert_allclose(other, own, atol=2 / 255)
+    assert np.abs(other - own).mean() < 2e-4
+
+
+@pytest.mark.usefixtures("pretended")
+@pytest.mark.parametrize("masked", [False, True])
+def test_a_step_goes_where_the_cpu_s_goes(capture, masked):
+    masks = None
+    if masked:
+        masks = np.ones((8, 15, 20), bool)
+        masks[:, 3:9, 4:12] = False
+    scene, frame = replace(capture, masks=masks), Frame.of(capture)
+    settings = GaussianSettings(steps=40, gaussians=40, noise=False, views=2)
+    background = np.array([0.3, 0.3, 0.3], np.float32)
+    given = scene, frame, some_table(), background, settings
+    own, other = Training(*given), cuda.CudaTraining(*given)
+    before = own.table.copy()
+    for step in (5, 6):  # the first two in which harmonics are in use
+        lost = own.step(step), other.step(step)
+        assert lost[0] == pytest.approx(lost[1], rel=2e-3)
+    found, moved = other.table.numpy() - before, own.table - before
+    assert np.abs(moved[:25]).min(axis=0)[:11].max() > 0
+    # Adam's first steps are the rates times the gradients' signs, for all but the tiniest gradients
+    same = np.isclose(found, moved, rtol=0.05, atol=1e-5)
+    assert same.mean() > 0.99
+    np.testing.assert_array_equal(other.count[:, 0].numpy() > 0, own.adam.count > 0)
+
+
+@pytest.mark.usefixtures("pretended")
+def test_a_fit_learns_and_says_what_it_was_made_on(capture):
+    settings = {"steps": 110, "gaussians": 60, "degree": 1, "seed": 3}
+    losses_seen = []
+    model = Gaussians(capture, **settings, device="cuda").fit(
+        FRAMES, lambda *told: losses_seen.append(told)
+    )
+    assert isinstance(model, cuda.CudaModel)
+    assert (model.device, model.steps, model.degree) == ("pretended", 110, 1)
+    assert 0 < model.primitives <= 60
+    assert losses_seen[-1][2] < losses_seen[0][2] / 2
+    same = Gaussians(capture, **settings).fit(FRAMES)
+    assert psnr(model, capture, FRAMES) == pytest.approx(psnr(same, capture, FRAMES), abs=1.5)
+
+
+@pytest.mark.usefixtures("pretended")
+def test_nothing_to_see_is_the_background(capture):
+    empty = np.empty((0, width_of(2)), np.float32)
+    model = cuda.CudaModel(Frame(np.zeros(3), 1.0), empty, np.array([0.25, 0.5, 1]))
+    assert (model.render(capture.views) == [0.25, 0.5, 1]).all()
+
+
+@pytest.mark.parametrize("masked", [False, True])
+def test_the_loss_is_that_of_the_cpu(masked):
+    rng = np.random.default_rng(0)
+    image, truth = rng.random((3, 18, 23)), rng.integers(0, 256, (3, 18, 23), dtype=np.uint8)
+    mask = rng.random((18, 23)) > 0.3 if masked else np.empty((0, 0), bool)
+    pull = np.empty_like(image)
+    value = losses.loss_gradient(image, truth, mask, losses.window(float), pull)
+    tensor = torch.tensor(image.transpose(1, 2, 0), requires_grad=True)
+    target = torch.tensor(truth.transpose(1, 2, 0) / 255)
+    found = cuda.image_loss(tensor, target, torch.tensor(mask) if masked else None)
+    found.backward()
+    assert found.item() == pytest.approx(value, rel=1e-9)
+    np.testing.assert_allclose(tensor.grad.numpy().transpose(2, 0, 1), pull, atol=1e-10)
+
+
+def test_penalties_and_noise_are_those_of_the_cpu():
+    table = some_table().astype(np.float64)
+    tensor = torch.tensor(table, requires_grad=True)
+    cuda.penalty(tensor, 0.3, 0.7).backward()
+    grad = np.zeros_like(table)
+    optimiser.penalise(table, grad, np.arange(len(table), dtype=np.int32), 0.3, 0.7)
+    np.testing.assert_allclose(tensor.grad.numpy(), grad, atol=1e-12)
+    many = np.tile(table[:1], (20_000, 1))
+    many[:, 10] = np.log(0.005 / 0.995)
+    many[:, :3], many[-1, 10] = 0, 0.0
+    moves = cuda.shaken(torch.tensor(many), 2.0, torch.Generator().manual_seed(0)).numpy()
+    optimiser.shake(many, np.arange(len(many)), np.random.default_rng(0), 2.0)
+    expected = np.cov(many[:-1, :3].T)
+    np.testing.assert_allclose(np.cov(moves[:-1].T), expected, atol=0.04 * expected.max())
+    assert not moves[-1].any()
+
+
+def test_a_gpu_is_asked_for_and_refused_by_name(monkeypatch):
+    wanted = {"name": "gaussians", "settings": {"device": "cuda"}}
+    assert needs_gpu(wanted)
+    assert not needs_gpu({"name": "gaussians", "settings": {}})
+    with pytest.raises(ValueError, match="'gaussians': device must be one of cpu, cuda, got 'gpu'"):
+        check_needs({"name": "gaussians", "settings": {"device": "gpu"}})
+    monkeypatch.setitem(sys.modules, "gsplat", None)
+    with pytest.raises(ValueError, match=r"renders by gsplat, which is not installed. Hint: pip"):
+        check_needs(wanted)
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="asks what is said where no GPU is")
+def test_without_a_gpu_it_is_refused_before_any_work():
+    pytest.importorskip("gsplat")
+    wanted = {"name": "gaussians", "settings": {"device": "cuda"}}
+    with pytest.raises(ValueError, match=r"'gaussians': device is cuda, and torch .* no GPU"):
+        check_needs(wanted)
+    check_needs(wanted, devices=False)
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="compares with a GPU, and there is none")
+def test_a_gpu_renders_and_learns_what_the_cpu_does():
+    pytest.importorskip("gsplat")
+    scene = wall(size=(120, 90))
+    settings = {"steps": 400, "gaussians": 3000}
+    own = Gaussians(scene, **settings).fit(FRAMES)
+    other = Gaussians(scene, **settings, device="cuda").fit(FRAMES)
+    assert other.device == torch.cuda.get_device_name()
+    assert other.peak_bytes > 0
+    assert psnr(other, scene, FRAMES) == pytest.approx(psnr(own, scene, FRAMES), abs=0.5)
+    held_out = np.array([1, 4, 5])
+    assert psnr(other, scene, held_out) == pytest.approx(psnr(own, scene, held_out), abs=0.5)
+    drawn = cuda.CudaModel(own.frame, own.table, own.background, own.near).render(scene.views)
+    np.testing.assert_allclose(drawn, own.render(scene.views), atol=2 / 255)
