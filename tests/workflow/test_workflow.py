@@ -78,6 +78,7 @@ PAPER = {
     "reconchoice",
     "freedom",
     "fsel_constants",
+    "label_judge",
 }
 
 
@@ -93,6 +94,9 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert asked["measure_costs"] == asked["evaluate_geometry"] == 1
     # of the held-out training dataset's one scene, by three reconstructors
     assert asked["evaluate_transfer"] == asked["evaluate_reconchoice"] == 3
+    # the same item labelled by two, whose scorers one judge tries on a scene of each dataset
+    assert asked["label_again"] == asked["order_again"] == asked["train_again"] == 2
+    assert asked["select_again"] == asked["evaluate_again"] == 2 * 2
     assert asked["trial"] == 43 + 17
     assert asked["evaluate_trials"] == 2  # of one validation scene, for two tables
     # of each dataset's first evaluation scene, filmed anew with larger images
@@ -196,7 +200,7 @@ def test_a_dataset_on_disk_is_one_entry(tmp_path):
         ({"search": {"kay": 5}}, ["search", "'kay' was unexpected"]),
         ({"coverages": [33]}, ["coverages[0]", "33 is not one of [25, 40, 60, 80, 100]"]),
         ({"budgets": [5, 50]}, ["embedded.frames is 60", "need 62", "lower targets"]),
-        ({"search": {"kept": 5, "stored": 4}}, ["search.kept is 5", "search.stored, 4"]),
+        ({"search": {"kept": 5, "stored": 4}}, ["search: kept is 5", "more than stored, 4"]),
         ({"training": {"dataset": "other"}}, ["training.dataset is 'other'", "dl3dv"]),
     ],
 )

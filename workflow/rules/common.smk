@@ -182,6 +182,21 @@ def check_folders(where, root, named):
         )
 
 
+def check_search(where, search):
+    """Refuse numbers of a search that do not fit together."""
+    if search["kept"] > search["stored"]:
+        refuse(
+            f"{where}: kept is {search['kept']}, more than stored, {search['stored']}",
+            "only stored subsets can be imitated",
+        )
+    if search["farthest"] + search["uniform"] > search["population"]:
+        refuse(
+            f"{where}: farthest and uniform are {search['farthest']} and "
+            f"{search['uniform']}, more than population, {search['population']}",
+            "the rest of the first generation is random",
+        )
+
+
 def check_experiment():
     """Refuse what would only fail after hours of work."""
     trained = config["training"]["dataset"]
@@ -195,18 +210,7 @@ def check_experiment():
             f"{list(config['datasets'])}",
             f"add `{trained}` with train scenes, or name another dataset",
         )
-    search = config["search"]
-    if search["kept"] > search["stored"]:
-        refuse(
-            f"search.kept is {search['kept']}, more than search.stored, {search['stored']}",
-            "only stored subsets can be imitated",
-        )
-    if search["farthest"] + search["uniform"] > search["population"]:
-        refuse(
-            f"search.farthest and search.uniform are {search['farthest']} and "
-            f"{search['uniform']}, more than search.population, {search['population']}",
-            "the rest of the first generation is random",
-        )
+    check_search("search", config["search"])
     if not any(scenes(name, "evaluation") for name in config["datasets"]):
         refuse("no dataset has evaluation scenes", "the tables need at least one")
     for name, dataset in config["datasets"].items():

@@ -71,3 +71,62 @@ def of_compared(name, draws):
 
 def compared_facts():
     return {name: judged_by(name, section) for name, section in compared().items()}
+
+
+@cache
+def again(key):
+    """Name -> section of the reconstructors that label, or judge, for `label_judge.tex`."""
+    where = f"label_judge.{key}"
+    found = judges(config["label_judge"][key], where)
+    if workflow.is_main_process:
+        check_judges(found, where)
+    return found
+
+
+def again_labellers():
+    found = again("labellers")
+    if len(found) < 2:
+        refuse(
+            f"label_judge.labellers is {list(found)}, and there is nothing to compare",
+            "name two reconstructors or more",
+        )
+    check_search("label_judge.search", search_again())
+    return found
+
+
+def search_again():
+    """The searches' settings: shorter ones than those of the labels."""
+    return config["search"] | config["label_judge"]["search"]
+
+
+def again_judges():
+    return again("judges")
+
+
+def again_by(labeller):
+    if labeller not in again_labellers():
+        refuse(
+            f"label_judge.labellers has no {labeller!r}",
+            f"its names are {list(again_labellers())}",
+        )
+    return again_labellers()[labeller]
+
+
+def judging_again(wildcards):
+    if wildcards.judge not in again_judges():
+        refuse(
+            f"label_judge.judges has no {wildcards.judge!r}",
+            f"its names are {list(again_judges())}",
+        )
+    return again_judges()[wildcards.judge]
+
+
+def problems_again():
+    """Evaluation problems that scorers are judged on: of the first scenes of every dataset."""
+    asked = config["label_judge"]
+    return [
+        f"{dataset}/{scene}/draw{n}"
+        for dataset in config["datasets"]
+        for scene in scenes(dataset, "evaluation")[: asked["evaluation"]]
+        for n in range(min(config["draws"], asked["draws"]))
+    ]

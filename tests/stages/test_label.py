@@ -1,0 +1,33 @@
+"""Labels by another reconstructor than the one that judges."""
+
+import numpy as np
+import pandas as pd
+from small_sweep import SEARCH
+
+from fsel.capture import Capture
+from fsel.evaluation import Evaluator
+from fsel.metrics import METRICS
+from fsel.reconstruct import reconstructor_of
+from fsel.split import Split
+from fsel.stages.label import label
+
+GAUSSIANS = {"name": "gaussians", "long_side": 24, "settings": {"steps": 3, "gaussians": 100}}
+
+
+def test_a_search_by_gaussians_measures_by_gaussians(scene, labelled, tmp_path):
+    splits, path = tmp_path / "splits.parquet", tmp_path / "p25.parquet"
+    settings = {"seed": 5, "search": SEARCH, "reconstruction": GAUSSIANS, "inputs": []}
+    settings |= {"coverages": [25], "fitness": METRICS, "config": "c"}
+    label(scene, [path], splits, **settings)
+    found, usual = pd.read_parquet(path), pd.read_parquet(labelled / "p25.parquet")
+    split = Split.from_table(pd.read_parquet(splits))
+    reconstructor = reconstructor_of(Capture.load(scene), GAUSSIANS)
+    evaluator = Evaluator.on_frames(reconstructor, split.proxies)
+    best = found[found["rank"] == 0].iloc[0]
+    measured = evaluator(np.asarray(best["subset"]))
+    np.testing.assert_allclose(measured, best[list(METRICS)].to_numpy(float), rtol=1e-9)
+    # both searches begin with the same subsets, which the two reconstructors rank differently
+    begun = [table[table["generation"] == 0] for table in (found, usual)]
+    first, other = ([tuple(s) for s in table["subset"]] for table in begun)
+    assert first == other
+    assert (begun[0]["psnr"].to_numpy() != begun[1]["psnr"].to_numpy()).all()
