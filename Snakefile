@@ -20,6 +20,7 @@ report: "workflow/report/workflow.rst"
 
 # the config, checked, and what all rules use
 include: "workflow/rules/sources.smk"
+include: "workflow/rules/lacking.smk"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/cluster.smk"
 include: "workflow/rules/library.smk"

@@ -1,5 +1,6 @@
 """The workflow's door to data: fetched, on disk, missing or damaged."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -8,18 +9,29 @@ import threading
 from collections import Counter
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from os.path import relpath
 from pathlib import Path
 
 import pytest
 import yaml
 from dry_runs import dry_run, planned, refusal
 from layout_recordings import recording
+from snakemake.utils import update_config
 
 from fsel.layouts import LAYOUTS
 
 ROOT = Path(__file__).parents[2]
 PAPER_RULES = (ROOT / "workflow" / "rules" / "needs.smk").read_text().split("PAPER = {")[1]
 PAPER = yaml.safe_load((ROOT / "config" / "paper.yaml").read_text())
+STAND_INS = ROOT / "config" / "stand_ins.yaml"
+# a package that is there, and a driver that does not answer
+NO_GPU = """
+class NVMLError(Exception):
+    pass
+
+def nvmlInit():
+    raise NVMLError("no driver")
+"""
 
 
 def run(folder, *arguments):
@@ -93,9 +105,11 @@ def test_the_paper_s_config_says_which_roots_are_missing(tmp_path):
     assert len(unset) == 6
     for name in unset:
         assert f"datasets.{name}.root is not set; http" in text
+    for part in ("git clone https://github.com/arthurhero/Long-LRM", "vgg16-397923af.pth on disk"):
+        assert text.count(part) == 1  # one page of all that is to be fetched
 
 
-def paper_config(folder, absent=()):
+def paper_config(folder, absent=(), stand_ins=True):
     """The paper's config over folders of the right shape, those of some datasets left out."""
     config = yaml.safe_load((ROOT / "config" / "paper.yaml").read_text())
     for name, entry in config["datasets"].items():
@@ -110,8 +124,57 @@ def paper_config(folder, absent=()):
         if name == config["pose_sources"]["dataset"]:
             for scene in range(scenes["evaluation"]):
                 (folder / name / str(scene) / config["pose_sources"]["model"]).mkdir(parents=True)
+    if stand_ins:
+        update_config(config, yaml.safe_load(STAND_INS.read_text()))
     (folder / "paper.yaml").write_text(yaml.safe_dump(config))
     return folder / "paper.yaml"
+
+
+def test_what_the_paper_s_config_lacks_is_told_on_one_page(tmp_path):
+    text = refusal(tmp_path, paper_config(tmp_path, absent=["co3d", "scannet"], stand_ins=False))
+    (page,) = re.findall(
+        r"^config: \d+ of what is named is not here:\n.*?^Hint: ", text, re.M | re.S
+    )
+    for part in (
+        "./programs/Long-LRM/main.py is missing: git clone https://github.com/arthurhero/Long-LRM",
+        "./programs/long_lrm_i540.pt is missing: a checkpoint",
+        "no program 'conda' in",
+        "lpips.weights is 'programs/vgg16-397923af.pth', not a file",
+        "https://download.pytorch.org/models/vgg16-397923af.pth",
+        "appearance.weights is 'programs/vit_small_patch14_dinov2.safetensors', not a file",
+        f"snakemake paper --cores 2 --configfile paper.yaml {relpath(STAND_INS, tmp_path)}",
+        "which makes handsign.tex, seedvar.tex, ",
+        "left out: datasets.co3d.root is not set",
+        "not made: objectcentric.tex: no dataset has `object` scenes",
+    ):
+        assert page.count(part) == 1, part
+
+
+def test_where_all_is_there_the_paper_s_config_plans_and_wants_a_gpu(tmp_path, monkeypatch):
+    """Programs, weights and packages as far as the check looks; the GPUs are the cluster's."""
+    config = paper_config(tmp_path, stand_ins=False)
+    for name in ("conda", "sbatch"):
+        path = tmp_path / "bin" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("#!/bin/sh\n")
+        path.chmod(0o755)
+    for package in ("timm", "lpips", "pynvml"):
+        (tmp_path / "packages" / package).mkdir(parents=True)
+        (tmp_path / "packages" / package / "__init__.py").write_text(NO_GPU)
+    (section,) = PAPER["reconstruction"]
+    weights = [PAPER["lpips"]["weights"], PAPER["appearance"]["weights"]]
+    for file in [*weights, *section["settings"]["files"]]:
+        file = tmp_path / file.removeprefix("{here}/")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"), prepend=os.pathsep)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "packages"), prepend=os.pathsep)
+    assert planned(dry_run(tmp_path, config))["evaluate"] == 103
+    (tmp_path / "bin" / "sbatch").unlink()
+    for name in ("bash", "which"):
+        (tmp_path / "bin" / name).symlink_to(shutil.which(name))
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))  # this machine may have another sbatch
+    assert "gpu is true, and the NVIDIA driver does not answer" in refusal(tmp_path, config)
 
 
 def test_the_paper_s_config_plans_the_sweep(tmp_path):

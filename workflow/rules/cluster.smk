@@ -17,8 +17,10 @@ def per_capture(amount):
 
 
 def per_reconstruction(amount):
-    """A growing resource that follows frames, and the pixels of the largest reconstruction."""
-    side = max(section["long_side"] for section in JUDGES.values())
+    """A growing resource that follows frames, and the pixels of the largest reconstruction here:
+    external programs take memory of their own."""
+    own = [section for section in JUDGES.values() if section["name"] != "external"]
+    side = max([section["long_side"] for section in own], default=DECLARED_SIDE)
     pixels = max(1, (side / DECLARED_SIDE) ** 2)
     return lambda wildcards, input, attempt: int(
         amount * attempt * captured(input) * pixels

@@ -1,15 +1,12 @@
 """The library as input: an edit reruns exactly what it may change."""
 
-import shutil
-import sys
 from functools import cache
 
-LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
-sys.path.insert(0, str(Path(workflow.basedir, "src")))
-
-from fsel.reconstruct import check_needs, needs_gpu
+from fsel.reconstruct import needs_gpu
 from fsel.selector import pretrained
 from fsel.stages.dependencies import dependencies
+
+LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
 
 
 @cache
@@ -35,15 +32,6 @@ def needed(reconstructor):
         )
 
 
-if "lpips" in METRICS:
-    from fsel.metrics.lpips import located
-
-    try:
-        located(**METRICS["lpips"])
-    except (ValueError, FileNotFoundError, ImportError) as error:
-        raise WorkflowError(f"config: {error}")
-
-
 def library(script, reconstructor=None):
     """Files of the library that a script in workflow/scripts needs, as inputs of its rule."""
     found = needed(reconstructor or config["reconstruction"]["name"])
@@ -53,19 +41,6 @@ def library(script, reconstructor=None):
             f"Hint: `library` takes the name of a script; there are {', '.join(found)}"
         )
     return [str(LIBRARY / path) for path in found[script]]
-
-
-# a cluster's nodes have the GPUs that its login node lacks
-ELSEWHERE = shutil.which("sbatch") is not None
-
-
-def check_judges(judges, where):
-    """Refuse reconstructors that cannot work here, before any job."""
-    for name, reconstruction in judges.items():
-        try:
-            check_needs(reconstruction, devices=not ELSEWHERE)
-        except ValueError as error:
-            refuse(f"{where}, {name}: {error}", "config/README.md describes the keys")
 
 
 def check_scorers():
@@ -83,8 +58,6 @@ def check_scorers():
 
 if workflow.is_main_process:
     check_scorers()
-    check_judges(JUDGES, "reconstruction")
-    check_judges({"labels": LABELLED_BY}, "search.reconstruction")
 
 # of the rules that reconstruct by the first reconstructor
 GPU = int(needs_gpu(config["reconstruction"]))

@@ -28,8 +28,8 @@ PAPER = {
 
 
 @cache
-def of_the_paper():
-    """What of `PAPER` can be made here; what cannot, and why, is said once."""
+def papers():
+    """What of `PAPER` can be made here, and lines that say what cannot, and why."""
     made, said = [], [f"  left out: {reason}" for reason in MISSING.values()]
     for path, needs in PAPER.items():
         try:
@@ -39,7 +39,18 @@ def of_the_paper():
         except WorkflowError as error:
             reason = str(error).removeprefix("config: ").splitlines()[0]
             said.append(f"  not made: {path.rsplit('/')[-1]}: {reason}")
+    return made, said
+
+
+@cache
+def of_the_paper():
+    """What of `PAPER` can be made here; what cannot, and why, is said once."""
+    made, said = papers()
     if said:
         head = f"paper: {len(made)} of {len(PAPER)} tables and figures can be made"
         logger.warning("\n".join([head, *said]))
     return made
+
+
+if workflow.is_main_process:
+    check_all_is_here()

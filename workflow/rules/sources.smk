@@ -41,9 +41,20 @@ def missing_roots():
 def check_roots():
     """Refuse all roots that are not set or not there together, saying where each comes from."""
     if MISSING:
+        absent = lacking()
+        others = (
+            [f"and {len(absent)} of what else is named is not here:"] if absent else []
+        )
         refuse(
             f"no folders (from {Path.cwd()}) for {len(MISSING)} of {len(CONFIGURED)} datasets:\n"
-            + "\n".join(f"  {reason}" for reason in MISSING.values()),
+            + "\n".join(
+                [
+                    *(f"  {reason}" for reason in MISSING.values()),
+                    *others,
+                    *(f"  {line}" for line in absent),
+                    *(without() if absent else []),
+                ]
+            ),
             "put each dataset there, correct the path, or leave its entry out; `snakemake paper` "
             "makes what can be made without",
         )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.reconstruct.outcome import NoDevice
+from fsel.reconstruct.outcome import Lacking, NoDevice
 from fsel.registry import Registry
 
 
@@ -61,7 +61,8 @@ class Factory(Protocol):
 
         Raises:
             ValueError: for a setting that it does not take.
-            ImportError, OSError: for a package, a device or weights that are not there, by name.
+            ImportError, OSError: for a package, a device or weights that are not there, by name;
+                or an ExceptionGroup of such.
         """
 
 
@@ -86,17 +87,23 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
         devices: whether GPUs must be here; on a cluster they are where the jobs run.
 
     Raises:
-        ValueError: for an unknown name, for a setting that the reconstructor does not take, or for
-            what it needs and does not find: a package, a device, weights. The message names both.
+        ValueError: for an unknown name, or a setting that the reconstructor does not take.
+        Lacking: for what it needs and does not find: a package, a device, weights. The message
+            names both.
     """
     name = reconstruction["name"]
+    lacking: Sequence[Exception] = []
     try:
         RECONSTRUCTORS.checked(name).check(**reconstruction["settings"])
-    except NoDevice as error:
-        if devices:
-            raise ValueError(f"reconstructor {name!r}: {error}") from error
-    except (ValueError, TypeError, ImportError, OSError) as error:
+    except (ValueError, TypeError) as error:
         raise ValueError(f"reconstructor {name!r}: {error}") from error
+    except (ImportError, OSError) as error:
+        lacking = [error]
+    except ExceptionGroup as group:
+        lacking = group.exceptions
+    if found := [error for error in lacking if devices or not isinstance(error, NoDevice)]:
+        said = "\n".join(map(str, found))
+        raise Lacking(f"reconstructor {name!r}: {said}") from found[0]
 
 
 def needs_gpu(reconstruction: Mapping[str, Any]) -> bool:

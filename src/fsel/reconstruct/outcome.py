@@ -15,6 +15,10 @@ class NoDevice(OSError):
     """A GPU is asked for, and there is none here."""
 
 
+class Lacking(ValueError):
+    """What a reconstructor needs is not here; each thing is on a line of the message."""
+
+
 class Unfinished(RuntimeError):
     """A reconstruction without the images that were asked of it.
 

@@ -40,17 +40,27 @@ class External:
 
     @staticmethod
     def check(**settings) -> None:
-        """Refuse an environment, a program or a GPU that is asked for and is not there."""
+        """Refuse what is asked for and is not there.
+
+        Raises:
+            ValueError: for a setting outside its range.
+            ExceptionGroup: of one error each for an environment, a program, a file and a GPU.
+        """
         found = settings_from(ExternalSettings, settings)
+        lacking: list[Exception] = [FileNotFoundError(said) for said in found.missing()]
         if found.venv is not None and not (Path(found.venv) / "bin").is_dir():
-            raise FileNotFoundError(f"venv: no virtual environment in {found.venv}")
+            lacking.append(FileNotFoundError(f"venv: no virtual environment in {found.venv}"))
+        elif (program := command.absent(found)) is not None:
+            lacking.append(FileNotFoundError(program))
         if found.workspace is not None and not Path(found.workspace).is_dir():
-            raise FileNotFoundError(f"workspace: no folder {found.workspace}")
-        for words in (found.fit, found.render):
-            if words is not None:
-                command.check_program(found.command(words, Path()), found.venv)
+            lacking.append(FileNotFoundError(f"workspace: no folder {found.workspace}"))
         if found.gpu:
-            nvml.library()
+            try:
+                nvml.library()
+            except (ImportError, OSError) as error:
+                lacking.append(error)
+        if lacking:
+            raise ExceptionGroup("what is asked for and is not there", lacking)
 
     @staticmethod
     def needs_gpu(**settings) -> bool:

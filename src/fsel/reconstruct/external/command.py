@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fsel.reconstruct.external.nvml import Watch
+from fsel.reconstruct.external.settings import ExternalSettings
 from fsel.reconstruct.outcome import FAILED, MEMORY, TIMEOUT, Unfinished
 
 TAIL = 20  # lines of the log that an error shows
@@ -47,15 +48,14 @@ def environment(venv: str | None) -> dict[str, str]:
     return found
 
 
-def check_program(command: Sequence[str], venv: str | None) -> None:
-    """Refuse a command whose first word is no program.
-
-    Raises:
-        FileNotFoundError: naming it, and where it was looked for.
-    """
-    path = environment(venv).get("PATH", os.defpath)
-    if shutil.which(command[0], path=path) is None:
-        raise FileNotFoundError(f"no program {command[0]!r} in {path}")
+def absent(settings: ExternalSettings) -> str | None:
+    """What is said of the first command whose first word is no program; None if all are there."""
+    path = environment(settings.venv).get("PATH", os.defpath)
+    for words in filter(None, (settings.fit, settings.render)):
+        program = settings.command(words, Path())[0]
+        if shutil.which(program, path=path) is None:
+            return f"no program {program!r} in {path}"
+    return None
 
 
 def run(

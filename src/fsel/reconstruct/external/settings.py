@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 FOLDER, RECIPES, HERE = "{folder}", "{recipes}", "{here}"
@@ -29,6 +30,8 @@ class ExternalSettings:
         timeout: seconds that each command may take.
         gpu: whether it works on a GPU, whose memory is measured then.
         workspace: folder in which the folders are made and kept; null for temporary ones.
+        files: path -> how to get it, of each file or folder that must be there before a run;
+            `{here}` as in the commands.
     """
 
     render: tuple[str, ...] = ()
@@ -38,6 +41,7 @@ class ExternalSettings:
     timeout: float = 7200.0
     gpu: bool = False
     workspace: str | None = None
+    files: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("render", "fit", "prefix"):
@@ -54,16 +58,29 @@ class ExternalSettings:
             value = getattr(self, name)
             if value is not None and not isinstance(value, str):
                 raise ValueError(f"{name} must be a folder or null, got {value!r}")
+        if not isinstance(self.files, Mapping) or not all(
+            isinstance(word, str) for pair in self.files.items() for word in pair
+        ):
+            raise ValueError(f"files must map paths to words, got {self.files!r}")
+        _words("files", list(self.files))
 
     def command(self, words: tuple[str, ...], folder: Path) -> list[str]:
         """What is run: the prefix, and the words with the places filled in."""
-        recipes = Path(__file__).parent / "recipes"
-        places = {FOLDER: folder, RECIPES: recipes, HERE: Path.cwd()}
+        return [*self.prefix, *(_filled(word, folder) for word in words)]
 
-        def filled(word: str) -> str:
-            return MARK.sub(lambda found: str(places[found[0]]), word)
+    def missing(self) -> list[str]:
+        """What is said of each of `files` that is not there."""
+        return [
+            f"{path.replace(HERE, '.')} is missing: {how}"
+            for path, how in self.files.items()
+            if not Path(_filled(path, Path())).exists()
+        ]
 
-        return [*self.prefix, *map(filled, words)]
+
+def _filled(word: str, folder: Path) -> str:
+    """A word with the places filled in."""
+    places = {FOLDER: folder, RECIPES: Path(__file__).parent / "recipes", HERE: Path.cwd()}
+    return MARK.sub(lambda found: str(places[found[0]]), word)
 
 
 def _words(name: str, value) -> tuple[str, ...] | None:

@@ -1,0 +1,76 @@
+"""What the config names and is not here: reconstructors, weights, packages. Functions only."""
+
+import shutil
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(workflow.basedir, "src")))
+
+from fsel.features import appearance
+from fsel.metrics import lpips
+from fsel.reconstruct import check_needs
+from fsel.reconstruct.outcome import Lacking
+
+# a cluster's nodes have the GPUs that its login node lacks
+ELSEWHERE = shutil.which("sbatch") is not None
+STAND_INS = Path(workflow.basedir, "config", "stand_ins.yaml")
+
+
+def check_judges(judges, where):
+    """Refuse reconstructors that cannot work here, before any job."""
+    for name, reconstruction in judges.items():
+        try:
+            check_needs(reconstruction, devices=not ELSEWHERE)
+        except ValueError as error:
+            refuse(f"{where}, {name}: {error}", "config/README.md describes the keys")
+
+
+def lacking():
+    """What the run needs and is not here, a line each; what is wrong in itself is refused."""
+    found = []
+    named = [("reconstruction", name, section) for name, section in JUDGES.items()]
+    if LABELLED_BY != config["reconstruction"]:
+        named.append(("search.reconstruction", "labels", LABELLED_BY))
+    for where, name, section in named:
+        try:
+            check_needs(section, devices=not ELSEWHERE)
+        except Lacking as error:
+            found += [f"{where}, {name}: {line}" for line in str(error).splitlines()]
+        except ValueError as error:
+            refuse(f"{where}, {name}: {error}", "config/README.md describes the keys")
+    asked = [(appearance.check, config["appearance"])]
+    if "lpips" in config["metrics"]:
+        asked.append((lpips.located, config["lpips"]))
+    for check, settings in asked:
+        try:
+            check(**settings)
+        except (FileNotFoundError, ImportError) as error:
+            found.append(str(error))
+        except ValueError as error:
+            refuse(str(error), "config/README.md describes the keys")
+    return found
+
+
+def without():
+    """How a run goes without what is lacking, and what it makes then."""
+    given = [*map(os.path.relpath, workflow.configfiles), os.path.relpath(STAND_INS)]
+    lines = [
+        "without: `splats`, GMSD and `lab_hog` in the place of what is missing, by",
+        f"  snakemake paper --cores 2 --configfile {' '.join(given)}",
+    ]
+    if config["training"]["dataset"] in MISSING:
+        return [*lines, "  once the dataset of training.dataset is there"]
+    made, left_out = papers()
+    names = ", ".join(path.rsplit("/")[-1] for path in made)
+    return [*lines, f"  which makes {names}", *left_out]
+
+
+def check_all_is_here():
+    """Refuse a run that lacks something, with one page of all of it."""
+    if found := lacking():
+        refuse(
+            f"{len(found)} of what is named is not here:\n"
+            + "\n".join([*(f"  {line}" for line in found), *without()]),
+            "get each as it says; paths are from the folder of the run. docs/reconstructors.md "
+            "has the licences",
+        )
