@@ -21,7 +21,18 @@ from fsel.reconstruct.outcome import Unfinished
 SIZE = (24, 18)
 FRAMES, TARGETS = np.array([5, 0, 3]), np.array([1, 6])
 RECIPES = sorted((Path(__file__).parents[2] / "config" / "reconstructors").glob("*.yaml"))
-NERFBASELINES = os.environ.get("FSEL_NERFBASELINES")  # a virtual environment that has it
+# virtual environments that have them
+NERFBASELINES = os.environ.get("FSEL_NERFBASELINES")
+NERFSTUDIO = os.environ.get("FSEL_NERFSTUDIO")
+# what config/reconstructors/nerfstudio.yaml says of a CPU, and a model small enough for it
+ON_A_CPU = ["--machine.device-type", "cpu", "--pipeline.model.implementation", "torch"]
+ON_A_CPU += ["--mixed-precision", "False"]
+SMALL = ["--pipeline.model.log2-hashmap-size", "12", "--max-num-iterations", "40"]
+SMALL += ["--pipeline.datamanager.train-num-rays-per-batch", "128"]
+ALEXNET = """
+import sys, torch, torchvision
+torch.save(torchvision.models.alexnet().state_dict(), sys.argv[1])
+"""
 
 # `torchrun`: its own options are left out
 TORCHRUN = """#!/bin/sh
@@ -228,6 +239,26 @@ def test_the_scene_for_nerfstudio_is_normalised_by_the_selected_cameras(capture,
     away = centers - centers.mean(axis=0)
     np.testing.assert_allclose(found, away / np.linalg.norm(away, axis=1).max(), atol=1e-12)
     assert content["test_filenames"] == [f"images/{row:06d}.png" for row in range(3)]
+
+
+@pytest.mark.skipif(
+    not NERFSTUDIO, reason="FSEL_NERFSTUDIO names no virtual environment of nerfstudio"
+)
+def test_nerfstudio_trains_and_renders_on_a_cpu(capture, tmp_path):
+    """nerfacto for some steps on a scene of one colour; minutes."""
+    images = np.full_like(np.asarray(capture.images), (230, 20, 130))
+    # for a score that nobody asks for it loads AlexNet, and downloads it where it is not there
+    weights = tmp_path / "hub" / "checkpoints" / "alexnet-owt-7be5be79.pth"
+    weights.parent.mkdir(parents=True)
+    subprocess.run([f"{NERFSTUDIO}/bin/python", "-c", ALEXNET, str(weights)], check=True)
+    recipe = yaml.safe_load((RECIPES[0].parent / "nerfstudio.yaml").read_text())
+    section = recipe["reconstruction"]["settings"] | {"venv": NERFSTUDIO, "gpu": False}
+    section |= {"prefix": ["env", f"TORCH_HOME={tmp_path}"], "timeout": 900}
+    section["fit"] = [*section["fit"], *ON_A_CPU, *SMALL]
+    rendered = reconstruct(replace(capture, images=images), **section)
+    assert rendered.shape == (2, SIZE[1], SIZE[0], 3)
+    red, green, blue = rendered.mean(axis=(0, 1, 2))
+    assert red > blue + 0.05 > green + 0.1
 
 
 @pytest.mark.parametrize("path", RECIPES, ids=lambda path: path.stem)
