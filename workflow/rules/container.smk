@@ -18,4 +18,4 @@ if workflow.deployment_settings and (
             f"Hint: apptainer build {IMAGE} {IMAGE.with_suffix('.def')}"
         )
     # the image holds what the library needs; the library is this one
-    os.environ["PYTHONPATH"] = str(Path(workflow.basedir, "src"))
+    os.environ.update(PYTHONPATH=str(Path(workflow.basedir, "src")))
