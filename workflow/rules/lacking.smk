@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
@@ -48,6 +49,14 @@ def lacking():
             found.append(str(error))
         except ValueError as error:
             refuse(str(error), "config/README.md describes the keys")
+    # a check ends at the file that it misses, and a page has all
+    wanted = {
+        "timm": config["appearance"]["kind"] == "dinov2",
+        "lpips": "lpips" in config["metrics"],
+    }
+    absent = [name for name, asked in wanted.items() if asked and not find_spec(name)]
+    if absent:
+        found.append(f"packages {', '.join(absent)}: pip install 'fsel[weights]'")
     return found
 
 
