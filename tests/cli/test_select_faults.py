@@ -239,3 +239,14 @@ def test_a_signal_leaves_nothing_half_written(number, code, tmp_path):
     assert process.returncode == code
     assert error == "fsel: interrupted, nothing was written\n"
     assert {path.name for path in tmp_path.iterdir()} == {"capture"}
+
+
+def test_two_runs_write_the_same_bytes_but_for_their_times(capture, tmp_path):
+    for out, words in (("a", []), ("b", []), ("c", ["--targets", "every:6"])):
+        assert select(capture, "-k", 4, *words, "-o", tmp_path / out) == 0
+    for path in (tmp_path / "a").rglob("*"):
+        if path.is_file() and path.name not in ("selection.json", "manifest.json"):
+            other = tmp_path / "b" / path.relative_to(tmp_path / "a")
+            assert path.read_bytes() == other.read_bytes(), path.name
+    scenes = [json.loads((tmp_path / p / "scene.json").read_text()) for p in ("a", "c/train")]
+    assert [scene["scene_name"] for scene in scenes] == ["capture", "capture_train"]

@@ -81,12 +81,15 @@ def write(
     used = sorted(train + kept_back)
     cameras = dict(zip(used, true_cameras(opened.raw, used, form.long_side), strict=True))
     points = cloud.cloud_of(opened, used, train, form.points, form.matched)
+    scene = Path(opened.capture.source).resolve().name
     if not kept_back:
-        _written(stage, opened.raw, train, used, cameras, points, form)
+        part = _written(stage, opened.raw, train, used, cameras, points, form)
+        write_forms(part, stage, scene)
         return points.without_pixels()
     parts = []
     for folder, frames in ((TRAIN, train), (TEST, kept_back)):
         part = _written(stage / folder, opened.raw, frames, used, cameras, points, form)
+        write_forms(part, stage / folder, f"{scene}_{folder}")
         parts.append((part, f"{folder}/"))
     lists = [[f"{folder}images/{name}" for name in part.names] for part, folder in parts]
     content = transforms(parts, len(points.xyz) > 0)
@@ -104,7 +107,7 @@ def _written(
     points: RawPoints,
     form: Form,
 ) -> Subset:
-    """Images, masks and every form of some frames, in a folder."""
+    """Images and masks of some frames, in a folder, and what forms are written from."""
     names, resized = [], form.long_side is not None
     for i in frames:
         name = placing.file_name(raw, i, resized)
@@ -116,7 +119,7 @@ def _written(
     for i, name in zip(frames, names, strict=True) if masked else ():
         mask = placing.mask(raw, i, form.shapes, (cameras[i].width, cameras[i].height))
         images.write(mask[None], folder / "masks", [f"{name}.png"])
-    subset = Subset(
+    return Subset(
         names=names,
         cameras=[cameras[i] for i in frames],
         stated=[(raw.cameras[i].width, raw.cameras[i].height) for i in frames],
@@ -124,8 +127,6 @@ def _written(
         points=cloud.as_seen_by(points, [used.index(i) for i in frames]),
         masked=masked,
     )
-    write_forms(subset, folder, folder.name)
-    return subset
 
 
 def true_cameras(
