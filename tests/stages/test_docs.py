@@ -28,8 +28,8 @@ TABLE = pd.DataFrame(
         ({"rows": "mean > 9", "value": "count"}, "0"),
         ({"value": "min of mean"}, "-0.5"),
         (
-            {"value": "mean", "down": "method", "across": "k", "names": {"a": "A"}},
-            "\n|  | 10 | 20 |\n| --- | --- | --- |\n| A | 1.25 | 2.0 |\n| b | -0.5 | 0.125 |\n",
+            {"value": "mean", "down": "method", "across": "k", "names": {"a": "A", "20": "all"}},
+            "\n|  | 10 | all |\n| --- | --- | --- |\n| A | 1.25 | 2.0 |\n| b | -0.5 | 0.125 |\n",
         ),
     ],
 )

@@ -144,5 +144,5 @@ def saturation(
     """
     means = mean_costs(costs)
     write_csv(means, numbers)
-    text = f"scenes: {len(costs)}, first draw; last point: every candidate; {note(facts)}"
+    text = f"scenes: {len(costs)}, first draw; last point: every candidate. {note(facts)}"
     curves.saturation(means, DRAWN, figures, text)

@@ -99,7 +99,8 @@ def draw_views(
     text = (
         "Heading: frames, processor seconds to reconstruct and to render "
         f"{len(targets)} held-out views, their mean PSNR. Inset: mean absolute error of the "
-        f"colours. {note}"
+        "colours. Below: cameras from above, selected ones red, held-out views as diamonds. "
+        f"{note}"
     )
     draw(truth, columns, places, targets, figures, text)
 

@@ -65,7 +65,7 @@ def pipeline_figure(
         parts.append(plan.assign(panel="plan", coverage=coverage))
     columns = ["panel", "coverage", "generation", "psnr", "fitness", "best"]
     write_csv(pd.concat(parts)[[*columns, "order", "frame", "x", "y"]], numbers)
-    text = f"{scene}, population of {widest} %; open diamonds: targets; {note(facts)}"
+    text = f"{scene}, population of {widest} %; open diamonds: targets. {note(facts)}"
     curves.search_and_labels(population, plans, figures, text)
 
 

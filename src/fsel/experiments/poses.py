@@ -183,6 +183,6 @@ def _draw(found: pd.DataFrame, figures: Sequence[str | Path], facts: Mapping) ->
     k, count = found["k"].iloc[0], found["n"].max()
     text = (
         f"K = {k}; means over {count} scenes, first draw; noise: root mean square of normal "
-        f"angles and offsets; grey: the other selectors; {note(facts)}"
+        f"angles and offsets; grey: the other selectors. {note(facts)}"
     )
     curves.pose_noise(found, marked, figures, text)

@@ -31,4 +31,4 @@ def training_figure(
     tables = [read_table(path).assign(seed=seed) for seed, path in enumerate(logs)]
     log = pd.concat(tables)[["seed", "epoch", "split", "loss", "agreement"]]
     write_csv(log, numbers)
-    curves.training(log, figures, f"{len(tables)} seeds; {note(facts)}")
+    curves.training(log, figures, f"{len(tables)} seeds. {note(facts)}")

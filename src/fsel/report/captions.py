@@ -50,4 +50,4 @@ def note(facts: Mapping) -> str:
     captures = [f"generated stand-ins for {embedded}"] if embedded else []
     captures += [f"{real}, read from disk"] if real else []
     where = f"{facts['reconstructor']} at {facts['long_side']} pixels"
-    return f"captures: {'; '.join(captures)}. Reconstructor: {where}"
+    return f"Captures: {'; '.join(captures)}. Reconstructor: {where}"

@@ -10,7 +10,8 @@ hold them between markers. A result whose file this checkout lacks keeps its tex
     format: .2f         # several values are joined by " / "
 
 With `down` and `across` in place of plain values, the result is a Markdown table of two columns of
-the file against each other, in order of appearance; `names` gives printed names.
+the file against each other, in order of appearance; `names` gives printed names of both. The budget
+of all frames is 0.
 """
 
 from __future__ import annotations
@@ -71,7 +72,8 @@ def _grid(rows: pd.DataFrame, definition: Mapping) -> str:
     grid = rows.pivot(index=down, columns=across, values=definition["value"])
     grid = grid.loc[rows[down].unique(), rows[across].unique()]
     form = definition.get("format", "")
-    lines = [["", *(str(column) for column in grid.columns)], ["---"] * (1 + len(grid.columns))]
+    heads = [names.get(str(column), str(column)) for column in grid.columns]
+    lines = [["", *heads], ["---"] * (1 + len(heads))]
     for name, values in grid.iterrows():
         cells = ("" if pd.isna(value) else format(value, form) for value in values)
         lines.append([names.get(name, str(name)), *cells])
