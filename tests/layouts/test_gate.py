@@ -53,6 +53,10 @@ def at_infinity(model):
     next(iter(model.points3D.values())).xyz = [np.inf, 0, 0]
 
 
+def without_pixels(model):
+    model.cameras[1].height = 0
+
+
 def image(name, content):
     return lambda folder: (folder / "images" / name).write_bytes(content)
 
@@ -107,6 +111,7 @@ CASES = {
     "a zero quaternion": (changed_model(unturned), "frame 1 has a quaternion of length 0"),
     "a translation beyond numbers": (changed_model(far_away), "'frame_001.jpg': translation is"),
     "a camera twice as wide": (changed_model(wide), "image is 64x48 but its camera 128x48"),
+    "a camera without pixels": (changed_model(without_pixels), "camera 1 has 64x0 pixels"),
     "a point at infinity": (changed_model(at_infinity), "sparse/0: point 30 lies at"),
     "a name with a space": (with_a_space, "' frame_002.jpg'"),
     "photos of another's name": (

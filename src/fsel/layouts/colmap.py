@@ -63,9 +63,18 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
     if not reconstruction.images:
         raise ValueError(f"{model}: the COLMAP model holds no images")
     _check_turns(reconstruction, model)
+    _check_sizes(reconstruction, model)
     if not (model / "images.bin").is_file():
         _complete_names(reconstruction, model / "images.txt")
     return reconstruction
+
+
+def _check_sizes(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
+    """Refuse cameras without pixels: observations are scaled by a camera's size."""
+    for key, camera in reconstruction.cameras.items():
+        if not (camera.width and camera.height):
+            size = f"{camera.width}x{camera.height}"
+            raise ValueError(f"{model}: camera {key} has {size} pixels; at least 1x1 are allowed")
 
 
 def _check_turns(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
