@@ -53,6 +53,12 @@ def at_infinity(model):
     next(iter(model.points3D.values())).xyz = [np.inf, 0, 0]
 
 
+def all_but_still(model):
+    """A translation that is a number, and whose square is none."""
+    frame = model.frames[2]
+    frame.rig_from_world = pycolmap.Rigid3d(frame.rig_from_world.rotation, [0, 0, 1e-300])
+
+
 def without_pixels(model):
     model.cameras[1].height = 0
 
@@ -110,6 +116,7 @@ CASES = {
     "inverted poses": (changed_model(inverted), "camera-to-world poses taken"),
     "a zero quaternion": (changed_model(unturned), "frame 1 has a quaternion of length 0"),
     "a translation beyond numbers": (changed_model(far_away), "'frame_001.jpg': translation is"),
+    "a translation without a square": (changed_model(all_but_still), "0.0, 1e-300]; allowed: zero"),
     "a camera twice as wide": (changed_model(wide), "image is 64x48 but its camera 128x48"),
     "a camera without pixels": (changed_model(without_pixels), "camera 1 has 64x0 pixels"),
     "a point at infinity": (changed_model(at_infinity), "sparse/0: point 30 lies at"),

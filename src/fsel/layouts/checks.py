@@ -105,7 +105,8 @@ def reprojection_errors(raw: RawCapture) -> np.ndarray:
         ahead = rows[local[rows, 2] > 0]
         if len(ahead):
             seen = np.asarray(camera.colmap.img_from_cam(local[ahead]))
-            errors[ahead] = np.linalg.norm(seen - points.track_xy[ahead], axis=1)
+            # the squares of a damaged camera's positions may be no numbers
+            errors[ahead] = np.hypot(*(seen - points.track_xy[ahead]).T)
     return np.where(np.isnan(errors), np.inf, errors)
 
 

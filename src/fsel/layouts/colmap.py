@@ -62,11 +62,21 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
         raise ValueError(f"{model}: not a readable COLMAP model ({error})") from error
     if not reconstruction.images:
         raise ValueError(f"{model}: the COLMAP model holds no images")
+    _check_names(reconstruction, model)
     _check_turns(reconstruction, model)
     _check_sizes(reconstruction, model)
     if not (model / "images.bin").is_file():
         _complete_names(reconstruction, model / "images.txt")
     return reconstruction
+
+
+def _check_names(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
+    """Refuse names that are no UTF-8, which pycolmap decodes when they are asked for."""
+    for key, image in reconstruction.images.items():
+        try:
+            str(image.name)
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{model}: the name of image {key} is no text: {error}") from error
 
 
 def _check_sizes(reconstruction: pycolmap.Reconstruction, model: Path) -> None:

@@ -18,6 +18,7 @@ from fsel.layouts.recording import Camera
 ASPECT_TOLERANCE = 0.01
 HALF = 0.5
 ROWS = 256  # of a table computed at once
+BEYOND = 1e9  # pixels, outside of every image
 MASKED_OUT = 127  # of a mask's 0 and 255, after interpolation
 
 
@@ -77,6 +78,7 @@ def undistortion_maps(
         rays[:, 0] = np.tile(x, len(rows))
         rays[:, 1] = np.repeat(rows, width)
         seen = np.asarray(model.img_from_cam(rays)) * scale - HALF
+        seen = seen.clip(-BEYOND, BEYOND)  # float32 ends at 3e38, strong distortion later
         tables[:, top : top + ROWS] = seen.T.reshape(2, len(rows), width)
     return tables[0], tables[1]
 

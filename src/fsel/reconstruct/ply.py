@@ -16,6 +16,7 @@ TURN = ("rot_0", "rot_1", "rot_2", "rot_3")
 RESTS = (0, 9, 24, 45)  # columns of the higher harmonics, by degree
 BACKGROUND = "background"  # the comment that holds the colour behind the Gaussians
 SH_CONSTANT = 0.28209479177387814  # of the degree-zero spherical harmonic
+LARGEST = 1e15  # of a value that is read
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,8 @@ def read(path: str | Path) -> Cloud:
     """Read a standard `.ply` of Gaussians, binary or text, harmonics to degree three.
 
     Raises:
-        ValueError: naming the file, for what is no such file, or values that are not finite.
+        ValueError: naming the file, for what is no such file, or values that are not finite or
+            too large for products of theirs to be numbers in float32.
     """
     if Path(path).exists() and not Path(path).is_file():
         raise ValueError(f"{path}: no .ply file: not a regular file")
@@ -121,8 +123,9 @@ def read(path: str | Path) -> Cloud:
             f"{', '.join(map(str, RESTS))} columns f_rest_* (degrees 0 to 3)"
         )
     values = np.stack([vertices[name].astype(np.float64) for name in needed], axis=1)
-    for row, column in np.argwhere(~np.isfinite(values))[:1]:
-        raise ValueError(f"{path}: {needed[column]} of Gaussian {row} is {values[row, column]}")
+    for row, column in np.argwhere(~(np.abs(values) <= LARGEST))[:1]:
+        what = f"{needed[column]} of Gaussian {row} is {values[row, column]}"
+        raise ValueError(f"{path}: {what}; allowed: -{LARGEST:g} to {LARGEST:g}")
     return _cloud(values, rests, _background(data.comments, path))
 
 
