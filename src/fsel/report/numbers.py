@@ -24,5 +24,6 @@ def read_csv(path: str | Path) -> pd.DataFrame:
     """What `write_csv` wrote, budgets as numbers again."""
     table = pd.read_csv(path, dtype={"k": str})
     if "k" in table:
-        table["k"] = table["k"].replace("all", str(ALL_FRAMES)).astype(int)
+        # a row that is about no budget has none
+        table["k"] = pd.to_numeric(table["k"].replace("all", str(ALL_FRAMES)))
     return table
