@@ -207,7 +207,7 @@ def test_lost_poses_of_any_kind_are_left_out(tmp_path):
         ("seven_scenes", "TrainSplit.txt", "seq one", "expected lines like sequence3"),
         ("scannet", "pose/7.txt", "", "expected a 4x4 matrix, got 0"),
         ("scannet", "intrinsic/intrinsic_color.txt", "0", "expected a 4x4 matrix, got 1"),
-        ("scannetpp_iphone", "iphone/pose_intrinsic_imu.json", "{}", "no entry for f7"),
+        ("scannetpp_iphone", "iphone/pose_intrinsic_imu.json", "{}", "no entry for 'f7"),
         ("scannetpp_iphone", "iphone/pose_intrinsic_imu.json", "[]", "expected a JSON object"),
     ],
 )

@@ -92,7 +92,7 @@ def read_iphone(folder: Path) -> RawCapture:
     stems = [Path(name).stem for name in raw.names]
     absent = [stem for stem in stems if stem not in metric]
     if absent:
-        raise ValueError(f"{path}: no entry for {absent[0]}")
+        raise ValueError(f"{path}: no entry for {absent[0]!r}")
     poses = [_aligned(metric[stem], stem, path) for stem in stems]
     unused = {f"{stem}.jpg": "not registered by COLMAP" for stem in metric.keys() - set(stems)}
     raw = replace(
