@@ -21,7 +21,6 @@ from fsel.reconstruct.gaussians import densify, losses, optimiser
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.projection import LOW_PASS
 from fsel.reconstruct.gaussians.render import NEAREST
-from fsel.reconstruct.gaussians.settings import GaussianSettings
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN
 from fsel.reconstruct.gaussians.training import Steps, visible
 from fsel.reconstruct.normalisation import Frame
@@ -96,19 +95,12 @@ class Cameras:
 
 
 class CudaTraining(Steps):
-    """As `fsel.reconstruct.gaussians.training.Training`, on a GPU; its arguments too."""
+    """The steps on a GPU."""
 
-    def __init__(
-        self,
-        capture: Capture,
-        frame: Frame,
-        table: np.ndarray,
-        background: np.ndarray,
-        settings: GaussianSettings,
+    def prepare(
+        self, capture: Capture, frame: Frame, room: np.ndarray, background: np.ndarray
     ) -> None:
-        super().__init__(len(capture), len(table), settings)
-        room = np.zeros((settings.gaussians if len(table) else 0, table.shape[1]), np.float32)
-        room[: len(table)] = table
+        """Everything goes to the GPU's memory."""
         self.table = on_device(room)
         self.first, self.second = torch.zeros_like(self.table), torch.zeros_like(self.table)
         self.count = torch.zeros((len(room), 1), device=DEVICE)
@@ -118,7 +110,7 @@ class CudaTraining(Steps):
         self.masks = None
         if capture.masks is not None:
             self.masks = torch.from_numpy(np.ascontiguousarray(capture.masks)).to(DEVICE)
-        self.random = torch.Generator(DEVICE).manual_seed(settings.seed)
+        self.random = torch.Generator(DEVICE).manual_seed(self.settings.seed)
 
     def step(self, step: int) -> float:
         """One update; returns the mean loss of its views before it, without the penalties."""

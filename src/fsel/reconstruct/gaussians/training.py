@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 import numpy as np
@@ -18,29 +19,48 @@ SETTLED = 5 / 6  # share of the steps after which nothing is relocated (Kheradma
 RAISED = 1 / 30  # share of the steps between two degrees of the harmonics (Kerbl et al. 2023)
 
 
-class Steps:
-    """What every optimisation has: the order of the views, and when what is done.
+class Steps(ABC):
+    """Gaussians that are being fitted to all frames of a capture: what every device shares, the
+    order of the views, and when what is done.
 
     Args:
-        views: how many there are.
-        alive: Gaussians to start from.
+        capture: of the selected frames alone.
+        frame: the normalised frame.
+        table: (n, c) float32 parameters to start from.
+        background: (3,) colour behind everything.
         settings: of the reconstructor.
     """
 
-    def __init__(self, views: int, alive: int, settings: GaussianSettings) -> None:
-        self.settings, self.alive, self.views = settings, alive, views
+    def __init__(
+        self,
+        capture: Capture,
+        frame: Frame,
+        table: np.ndarray,
+        background: np.ndarray,
+        settings: GaussianSettings,
+    ) -> None:
+        self.settings, self.alive, self.views = settings, len(table), len(capture)
         self.rng = np.random.default_rng(settings.seed)
         self.rates = optimiser.Rates(settings.degree, settings.steps)
         self.queue: list[int] = []
+        room = np.zeros((settings.gaussians if len(table) else 0, table.shape[1]), np.float32)
+        room[: len(table)] = table
+        self.prepare(capture, frame, room, background)
 
+    @abstractmethod
+    def prepare(
+        self, capture: Capture, frame: Frame, room: np.ndarray, background: np.ndarray
+    ) -> None:
+        """Put everything where the steps need it; `room` is the table, with rows to grow into."""
+
+    @abstractmethod
     def step(self, step: int) -> float:
         """One update; returns the mean loss of its views before it, without the penalties."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def kept(self) -> np.ndarray:
         """(n, c) float32, the Gaussians that add to any pixel."""
-        raise NotImplementedError
 
     def run(self, progress: Callable | None, stop: Callable[[], bool] | None) -> int:
         """All steps, or those before `stop` says so; returns how many were made."""
@@ -82,27 +102,13 @@ def visible(table: np.ndarray) -> np.ndarray:
 
 
 class Training(Steps):
-    """Gaussians that are being fitted to all frames of a capture.
+    """The steps on the CPU."""
 
-    Args:
-        capture: of the selected frames alone.
-        frame: the normalised frame.
-        table: (n, c) float32 parameters to start from.
-        background: (3,) colour behind everything.
-        settings: of the reconstructor.
-    """
-
-    def __init__(
-        self,
-        capture: Capture,
-        frame: Frame,
-        table: np.ndarray,
-        background: np.ndarray,
-        settings: GaussianSettings,
+    def prepare(
+        self, capture: Capture, frame: Frame, room: np.ndarray, background: np.ndarray
     ) -> None:
-        super().__init__(len(capture), len(table), settings)
-        self.table = np.zeros((settings.gaussians if len(table) else 0, table.shape[1]), np.float32)
-        self.table[: len(table)] = table
+        """Everything stays in memory."""
+        self.table = room
         self.grad = np.zeros_like(self.table)
         self.adam = optimiser.Adam(self.table, self.rates)
         self.canvas = Canvas(len(self.table), capture.size, background)
