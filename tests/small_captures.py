@@ -75,6 +75,17 @@ def write_ring(folder, frames=24, model="PINHOLE", shrink=1, seed=0, cloud=80):
     return poses, seen
 
 
+def damage_pixels(path):
+    """Make a file a JPEG with a whole header whose pixels no decoder takes: its second scan has
+    another number of components."""
+    noise = np.random.default_rng(0).integers(0, 255, SIZE[::-1], dtype=np.uint8)
+    progressive = [cv2.IMWRITE_JPEG_PROGRESSIVE, 1]
+    content = bytearray(cv2.imencode(".jpg", np.dstack([noise] * 3), progressive)[1])
+    first = content.index(b"\xff\xda")
+    content[content.index(b"\xff\xda", first + 1) + 4] ^= 0x55
+    path.write_bytes(content)
+
+
 def select(*arguments):
     return main(["select", *map(str, arguments)])
 

@@ -219,8 +219,8 @@ def test_an_interruption_leaves_what_was_there(force, capture, tmp_path, monkeyp
 def test_a_signal_leaves_nothing_half_written(number, code, tmp_path):
     write_ring(tmp_path / "capture", frames=12)
     script = (
-        "import sys, fsel.layouts.images as i, time; "
-        "i.load = lambda *a: (print('reading', flush=True), time.sleep(60)); "
+        "import sys, fsel.export.placing as p, time; "
+        "p.place = lambda *a: (print('copying', flush=True), time.sleep(60)); "
         "from fsel.cli import main; sys.exit(main(sys.argv[1:]))"
     )
     command = [sys.executable, "-c", script, "select", str(tmp_path / "capture"), "-k", "4"]
@@ -232,7 +232,7 @@ def test_a_signal_leaves_nothing_half_written(number, code, tmp_path):
         # what runs in the background of a script is born deaf to Ctrl-C
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as process:
-        assert process.stdout.readline() == "reading\n"
+        assert process.stdout.readline() == "copying\n"
         time.sleep(0.1)
         process.send_signal(number)
         _, error = process.communicate(timeout=30)

@@ -34,9 +34,7 @@ def main():
     with native_lines_dropped(), tempfile.TemporaryDirectory(dir=place) as name:
         original, work = Path(name, "originals"), Path(name, "work")
         originals.write(original)
-        for kind in originals.KINDS[:-1]:  # what is compiled is compiled now
-            for seed in range(3):
-                cases.run(cases.Case(kind, seed, ()), original, work)
+        cases.warm_up(originals.KINDS, original, work)
         for case in tqdm(cases.drawn(asked.cases, asked.seed), disable=None):
             if time.monotonic() - started > 60 * asked.minutes:
                 break

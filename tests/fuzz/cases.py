@@ -80,6 +80,16 @@ def run(case, original, work):
     return wrong
 
 
+def warm_up(kinds, original, work):
+    """Run every command on undamaged inputs, however long it takes: kernels are compiled then."""
+    for kind in kinds:
+        shutil.rmtree(work, ignore_errors=True)
+        shutil.copytree(original / kind, work)
+        for line in originals.commands(kind, work).values():
+            command(line)
+            _remove(work / "out")
+
+
 def _of_line(case, work):
     rng = np.random.default_rng([case.seed, 3])
     words = []

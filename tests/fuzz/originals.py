@@ -70,8 +70,11 @@ def _write_beside(folder):
     )
 
 
-def commands(kind, folder, rng):
-    """Name -> words of each command to try, of inputs in `folder`; they write to `folder/out`."""
+def commands(kind, folder, rng=None):
+    """Name -> words of each command to try, of inputs in `folder`; they write to `folder/out`.
+
+    Of those that reconstruct, one drawn; all without `rng`.
+    """
     capture, out = str(folder / "capture"), ["-o", str(folder / "out")]
     names, model = str(folder / "names.txt"), str(folder / "model.ply")
     select = ["select", capture, "-k", "3", "--quiet", *out]
@@ -88,6 +91,8 @@ def commands(kind, folder, rng):
         return {"select": [*select, "--targets", names], "reconstruct": every["reconstruct"]}
     if kind == "ply":
         return {"render": every["render"]}
+    reading = {"select": select, "info": ["info", capture, "--quiet"]}
+    if rng is None:
+        return reading | every
     further = sorted(every)[rng.integers(len(every))]
-    info = ["info", capture, "--quiet"]
-    return {"select": select, "info": info, further: every[further]}
+    return reading | {further: every[further]}

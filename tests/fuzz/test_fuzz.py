@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import pytest
+from small_captures import damage_pixels
 
-from fuzz import cases, originals
+from fuzz import cases, originals, outcomes
 
 STORED = cases.stored(Path(__file__).with_name("cases.json"))
 SHORT = cases.drawn(36, seed=1)
@@ -14,6 +15,7 @@ SHORT = cases.drawn(36, seed=1)
 def original(tmp_path_factory):
     folder = tmp_path_factory.mktemp("originals")
     originals.write(folder)
+    cases.warm_up(["ring"], folder, folder / "work")
     return folder
 
 
@@ -21,6 +23,19 @@ def original(tmp_path_factory):
 @pytest.mark.usefixtures("capfd")
 def test_damage_is_refused_in_words_that_name_it(case, original, tmp_path):
     assert cases.run(case, original, tmp_path / "work") == []
+
+
+def test_images_are_judged_by_the_commands_that_decode_them(original, tmp_path, monkeypatch):
+    """And nothing else that one command alone refuses is passed over."""
+    case, work = cases.Case("ring", 0), tmp_path / "work"
+    monkeypatch.setattr(
+        cases.Case, "damage", lambda *_: damage_pixels(work / "capture/images/frame_001.jpg")
+    )
+    assert cases.run(case, original, work) == []
+    found = {"select": ("done", ""), "info": ("refused", f"{work}: its 9 bytes cannot be decoded")}
+    assert outcomes.faults(found, work, alike=True) == []
+    found["compare"] = "refused", f"{work}: not a readable image"
+    assert outcomes.faults(found, work, alike=True)[0].startswith("not alike")
 
 
 def test_undamaged_captures_are_accepted(original, tmp_path):

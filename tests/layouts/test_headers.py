@@ -43,6 +43,13 @@ def test_a_file_cut_short_is_named(ending, share, tmp_path):
         check(content[: int(share * len(content))], tmp_path)
 
 
+def test_a_jpeg_starts_with_a_marker(tmp_path):
+    """Decoders know it by its first three bytes."""
+    content = encoded(".jpg")
+    with pytest.raises(ValueError, match=r"not a readable image.*allowed: PNG, JPEG"):
+        check(content[:2] + b"h" + content[3:], tmp_path)
+
+
 def claimed_png(width, height):
     """A PNG whose header alone is large."""
     head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)

@@ -16,7 +16,7 @@ from pathlib import Path
 import pycolmap
 
 from fsel.cli.console import Console
-from fsel.layouts import bare, film, headers, sfm
+from fsel.layouts import bare, film, images, sfm
 from fsel.layouts.colmap_runs import Work
 from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
 
@@ -81,7 +81,7 @@ def found_poses(asked: argparse.Namespace, console: Console) -> Path:
     settings = {"frames": asked.video_frames, "rate": asked.rate}
     files = [source] if film.is_video(source) else bare.find(source)
     if asked.skip_unreadable and files != [source]:
-        faults = {file.name: headers.fault(file) for file in files}
+        faults = {file.name: images.fault(file) for file in files}
         warn_of({name: why for name, why in faults.items() if why}, console)
         files = [file for file in files if not faults[file.name]]
     if not files:
@@ -117,19 +117,19 @@ def _find(
     source: Path, files: Sequence[Path], settings: dict, place: Path, console: Console
 ) -> None:
     """Fill a folder of the cache; `poses.json` comes last."""
-    images = place / CAPTURE / "images"
+    folder = place / CAPTURE / "images"
     report: dict[str, object] = {"source": str(source), "settings": settings}
     video = film.is_video(source)
     if video:
-        shutil.rmtree(images, ignore_errors=True)
-        kept = film.thin(source, images, **settings, progress=console.bar("video"))
+        shutil.rmtree(folder, ignore_errors=True)
+        kept = film.thin(source, folder, **settings, progress=console.bar("video"))
         console.say("video", f"the sharpest of each of {len(kept)} stretches of {source.name}")
         report["video"] = [asdict(shot) for shot in kept]
     else:
-        images.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
         for file in files:
-            (images / file.name).unlink(missing_ok=True)
-            (images / file.name).symlink_to(file.resolve())
+            (folder / file.name).unlink(missing_ok=True)
+            (folder / file.name).symlink_to(file.resolve())
     raw = bare.read(place / CAPTURE)
     threads = len(os.sched_getaffinity(0))
     work = Work(place / "matching", threads, ordered=video, watch=console.bar)

@@ -23,7 +23,7 @@ from fsel.export.staging import staged
 from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.layouts.opening import LONG_SIDE, Opened
-from fsel.layouts.previews import sharpness_of_files, thumbnails
+from fsel.layouts.previews import check_pixels, sharpness_of_files, thumbnails
 from fsel.problem import Method
 from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.hidden import behind
@@ -52,9 +52,9 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         written = time.perf_counter()
         picks = outcome.selection.indices
         entries, left = record.picked(outcome), record.left(outcome)
-        pictures = [] if asked.geometry_only else _pictures(opened, picks)
+        held = outcome.targets.frames
+        pictures = _pictures(asked, opened, picks, held)
         with console.clock("writing"):
-            held = outcome.targets.frames
             points = subset.write(stage, opened, picks, held, _form(asked, opened))
         report = page(outcome, entries, left, pictures, points)
         (stage / "report.html").write_text(report, encoding="utf-8")
@@ -222,10 +222,20 @@ def _form(asked: argparse.Namespace, opened: Opened) -> subset.Form:
     return subset.Form(asked.link, side, asked.points, not asked.geometry_only, asked.masks)
 
 
-def _pictures(opened: Opened, picks: np.ndarray) -> list[bytes]:
-    """Of the picks, in pick order; opened in capture order, since some may be of one video."""
+def _pictures(
+    asked: argparse.Namespace, opened: Opened, picks: np.ndarray, held: np.ndarray
+) -> list[bytes]:
+    """Of the picks, in pick order; opened in capture order, since some may be of one video.
+
+    Every frame that is written is decoded, so that none without pixels is handed on.
+    """
+    files = opened.raw.images
+    if asked.geometry_only:
+        check_pixels([files[i] for i in [*picks, *held]])
+        return []
     order = np.argsort(picks)
-    made = thumbnails([opened.raw.images[picks[i]] for i in order], opened.longest, THUMBNAIL)
+    made = thumbnails([files[picks[i]] for i in order], opened.longest, THUMBNAIL)
+    check_pixels([files[i] for i in held])
     return [made[at] for at in np.argsort(order)]
 
 

@@ -73,7 +73,7 @@ def add_select(commands) -> None:
     command.add_argument(
         "--geometry-only",
         action="store_true",
-        help="do not open images: no sharpness, no pictures in the report, no points where the "
+        help="do not look at images: no sharpness, no pictures in the report, no points where the "
         "capture has none",
     )
     _add_form(command)

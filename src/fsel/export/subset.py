@@ -132,7 +132,7 @@ def _written(
 def true_cameras(
     raw: RawCapture, frames: Sequence[int], long_side: int | None = None
 ) -> list[Camera]:
-    """Cameras at the size that their images will have, one image of each camera being opened.
+    """Cameras at the size that their images will have, as one image of each camera has it.
 
     Args:
         raw: the capture.
@@ -143,7 +143,7 @@ def true_cameras(
     for i in frames:
         camera = raw.cameras[i]
         if camera not in true:
-            height, width = images.load(raw.images[i]).shape[:2]
+            width, height = images.size_of(raw.images[i])
             scale = min(1.0, (long_side or np.inf) / max(width, height))
             size = max(1, round(width * scale)), max(1, round(height * scale))
             scaled = camera.colmap

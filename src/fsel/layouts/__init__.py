@@ -111,7 +111,7 @@ def read_folder(
         every: keep every n-th frame of each sequence.
         max_error: greatest median disagreement of poses and images, as a share of the images'
             longer side (see `Agreement`).
-        skip_unreadable: leave out frames whose image is missing or unreadable, and log them.
+        skip_unreadable: leave out frames whose image is missing or cannot be decoded, and log them.
         reading: keywords of the layout's own reader.
         store: folder for the image arrays, so that memory stays small; None for memory.
 

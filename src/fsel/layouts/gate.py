@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.bounds import MAX_ERROR
-from fsel.layouts import headers
+from fsel.layouts import headers, images
 from fsel.layouts.base import RawCapture
 from fsel.layouts.checks import Agreement, measure
 from fsel.layouts.ingest import check_same_size, in_order
@@ -28,7 +28,8 @@ def admitted(
 ) -> tuple[RawCapture, Agreement]:
     """A capture's frames in natural order, and how well their parts agree.
 
-    Every image's header is read, and its pixels only where poses have no points to agree with.
+    Every image's header is read. Pixels are decoded only where poses have no points to agree with,
+    or where `skip_unreadable` asks which can be.
 
     Args:
         raw: what a layout's reader found.
@@ -66,7 +67,7 @@ def _readable(raw: RawCapture, source: str) -> RawCapture:
     """
     faults = [""] * len(raw.names)
     for group in (raw.images, raw.masks or ()):
-        for at, fault in enumerate(in_turn(lambda at, of=group: headers.fault(of[at]), group)):
+        for at, fault in enumerate(in_turn(lambda at, of=group: images.fault(of[at]), group)):
             faults[at] = faults[at] or fault
     kept = [at for at, fault in enumerate(faults) if not fault]
     if not kept:

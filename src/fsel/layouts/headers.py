@@ -17,7 +17,7 @@ from fsel.bounds import MOST_PIXELS
 from fsel.layouts.jpeg import FRAMES, Content, segments, tables_hold
 
 VARIABLE = "FSEL_MAX_PIXELS"
-PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8"
+PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"  # by which decoders know them
 FORMATS = "PNG, JPEG, WebP, BMP, TIFF"
 TAIL = 1024  # last bytes of a JPEG that hold its end: some cameras write more behind it
 WIDTH, HEIGHT = 256, 257  # TIFF's tags
@@ -47,20 +47,6 @@ def check(path: Path) -> Size:
             size = size_of(content, path)
             _check_damage(content, path)
     return size
-
-
-def fault(image: Path | object) -> str:
-    """What `check` says against an image file, without its name; nothing where it is sound, or for
-    a frame of a video, which is left to the decoder."""
-    if not isinstance(image, Path):
-        return ""
-    try:
-        check(image)
-    except ValueError as error:
-        return str(error).removeprefix(f"{image}: ")
-    except OSError as error:
-        return f"image file cannot be opened ({error.strerror})"
-    return ""
 
 
 def size_of(content: Content, path: Path) -> Size:

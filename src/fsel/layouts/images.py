@@ -20,11 +20,17 @@ REDUCED = {
     4: cv2.IMREAD_REDUCED_COLOR_4 | cv2.IMREAD_IGNORE_ORIENTATION,
     2: cv2.IMREAD_REDUCED_COLOR_2 | cv2.IMREAD_IGNORE_ORIENTATION,
 }
+SMALL = cv2.IMREAD_REDUCED_GRAYSCALE_8 | cv2.IMREAD_IGNORE_ORIENTATION
 HUGE = 1 << 25  # pixels from which a JPEG is decoded at a reduced size
+JPEG = (".jpg", ".jpeg")
 ENCODING = {
     ".png": [cv2.IMWRITE_PNG_COMPRESSION, 1],
     ".jpg": [cv2.IMWRITE_JPEG_QUALITY, 97],
 }
+HINT = (
+    ". Hint: `skip_unreadable` (--skip-unreadable) leaves such frames out; `fsel select` also "
+    "leaves those that --never names"
+)
 
 
 class Video:
@@ -98,13 +104,51 @@ def load_for(source: Image, long_side: int) -> np.ndarray:
     Raises:
         ValueError: see `load`.
     """
-    if isinstance(source, VideoFrame) or source.suffix.lower() not in (".jpg", ".jpeg"):
+    if isinstance(source, VideoFrame) or source.suffix.lower() not in JPEG:
         return load(source)
     width, height = headers.check(source)
     if width * height <= HUGE:
         return load(source)
     fitting = [factor for factor in REDUCED if max(width, height) // factor >= 2 * long_side]
     return load(source, REDUCED[fitting[0]] if fitting else STORED)
+
+
+def size_of(source: Image) -> headers.Size:
+    """(width, height) of an image in pixels; that of a file is read from its header.
+
+    Raises:
+        ValueError: see `load`.
+    """
+    if isinstance(source, VideoFrame):
+        height, width = source.video.read(source.index).shape[:2]
+        return width, height
+    return headers.check(source)
+
+
+def check_pixels(file: Path) -> None:
+    """Decode a file, a JPEG at an eighth of its size, to refuse one that no decoder takes.
+
+    Raises:
+        ValueError: see `load`.
+    """
+    load(file, SMALL if file.suffix.lower() in JPEG else STORED)
+
+
+def fault(image: Image) -> str:
+    """What `headers.check` or `check_pixels` say against an image file, without its name.
+
+    Nothing where it is sound, or for a frame of a video, which is left to the decoder.
+    """
+    if isinstance(image, VideoFrame):
+        return ""
+    try:
+        headers.check(image)
+        check_pixels(image)
+    except ValueError as error:
+        return str(error).removeprefix(f"{image}: ").removesuffix(HINT)
+    except OSError as error:
+        return f"image file cannot be opened ({error.strerror})"
+    return ""
 
 
 def load_mask(source: Image, values: tuple[int, int]) -> np.ndarray:
@@ -128,9 +172,14 @@ def _decoded(path: Path, flags: int) -> np.ndarray:
     if not content:
         raise ValueError(f"{path}: image file is empty (0 bytes)")
     headers.size_of(content, path)
-    image = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
+    try:
+        image = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
+    except cv2.error:
+        image = None
     if image is None:
-        raise ValueError(f"{path}: not a readable image ({len(content)} bytes)")
+        raise ValueError(
+            f"{path}: not a readable image: its {len(content)} bytes cannot be decoded{HINT}"
+        )
     return image
 
 

@@ -75,6 +75,18 @@ def thumbnails(files: Sequence[images.Image], longest: int, side: int) -> list[b
     return in_turn(shrink, files)
 
 
+def check_pixels(files: Sequence[images.Image]) -> None:
+    """Decode files, JPEGs at an eighth of their size, to refuse one that no decoder takes.
+
+    Frames of a video, which are decoded to be copied, are passed over.
+
+    Raises:
+        ValueError: naming the file.
+    """
+    files = [file for file in files if not isinstance(file, images.VideoFrame)]
+    in_turn(lambda at: images.check_pixels(files[at]), files)
+
+
 def _factor(longest: int, side: int) -> int:
     """The largest reduction that leaves `side` pixels."""
     return max(f for f in GREY if f == 1 or longest // f >= side)

@@ -1,0 +1,58 @@
+"""Images with a whole header and damaged contents: refused where they are decoded, not exported."""
+
+import pytest
+from small_captures import damage_pixels, record_of, select, write_ring
+
+from fsel.cli import main
+from fsel.layouts import read_capture
+
+NAME = "frame_008.jpg"
+SAID = f"{NAME}: not a readable image: its "
+
+
+@pytest.fixture
+def capture(tmp_path):
+    write_ring(tmp_path / "capture")
+    damage_pixels(tmp_path / "capture" / "images" / NAME)
+    (tmp_path / "names.txt").write_text(f"{NAME}\n")
+    return tmp_path / "capture"
+
+
+@pytest.mark.parametrize("more", [[], ["--geometry-only"], ["--long-side", 32]])
+@pytest.mark.parametrize("how", [["--always", "names.txt"], ["--targets", "every:4"]])
+def test_no_damaged_frame_is_exported(more, how, capture, tmp_path, monkeypatch, capsys):
+    """Neither as a pick nor held out: every fourth frame is one of those."""
+    monkeypatch.chdir(tmp_path)
+    assert select(capture, "-k", 4, *how, *more, "-o", "out") == 1
+    printed = capsys.readouterr().err
+    assert SAID in printed
+    assert "(--skip-unreadable) leaves such frames out" in printed
+    assert "--never" in printed
+    assert len(printed.splitlines()) - printed.count("fsel: targets") == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("more", [[], ["--geometry-only"]])
+def test_the_hints_work(more, capture, tmp_path):
+    always, out = ["-k", 23, *more], tmp_path / "out"
+    assert select(capture, *always, "--never", tmp_path / "names.txt", "-o", out) == 0
+    assert NAME not in [frame["name"] for frame in record_of(out)["frames"]]
+    assert select(capture, *always, "--skip-unreadable", "-o", tmp_path / "two") == 0
+    dropped = record_of(tmp_path / "two")["capture"]["dropped"]
+    assert list(dropped) == [NAME]
+    assert dropped[NAME].startswith("not a readable image: its ")
+    assert dropped[NAME].endswith(" bytes cannot be decoded")
+
+
+def test_what_does_not_decode_it_takes_it_and_the_others_say_the_same(capture, tmp_path, capsys):
+    assert select(capture, "-k", 3, "--never", tmp_path / "names.txt", "-o", tmp_path / "out") == 0
+    capsys.readouterr()
+    (tmp_path / "two.txt").write_text(f"frame_007.jpg\n{NAME}\n")
+    asked = ["reconstruct", capture, "--frames", tmp_path / "two.txt", "--long-side", 48]
+    assert main([*map(str, asked), "-o", str(tmp_path / "out.ply")]) == 1
+    said = capsys.readouterr().err
+    assert SAID in said
+    with pytest.raises(ValueError, match=SAID) as refused:
+        read_capture(capture, long_side=48)
+    assert f"fsel: {refused.value}\n" in said
+    assert len(read_capture(capture, long_side=48, skip_unreadable=True)) == 23
