@@ -86,7 +86,9 @@ def commands(kind, folder, rng=None):
     if kind == "path":
         return {"select": [*select, "--targets", str(folder / "path.json")]}
     if kind == "masks":
-        return {"select": [*select, "--masks", str(folder / "masks")]}
+        # means of nine poses on a circle, which are the targets otherwise, do not see the object
+        held = ["--targets", "every:3"]
+        return {"select": [*select, "--masks", str(folder / "masks"), *held]}
     if kind == "names":
         return {"select": [*select, "--targets", names], "reconstruct": every["reconstruct"]}
     if kind == "ply":
