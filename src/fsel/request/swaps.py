@@ -124,14 +124,18 @@ def problem_swaps(
         picks: (K,) observed frames, K >= 3.
         rng: the only source of chance.
     """
-    capture, pool = problem.capture, problem.observed
-    targets = problem.targets
+    nearest = nearest_to_targets(problem)
+    judge = Judges.of(reconstructor, nearest[:, :JUDGING], picks)
+    return swaps(judge, picks, problem.observed, np.unique(nearest[:, :REGION]), rng)
+
+
+def nearest_to_targets(problem: Problem) -> np.ndarray:
+    """(T, P) observed frames, a row a target, the nearest first."""
+    capture, pool, targets = problem.capture, problem.observed, problem.targets
     distance = pose_distance(
         targets.centers, targets.axes, capture.centers[pool], capture.axes[pool]
     )
-    nearest = pool[np.argsort(distance, axis=1, kind="stable")]
-    judge = Judges.of(reconstructor, nearest[:, :JUDGING], picks)
-    return swaps(judge, picks, pool, np.unique(nearest[:, :REGION]), rng)
+    return pool[np.argsort(distance, axis=1, kind="stable")]
 
 
 def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> Swapped:
