@@ -29,6 +29,7 @@ include: "workflow/rules/checksums.smk"
 include: "workflow/rules/cases.smk"
 include: "workflow/rules/judging.smk"
 include: "workflow/rules/picturing.smk"
+include: "workflow/rules/asking.smk"
 include: "workflow/rules/needs.smk"
 # the experiment, stage by stage: captures, labels, selectors, the budget sweep
 include: "workflow/rules/downloads.smk"
@@ -53,6 +54,7 @@ include: "workflow/rules/judged_paper.smk"
 include: "workflow/rules/transfer.smk"
 include: "workflow/rules/label_judge.smk"
 include: "workflow/rules/untold.smk"
+include: "workflow/rules/learning.smk"
 
 
 # one handler for all: of several, only the last would run

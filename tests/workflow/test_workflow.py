@@ -7,6 +7,7 @@ import pytest
 import yaml
 from dry_runs import ROOT, changed, dry_run, planned, refusal
 
+from fsel.experiments.learning.cases import LEARNERS
 from fsel.layouts import LAYOUTS
 
 
@@ -103,6 +104,37 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert asked["generate_large"] == asked["select_estimated"] == asked["evaluate_estimated"] == 2
     assert asked["select_noise"] == asked["evaluate_noise"] == 2
     assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
+
+
+def test_learning_is_made_when_asked_for(tmp_path):
+    tables = [f"results/smoke/tables/{name}.tex" for name in ("learning", "inputs")]
+    asked = planned(dry_run(tmp_path, changed(tmp_path), *tables))
+    # one train scene; a validation scene for both tables, two evaluation scenes for one of them
+    assert asked["label_requests"] == asked["learn_inputs"] == asked["select_inputs"] == 1
+    assert asked["learn"] == len(LEARNERS)
+    assert asked["select_learned"] == 3
+    assert asked["evaluate_learned"] == 3 + 1
+    assert not {"label", "train", "select", "evaluate"} & set(asked)
+
+
+def test_large_labels_are_of_all_scenes_that_they_ask_for():
+    large, whole = (
+        yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text())
+        for name in ("labels_large", "config")
+    )
+    families = {name for name, entry in whole["datasets"].items() if "train" in entry["scenes"]}
+    assert set(large["datasets"]) == families
+    for entry in large["datasets"].values():
+        assert entry == {"scenes": {"train": large["learning"]["scenes"]}}
+
+
+def test_requests_that_captures_are_too_small_for_are_refused(tmp_path):
+    config = changed(tmp_path, learning={"scenes": 1, "budgets": [40]})
+    result = dry_run(tmp_path, config, "learning_labels")
+    assert result.returncode != 0
+    said = result.stdout + result.stderr
+    assert "embedded.frames is 60, requests of 40 frames need 68" in said
+    assert "Hint: raise embedded.frames, or lower learning.budgets" in said
 
 
 @pytest.mark.parametrize(
