@@ -136,6 +136,7 @@ def test_what_the_paper_s_config_lacks_is_told_on_one_page(tmp_path):
         r"^config: \d+ of what is named is not here:\n.*?^Hint: ", text, re.M | re.S
     )
     for part in (
+        "  reconstruction, long_lrm: reconstructor ",
         "./programs/Long-LRM/main.py is missing: git clone https://github.com/arthurhero/Long-LRM",
         "./programs/long_lrm_i540.pt is missing: a checkpoint",
         "no program 'conda' in",

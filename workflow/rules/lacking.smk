@@ -17,28 +17,36 @@ ELSEWHERE = shutil.which("sbatch") is not None
 STAND_INS = Path(workflow.basedir, "config", "stand_ins.yaml")
 
 
+KEYS = "config/README.md describes the keys"
+
+
+def absent(where, name, reconstruction):
+    """What a reconstructor needs and is not here, a line each, the first of which says whose it is.
+
+    What is wrong in itself is refused.
+    """
+    try:
+        check_needs(reconstruction, devices=not ELSEWHERE)
+    except Lacking as error:
+        return f"{where}, {name}: {error}".replace("\n", "\n  ").splitlines()
+    except ValueError as error:
+        refuse(f"{where}, {name}: {error}", KEYS)
+    return []
+
+
 def check_judges(judges, where):
     """Refuse reconstructors that cannot work here, before any job."""
     for name, reconstruction in judges.items():
-        try:
-            check_needs(reconstruction, devices=not ELSEWHERE)
-        except ValueError as error:
-            refuse(f"{where}, {name}: {error}", "config/README.md describes the keys")
+        if lines := absent(where, name, reconstruction):
+            refuse("\n".join(lines), KEYS)
 
 
 def lacking():
     """What the run needs and is not here, a line each; what is wrong in itself is refused."""
-    found = []
     named = [("reconstruction", name, section) for name, section in JUDGES.items()]
     if LABELLED_BY != config["reconstruction"]:
         named.append(("search.reconstruction", "labels", LABELLED_BY))
-    for where, name, section in named:
-        try:
-            check_needs(section, devices=not ELSEWHERE)
-        except Lacking as error:
-            found += [f"{where}, {name}: {line}" for line in str(error).splitlines()]
-        except ValueError as error:
-            refuse(f"{where}, {name}: {error}", "config/README.md describes the keys")
+    found = [line for each in named for line in absent(*each)]
     asked = [(appearance.check, config["appearance"])]
     if "lpips" in config["metrics"]:
         asked.append((lpips.located, config["lpips"]))
@@ -48,15 +56,15 @@ def lacking():
         except (FileNotFoundError, ImportError) as error:
             found.append(str(error))
         except ValueError as error:
-            refuse(str(error), "config/README.md describes the keys")
+            refuse(str(error), KEYS)
     # a check ends at the file that it misses, and a page has all
     wanted = {
         "timm": config["appearance"]["kind"] == "dinov2",
         "lpips": "lpips" in config["metrics"],
     }
-    absent = [name for name, asked in wanted.items() if asked and not find_spec(name)]
-    if absent:
-        found.append(f"packages {', '.join(absent)}: pip install 'fsel[weights]'")
+    missing = [name for name, asked in wanted.items() if asked and not find_spec(name)]
+    if missing:
+        found.append(f"packages {', '.join(missing)}: pip install 'fsel[weights]'")
     return found
 
 
