@@ -63,13 +63,13 @@ def kernels(bound: Splats) -> dict[str, float]:
     order = bound._nearest(np.arange(len(bound.capture)))
     started = time.perf_counter()
     for i in range(20):
-        bound._pair(i, int(order[i, 0]))
+        bound._pair(i, int(order[i, 0]), keep=True)
     pair = time.perf_counter() - started
-    costs = [bound._pair(0, int(j)) for j in order[0, :4]]
+    costs = [bound._pair(0, int(j), keep=True) for j in order[0, :4]]
     started = time.perf_counter()
     for _ in range(20):
         cost = stereo.merge_costs(*costs, 4)
-        total = stereo.aggregate(cost, bound.grey[0], np.int16(48), np.float32(510))
+        total = stereo.aggregate(cost, bound.frames[0].grey, np.int16(48), np.float32(510))
         stereo.winner(total, cost, bound.inverse[0])
     return {"pair": 50 * pair, "depth map": 50 * (time.perf_counter() - started)}
 

@@ -13,7 +13,7 @@ from fsel.capture import Capture
 from fsel.evaluation import Evaluator
 from fsel.points import SparsePoints
 from fsel.reconstruct import RECONSTRUCTORS
-from fsel.reconstruct.splats import Splats, fusion, reconstructor, stereo
+from fsel.reconstruct.splats import Splats, consistency, fusion, reconstructor, stereo
 from fsel.reconstruct.splats import frames as frames_module
 from fsel.reconstruct.splats.planes import affinity, depth_range
 
@@ -177,12 +177,12 @@ def test_agreement_and_violation_by_hand():
     turn = np.tile(np.eye(3, dtype=F), (2, 1, 1, 1))
     ks = np.tile(np.array([1, 1, 0.5, 0.5], F), (2, 1))
     verdicts = fusion.compare(
-        inverse, rays, asked, turn, np.zeros((2, 1, 3), F), ks, np.full(2, 0.1, F)
+        0, inverse, rays, asked, turn, np.zeros((2, 1, 3), F), ks, np.full(2, 0.1, F)
     )
     # none agree; the first floats before what the other sees; the second, hidden, is no evidence
     assert verdicts.bounds[:, 0].tolist() == [[0, 1], [0, 2]]
     assert verdicts.pixels[0, 0, 1] == verdicts.others[0, 0, 1] == 0
-    opacity = fusion.vote(np.ones((2, 1, 1), F), asked, verdicts, F(1))
+    opacity = fusion.vote(0, np.ones((2, 1, 1), F), asked, verdicts, F(1))
     assert opacity[0, 0, 0] == pytest.approx(0.2 / (0.35 + 0.2 + 1))
 
 
@@ -223,9 +223,9 @@ def test_agreement_equals_plain_projection():
     sure = rng.random(inverse.shape).astype(F)
     rotation, translation = reconstructor._relative(poses, neighbours)
     given = (rotation, translation, ks, np.full(3, 0.02, F))
-    verdicts = fusion.compare(inverse, rays, neighbours, *given)
-    opacity = fusion.vote(sure, neighbours, verdicts, F(0.7))
-    fused = fusion.fuse(inverse, sure, neighbours, verdicts)
+    verdicts = fusion.compare(0, inverse, rays, neighbours, *given)
+    opacity = fusion.vote(0, sure, neighbours, verdicts, F(0.7))
+    fused = fusion.fuse(0, inverse, sure, neighbours, verdicts)
     for i, y, x in rng.integers([3, height, width], size=(200, 3)):
         yes, no, back = plain_support((inverse, rays), i, (y, x), neighbours, poses, ks, 0.02)
         support = 0.2 * sure[i, y, x] + sum(sure[q] for q in yes)
@@ -261,13 +261,33 @@ def test_full_caches_forget_and_change_nothing(monkeypatch):
     subsets = [np.array(s) for s in ([0, 2, 3, 5], [0, 1, 3, 6], [0, 2, 3, 5])]
     bound = Splats(capture)
     expected = [bound.fit(s).splats for s in subsets]
-    monkeypatch.setattr(reconstructor, "PAIR_BYTES", 0)
+    monkeypatch.setattr(reconstructor, "PAIR_BYTES", 16 * bound.inverse.shape[1] * 48 * 36)
     monkeypatch.setattr(reconstructor, "MAP_BYTES", 3 * 8 * 48 * 36)
     monkeypatch.setattr(frames_module, "FRAME_BYTES", 2 * 56 * 48 * 36)
     small = Splats(capture)
     for subset, splats in zip(subsets, expected, strict=True):
         np.testing.assert_array_equal(small.fit(subset).splats, splats)
-    assert (len(small._pairs), len(small._maps), len(small.frames._known)) == (1, 3, 2)
+    assert (len(small._pairs), len(small._maps), len(small.frames._known)) == (16, 3, 2)
+    large, kept = np.arange(6), list(small._pairs)
+    np.testing.assert_array_equal(small.fit(large).splats, bound.fit(large).splats)
+    assert list(small._pairs) == kept  # its 24 pairs would have pushed out all
+
+
+def test_maps_are_compared_in_blocks_without_changing_a_bit(monkeypatch):
+    capture, frames = textured_wall(), np.array([0, 1, 2, 4, 5, 6, 7])
+    expected, held, compare = Splats(capture).fit(frames), [], fusion.compare
+    monkeypatch.setattr(consistency, "VERDICT_BYTES", 3 * 6 * (48 * 36 + 1) * 12)
+
+    def counted(*given):
+        held.append(compare(*given))
+        return held[-1]
+
+    monkeypatch.setattr(fusion, "compare", counted)
+    found = Splats(capture).fit(frames)
+    np.testing.assert_array_equal(found.splats, expected.splats)
+    np.testing.assert_array_equal(found.colors, expected.colors)
+    assert [len(part.pixels) for part in held] == [3, 3, 1] * 3  # two rounds, and depths
+    assert sum(part.nbytes for part in held[0][:3]) == consistency.VERDICT_BYTES
 
 
 def test_only_the_frames_of_subsets_are_opened():

@@ -23,17 +23,17 @@ DEPTH_FLOOR = F(1e-3)
 
 
 class Verdicts(NamedTuple):
-    """How the n pixels of each of K depth maps compare with M neighbours.
+    """How the n pixels of each of B depth maps compare with M neighbours.
 
     Each list holds the pixels that agree first, and from its end those that float in front of what
     the neighbour sees; the entries between are not used.
 
     Attributes:
-        pixels: (K, M, n + 1) uint32, flat pixels.
-        others: (K, M, n + 1) uint32, the neighbour's flat pixels that they fall on.
-        carried: (K, M, n + 1) float32, where they agree the neighbour's inverse depth carried back
+        pixels: (B, M, n + 1) uint32, flat pixels.
+        others: (B, M, n + 1) uint32, the neighbour's flat pixels that they fall on.
+        carried: (B, M, n + 1) float32, where they agree the neighbour's inverse depth carried back
             along the pixel's ray.
-        bounds: (K, M, 2) int64, end of those that agree, start of those that float.
+        bounds: (B, M, 2) int64, end of those that agree, start of those that float.
     """
 
     pixels: np.ndarray
@@ -43,37 +43,39 @@ class Verdicts(NamedTuple):
 
 
 @_jit
-def compare(inverse, rays, neighbours, rotation, translation, ks, tolerance):
-    """Carry every pixel into the neighbouring depth maps and compare.
+def compare(first, inverse, rays, neighbours, rotation, translation, ks, tolerance):
+    """Carry every pixel of B depth maps in a row into their neighbours and compare.
 
     Args:
+        first: the first of the B.
         inverse: (K, h, w) float32 inverse depth maps.
         rays: (K, 2, h, w) float32, x/z and y/z of every pixel.
-        neighbours: (K, M) int64 rows of the depth maps to ask.
-        rotation: (K, M, 3, 3) float32, camera to neighbour.
-        translation: (K, M, 3) float32.
+        neighbours: (B, M) int64 rows of the depth maps to ask.
+        rotation: (B, M, 3, 3) float32, camera to neighbour.
+        translation: (B, M, 3) float32.
         ks: (K, 4) float32 intrinsics.
-        tolerance: (K,) float32 inverse depth.
+        tolerance: (B,) float32 inverse depth.
 
     Returns:
         `Verdicts`.
     """
-    count, height, width = inverse.shape
-    asked, size = neighbours.shape[1], height * width
+    maps, height, width = inverse.shape
+    (count, asked), size = neighbours.shape, height * width
     pixels = np.empty((count, asked, size + 1), U32)
     others, carried = np.empty_like(pixels), np.empty(pixels.shape, F)
     bounds = np.empty((count, asked, 2), np.int64)
-    flat, ray = inverse.reshape(count, size), rays.reshape(count, 2, size)
+    flat, ray = inverse.reshape(maps, size), rays.reshape(maps, 2, size)
     at, z = np.empty(size, INT), np.empty(size, F)
     theirs, back = np.empty(size, F), np.empty(size, F)
     for i in range(count):
+        own, lines = flat[first + i], ray[first + i]
         for m in range(asked):
             j = neighbours[i, m]
-            _locate(flat[i], ray[i], rotation[i, m], translation[i, m], ks[j], width, height, at, z)
+            _locate(own, lines, rotation[i, m], translation[i, m], ks[j], width, height, at, z)
             for p in range(size):
                 theirs[p] = flat[j, U32(max(at[p], INT(0)))]
             listed, paired, brought = pixels[i, m], others[i, m], carried[i, m]
-            end, start = _list(flat[i], theirs, at, z, tolerance[i], back, listed)
+            end, start = _list(own, theirs, at, z, tolerance[i], back, listed)
             for n in range(end):
                 paired[n], brought[n] = at[listed[n]], back[listed[n]]
             for n in range(start, size + 1):
@@ -126,26 +128,29 @@ def _locate(own, ray, rotation, translation, k, width, height, at, z):
 
 
 @_jit
-def vote(sure, neighbours, verdicts, against_weight):
-    """Opacity of every pixel from its neighbours' verdicts, each weighted by its own certainty.
+def vote(first, sure, neighbours, verdicts, against_weight):
+    """Opacity of every pixel of B depth maps in a row.
+
+    It comes from the neighbours' verdicts, each weighted by its own certainty.
 
     Args:
+        first: the first of the B.
         sure: (K, h, w) float32, 0..1; matching confidence, or the last round's opacity.
-        neighbours: (K, M) int64.
+        neighbours: (B, M) int64.
         verdicts: as `compare` returns.
         against_weight: what a free-space violation weighs beside an agreement.
 
     Returns:
-        (K, h, w) float32 in 0..1.
+        (B, h, w) float32 in 0..1.
     """
-    count, height, width = sure.shape
-    size = height * width
-    flat = sure.reshape(count, size)
+    maps, height, width = sure.shape
+    count, size = len(neighbours), height * width
+    flat = sure.reshape(maps, size)
     opacity = np.empty((count, size), F)
     support, against = np.empty(size, F), np.empty(size, F)
     for i in range(count):
         for p in range(size):
-            support[p], against[p] = OWN * flat[i, p], F(0)
+            support[p], against[p] = OWN * flat[first + i, p], F(0)
         for m in range(neighbours.shape[1]):
             theirs = flat[neighbours[i, m]]
             pixels, others = verdicts.pixels[i, m], verdicts.others[i, m]
@@ -159,26 +164,26 @@ def vote(sure, neighbours, verdicts, against_weight):
 
 
 @_jit
-def fuse(inverse, opacity, neighbours, verdicts):
-    """Inverse depth of every pixel, averaged with the neighbours that agree, by their opacity.
+def fuse(first, inverse, opacity, neighbours, verdicts):
+    """Inverse depth of every pixel of B maps, averaged with the neighbours that agree, by opacity.
 
     Args:
-        inverse, neighbours, verdicts: as in `compare` and `vote`.
+        first, inverse, neighbours, verdicts: as in `compare` and `vote`.
         opacity: (K, h, w) float32.
 
     Returns:
-        (K, h, w) float32.
+        (B, h, w) float32.
     """
-    count, height, width = inverse.shape
-    size = height * width
-    own, sure = inverse.reshape(count, size), opacity.reshape(count, size)
+    maps, height, width = inverse.shape
+    count, size = len(neighbours), height * width
+    own, sure = inverse.reshape(maps, size), opacity.reshape(maps, size)
     fused = np.empty((count, size), F)
     weight = np.empty(size, F)
     for i in range(count):
         mean = fused[i]
         for p in range(size):
-            weight[p] = sure[i, p] + DEPTH_FLOOR
-            mean[p] = own[i, p] * weight[p]
+            weight[p] = sure[first + i, p] + DEPTH_FLOOR
+            mean[p] = own[first + i, p] * weight[p]
         for m in range(neighbours.shape[1]):
             theirs, carried = sure[neighbours[i, m]], verdicts.carried[i, m]
             pixels, others = verdicts.pixels[i, m], verdicts.others[i, m]

@@ -21,6 +21,7 @@ from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import fusion, planes, render, stereo
 from fsel.reconstruct.splats.cache import make_room
+from fsel.reconstruct.splats.consistency import Maps, agreed
 from fsel.reconstruct.splats.frames import Frames
 from fsel.reconstruct.subset import distinct
 
@@ -111,19 +112,17 @@ class Splats:
         frames = distinct(frames)
         started, peak = time.perf_counter(), Peak()
         order = self._nearest(frames)
-        maps = [self._depth_map(i, frames[order[a]]) for a, i in enumerate(frames.tolist())]
+        # pairs of a subset that has more of them than are kept would push each other out
+        keep = len(frames) * self.settings.partners <= self._most_pairs
+        maps = [self._depth_map(i, frames[order[a]], keep) for a, i in enumerate(frames.tolist())]
         inverse = np.stack([m[0] for m in maps])
         opacity = np.stack([m[1] for m in maps])
         asked = np.ascontiguousarray(order[:, : self.settings.neighbours])
         rotation, translation = _relative(self.poses[frames], asked)
         rays = np.stack([self.frames[i].rays for i in frames.tolist()])
         tolerance = self.settings.tolerance * (self.inverse[frames, 1] - self.inverse[frames, 0])
-        verdicts = fusion.compare(
-            inverse, rays, asked, rotation, translation, self.ks[frames], tolerance
-        )
-        for _ in range(self.settings.rounds):
-            opacity = fusion.vote(opacity, asked, verdicts, np.float32(self.settings.against))
-        fused = fusion.fuse(inverse, opacity, asked, verdicts)
+        kept = Maps(inverse, rays, asked, rotation, translation, self.ks[frames], tolerance)
+        fused, opacity = agreed(kept, opacity, self.settings.rounds, self.settings.against)
         least = np.float32(self.settings.opacity)
         poses = invert_pose(self.poses[frames]).astype(np.float32)
         images = np.asarray(self.capture.images[frames])
@@ -147,11 +146,19 @@ class Splats:
         )
         return np.argsort(-affinity, axis=1, kind="stable")[:, :-1]
 
-    def _depth_map(self, frame: int, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    @property
+    def _most_pairs(self) -> int:
+        """Matching costs that are kept, of one byte a pixel and plane."""
+        width, height = self.capture.size
+        return PAIR_BYTES // (width * height * self.inverse.shape[1])
+
+    def _depth_map(
+        self, frame: int, ranked: np.ndarray, keep: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
         partners = sorted(ranked[: self.settings.partners].tolist())
         key = (frame, *partners)
         if key not in self._maps:
-            costs = [self._pair(frame, j) for j in partners]
+            costs = [self._pair(frame, j, keep) for j in partners]
             padded = (costs * MAX_PARTNERS)[:MAX_PARTNERS]
             cost = stereo.merge_costs(*padded, len(costs))
             total = stereo.aggregate(
@@ -165,25 +172,28 @@ class Splats:
             self._maps[key] = found
         return self._maps[key]
 
-    def _pair(self, frame: int, source: int) -> np.ndarray:
-        if (frame, source) not in self._pairs:
-            pose, other = self.poses[[frame, source]]
-            rotation = other[:, :3] @ pose[:, :3].T
-            translation = other[:, 3] - rotation @ pose[:, 3]
-            own = self.frames[frame]
-            cost = stereo.pair_cost(
-                own.image,
-                self.frames[source].enlarged,
-                own.rays,
-                rotation.astype(np.float32),
-                translation.astype(np.float32),
-                self.ks[source],
-                self.inverse[frame],
-                np.float32(self.settings.truncation),
-            )
-            make_room(self._pairs, PAIR_BYTES // cost.nbytes)
-            self._pairs[frame, source] = stereo.box_filter(cost)
-        return self._pairs[frame, source]
+    def _pair(self, frame: int, source: int, keep: bool) -> np.ndarray:
+        if (frame, source) in self._pairs:
+            return self._pairs[frame, source]
+        pose, other = self.poses[[frame, source]]
+        rotation = other[:, :3] @ pose[:, :3].T
+        translation = other[:, 3] - rotation @ pose[:, 3]
+        own = self.frames[frame]
+        cost = stereo.pair_cost(
+            own.image,
+            self.frames[source].enlarged,
+            own.rays,
+            rotation.astype(np.float32),
+            translation.astype(np.float32),
+            self.ks[source],
+            self.inverse[frame],
+            np.float32(self.settings.truncation),
+        )
+        found = stereo.box_filter(cost)
+        if keep:
+            make_room(self._pairs, self._most_pairs)
+            self._pairs[frame, source] = found
+        return found
 
 
 def _settings(given: Mapping) -> SplatSettings:
