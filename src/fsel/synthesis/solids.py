@@ -7,9 +7,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
-import trimesh
 
+from fsel.synthesis import meshes
 from fsel.synthesis import textures as tx
+from fsel.synthesis.meshes import Mesh
 
 # Hue, saturation and value of what places are made of.
 WOOD = (0.08, 0.38, 0.62)
@@ -46,7 +47,7 @@ class Scene:
     light: np.ndarray
     ambient: float
     outdoor: bool
-    meshes: list[trimesh.Trimesh] = field(default_factory=list)
+    meshes: list[Mesh] = field(default_factory=list)
     materials: list[np.ndarray] = field(default_factory=list)
     owner: list[int] = field(default_factory=list)
     objects: dict[int, range] = field(default_factory=dict)
@@ -58,40 +59,33 @@ class Scene:
         yield
         self.objects[number] = range(start, len(self.meshes))
 
-    def add(self, mesh: trimesh.Trimesh, material: np.ndarray, at=(0, 0, 0), turn: float = 0.0):
+    def add(self, mesh: Mesh, material: np.ndarray, at=(0, 0, 0), turn: float = 0.0):
         """Add a solid, turned about its own vertical axis and then moved."""
-        mesh = mesh.copy()
-        mesh.apply_transform(trimesh.transformations.rotation_matrix(turn, [0, 0, 1]))
-        mesh.apply_translation(at)
-        self.meshes.append(mesh)
+        self.meshes.append(mesh.placed(at, turn))
         self.owner.append(len(self.materials))
         self.materials.append(material)
 
     def box(self, size, at, material, turn=0.0):
         """A box standing on `at` (its bottom's centre)."""
         at = np.asarray(at, float) + [0, 0, size[2] / 2]
-        self.add(trimesh.creation.box(extents=size), material, at, turn)
+        self.add(meshes.box(size), material, at, turn)
 
     def roof(self, size, at, material, turn=0.0):
         """A gable over a (depth, width, height) base, its ridge along the width."""
-        x, y, z = size[0] / 2, size[1] / 2, size[2]
-        corners = [(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0), (0, -y, z), (0, y, z)]
-        self.add(trimesh.convex.convex_hull(np.array(corners)), material, at, turn)
+        self.add(meshes.gable(size), material, at, turn)
 
     def cylinder(self, radius, height, at, material):
         """A cylinder standing on `at`."""
-        mesh = trimesh.creation.cylinder(radius=radius, height=height, sections=24)
-        self.add(mesh, material, np.asarray(at, float) + [0, 0, height / 2])
+        middle = np.asarray(at, float) + [0, 0, height / 2]
+        self.add(meshes.cylinder(radius, height), material, middle)
 
     def blob(self, size, at, material):
         """An ellipsoid centred on `at`."""
-        mesh = trimesh.creation.icosphere(2)
-        mesh.apply_scale(size)
-        self.add(mesh, material, at, self.rng.uniform(0, np.pi))
+        self.add(meshes.sphere(2).scaled(size), material, at, self.rng.uniform(0, np.pi))
 
     def lathe(self, profile, at, material):
         """A turned solid from (radius, height) pairs, standing on `at`."""
-        self.add(trimesh.creation.revolve(np.asarray(profile, float), sections=32), material, at)
+        self.add(meshes.lathe(profile, sections=32), material, at)
 
     def material(self, kind: int, scale: float, tint: Tint, gloss: float = 0.0, accent=0.05):
         """A material near a tint: a darker relative, and a third colour `accent` away in hue."""
@@ -116,8 +110,8 @@ class Scene:
     def of_objects(self) -> np.ndarray:
         """(n,) uint8 number of the object that each triangle belongs to, 0 for none."""
         numbers = np.zeros(len(self.meshes), np.uint8)
-        for number, meshes in self.objects.items():
-            numbers[meshes] = number
+        for number, rows in self.objects.items():
+            numbers[rows] = number
         return np.repeat(numbers, [len(m.faces) for m in self.meshes])
 
     def finish(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 
-from fsel.synthesis import solids
+from fsel.synthesis import meshes, solids
 from fsel.synthesis import textures as tx
 from fsel.synthesis.solids import Scene
 
@@ -40,15 +39,13 @@ class Bench:
 
     def ball(self, radii, where, material) -> None:
         """An ellipsoid centred on `where`."""
-        mesh = trimesh.creation.icosphere(3)
-        mesh.apply_scale(radii)
-        self.scene.add(mesh, material, self.place(*where), self.turn)
+        self.scene.add(meshes.sphere(3).scaled(radii), material, self.place(*where), self.turn)
 
     def wheel(self, radius: float, width: float, where, material) -> None:
         """A cylinder whose axis is the object's x, centred on `where`."""
-        mesh = trimesh.creation.cylinder(radius=radius, height=width, sections=24)
-        mesh.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0]))
-        self.scene.add(mesh, material, self.place(*where), self.turn)
+        self.scene.add(
+            meshes.cylinder(radius, width).lying(), material, self.place(*where), self.turn
+        )
 
 
 def teddy(scene: Scene, at, turn: float) -> None:
