@@ -3,7 +3,6 @@
 from itertools import permutations
 
 import numpy as np
-import pandas as pd
 import pytest
 from selection_problems import capture_of, random_capture
 
@@ -107,7 +106,7 @@ def test_the_smallest_capture_still_splits():
 
 def test_split_survives_its_table():
     parts = Split(np.array([1, 4]), np.array([5, 0]), np.array([2, 3]), np.array([3]))
-    table = pd.DataFrame(parts.columns(list("abcdef")))
+    table = parts.table(list("abcdef"))
     assert table["role"].tolist() == [
         "proxy",
         "target",
@@ -117,6 +116,6 @@ def test_split_survives_its_table():
         "proxy",
     ]
     assert table["proxy_of"].tolist() == [4, -1, -1, -1, -1, 1]
-    again = Split.of(table.sample(frac=1, random_state=0))
+    again = Split.from_table(table.sample(frac=1, random_state=0))
     for name in ("targets", "proxies", "candidates", "region"):
         np.testing.assert_array_equal(getattr(again, name), getattr(parts, name))

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import cv2
 import numpy as np
 
-from fsel.files import atomic, mapped_array, read_columns, read_metadata, write_columns
+from fsel.files import atomic, mapped_array, read_table
 from fsel.geometry import camera_centers, merged
-from fsel.points import SparsePoints, points_columns, points_from_columns
+from fsel.points import SparsePoints, points_from_table, points_table
 
-POSE = tuple(f"w2c_{row}{column}" for row in range(3) for column in range(4))
-INTRINSICS = ("fx", "fy", "cx", "cy")
 ROTATION_TOLERANCE = 1e-6
 LEAST_LENGTH, MOST_LENGTH = 1e-60, 1e60  # of the longest translation, world units
 
@@ -182,15 +180,21 @@ class Capture:
         Arrays that already are those files, streamed there while they were made, stay as they are.
         What was `found` while the capture was read goes into the metadata of frames.parquet.
         """
+        pd = _pandas()
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        frames = {"frame": np.arange(len(self)), "name": self.names, "sequence": self.sequences}
-        poses = self.world_to_camera.reshape(len(self), 12)
-        frames |= dict(zip(POSE, poses.T, strict=True))
-        frames |= dict(zip(INTRINSICS, self.intrinsics.T, strict=True))
-        made = {"source": self.source} | {key: json.dumps(value) for key, value in found.items()}
-        write_columns(frames, folder / "frames.parquet", made)
-        write_columns(points_columns(self.points), folder / "points.parquet", {})
+        frames = pd.DataFrame({"frame": np.arange(len(self)), "name": self.names})
+        frames["sequence"] = self.sequences
+        for row in range(3):
+            for column in range(4):
+                frames[f"w2c_{row}{column}"] = self.world_to_camera[:, row, column]
+        for column, label in enumerate(("fx", "fy", "cx", "cy")):
+            frames[label] = self.intrinsics[:, column]
+        frames.attrs |= {"source": self.source, **found}
+        points = points_table(self.points)
+        for table, name in ((frames, "frames.parquet"), (points, "points.parquet")):
+            with atomic(folder / name) as temporary:
+                table.to_parquet(temporary, index=False)
         _save_array(self.images, folder / "images.npy")
         if self.masks is not None:
             _save_array(self.masks, folder / "masks.npy")
@@ -200,20 +204,20 @@ class Capture:
     @classmethod
     def load(cls, folder: str | Path) -> Capture:
         """Read what `save` wrote; images stay on disk until touched."""
+        _pandas()
         folder = Path(folder)
-        frames = read_columns(folder / "frames.parquet")
-        poses = np.stack([frames[name] for name in POSE], axis=1).astype(np.float64)
-        intrinsics = np.stack([frames[name] for name in INTRINSICS], axis=1)
+        frames = read_table(folder / "frames.parquet")
+        poses = frames[[f"w2c_{r}{c}" for r in range(3) for c in range(4)]].to_numpy(np.float64)
         masks = folder / "masks.npy"
         return cls(
             names=tuple(frames["name"]),
             world_to_camera=poses.reshape(-1, 3, 4),
-            intrinsics=intrinsics.astype(np.float64),
+            intrinsics=frames[["fx", "fy", "cx", "cy"]].to_numpy(np.float64),
             images=mapped_array(folder / "images.npy"),
             sequences=tuple(frames["sequence"]),
-            points=points_from_columns(read_columns(folder / "points.parquet")),
+            points=points_from_table(read_table(folder / "points.parquet")),
             masks=mapped_array(masks) if masks.exists() else None,
-            source=read_metadata(folder / "frames.parquet").get("source", str(folder)),
+            source=frames.attrs.get("source", str(folder)),
         )
 
 
@@ -248,6 +252,18 @@ def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) 
             "unnormalised quaternion",
             f"{source}: frame {names[i]!r}",
         )
+
+
+def _pandas() -> ModuleType:
+    """pandas; imported here since that takes longer than a selection, which does not need it."""
+    try:
+        import pandas
+    except ImportError as error:
+        raise ImportError(
+            "a saved capture consists of Parquet files, and pandas is not installed. "
+            "Hint: pip install 'fsel[workflow]', or pandas and pyarrow"
+        ) from error
+    return pandas
 
 
 def _save_array(array: np.ndarray, path: Path) -> None:

@@ -12,7 +12,6 @@ import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,16 +113,12 @@ def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
 
 
 def write_table(
-    frame: pd.DataFrame | Mapping[str, Any],
-    path: str | Path,
-    *,
-    units: Mapping[str, str],
-    config: str,
+    frame: pd.DataFrame, path: str | Path, *, units: Mapping[str, str], config: str
 ) -> None:
     """Write a Parquet file whose schema metadata tells units and the config's digest.
 
     Args:
-        frame: the rows; its index is dropped. Or columns by name, as in `write_columns`.
+        frame: the rows; its index is dropped.
         path: where to.
         units: column -> unit, for columns that have one.
         config: digest of the parameters that made the rows, see `digest`.
@@ -131,50 +126,17 @@ def write_table(
     Raises:
         ValueError: when `units` names a column that is not there.
     """
-    columns = list(frame) if isinstance(frame, Mapping) else list(frame.columns)
-    unknown = set(units) - set(columns)
+    import pyarrow as pa  # here: the command `fsel` writes no tables and is installed without it
+    import pyarrow.parquet as pq
+
+    unknown = set(units) - set(frame.columns)
     if unknown:
-        raise ValueError(f"{path}: units for {sorted(unknown)}, columns are {columns}")
-    _write(frame, path, {"units": json.dumps(dict(units)), "config": config})
-
-
-def write_columns(
-    columns: Mapping[str, Any], path: str | Path, metadata: Mapping[str, str]
-) -> None:
-    """Write a Parquet file without pandas, which takes longer to import than a small job works.
-
-    Args:
-        columns: arrays, or sequences of what one cell holds, all of one length.
-        path: where to.
-        metadata: of the schema.
-    """
-    _write(columns, path, metadata)
-
-
-def _write(
-    frame: pd.DataFrame | Mapping[str, Any], path: str | Path, metadata: Mapping[str, str]
-) -> None:
-    pa, pq = _pyarrow()
-    if isinstance(frame, Mapping):
-        table = pa.table({name: pa.array(values) for name, values in frame.items()})
-    else:
-        table = pa.Table.from_pandas(frame, preserve_index=False)
-    found = {**(table.schema.metadata or {}), **metadata}
+        raise ValueError(f"{path}: units for {sorted(unknown)}, columns are {list(frame.columns)}")
+    table = pa.Table.from_pandas(frame, preserve_index=False)
+    metadata = {b"units": json.dumps(dict(units)).encode(), b"config": config.encode()}
+    table = table.replace_schema_metadata({**table.schema.metadata, **metadata})
     with atomic(path) as temporary:
-        pq.write_table(table.replace_schema_metadata(found), temporary)
-
-
-def _pyarrow() -> tuple[ModuleType, ModuleType]:
-    """pyarrow and its Parquet; the command `fsel` needs neither and is installed without."""
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError as error:
-        raise ImportError(
-            "tables and saved captures are Parquet files, and pyarrow is not installed. "
-            "Hint: pip install 'fsel[workflow]'"
-        ) from error
-    return pyarrow, parquet
+        pq.write_table(table, temporary)
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
@@ -184,31 +146,13 @@ def read_table(path: str | Path) -> pd.DataFrame:
         ValueError: for a file that is none, or damaged, naming it.
     """
     import pandas as pd  # here: it takes longer to import than a selection takes
+    from pyarrow import ArrowException
 
-    with _readable(path):
-        return pd.read_parquet(path)
-
-
-def read_columns(path: str | Path) -> dict[str, np.ndarray]:
-    """The columns of a Parquet file by name, without pandas; cells that are lists are arrays.
-
-    Raises:
-        ValueError: for a file that is none, or damaged, naming it.
-    """
-    _, parquet = _pyarrow()
-    with _readable(path):
-        table = parquet.ParquetFile(path).read()
-        return {name: table[name].to_numpy() for name in table.column_names}
-
-
-@contextmanager
-def _readable(path: str | Path) -> Iterator[None]:
-    arrow, _ = _pyarrow()
     try:
-        yield
+        return pd.read_parquet(path)
     except FileNotFoundError:
         raise
-    except (arrow.ArrowException, OSError, ValueError) as error:
+    except (ArrowException, OSError, ValueError) as error:
         said = " ".join(str(error).split())
         raise ValueError(f"{path}: not a readable Parquet file ({said})") from error
 
@@ -225,17 +169,12 @@ def mapped_array(path: str | Path) -> np.ndarray:
         raise ValueError(f"{path}: not a whole .npy file ({error})") from error
 
 
-def read_metadata(path: str | Path) -> dict[str, str]:
-    """What a Parquet file's schema tells beside its columns."""
-    _, parquet = _pyarrow()
-    metadata = parquet.read_schema(path).metadata
-    return {key.decode(): value.decode() for key, value in metadata.items()}
-
-
 def table_metadata(path: str | Path) -> tuple[dict[str, str], str]:
     """The units and the config digest that `write_table` stored."""
-    metadata = read_metadata(path)
-    return json.loads(metadata["units"]), metadata["config"]
+    import pyarrow.parquet as pq
+
+    metadata = pq.read_schema(path).metadata
+    return json.loads(metadata[b"units"]), metadata[b"config"].decode()
 
 
 def subsets_column(subsets: np.ndarray) -> list[list[int]]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -54,25 +56,28 @@ def grouped_rows(keys: np.ndarray, count: int) -> list[np.ndarray]:
     return [order[bounds[key] : bounds[key + 1]] for key in range(count)]
 
 
-def points_columns(points: SparsePoints | None) -> dict[str, Any]:
+def points_table(points: SparsePoints | None) -> pd.DataFrame:
     """One row a point; its track is the list of frames that saw it. No rows: no points."""
+    import pandas as pd  # here: it takes longer to import than a selection takes
+
+    columns = ["x", "y", "z", "r", "g", "b", "track"]
     if points is None:
-        none = np.empty(0, np.int64)
-        points = SparsePoints(np.empty((0, 3)), np.empty((0, 3), np.uint8), none, none)
-    columns: dict[str, Any] = dict(zip("xyz", np.asarray(points.xyz).T, strict=True))
-    columns |= dict(zip("rgb", np.asarray(points.rgb).T, strict=True))
+        return pd.DataFrame({c: pd.Series(dtype="float64") for c in columns[:-1]} | {"track": []})
+    table = pd.DataFrame(np.asarray(points.xyz), columns=columns[:3])
+    table[columns[3:6]] = np.asarray(points.rgb)
     rows = grouped_rows(points.track_point, len(points.xyz))
-    return columns | {"track": [points.track_frame[row] for row in rows]}
+    table["track"] = [points.track_frame[row] for row in rows]
+    return table
 
 
-def points_from_columns(columns: Mapping[str, np.ndarray]) -> SparsePoints | None:
-    """What `points_columns` made columns of."""
-    tracks = columns["track"]
-    if len(tracks) == 0:
+def points_from_table(table: pd.DataFrame) -> SparsePoints | None:
+    """What `points_table` made a table of."""
+    if table.empty:
         return None
+    lengths = table["track"].map(len).to_numpy()
     return SparsePoints(
-        xyz=np.stack([columns[name] for name in "xyz"], axis=1).astype(np.float64),
-        rgb=np.stack([columns[name] for name in "rgb"], axis=1).astype(np.uint8),
-        track_point=np.repeat(np.arange(len(tracks)), [len(track) for track in tracks]),
-        track_frame=np.concatenate(tracks).astype(np.int64),
+        xyz=table[["x", "y", "z"]].to_numpy(np.float64),
+        rgb=table[["r", "g", "b"]].to_numpy(np.uint8),
+        track_point=np.repeat(np.arange(len(table)), lengths),
+        track_frame=np.concatenate(table["track"].to_list()).astype(np.int64),
     )

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.files import read_columns
+from fsel.files import read_table
 from fsel.split import Split
 
 if TYPE_CHECKING:
@@ -53,9 +53,7 @@ class Problem:
     proxies_free: bool = True
 
     @classmethod
-    def of(
-        cls, capture: Capture, split: Split, described: Mapping[str, Any] | pd.DataFrame
-    ) -> Problem:
+    def of(cls, capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
         """The selection problem of a split.
 
         Args:
@@ -68,15 +66,15 @@ class Problem:
             candidates=split.candidates,
             proxies=split.proxies,
             targets=capture.view(split.targets),
-            descriptors=np.stack(list(described["descriptor"])).astype(np.float32),
-            sharpness=np.asarray(described["sharpness"], np.float64),
+            descriptors=np.stack(described["descriptor"].to_list()).astype(np.float32),
+            sharpness=described["sharpness"].to_numpy(np.float64),
         )
 
     @classmethod
     def load(cls, folder: str | Path, split: str | Path) -> Problem:
         """The problem of a split.parquet and the folder of a canonical capture, described."""
         folder = Path(folder)
-        described = read_columns(folder / "descriptors.parquet")
+        described = read_table(folder / "descriptors.parquet")
         return cls.of(Capture.load(folder), Split.load(split), described)
 
     @cached_property

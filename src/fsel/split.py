@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fsel.capture import Capture
-from fsel.files import read_columns
+from fsel.files import read_table
 from fsel.geometry import pairwise_distances, pose_distance
 
 if TYPE_CHECKING:
@@ -35,38 +35,42 @@ class Split:
     candidates: np.ndarray
     region: np.ndarray
 
-    def columns(self, names: Sequence[str]) -> dict[str, Any]:
+    def table(self, names: Sequence[str]) -> pd.DataFrame:
         """One row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region."""
+        import pandas as pd  # here: it takes longer to import than a selection takes
+
         role = np.full(len(names), "candidate", dtype=object)
         proxy_of = np.full(len(names), -1)
         role[self.targets], role[self.proxies] = "target", "proxy"
         proxy_of[self.proxies] = self.targets
         frames = np.arange(len(names))
-        return {
-            "frame": frames,
-            "name": names,
-            "role": role,
-            "proxy_of": proxy_of,
-            "in_region": np.isin(frames, self.region),
-        }
+        return pd.DataFrame(
+            {
+                "frame": frames,
+                "name": names,
+                "role": role,
+                "proxy_of": proxy_of,
+                "in_region": np.isin(frames, self.region),
+            }
+        )
 
     @classmethod
-    def of(cls, columns: Mapping[str, Any] | pd.DataFrame) -> Split:
-        """What `columns` wrote down, its rows in any order."""
-        frame = np.asarray(columns["frame"], np.int64)
-        role, proxy_of = np.asarray(columns["role"]), np.asarray(columns["proxy_of"])
-        proxies = np.flatnonzero(role == "proxy")
+    def from_table(cls, table: pd.DataFrame) -> Split:
+        """What `table` wrote down, its rows in any order."""
+        table = table.sort_values("frame")
+        frame, role = table["frame"].to_numpy(np.int64), table["role"]
+        proxies = table[role == "proxy"].sort_values("proxy_of")["frame"].to_numpy(np.int64)
         return cls(
-            targets=np.sort(frame[role == "target"]),
-            proxies=frame[proxies[np.argsort(proxy_of[proxies])]],
-            candidates=np.sort(frame[role == "candidate"]),
-            region=np.sort(frame[np.asarray(columns["in_region"], bool)]),
+            targets=frame[role == "target"],
+            proxies=proxies,
+            candidates=frame[role == "candidate"],
+            region=frame[table["in_region"]],
         )
 
     @classmethod
     def load(cls, path: str | Path) -> Split:
         """Read a split.parquet."""
-        return cls.of(read_columns(path))
+        return cls.from_table(read_table(path))
 
 
 def evaluation_split(

@@ -1,16 +1,15 @@
 """Layouts: what is written is read back; what is wrong is refused by name."""
 
-import json
 import re
 from pathlib import Path
 
 import cv2
 import numpy as np
+import pandas as pd
 import pytest
 from layout_recordings import DROPPED, MASKED, READING, WRITERS, recording
 
 from fsel.capture import Capture
-from fsel.files import read_metadata
 from fsel.layouts import LAYOUTS, read_capture, read_raw
 from fsel.layouts.base import natural
 from fsel.layouts.ingest import ingest
@@ -182,8 +181,7 @@ def test_what_was_found_is_recorded_and_arrays_are_streamed(tmp_path):
     stored = Capture.load(tmp_path / "out")
     np.testing.assert_array_equal(stored.images, whole.images)
     np.testing.assert_array_equal(stored.masks, whole.masks)
-    made = read_metadata(tmp_path / "out" / "frames.parquet")
-    found = {key: json.loads(made[key]) for key in ("agreement", "dropped")}
+    found = pd.read_parquet(tmp_path / "out" / "frames.parquet").attrs
     assert found["agreement"]["kind"] == "reprojection"
     assert 0 <= found["agreement"]["median"] <= found["agreement"]["p95"] < 0.01
     assert found["dropped"]["f14.JPG"] == "marked bad by its owner"

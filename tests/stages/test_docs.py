@@ -15,6 +15,7 @@ TABLE = pd.DataFrame(
         "method": ["a", "a", "b", "b"],
         "k": [10, 20, 10, 20],
         "mean": [1.25, 2.0, -0.5, 0.125],
+        "n": 4,
     }
 )
 
@@ -30,6 +31,15 @@ TABLE = pd.DataFrame(
         (
             {"value": "mean", "down": "method", "across": "k", "names": {"a": "A", "20": "all"}},
             "\n|  | 10 | all |\n| --- | --- | --- |\n| A | 1.25 | 2.0 |\n| b | -0.5 | 0.125 |\n",
+        ),
+        (
+            {"value": ["mean", "n"], "down": ["method", "k"], "rows": "k == 20", "format": ".1f"},
+            "\n|  |  | mean | n |\n| --- | --- | --- | --- |\n"
+            "| a | 20 | 2.0 | 4.0 |\n| b | 20 | 0.1 | 4.0 |\n",
+        ),
+        (
+            {"value": "mean", "down": ["method"], "across": "k", "rows": "method == 'b'"},
+            "\n|  | 10 | 20 |\n| --- | --- | --- |\n| b | -0.5 | 0.125 |\n",
         ),
     ],
 )

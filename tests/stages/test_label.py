@@ -20,7 +20,7 @@ def test_a_search_by_gaussians_measures_by_gaussians(scene, labelled, tmp_path):
     settings |= {"coverages": [25], "fitness": METRICS, "config": "c"}
     label(scene, [path], splits, **settings)
     found, usual = pd.read_parquet(path), pd.read_parquet(labelled / "p25.parquet")
-    split = Split.of(pd.read_parquet(splits))
+    split = Split.from_table(pd.read_parquet(splits))
     reconstructor = reconstructor_of(Capture.load(scene), GAUSSIANS)
     evaluator = Evaluator.on_frames(reconstructor, split.proxies)
     best = found[found["rank"] == 0].iloc[0]

@@ -33,7 +33,7 @@ def test_scores_are_of_the_targets_by_subsets_without_them(scene, labelled):
     reconstructor = reconstructor_of(Capture.load(scene), RECONSTRUCTION)
     drawn = []
     for request, rows in labels.groupby("request"):
-        split = Split.of(splits[splits["request"] == request])
+        split = Split.from_table(splits[splits["request"] == request])
         assert len(split.targets) == targets_at(25)
         drawn.append(split.targets.tolist())
         picked = np.stack(rows["subset"].to_list())

@@ -33,9 +33,7 @@ def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelle
 def test_files_of_a_scene_are_read_once_for_all_levels(scene, tmp_path, monkeypatch):
     capture = Capture.load(scene)
     levels = {p: coverage_split(capture, p, seed=1) for p in (25, 50)}
-    tables = [
-        pd.DataFrame(split.columns(capture.names)).assign(coverage=p) for p, split in levels.items()
-    ]
+    tables = [split.table(capture.names).assign(coverage=p) for p, split in levels.items()]
     splits = tmp_path / "splits.parquet"
     write_table(pd.concat(tables), splits, units={}, config="c")
     asked = pd.DataFrame({"scene": "s", "coverage": [50, 25, 25], "rank": [0, 1, 0]})

@@ -56,7 +56,7 @@ def pipeline_figure(
     capture, table = Capture.load(folder), read_table(splits)
     places, plans = plan_positions(capture), {}
     for coverage, picks in zip(ordered["coverage"], ordered["picks"], strict=True):
-        split = Split.of(table[table["coverage"] == coverage])
+        split = Split.from_table(table[table["coverage"] == coverage])
         picks = np.array(picks)
         title = f"coverage {coverage} %"
         plans[title] = {"places": places, "targets": split.targets, "picks": picks}

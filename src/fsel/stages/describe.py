@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from fsel.capture import Capture
 from fsel.features import appearance
@@ -24,11 +25,8 @@ def describe(
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
-    columns = {
-        "frame": np.arange(len(capture)),
-        "name": capture.names,
-        "sharpness": sharpness(capture.images),
-        "descriptor": list(appearance.descriptors(capture.images, kind, weights)),
-    }
+    table = pd.DataFrame({"frame": np.arange(len(capture)), "name": capture.names})
+    table["sharpness"] = sharpness(capture.images)
+    table["descriptor"] = list(appearance.descriptors(capture.images, kind, weights))
     units = {"sharpness": "squared grey levels", "descriptor": f"{kind}, unit vector"}
-    write_table(columns, descriptors, units=units, config=config)
+    write_table(table, descriptors, units=units, config=config)

@@ -9,9 +9,9 @@ hold them between markers. A result whose file this checkout lacks keeps its tex
     value: mean         # a column, or `count`, `mean of X`, `min of X`, `max of X`
     format: .2f         # several values are joined by " / "
 
-With `down` and `across` in place of plain values, the result is a Markdown table of two columns of
-the file against each other, in order of appearance; `names` gives printed names of both. The budget
-of all frames is 0.
+With `down` (one column, or several) the result is a Markdown table, in order of appearance: one
+`value` against the column `across`, or the columns that `value` lists. `names` gives printed names
+of both. The budget of all frames is 0.
 """
 
 from __future__ import annotations
@@ -68,15 +68,20 @@ def _values(rows: pd.DataFrame, value: str) -> list:
 
 
 def _grid(rows: pd.DataFrame, definition: Mapping) -> str:
-    down, across, names = definition["down"], definition["across"], definition.get("names", {})
-    grid = rows.pivot(index=down, columns=across, values=definition["value"])
-    grid = grid.loc[rows[down].unique(), rows[across].unique()]
-    form = definition.get("format", "")
-    heads = [names.get(str(column), str(column)) for column in grid.columns]
-    lines = [["", *heads], ["---"] * (1 + len(heads))]
-    for name, values in grid.iterrows():
-        cells = ("" if pd.isna(value) else format(value, form) for value in values)
-        lines.append([names.get(name, str(name)), *cells])
+    names, form = definition.get("names", {}), definition.get("format", "")
+    keys = [definition["down"]] if isinstance(definition["down"], str) else definition["down"]
+    rows = rows.assign(place=pd.factorize(rows[keys].agg(tuple, axis=1))[0])
+    if "across" in definition:
+        across, value = definition["across"], definition["value"]
+        grid = rows.pivot(index=["place", *keys], columns=across, values=value)
+        grid = grid[rows[across].unique()]
+    else:
+        grid = rows.set_index(["place", *keys])[definition["value"]]
+    heads = ["" for _ in keys] + [names.get(str(column), str(column)) for column in grid.columns]
+    lines = [heads, ["---"] * len(heads)]
+    for (_, *where), values in zip(grid.index, grid.to_numpy(), strict=True):
+        cells = ("" if pd.isna(cell) else format(cell, form) for cell in values)
+        lines.append([*(names.get(str(name), str(name)) for name in where), *cells])
     return "\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import pandas as pd
+
 from fsel.features.columns import STATIC
 from fsel.features.static import UNITS, static_features
 from fsel.files import write_table
@@ -28,8 +30,10 @@ def features(
     """
     for split, path in zip(splits, tables, strict=True):
         problem = Problem.load(folder, split)
-        names, rows = problem.capture.names, problem.candidates
-        values = static_features(problem, rows, problem.capture.view(problem.proxies))
-        columns = {"frame": rows, "name": [names[frame] for frame in rows]}
-        columns |= dict(zip(STATIC, values.T, strict=True))
-        write_table(columns, path, units=UNITS, config=config)
+        names = problem.capture.names
+        table = pd.DataFrame({"frame": problem.candidates})
+        table["name"] = [names[frame] for frame in problem.candidates]
+        table[list(STATIC)] = static_features(
+            problem, problem.candidates, problem.capture.view(problem.proxies)
+        )
+        write_table(table, path, units=UNITS, config=config)

@@ -62,6 +62,6 @@ def label(
             result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
             table = search_table(result, search["stored"], fitness)
             write_table(table, path, units=units(fitness), config=config)
-            parts.append(pd.DataFrame(split.columns(capture.names)).assign(coverage=coverage))
+            parts.append(split.table(capture.names).assign(coverage=coverage))
             logger.info("p%d: %d subsets\n%s", coverage, len(table), table[table["rank"] == 0])
         write_table(pd.concat(parts), splits, units={"coverage": "percent"}, config=config)

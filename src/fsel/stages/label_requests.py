@@ -70,7 +70,7 @@ def label_requests(
             rng = np.random.default_rng([seed, number])
             found = search_request(judge, problem, request.k, search, rng)
             tables.append(found.assign(request=number, **asdict(request)))
-            parts.append(pd.DataFrame(split.columns(capture.names)).assign(request=number))
+            parts.append(split.table(capture.names).assign(request=number))
             first, best = found["psnr"].iloc[0], found["psnr"].max()
             text = "%d of %d: %s, %d subsets: the rule %.2f dB, the best %+.2f dB"
             logger.info(text, number + 1, len(asked), request, len(found), first, best - first)

@@ -42,7 +42,7 @@ def order(
     for (scene, role), folder, path in zip(scenes.items(), folders, splits, strict=True):
         capture, table = Capture.load(folder), read_table(path)
         for coverage in coverages:
-            split = Split.of(table[table["coverage"] == coverage])
+            split = Split.from_table(table[table["coverage"] == coverage])
             head = {"scene": scene, "role": role, "coverage": coverage}
             found = ordered_item(capture, split, read_table(next(paths)), kept)
             rows += [head | row for row in found]

@@ -17,12 +17,12 @@ def split(
 
     Args:
         folder: a canonical capture.
-        splits: one a draw, see `fsel.split.Split.columns`.
+        splits: one a draw, see `fsel.split.Split.table`.
         targets: how many target views a draw.
         seed: of the scene.
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
     for draw, output in enumerate(splits):
-        drawn = evaluation_split(capture, draw, seed, targets)
-        write_table(drawn.columns(capture.names), output, units={}, config=config)
+        table = evaluation_split(capture, draw, seed, targets).table(capture.names)
+        write_table(table, output, units={}, config=config)

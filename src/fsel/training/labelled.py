@@ -36,7 +36,7 @@ def labelled_problems(
         capture, table = Capture.load(folder), read_table(splits)
         described = read_table(Path(folder) / "descriptors.parquet")
         for coverage, part in rows.groupby("coverage", sort=True):
-            split = Split.of(table[table["coverage"] == coverage])
+            split = Split.from_table(table[table["coverage"] == coverage])
             yield Problem.of(capture, split, described), part.sort_values("rank")
 
 

@@ -138,7 +138,7 @@ def judge_of(
     for scene in practised:
         reconstructor = reconstructor_of(Capture.load(folders[scene]), reconstruction)
         for request, part in read_table(splits[scene]).groupby("request"):
-            targets = Split.of(part).targets
+            targets = Split.from_table(part).targets
             evaluator = Evaluator.on_frames(reconstructor, targets, metrics=METRIC)
             evaluators[scene, int(request)] = evaluator
 

@@ -68,7 +68,7 @@ def lessons(
         capture, table = Capture.load(folder), read_table(drawn)
         described = read_table(Path(folder) / "descriptors.parquet")
         for number, part in read_table(own).groupby("request"):
-            split = Split.of(table[table["request"] == number])
+            split = Split.from_table(table[table["request"] == number])
             pairs = Pairs.of(Problem.of(capture, split, described))
             yield _lesson((scene, int(number)), pairs, part.sort_values("rank"))
 
