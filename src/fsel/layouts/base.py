@@ -17,6 +17,7 @@ from fsel.layouts.images import Image
 from fsel.layouts.recording import Camera, Recording
 from fsel.points import SparsePoints
 
+MOST_MISSING = 100_000  # images without files: more have another cause than files that were lost
 LEAST_TURN = 0.5  # length of a quaternion; others off from 1 are refused as matrices
 
 
@@ -195,6 +196,34 @@ def inside(folder: Path, relative: str | Path, source: Path) -> Path:
     if not path.is_relative_to(os.path.normpath(folder)):
         raise ValueError(f"{source}: file_path {str(relative)!r} leads outside {folder}")
     return path
+
+
+def check_number(folder: Path, count: int, source: Path) -> None:
+    """Refuse a folder that lacks most files of a large capture, before anything else is read.
+
+    Every image has a file of its own, so that no name is looked at. A folder that holds links to
+    folders is not judged.
+
+    Args:
+        folder: that the images lie below.
+        count: images that there shall be.
+        source: what says so.
+
+    Raises:
+        ValueError: where more than `MOST_MISSING` files are missing.
+    """
+    if count <= MOST_MISSING:
+        return
+    files = 0
+    for place, folders, names in os.walk(folder):
+        if any(Path(place, name).is_symlink() for name in folders):
+            return
+        files += len(names)
+    if count - files > MOST_MISSING:
+        raise ValueError(
+            f"{folder}: {files:,} files, and {count:,} images are in {source}. Hint: are the "
+            "images of this capture there?"
+        )
 
 
 def read_matrix(path: Path, shape: tuple[int, int] = (4, 4)) -> np.ndarray:

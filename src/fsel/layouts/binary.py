@@ -1,5 +1,8 @@
-"""Whether COLMAP's binary files are complete; its own reader takes what lies beyond the end for
-counts."""
+"""What of a COLMAP model is checked before COLMAP reads it.
+
+Beyond a file's end its reader takes anything for counts, and its time grows with the square of the
+images.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,8 @@ from struct import error as Short
 from struct import unpack_from
 
 import pycolmap
+
+from fsel.layouts.base import check_number
 
 CAMERA = 4 + 4 + 8 + 8  # id, model, width, height
 IMAGE = 4 + 7 * 8 + 4  # id, quaternion and translation, camera id
@@ -19,6 +24,32 @@ SENSOR = 4 + 4  # type, id
 POSE = 7 * 8  # quaternion and translation
 FRAME = 4 + 4 + POSE  # id, rig's id, pose
 DATUM = SENSOR + 8  # sensor, id of the image
+
+
+def check_files(model: Path, images: Path) -> None:
+    """Refuse a folder of images that is empty, or lacks most of a large model's.
+
+    Raises:
+        FileNotFoundError: for an empty folder.
+        ValueError: see `fsel.layouts.base.check_number`. A million images would take the reader two
+            minutes.
+    """
+    if not any(images.iterdir()):
+        raise FileNotFoundError(f"{images}: no images in it")
+    check_number(images, _number_of_images(model), model)
+
+
+def _number_of_images(model: Path) -> int:
+    """As the binary file states it, if so many fit into it; of text, two lines each."""
+    packed, text = model / "images.bin", model / "images.txt"
+    if packed.is_file():
+        with packed.open("rb") as file:
+            count = int.from_bytes(file.read(8), "little")
+        return count if count <= packed.stat().st_size // (IMAGE + 1 + 8) else 0
+    if not text.is_file():
+        return 0
+    with text.open("rb") as file:
+        return sum(not line.startswith(b"#") for line in file) // 2
 
 
 def check_whole(model: Path) -> None:

@@ -23,7 +23,7 @@ from fsel.layouts.base import (
     matched,
     read_text,
 )
-from fsel.layouts.binary import check_whole
+from fsel.layouts.binary import check_files, check_whole
 from fsel.layouts.recording import Camera, Recording
 from fsel.points import grouped_rows
 
@@ -129,8 +129,7 @@ def read(folder: Path) -> RawCapture:
         allowed = ", ".join(MODEL_FOLDERS)
         raise FileNotFoundError(f"{folder}: no COLMAP model; looked in {allowed}")
     images = find_images(folder)
-    if not any(images.iterdir()):  # before a model of any size is read
-        raise FileNotFoundError(f"{images}: no images in it")
+    check_files(model, images)
     raw = from_model(load_model(model), images, model)
     if not (folder / "masks").is_dir():
         return raw

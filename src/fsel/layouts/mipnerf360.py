@@ -9,6 +9,7 @@ import numpy as np
 
 from fsel.layouts import colmap, images
 from fsel.layouts.base import Layout, RawCapture
+from fsel.layouts.binary import check_files
 from fsel.layouts.recording import Recording
 from fsel.sparse_model import write_binary
 
@@ -32,6 +33,7 @@ def read(folder: Path) -> RawCapture:
     small = next((folder / name for name in COPIES if (folder / name).is_dir()), None)
     if small is None:
         raise FileNotFoundError(f"{folder}: none of {', '.join(COPIES)} is there")
+    check_files(model, small)
     reconstruction = colmap.load_model(model)
     full, copies = _files(folder / "images"), _files(small)
     if len(full) == len(copies) and {f.stem for f in full} != {c.stem for c in copies}:

@@ -14,6 +14,7 @@ from fsel.layouts.base import (
     Layout,
     RawCapture,
     RawPoints,
+    check_number,
     inside,
     member,
     number,
@@ -76,6 +77,8 @@ def from_json(
     """
     content = read_json(path)
     frames, dropped = _frames(content, path)
+    if (folder / images).is_dir():  # else they are in a video
+        check_number(folder, len(frames), path)
     applied = _applied(content, path)
     applied = undo if applied is None else applied
     scale = number(content.get("applied_scale", 1.0), path, "applied_scale")
