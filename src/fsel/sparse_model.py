@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pycolmap
+
+from fsel.held import pycolmap
 
 
 def build_model(

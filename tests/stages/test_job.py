@@ -2,12 +2,16 @@
 
 import os
 import re
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from snakemake.iocontainers import Namedlist
 
+import fsel
 from fsel import checksums
 from fsel.files import digest
 from fsel.stages.job import arguments, job, run
@@ -144,3 +148,49 @@ def test_inputs_are_checked_and_outputs_get_checksums(tmp_path):
     assert not table.exists()
     assert "a.npy: its bytes" in log.read_text()
     assert "Traceback" not in log.read_text()
+
+
+TERMINATED = """
+import time
+from types import SimpleNamespace
+
+import fsel.layouts.colmap
+from fsel.stages.job import job
+
+asked = SimpleNamespace(log=["job.log"], params={}, threads=1)
+if BEFORE:
+    print("ready", flush=True)
+    time.sleep(60)
+with job(asked):
+    print("ready", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize(("before", "code"), [(True, -signal.SIGTERM), (False, 143)])
+def test_a_job_that_is_terminated_prints_no_stack(before, code, tmp_path):
+    """The log of pycolmap, which is imported here, would print one."""
+    script = TERMINATED.replace("BEFORE", str(before))
+    with subprocess.Popen(
+        [sys.executable, "-c", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+    ) as process:
+        assert process.stdout.readline() == "ready\n"
+        process.terminate()
+        assert process.stderr.read() == ""
+    assert process.returncode == code
+    if not before:
+        assert (tmp_path / "job.log").read_text().endswith("fsel: ended by the signal TERM\n")
+
+
+def test_everything_imports_pycolmap_without_its_handlers():
+    library = Path(fsel.__file__).parent
+    found = [
+        p
+        for p in library.rglob("*.py")
+        if re.search(r"^\s*(import|from) pycolmap", p.read_text(), re.M)
+    ]
+    assert [path.name for path in found] == ["held.py"]

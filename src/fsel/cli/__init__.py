@@ -12,7 +12,7 @@ import os
 import sys
 from importlib import import_module
 
-from fsel.cli.signals import SAID, Interruption, import_held
+from fsel.cli.signals import SAID, Interruption
 
 TYPE_CHECKING = False  # see `fsel.cli.signals`
 if TYPE_CHECKING:
@@ -40,7 +40,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(asked: Namespace, interruption: Interruption) -> int:
     try:
-        import_held("pycolmap")  # which every command uses
         command = import_module(f"fsel.cli.{asked.command}")
         from fsel.cli.console import Console
 

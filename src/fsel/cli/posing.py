@@ -13,9 +13,8 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
-import pycolmap
-
 from fsel.cli.console import Console
+from fsel.held import pycolmap
 from fsel.layouts import bare, film, images, sfm
 from fsel.layouts.colmap_runs import Work
 from fsel.layouts.opening import LONG_SIDE, Opened, open_capture

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from importlib import import_module
 
 TYPE_CHECKING = False  # what `typing` has, without importing it
 if TYPE_CHECKING:
@@ -52,18 +51,3 @@ class Interruption:
             raise KeyboardInterrupt
         print(SAID, file=sys.stderr, flush=True)
         os._exit(128 + number)
-
-
-def import_held(library: str) -> None:
-    """Import a library that installs handlers of its own; then both signals have theirs again.
-
-    They wait meanwhile. The log of pycolmap ends the process at TERM.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
-    handlers = {number: signal.getsignal(number) for number in SIGNALS}
-    try:
-        import_module(library)
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -61,7 +61,7 @@ def pose_errors(found: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.nd
     Raises:
         ValueError: when no similarity is fixed by the centres.
     """
-    import pycolmap  # here: selecting from noisy poses does not need it
+    from fsel.held import pycolmap  # here: selecting from noisy poses does not need it
 
     centers, wanted = camera_centers(found), camera_centers(given)
     fit = pycolmap.estimate_sim3d(centers, wanted)

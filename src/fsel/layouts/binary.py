@@ -10,8 +10,7 @@ from pathlib import Path
 from struct import error as Short
 from struct import unpack_from
 
-import pycolmap
-
+from fsel.held import pycolmap
 from fsel.layouts.base import check_number
 
 CAMERA = 4 + 4 + 8 + 8  # id, model, width, height

@@ -9,10 +9,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 
 from fsel import sparse_model
 from fsel.capture import MOST_LENGTH
+from fsel.held import pycolmap
 from fsel.layouts import images
 from fsel.layouts.base import (
     Layout,

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import pycolmap
-
+from fsel.held import pycolmap
 from fsel.layouts import images, pairs
 from fsel.layouts.previews import Progress, in_silence
 

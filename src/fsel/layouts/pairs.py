@@ -12,7 +12,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pycolmap
+
+from fsel.held import pycolmap
 
 WORDS = 32
 SAMPLE = 20_000  # descriptors that the vocabulary is made of

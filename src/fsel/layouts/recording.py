@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pycolmap
+
+from fsel.held import pycolmap
 
 SUBJECT = 1  # number of the object that a capture is about
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-import pycolmap
 
 from fsel.capture import Capture
 from fsel.geometry import viewing_angles
+from fsel.held import pycolmap
 from fsel.layouts import colmap, images
 from fsel.layouts.base import RawCapture, matched
 from fsel.layouts.colmap_runs import (

@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-import pycolmap
 
+from fsel.held import pycolmap
 from fsel.layouts.images import Image
 from fsel.layouts.recording import Camera
 

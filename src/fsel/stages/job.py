@@ -8,11 +8,13 @@ from __future__ import annotations
 import inspect
 import logging
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
 import cv2
 
@@ -30,6 +32,8 @@ logger = logging.getLogger("fsel")
 def job(snakemake) -> Iterator[str]:
     """Run a script's body as a job: logged to `snakemake.log[0]`, within its threads.
 
+    The signal TERM, by which a cluster ends jobs, is a line of the log and exit code 143.
+
     Args:
         snakemake: the object that Snakemake hands to a script.
 
@@ -46,6 +50,7 @@ def job(snakemake) -> Iterator[str]:
     root.setLevel(logging.INFO)
     logging.captureWarnings(True)
     cv2.setNumThreads(snakemake.threads)
+    previous = signal.signal(signal.SIGTERM, _terminate)
     started = time.perf_counter()
     try:
         yield digest(dict(snakemake.params.items()))
@@ -56,10 +61,14 @@ def job(snakemake) -> Iterator[str]:
     except checksums.Damaged as error:
         logger.error("%s", error)
         raise SystemExit(str(error)) from error  # a line, where a traceback would hide it
+    except _Terminated:
+        logger.error("ended by the signal TERM")
+        raise
     except BaseException:
         logger.exception("failed")
         raise
     finally:
+        signal.signal(signal.SIGTERM, previous)
         root.removeHandler(handler)
         handler.close()
 
@@ -165,6 +174,14 @@ def _folders(snakemake, where: str) -> dict[str, tuple[object, set[str]]]:
 
 def _is_list(value: object) -> bool:
     return isinstance(value, list | tuple)
+
+
+class _Terminated(SystemExit):
+    """The process was asked to end."""
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    raise _Terminated(128 + number)
 
 
 def _end_with_parent() -> None:

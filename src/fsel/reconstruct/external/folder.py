@@ -20,10 +20,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pycolmap
 
 from fsel.capture import Capture, Views
 from fsel.geometry import invert_pose
+from fsel.held import pycolmap
 from fsel.points import SparsePoints, grouped_rows
 from fsel.reconstruct.outcome import MISSING, SIZE, Unfinished
 from fsel.sparse_model import build_model, write_capture_model
