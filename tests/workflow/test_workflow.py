@@ -29,10 +29,13 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
-def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
+ASIDE = ("fisher_damping", "economy", "budget", "learning", "inputs")
+
+
+def test_speed_lambda_and_learning_are_made_when_asked_for(tmp_path):
     results = "results/smoke"
     targets = [f"{results}/figures/speed_error.pdf"]
-    targets += [f"{results}/tables/{name}.tex" for name in ("fisher_damping", "economy", "budget")]
+    targets += [f"{results}/tables/{name}.tex" for name in ASIDE]
     asked = planned(dry_run(tmp_path, changed(tmp_path), *targets))
     assert asked["selection_time"] == asked["speed_error"] == asked["fisher_damping"] == 1
     assert asked["speed_settings"] == asked["economy"] == 1
@@ -45,6 +48,11 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
     )
     assert asked["select_budgets"] == asked["evaluate_budgets"] == 2
     assert asked["select_damping"] == asked["evaluate_damping"] == 2
+    # one train scene; a validation scene for both tables, two evaluation scenes for one of them
+    assert asked["label_requests"] == asked["learn_inputs"] == asked["select_inputs"] == 1
+    assert asked["learn"] == len(LEARNERS)
+    assert asked["select_learned"] == 3
+    assert asked["evaluate_learned"] == 3 + 1
     usual = planned(dry_run(tmp_path, changed(tmp_path)))
     assert usual["ksweep"] == 1
     assert not {
@@ -55,6 +63,8 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
         "fisher_damping",
         "budget",
         "fit_budget",
+        "label_requests",
+        "learn",
     } & set(usual)
 
 
@@ -104,17 +114,6 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert asked["generate_large"] == asked["select_estimated"] == asked["evaluate_estimated"] == 2
     assert asked["select_noise"] == asked["evaluate_noise"] == 2
     assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
-
-
-def test_learning_is_made_when_asked_for(tmp_path):
-    tables = [f"results/smoke/tables/{name}.tex" for name in ("learning", "inputs")]
-    asked = planned(dry_run(tmp_path, changed(tmp_path), *tables))
-    # one train scene; a validation scene for both tables, two evaluation scenes for one of them
-    assert asked["label_requests"] == asked["learn_inputs"] == asked["select_inputs"] == 1
-    assert asked["learn"] == len(LEARNERS)
-    assert asked["select_learned"] == 3
-    assert asked["evaluate_learned"] == 3 + 1
-    assert not {"label", "train", "select", "evaluate"} & set(asked)
 
 
 def test_large_labels_are_of_all_scenes_that_they_ask_for():
