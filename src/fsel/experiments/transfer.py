@@ -86,7 +86,7 @@ def transfer(
         table, numbers: receive LaTeX, and reconstructor, method, k, metric, mean, ci_low, ci_high.
         differences: receives ours and fsel minus every other method, paired, with intervals.
         problems: `dataset/scene/draw0` of each evaluation of one judge.
-        judges: name -> `reconstructor` and `long_side` to print, one block of columns each.
+        judges: name -> `reconstructor` and `long_side` to print, one block of rows each.
         budgets: one group of columns each.
         metrics: of a cell, in order.
         facts: see `captions.captures_of`.
@@ -105,14 +105,14 @@ def transfer(
     every, ahead = pd.concat(means), pd.concat(gaps)
     write_csv(every, numbers)
     write_csv(ahead, differences)
-    blocks = [(name, k) for name in judges for k in budgets]
-    rows = [
-        [label, *_cells(every, ahead, method, blocks, metrics)] for method, label in SHOWN.items()
-    ]
-    head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(blocks)]
-    groups = [
-        (rf"\texttt{{{tex(judges[name]['reconstructor'])}}}, $K{{=}}{k}$", 3) for name, k in blocks
-    ]
+    rows = []
+    for name, judge in judges.items():
+        heading = rf"\texttt{{{tex(judge['reconstructor'])}}} at {judge['long_side']} pixels"
+        rows.append([heading, *[""] * (3 * len(budgets))])
+        for method, label in SHOWN.items():
+            rows.append([label, *_cells(every, ahead, method, name, budgets, metrics)])
+    head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(budgets)]
+    groups = [(rf"$K{{=}}{k}$", 3) for k in budgets]
     text = caption(judges, len({p.rpartition("/")[0] for p in problems}), count, facts)
     made = plain_table(head, rows, caption=text, label="tab:transferwopt", groups=groups)
     write_text(made, table)
@@ -122,15 +122,16 @@ def _cells(
     means: pd.DataFrame,
     gaps: pd.DataFrame,
     method: str,
-    blocks: Sequence[tuple[str, int]],
+    name: str,
+    budgets: Sequence[int],
     metrics: Metrics,
 ) -> Iterator[str]:
-    """A row's cells of every reconstructor and budget."""
+    """A row's cells of one reconstructor and every budget."""
     keyed = means.set_index(["reconstructor", "method", "k", "metric"])
     values, ended = keyed["mean"], keyed.get(OUTCOME)
     gaps = gaps[(gaps["metric"] == "psnr") & (gaps["reference"] == method)]
     found = gaps.set_index(["reconstructor", "method", "k"])[["mean", "ci_low", "ci_high"]]
-    for name, k in blocks:
+    for k in budgets:
         if np.isnan(values[name, method, k, "psnr"]):
             yield rf"\textit{{{ended[name, method, k, 'psnr']}}}"
         else:
