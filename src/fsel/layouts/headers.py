@@ -29,6 +29,11 @@ class _Cut(Exception):
     """A file ends before its format does."""
 
 
+def shown(path: Path) -> str:
+    """A path as it stands; quoted where a character of it would break the line."""
+    return str(path) if str(path).isprintable() else repr(str(path))
+
+
 def check(path: Path) -> Size:
     """(width, height) of an image file, in pixels, without decoding it.
 
@@ -39,7 +44,7 @@ def check(path: Path) -> Size:
             format, or larger than is allowed.
     """
     if not path.is_file():
-        raise ValueError(f"{path}: image file is missing")
+        raise ValueError(f"{shown(path)}: image file is missing")
     with path.open("rb") as file:
         if not os.fstat(file.fileno()).st_size:
             raise ValueError(f"{path}: image file is empty (0 bytes)")

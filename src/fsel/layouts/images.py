@@ -167,7 +167,7 @@ def load_mask(source: Image, values: tuple[int, int]) -> np.ndarray:
 
 def _decoded(path: Path, flags: int) -> np.ndarray:
     if not path.is_file():
-        raise ValueError(f"{path}: image file is missing")
+        raise ValueError(f"{headers.shown(path)}: image file is missing")
     content = path.read_bytes()
     if not content:
         raise ValueError(f"{path}: image file is empty (0 bytes)")

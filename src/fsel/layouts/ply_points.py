@@ -50,7 +50,8 @@ def read(path: Path) -> RawPoints:
     try:
         found = PlyData.read(str(regular(path)))
         vertices = found["vertex"].data
-        xyz = np.stack([vertices[name] for name in PLACE], axis=1).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a signalling NaN, which is refused below
+            xyz = np.stack([vertices[name] for name in PLACE], axis=1).astype(np.float64)
         rgb = _colours(vertices)
     except (OSError, PlyParseError, ValueError, KeyError, MemoryError) as error:
         raise ValueError(f"{path}: no .ply file of points: {error}") from error

@@ -122,7 +122,8 @@ def read(path: str | Path) -> Cloud:
             f"{path}: no Gaussians: {what}. Allowed: the columns of Kerbl et al. 2023, with "
             f"{', '.join(map(str, RESTS))} columns f_rest_* (degrees 0 to 3)"
         )
-    values = np.stack([vertices[name].astype(np.float64) for name in needed], axis=1)
+    with np.errstate(invalid="ignore"):  # a signalling NaN, which is refused below
+        values = np.stack([vertices[name].astype(np.float64) for name in needed], axis=1)
     for row, column in np.argwhere(~(np.abs(values) <= LARGEST))[:1]:
         what = f"{needed[column]} of Gaussian {row} is {values[row, column]}"
         raise ValueError(f"{path}: {what}; allowed: -{LARGEST:g} to {LARGEST:g}")
