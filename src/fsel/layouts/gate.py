@@ -95,8 +95,8 @@ def check_images(raw: RawCapture, long_side: int) -> None:
     if missing is not None:  # before any is opened: a capture may have a million
         count = sum(not file.is_file() for file, _ in files)
         raise ValueError(
-            f"{headers.shown(missing)}: image file is missing ({count} in all). Hint: `skip_unreadable` "
-            "(--skip-unreadable) leaves such frames out"
+            f"{headers.shown(missing)}: image file is missing ({count} in all). Hint: "
+            "`skip_unreadable` (--skip-unreadable) leaves such frames out"
         )
     found = in_turn(lambda at: headers.check(files[at][0]), [file for file, _ in files])
     first = None
