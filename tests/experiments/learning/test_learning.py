@@ -185,6 +185,19 @@ def test_a_good_subset_is_to_lead_by_its_gap():
     assert teaching.above(Fixed(scores), *other, *item[:3], torch.tensor(0.0))[1].item() == 0
 
 
+def test_taught_steps_want_what_is_left_of_a_subset_in_any_order(pairs):
+    lesson, rng = lesson_on(pairs), np.random.default_rng(0)
+    items = [next(teaching.taught_steps(lesson, 1, rng)) for _ in range(2)]
+    firsts = []
+    for _, selectable, wanted in items:
+        for step in range(K):
+            left = [row for row in lesson.subsets[0] if selectable[step, row]]
+            assert wanted[step].nonzero()[:, 0].tolist() == left
+            assert len(left) == K - step
+        firsts.append((wanted[0] & ~wanted[-1]).nonzero()[:, 0].tolist())
+    assert firsts[0] != firsts[1]
+
+
 def test_own_steps_want_the_good_subset_that_shares_most(pairs):
     own = walked(pairs, K, by_rule).picks
     far = np.setdiff1d(np.arange(len(pairs.prepared.pool)), own)
@@ -230,7 +243,7 @@ def test_every_way_of_teaching_lowers_its_own_cost(pairs, way):
         items = [pair for one in lessons for pair in teaching.ranked_pairs(one, 2, rng)]
         cost = teaching.above
     else:
-        items = [item for one in lessons for item in teaching.taught_steps(one, 1)]
+        items = teaching.all_taught(lessons, {"kept": 1}, 0)
         cost = teaching.any_of
     weighted = [(*item, 1.0) for item in items]
     before = mean_cost(network, weighted, cost)

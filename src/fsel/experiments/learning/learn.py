@@ -107,7 +107,7 @@ def learn_inputs(
     """Networks alone, imitating the same labels with every set of inputs; arguments as `learn`."""
     given = list(lessons(folders, labels, splits))
     found, records = {}, []
-    taught = [step for one in given for step in teaching.taught_steps(one, settings["kept"])]
+    taught = teaching.all_taught(given, settings, 0)
     for name, case in INPUT_CASES.items():
         started, made = time.process_time(), []
         for seed in range(settings["seeds"]):

@@ -1,7 +1,8 @@
 """Learning from labels alone: imitation, DAgger, ranking of whole subsets and of swaps.
 
-A label says which frames, not in what order. The steps of imitation go through a good subset as the
-rule would, and every frame of it that is left is right.
+A label says which frames, not in what order. The steps of imitation go through a good subset in a
+random order, and every frame of it that is left is right. In the rule's order, those left at the
+end would be what the rule ranks lowest, and to contradict it would be learned.
 """
 
 from __future__ import annotations
@@ -27,16 +28,15 @@ Item = tuple[torch.Tensor, ...]
 
 
 def imitate(network: Learned, lessons: Sequence[Lesson], settings: Mapping, seed: int) -> None:
-    """Fit a network to the best subsets of every lesson, walked through in the rule's order.
+    """Fit a network to the best subsets of every lesson, walked through in a random order.
 
     Args:
         network: to fit, in place.
         lessons: labelled requests.
         settings: kept (subsets of a lesson), epochs, learning_rate.
-        seed: of the order of presentation.
+        seed: of the orders of picks and of presentation.
     """
-    taught = [item for lesson in lessons for item in taught_steps(lesson, settings["kept"])]
-    fit(network, taught, any_of, settings, seed)
+    fit(network, all_taught(lessons, settings, seed), any_of, settings, seed)
 
 
 def dagger(network: Learned, lessons: Sequence[Lesson], settings: Mapping, seed: int) -> None:
@@ -45,7 +45,7 @@ def dagger(network: Learned, lessons: Sequence[Lesson], settings: Mapping, seed:
     Where a network has come to, the good subset that shares most of its picks says what is wanted.
     Arguments as in `imitate`.
     """
-    taught = [item for lesson in lessons for item in taught_steps(lesson, settings["kept"])]
+    taught = all_taught(lessons, settings, seed)
     for number in range(ROUNDS):
         taught += [own_steps(lesson, network.scores, settings["kept"]) for lesson in lessons]
         fit(network, taught, any_of, settings, seed + number)
@@ -103,10 +103,17 @@ def fit(network: Learned, items: Sequence[Item], cost: Cost, settings: Mapping, 
             logger.info("pass %d over %d items: %.4f, %.3f", epoch, len(items), *met)
 
 
-def taught_steps(lesson: Lesson, kept: int) -> Iterator[Item]:
-    """Features, selectable and wanted of a lesson's best subsets."""
+def all_taught(lessons: Sequence[Lesson], settings: Mapping, seed: int) -> list[Item]:
+    """`taught_steps` of all lessons, arguments as in `imitate`."""
+    rng = np.random.default_rng([seed, 5])
+    return [item for one in lessons for item in taught_steps(one, settings["kept"], rng)]
+
+
+def taught_steps(lesson: Lesson, kept: int, rng: np.random.Generator) -> Iterator[Item]:
+    """Features, selectable and wanted of a lesson's best subsets, each in a random order."""
     for subset in lesson.subsets[:kept]:
-        steps = walked(lesson.pairs, lesson.k, by_rule, subset)
+        order = rng.random(len(lesson.pairs.prepared.pool))
+        steps = walked(lesson.pairs, lesson.k, lambda _, given=order: given, subset)
         member = np.zeros(steps.selectable.shape[1], bool)
         member[subset] = True
         yield _tensors(steps, steps.selectable & member)
