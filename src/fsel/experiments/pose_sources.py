@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import pandas as pd
 
-from fsel.experiments.pose_trials import EXACT
+from fsel.experiments.pose_trials import BOTH, EXACT
 from fsel.files import read_table, write_text
 from fsel.layouts import read_folder
 from fsel.metrics import Metrics, headings
@@ -119,8 +119,8 @@ def pose_sources(
 
 def _cells(item: Mapping, metrics: Metrics) -> pd.DataFrame:
     """dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
-    table = read_table(item["path"]).query("scope == @BOTH")
-    tables = []
+    table = read_table(item["path"])
+    table, tables = table[table["scope"] == BOTH], []
     for (draw, change), part in table.groupby(["draw", "change"]):
         means = draw_means(part, metrics)
         means = means.assign(dataset=means["method"], method=GIVEN if change == EXACT else OTHER)
