@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,6 @@ import pandas as pd
 from fsel import measuring
 from fsel.baselines import METHODS, PAPER
 from fsel.capture import Capture
-from fsel.evaluation import Evaluator
 from fsel.files import read_table, write_table, write_text
 from fsel.measuring import Run
 from fsel.problem import Problem
@@ -23,9 +21,6 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
 from fsel.report.sweep import BASELINES, LEARNED
 from fsel.selector.policies import POLICIES
-from fsel.split import Split
-
-logger = logging.getLogger(__name__)
 
 OURS = POLICIES["ours"]
 FREEDOMS = {
@@ -105,13 +100,8 @@ def evaluate_freedom(
         config: digest of the parameters.
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    tables = []
-    for draw, part in read_table(picks).groupby("draw"):
-        evaluator = Evaluator.on_frames(reconstructor, Split.load(splits[draw]).targets)
-        tables.append(measuring.measure(evaluator, part, BY))
-        logger.info("draw %d: %.2f dB", draw, tables[-1]["psnr"].mean())
-    units = measuring.measured_units()
-    write_table(pd.concat(tables), evaluation, units=units, config=config)
+    table = measuring.measure_draws(reconstructor, splits, read_table(picks), BY)
+    write_table(table, evaluation, units=measuring.measured_units(), config=config)
 
 
 def freedom(

@@ -120,8 +120,8 @@ def pose_sources(
 def _cells(item: Mapping, metrics: Metrics) -> pd.DataFrame:
     """dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
     table = read_table(item["path"])
-    table, tables = table[table["scope"] == BOTH], []
-    for (draw, change), part in table.groupby(["draw", "change"]):
+    tables = []
+    for (draw, change), part in table[table["scope"] == BOTH].groupby(["draw", "change"]):
         means = draw_means(part, metrics)
         means = means.assign(dataset=means["method"], method=GIVEN if change == EXACT else OTHER)
         tables.append(means.assign(scene=f"{item['dataset']}/{item['scene']}", draw=draw))

@@ -13,6 +13,7 @@ import torch
 
 from fsel.capture import Capture
 from fsel.evaluation import Evaluator
+from fsel.experiments.ablation.trials import parameters
 from fsel.experiments.learning import practice, teaching
 from fsel.experiments.learning.cases import EVERY, INPUT_CASES, LEARNERS
 from fsel.experiments.learning.lessons import Lesson, lessons
@@ -156,6 +157,6 @@ def _record(
         "seeds": len(made),
         "lessons": len(given),
         "subsets": sum(len(lesson.subsets) for lesson in given),
-        "parameters": sum(array.numel() for array in made[0].parameters()),
+        "parameters": parameters(made[0]),
         "seconds": seconds,
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import pandas as pd
 
 from fsel import measuring
 from fsel.capture import Capture
-from fsel.evaluation import Evaluator
 from fsel.experiments.learning.cases import LEARNERS
 from fsel.experiments.learning.lessons import Score, walked
 from fsel.experiments.learning.network import Learned, Networks, load
@@ -21,9 +19,6 @@ from fsel.measuring import Picks, Run
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.selector import pretrained
-from fsel.split import Split
-
-logger = logging.getLogger(__name__)
 
 BY = ["draw", *measuring.SELECTION]
 METRIC = ("psnr",)
@@ -105,11 +100,5 @@ def evaluate_learned(
         config: digest of the parameters.
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    tables = []
-    for draw, part in read_table(picks).groupby("draw"):
-        targets = Split.load(splits[int(draw)]).targets
-        evaluator = Evaluator.on_frames(reconstructor, targets, metrics=METRIC)
-        tables.append(measuring.measure(evaluator, part, BY))
-        logger.info("draw %d: %.2f dB", draw, tables[-1]["psnr"].mean())
-    units = measuring.measured_units(METRIC)
-    write_table(pd.concat(tables), evaluation, units=units, config=config)
+    table = measuring.measure_draws(reconstructor, splits, read_table(picks), BY, METRIC)
+    write_table(table, evaluation, units=measuring.measured_units(METRIC), config=config)
