@@ -1,5 +1,7 @@
 PYTHON ?= python3
 CORES ?= 2
+# images of containers often set it: every process would compile pandas anew, a second each
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: ksweep test weights labels docs
 

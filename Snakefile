@@ -2,6 +2,9 @@ from snakemake.utils import min_version
 
 min_version("9.19.0")
 
+# images of containers often set it: every job would compile pandas anew, a second each
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 
 pathvars:
     tables="<results>/tables",
