@@ -12,10 +12,13 @@ from fsel.selector.scorer import WIDTH, Linear, Network
 POLICIES = {
     "ours": SHIPPED["ours"],
     "no_appearance": SHIPPED["ours_no_appearance"],
-    "every": Policy("every", "every", "observed", "targets", NAMES, Network),
+    "every": Policy("every", "every", "observed", "targets", NAMES, Network, points=True),
     "fsel": SHIPPED["fsel"],
+    "fsel_rule": SHIPPED["fsel_rule"],
     "sum": Policy("sum", "sum", "candidates", "proxies", FEATURES, Linear),
-    "every_linear": Policy("every_linear", "every", "observed", "targets", NAMES, Linear),
+    "every_linear": Policy(
+        *("every_linear", "every", "observed", "targets", NAMES, Linear), points=True
+    ),
 }
 
 
@@ -79,6 +82,8 @@ def slow_inputs(problem, picked, policy):
                 inputs[:, FEATURES.index(name)] = z_scores(np.array(values))
     if target_gain:
         inputs[:, 18] = slow_target_gain(problem, frames, views, left, picked)
+    if target_gain and policy.points:
+        inputs[:, 18] += 5 * slow_visibility_gain(problem, frames, views, left, picked)
     return np.array(left), inputs
 
 
@@ -148,3 +153,45 @@ def slow_target_gain(problem, frames, views, left, picked):
     novel = [min([1, *(apart(i, j) / 0.2 for j in picked)]) for i in left]
     gain = [(closeness[i] / (1 + covered)).mean() for i in left]
     return np.array(gain) * novel - remote
+
+
+def slow_visibility_gain(problem, frames, views, left, picked):
+    """What each row would add to the mean over points of P(N >= 1) + P(N >= 2), to first order, the
+    mean of N's Poisson law being what the picks see of a point."""
+    if (found := SIGHTS.get(id(problem))) is None or found[0] is not problem:
+        found = SIGHTS[id(problem)] = problem, slow_sights(problem, frames, views)
+    seen = found[1]
+    rate = seen[list(picked)].sum(axis=0)
+    return (seen * (1 + rate) * np.exp(-rate)).mean(axis=1)[left]
+
+
+SIGHTS = {}  # id of a problem -> it, and what its rows see: slow enough to be computed once
+
+
+def slow_sights(problem, frames, views):
+    """(n, points of all views) how much each row sees of each."""
+    width, height = views.size
+    centers = problem.capture.centers[frames]
+    depth = 1.8 * np.sqrt(np.mean(np.linalg.norm(centers - centers.mean(axis=0), axis=1) ** 2))
+    columns = []
+    for pose, (fx, fy, cx, cy), center in zip(
+        views.world_to_camera, views.intrinsics, views.centers, strict=True
+    ):
+        for z in depth * np.array([0.7, 1.4, 2.8]):
+            for across, down in np.ndindex(6, 5):
+                x, y = (across + 0.5) * width / 6, (down + 0.5) * height / 5
+                local = z * np.array([(x - cx) / fx, (y - cy) / fy, 1])
+                point = pose[:, :3].T @ (local - pose[:, 3])
+                columns.append([slow_sight(problem.capture, i, point, center) for i in frames])
+    return np.array(columns).T
+
+
+def slow_sight(capture, frame, point, center):
+    """How much a frame sees of a point on a ray from a view's centre."""
+    pose, (fx, fy, cx, cy) = capture.world_to_camera[frame], capture.intrinsics[frame]
+    x, y, z = pose[:, :3] @ point + pose[:, 3]
+    if z <= 0 or not (0 <= x / z * fx + cx < capture.size[0]):
+        return 0.0
+    if not (0 <= y / z * fy + cy < capture.size[1]):
+        return 0.0
+    return np.exp(-angle(capture.centers[frame] - point, center - point) / np.radians(40))

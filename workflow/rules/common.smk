@@ -539,17 +539,23 @@ def scorers(policy, folder):
 
 
 OURS = scorers("ours", "<results>/selector")
+# a scorer that comes with the package
+def shipped(name):
+    return os.path.relpath(Path(workflow.basedir, "src/fsel/selector/weights", name))
+
+
 # refined here, or the rule that comes with the package
 FSEL = collect(
     "<results>/selector/fsel/seed{seed}.json",
     seed=range(config["refinement"]["seeds"]),
 ) or [
-    os.path.relpath(Path(workflow.basedir, "src/fsel/selector/weights/fsel.json")),
+    shipped("fsel.json"),
 ]
 SCORERS = [
     *OURS,
     *scorers("ours_no_appearance", "<results>/selector/no_appearance"),
     *FSEL,
+    shipped("fsel_rule.json"),
 ]
 PRACTISED = [
     f"{d}/{s}"

@@ -23,6 +23,7 @@ from fsel.layouts.previews import sharpness_of_files
 from fsel.reconstruct import reconstructor_of
 from fsel.selector import pretrained
 from fsel.selector.policies import POLICIES, Policy
+from fsel.selector.scorer import Network
 
 if TYPE_CHECKING:
     from fsel.training.imitation import Trajectory
@@ -64,7 +65,7 @@ def _checked(asked: argparse.Namespace) -> Policy:
         raise ValueError(
             f"fsel train needs {', '.join(missing)}. Hint: pip install 'fsel[workflow]'"
         )
-    trained = {name: policy for name, policy in POLICIES.items() if name != pretrained.DEFAULT}
+    trained = {name: policy for name, policy in POLICIES.items() if policy.kind is Network}
     if asked.method not in trained:
         raise ValueError(f"--method is {asked.method!r}; allowed: {', '.join(trained)}")
     if asked.out.suffix != ".safetensors":
@@ -146,7 +147,6 @@ def _train(
     key: str,
 ) -> dict:
     """Imitate the labels and write the scorer."""
-    from fsel.selector.scorer import Network
     from fsel.training.imitation import train
     from fsel.training.scorers import save_scorer
 

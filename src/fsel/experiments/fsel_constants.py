@@ -38,6 +38,8 @@ OTHERS: dict[str, tuple[float, ...]] = {
     "few": (0.0, 0.5, 2.0),
     "group": (0.25, 0.5, 2.0),
     "enough": (0.5, 2.0, np.inf),
+    "points": (0.0, 0.5, 2.0),
+    "angle": (0.5, 2.0),
 }
 """Coefficient or constant -> what it is multiplied by."""
 

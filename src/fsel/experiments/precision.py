@@ -70,8 +70,9 @@ def selections(
 
 def _cast(prepared: Prepared) -> Prepared:
     """Every float64 array in float32."""
-    *arrays, lasting = prepared.rows
-    rows = Rows(*(array.astype(np.float32) for array in arrays), lasting)
+    *arrays, visible, lasting = prepared.rows
+    visible = visible._replace(seen=visible.seen.astype(np.float32))
+    rows = Rows(*(array.astype(np.float32) for array in arrays), visible, lasting)
     return replace(prepared, static=prepared.static.astype(np.float32), rows=rows)
 
 

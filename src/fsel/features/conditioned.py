@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsel.capture import Views
+from fsel.features.visibility import ANGLE
 from fsel.geometry import centered, pairwise_distances
 
 REACH = 1.8  # of the cameras' spread: how far ahead of a camera lies what it looks at
@@ -23,6 +24,8 @@ EQUAL = 1e-9  # of a scene's depth: distances closer than this are one
 LAST = 64  # ranks; closeness beyond is below 1e-9 and counts as nothing
 NOVEL = 0.2  # look distance from every pick at which a frame adds all of its closeness
 FAR = 75.0  # scene depths from every view that cost as much as the first frame of all views gains
+
+POINTS = 5.0  # what points that come into view weigh beside closeness
 
 LASTING = 10.0  # picks after which the gain for views that stand for a whole capture counts less
 
@@ -44,6 +47,8 @@ class Constants:
     few: float = FEW
     group: float = GROUP
     enough: float = ENOUGH
+    points: float = POINTS
+    angle: float = float(ANGLE)
 
 
 SHIPPED = Constants()
@@ -67,7 +72,7 @@ def look_distance(
     Returns:
         (n, T) float64 without unit.
     """
-    depth = _look_depth(centers, constants.reach)
+    depth = look_depth(centers, constants.reach)
     shift = pairwise_distances(centers, views.centers)
     ahead = pairwise_distances(centers + depth * axes, views.centers + depth * views.axes)
     return (shift + constants.turn * ahead) / depth
@@ -84,12 +89,13 @@ def looks(centers: np.ndarray, axes: np.ndarray, constants: Constants = SHIPPED)
         axes: (n, 3) unit optical axes.
         constants: of the distance.
     """
-    depth = _look_depth(centers, constants.reach)
+    depth = look_depth(centers, constants.reach)
     here = centered(centers) / depth
     return np.hstack([here, constants.turn * (here + axes)])
 
 
-def _look_depth(centers: np.ndarray, reach: float) -> float:
+def look_depth(centers: np.ndarray, reach: float = REACH) -> float:
+    """How far ahead of cameras lies what they look at, by the spread of their (n, 3) centres."""
     spread = np.sqrt(np.mean(np.sum(centered(centers) ** 2, axis=1)))
     return reach * spread if spread > 0 else 1.0
 

@@ -21,7 +21,7 @@ from fsel.features.columns import (
     RHO_MAX_S,
     SPREAD,
 )
-from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL
+from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
 from fsel.features.static import FLAT
 from fsel.geometry import SAME_AXIS
 from fsel.selector.screening import best_of, best_row, highest, screen
@@ -41,6 +41,9 @@ class Memory(NamedTuple):
         crowd: (3, n) the sums of their inverses over all picks, used with it.
         covered: (O,) summed closeness of the picks to each view.
         apart: (n,) look distance to the nearest pick, at most `NOVEL`.
+        rates: (O, Q) what the picks see of each point of each view, summed.
+        sights: (O, M) what the nearest rows of each view would add to it, see
+            `fsel.features.visibility.visibility_gain`.
     """
 
     squares: np.ndarray
@@ -48,6 +51,8 @@ class Memory(NamedTuple):
     crowd: np.ndarray
     covered: np.ndarray
     apart: np.ndarray
+    rates: np.ndarray
+    sights: np.ndarray
 
 
 @_jit
@@ -59,15 +64,20 @@ def begin(rows):
     """
     n, views = rows.closeness.shape
     used, plain = (n, 0) if views > 0 else (0, n)
+    nearest, seen = rows.visible
     memory = Memory(
         np.full((3, plain), np.inf),
         np.full((3, GROUP, used), np.inf),
         np.zeros((3, used)),
         np.zeros(views),
         np.full(n, NOVEL),
+        np.zeros((len(nearest), seen.shape[2])),
+        np.zeros(nearest.shape),
     )
     raw = np.zeros((FOLLOWING, n))
-    target_gain(rows.closeness, memory.covered, memory.apart, raw[GAIN])
+    for o in range(len(nearest)):
+        _sights(seen[o], memory.rates[o], len(nearest), memory.sights[o])
+    _gain(rows, memory, raw[GAIN])
     return raw, memory
 
 
@@ -96,7 +106,8 @@ def fold(row, selectable, rows, memory, raw):
     for o in range(len(memory.covered)):
         memory.covered[o] += rows.closeness[row, o]
     _least_apart(rows.looks, row, memory.apart)
-    target_gain(rows.closeness, memory.covered, memory.apart, raw[GAIN])
+    _look(rows.visible, row, memory)
+    _gain(rows, memory, raw[GAIN])
     if count > rows.lasting:
         raw[GAIN] *= rows.lasting / count
 
@@ -177,6 +188,37 @@ def _least_apart(looks, row, out):
             here += (looks[i, c] - looks[row, c]) ** 2
             ahead += (looks[i, c + 3] - looks[row, c + 3]) ** 2
         out[i] = min(out[i], math.sqrt(here) + math.sqrt(ahead))
+
+
+@_jit
+def _look(visible, row, memory):
+    """Count what a pick sees, in the views that it is near to."""
+    for o in range(len(visible.nearest)):
+        for m in range(visible.nearest.shape[1]):
+            if visible.nearest[o, m] == row:
+                memory.rates[o] += visible.seen[o, m]
+                _sights(visible.seen[o], memory.rates[o], len(visible.nearest), memory.sights[o])
+
+
+@_fast
+def _sights(seen, rates, views, out):
+    """One view's part of `fsel.features.visibility.visibility_gain`."""
+    slope = (1 + rates) * np.exp(-rates) / (views * len(rates))
+    for m in range(len(seen)):
+        gain = 0.0
+        for q in range(len(slope)):
+            gain += seen[m, q] * slope[q]
+        out[m] = gain
+
+
+@_jit
+def _gain(rows, memory, out):
+    """The target gain: closeness to the views, and their points that come into view."""
+    target_gain(rows.closeness, memory.covered, memory.apart, out)
+    nearest = rows.visible.nearest
+    for o in range(len(nearest)):
+        for m in range(nearest.shape[1]):
+            out[nearest[o, m]] += POINTS * memory.sights[o, m]
 
 
 @_fast

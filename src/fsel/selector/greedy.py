@@ -14,6 +14,7 @@ import numpy as np
 
 from fsel.features.columns import FOLLOWING_INPUTS
 from fsel.features.static import FLAT
+from fsel.features.visibility import Visibility
 from fsel.selector.scorer import Linear, Network, Scorer, layers_of
 
 
@@ -35,6 +36,7 @@ class Rows(NamedTuple):
         descriptors: (n, D) float32; D = 0 when appearance is not read.
         closeness: (n, O) float64 of row and view, for the target gain; O = 0 when it is not read.
         looks: (n, 6) float64, see `fsel.features.conditioned.looks`.
+        visible: what the rows see of the views, for the target gain.
         lasting: picks after which the target gain counts less, in inverse proportion to their
             number; infinite unless the views stand for a whole capture.
     """
@@ -45,6 +47,7 @@ class Rows(NamedTuple):
     descriptors: np.ndarray
     closeness: np.ndarray
     looks: np.ndarray
+    visible: Visibility
     lasting: float = np.inf
 
 

@@ -20,6 +20,7 @@ from fsel.features.columns import (
     TARGET_GAIN_INPUT,
 )
 from fsel.features.conditioned import SHIPPED, Constants
+from fsel.features.visibility import visibility_gain
 from fsel.geometry import viewing_angles
 from fsel.selector.greedy import Prepared, check_budget, standardise
 from fsel.selector.scorer import Scorer
@@ -69,6 +70,8 @@ class _Memory:
         self.rows, self.constants = prepared.rows, constants
         (n, views), precision = self.rows.closeness.shape, prepared.static.dtype
         self.covered = np.zeros(views, precision)
+        nearest, seen = self.rows.visible
+        self.rates = np.zeros((len(nearest), seen.shape[2]), precision)
         self.apart = np.full(n, constants.novel, precision)
         self.squares = np.empty((len(SPREAD), 0, n), precision)
 
@@ -82,6 +85,8 @@ class _Memory:
             return
         self._company(row, free, raw)
         self.covered += self.rows.closeness[row]
+        views, places = np.nonzero(self.rows.visible.nearest == row)
+        self.rates[views] += self.rows.visible.seen[views, places]
         shift = (self.rows.looks - self.rows.looks[row]).reshape(-1, 2, 3)
         self.apart = np.minimum(self.apart, np.linalg.norm(shift, axis=2).sum(axis=1))
         raw[:, GAIN] = self.gain() * min(1.0, self.rows.lasting / len(picks))
@@ -89,7 +94,8 @@ class _Memory:
     def gain(self) -> np.ndarray:
         """(n,) see `compiled.target_gain`."""
         gain = self.rows.closeness @ (1 / (1 + self.covered)) / max(len(self.covered), 1)
-        return gain * (self.apart / self.constants.novel)
+        seen = visibility_gain(self.rows.visible, self.rates, len(gain))
+        return gain * (self.apart / self.constants.novel) + self.constants.points * seen
 
     def _nearest(self, row: int, first: bool, raw: np.ndarray) -> None:
         rows = self.rows

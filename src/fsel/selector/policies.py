@@ -25,11 +25,13 @@ from fsel.features.conditioned import (
     SHIPPED,
     Constants,
     closeness,
+    look_depth,
     look_distance,
     looks,
     remoteness,
 )
 from fsel.features.static import proxy_points, static_features
+from fsel.features.visibility import NOTHING, visibility
 from fsel.geometry import centered, directions
 from fsel.problem import Method, Problem
 from fsel.selector.greedy import Prepared, Rows, greedy, standardise
@@ -68,6 +70,7 @@ class Policy:
             where one of theirs is read. With the target gain, distances to the picks are those of
             `fsel.features.conditioned`.
         kind: of the scorer: `Linear` or `Network`.
+        points: whether the target gain counts the points of the views that come into view.
     """
 
     name: str
@@ -76,6 +79,7 @@ class Policy:
     reference: str
     inputs: tuple[str, ...]
     kind: type[Scorer]
+    points: bool = False
 
     @cached_property
     def reads(self) -> tuple[str, ...]:
@@ -102,11 +106,15 @@ class Policy:
             static[:, ~np.isin(NAMES, self.inputs)] = 0
         capture = problem.capture
         centers, axes = capture.centers[frames], capture.axes[frames]
-        close = np.zeros((len(frames), 0))
+        close, visible = np.zeros((len(frames), 0)), NOTHING
         if self._read([TARGET_GAIN]):
             distance = look_distance(centers, axes, references, constants)
             close = closeness(distance, constants.fade)
             static[:, TARGET_GAIN_INPUT] = -remoteness(distance, constants.far)
+            if self.points:
+                depth = look_depth(centers, constants.reach)
+                seeing = capture.view(frames)
+                visible = visibility(seeing, references, distance, depth, constants.angle)
         # angular novelty is measured from the mean of the views' reference points
         common = proxy_points(problem, references).mean(axis=0)
         rows = Rows(
@@ -116,6 +124,7 @@ class Policy:
             descriptors=problem.descriptors[frames][:, : None if appearance else 0],
             closeness=close,
             looks=looks(centers, axes, constants),
+            visible=visible,
             lasting=LASTING if problem.whole else np.inf,
         )
         return Prepared(frames, static, rows, np.searchsorted(frames, problem.given))
@@ -194,6 +203,15 @@ POLICIES: dict[str, Policy] = {
         Policy(
             name="fsel",
             label="fsel",
+            pool="observed",
+            reference="targets",
+            inputs=("d_min_s", "gamma_min_s", "phi_nov", TARGET_GAIN),
+            kind=Linear,
+            points=True,
+        ),
+        Policy(
+            name="fsel_rule",
+            label="fsel, without points",
             pool="observed",
             reference="targets",
             inputs=("d_min_s", "gamma_min_s", "phi_nov", TARGET_GAIN),

@@ -15,6 +15,7 @@ from fsel.selector.scorer import Linear, Scorer
 FOLDER = Path(__file__).parent / "weights"
 FILES = {
     "fsel": "fsel.json",
+    "fsel_rule": "fsel_rule.json",
     "ours": "ours.safetensors",
     "ours_no_appearance": "ours_no_appearance.safetensors",
 }

@@ -38,7 +38,8 @@ def test_single_precision_is_single_throughout(monkeypatch):
     problem, seen = world(), []
 
     def spy(prepared, scorer, k):
-        *arrays, _ = prepared.rows
+        *arrays, visible, _ = prepared.rows
+        arrays.append(visible.seen)
         seen.append({prepared.static.dtype, *(array.dtype for array in arrays if array.size)})
         return np.arange(k), np.zeros(k)
 

@@ -38,8 +38,8 @@ def compare_picks(problem: Problem, reference: Problem, k: int) -> tuple[int, in
     same, total, error = 0, 0, 0.0
     for name, scorer in scorers().items():
         prepared = POLICIES[name].prepare(problem)
-        *arrays, _ = prepared.rows  # the last is a number of picks, which may be infinite
-        finite(prepared.static, *arrays)
+        *arrays, visible, _ = prepared.rows  # the last is a number, which may be infinite
+        finite(prepared.static, *arrays, visible.seen)
         rows, got = greedy(prepared, scorer, k)
         wanted, want = plain.greedy(POLICIES[name].prepare(reference), scorer, k)
         finite(got, want)

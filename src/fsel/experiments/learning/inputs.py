@@ -21,6 +21,7 @@ from fsel.features.columns import (
     TARGET_GAIN_INPUT,
     positions,
 )
+from fsel.features.visibility import sights, visibility_gain
 from fsel.selector import pretrained
 from fsel.selector.greedy import standardise
 from fsel.selector.scorer import Scorer
@@ -122,6 +123,13 @@ def single(pairs: Pairs, state: State) -> np.ndarray:
     return np.stack([most, (close > picked.max(axis=0, initial=0)).mean(axis=1)], axis=1)
 
 
+def points(pairs: Pairs, state: State) -> np.ndarray:
+    """The part of the target gain that is of points which come into view."""
+    visible = pairs.prepared.rows.visible
+    rates = sights(visible, state.picked)
+    return visibility_gain(visible, rates, len(state.selectable))[:, None]
+
+
 def progress(pairs: Pairs, state: State) -> np.ndarray:
     """How many are picked, of how many, and what is left to gain: the same for all rows."""
     left = state.shown[state.selectable, TARGET_GAIN_INPUT].max(initial=0)
@@ -144,6 +152,7 @@ GROUPS: dict[str, Group] = {
         partners,
     ),
     "single": Group("gain of single targets", ("most_gain", "closest"), single),
+    "points": Group("points that come into view", ("points",), points),
     "progress": Group("progress", ("picked", "budget", "left"), progress, standard=False),
 }
 """The paper's, in the rule's freedom; the rule's; and further ones."""

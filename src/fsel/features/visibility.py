@@ -1,0 +1,136 @@
+"""Points that views look at, and which frames see them: the part of the target gain that closeness
+of cameras does not tell.
+
+A frame may be close to a view and see other things, or stand elsewhere and see the same ones.
+Points are spread over each view's image, at three depths, since the true depth is not known. A
+frame sees a point if it lies in its image, and counts by how nearly it looks along the view's own
+ray. With the sum of what the picks count as the mean of a Poisson law, a point is worth the chance
+that one or more see it plus the chance that two or more do: a second frame lets the first be
+matched.
+
+Chosen on 36 training scenes, where it gains 0.12 dB over all budgets. The sparse points that a
+capture has, with their tracks, gained no more.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsel.capture import Views
+from fsel.geometry import directions, viewing_angles
+
+GRID = (6, 5)  # points across and down an image
+DEPTHS = (0.7, 1.4, 2.8)  # where they lie, over the depth of the scene
+ANGLE = np.radians(
+    40.0
+)  # between the rays to a point at which a frame counts 1/e of the view itself
+NEAREST = 256  # frames of a view that are asked what they see; the others are taken to see nothing
+
+
+class Visibility(NamedTuple):
+    """What frames see of each of O views; O = 0 where it is not read.
+
+    Attributes:
+        nearest: (O, M) int64 the rows that are closest to each view.
+        seen: (O, M, Q) how much each of them sees of each of the view's Q points, 0..1.
+    """
+
+    nearest: np.ndarray
+    seen: np.ndarray
+
+
+NOTHING = Visibility(np.empty((0, 0), np.int64), np.empty((0, 0, 0)))
+
+
+def visibility(
+    frames: Views, views: Views, distance: np.ndarray, depth: float, angle: float = ANGLE
+) -> Visibility:
+    """What the nearest frames of each view see of its points.
+
+    Args:
+        frames: (n,) of the pool.
+        views: (O,) that are asked for.
+        distance: (n, O) of frame and view, see `fsel.features.conditioned.look_distance`.
+        depth: of the scene, world units.
+        angle: see `ANGLE`.
+    """
+    points = view_points(views, depth)
+    nearest = np.argsort(distance, axis=0, kind="stable")[:NEAREST].T
+    inside = in_image(frames, nearest, views, points)
+    view, place, point = np.nonzero(inside)
+    to_frame = directions(frames.centers[nearest[view, place]], points[view, point])
+    to_view = directions(views.centers[:, None], points)[view, point]
+    seen = np.zeros(inside.shape, distance.dtype)
+    seen[inside] = np.exp(-viewing_angles(to_frame, to_view) / angle)
+    return Visibility(nearest, seen)
+
+
+def view_points(views: Views, depth: float) -> np.ndarray:
+    """(O, Q, 3) points that lie behind a grid over each view's image, world units.
+
+    Args:
+        views: (O,) views.
+        depth: of the scene, world units.
+    """
+    across, down = (
+        (np.arange(n) + 0.5) / n * side for n, side in zip(GRID, views.size, strict=True)
+    )
+    x, y, z = (a.ravel() for a in np.meshgrid(across, down, depth * np.array(DEPTHS)))
+    fx, fy, cx, cy = views.intrinsics.T[:, :, None]
+    local = np.stack(
+        [(x - cx) / fx * z, (y - cy) / fy * z, np.broadcast_to(z, (len(views), len(z)))]
+    )
+    turned = np.einsum("cop,ocd->opd", local, views.world_to_camera[:, :, :3])
+    return views.centers[:, None] + turned
+
+
+def in_image(frames: Views, rows: np.ndarray, views: Views, points: np.ndarray) -> np.ndarray:
+    """(O, M, Q) bool whether the points of each view lie in the images of some frames.
+
+    Args:
+        frames: (n,) of the pool.
+        rows: (O, M) of the frames.
+        views: (O,) views.
+        points: (O, Q, 3) of theirs.
+    """
+    turns, (views_n, rows_n) = frames.world_to_camera[rows][..., :3], rows.shape
+    # from the view's centre, not the world's origin: coordinates may be large
+    ahead = (points - views.centers[:, None]).transpose(0, 2, 1)
+    beside = views.centers[:, None] - frames.centers[rows]
+    local = (turns.reshape(views_n, 3 * rows_n, 3) @ ahead).reshape(views_n, rows_n, 3, -1)
+    local += np.einsum("omcd,omd->omc", turns, beside)[..., None]
+    x, y, z = np.moveaxis(local, 2, 0)
+    fx, fy, cx, cy = np.moveaxis(frames.intrinsics[rows], 2, 0)[..., None]
+    width, height = frames.size
+    across = (x * fx >= -cx * z) & (x * fx < (width - cx) * z)
+    return (z > 0) & across & (y * fy >= -cy * z) & (y * fy < (height - cy) * z)
+
+
+def sights(visible: Visibility, rows: np.ndarray) -> np.ndarray:
+    """(O, Q) what some rows see of each point, summed."""
+    picked = np.isin(visible.nearest, rows)
+    return np.einsum("om,omq->oq", picked.astype(visible.seen.dtype), visible.seen)
+
+
+def visibility_gain(visible: Visibility, rates: np.ndarray, rows: int) -> np.ndarray:
+    """What one more sight of each point would be worth, summed over what a frame sees.
+
+    The value of a point at rate r is P(N >= 1) + P(N >= 2) = 2 - (2 + r) exp(-r), N being Poisson;
+    its slope is (1 + r) exp(-r).
+
+    Args:
+        visible: see `visibility`.
+        rates: (O, Q) what the picks see of each point, summed.
+        rows: n, of the pool.
+
+    Returns:
+        (n,) mean over points and views.
+    """
+    slope = (1 + rates) * np.exp(-rates) / max(rates.size, 1)
+    gain = np.zeros(rows, visible.seen.dtype)
+    for nearest, seen, one in zip(visible.nearest, visible.seen, slope, strict=True):
+        # einsum sums every row alike; a matrix product may part equal rows in their last bit
+        gain[nearest] += np.einsum("mq,q->m", seen, one)
+    return gain

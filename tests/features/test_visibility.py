@@ -1,0 +1,102 @@
+"""Points that views look at, and how much frames see of them."""
+
+import numpy as np
+import pytest
+
+from fsel.capture import Views
+from fsel.features.visibility import (
+    NEAREST,
+    NOTHING,
+    Visibility,
+    sights,
+    view_points,
+    visibility,
+    visibility_gain,
+)
+
+SIZE = (60, 50)
+
+
+def cameras(*centers, turned=()):
+    """Views along z, focal length 30; those `turned` look backwards."""
+    rotations = np.tile(np.eye(3), (len(centers), 1, 1))
+    rotations[list(turned)] = np.diag([-1.0, 1.0, -1.0])
+    shift = -np.einsum("nij,nj->ni", rotations, np.array(centers, float))
+    poses = np.concatenate([rotations, shift[..., None]], axis=2)
+    return Views(poses, np.tile([30.0, 30.0, 30.0, 25.0], (len(centers), 1)), SIZE)
+
+
+def seen_by(frames, view, depth=2.0):
+    distance = np.zeros((len(frames), 1))
+    return visibility(frames, view, distance, depth).seen[0]
+
+
+def test_points_lie_behind_a_grid_of_pixels_at_three_depths():
+    points = view_points(cameras((0, 0, 0), (1, 2, 3)), 2.0)
+    assert points.shape == (2, 90, 3)
+    np.testing.assert_allclose(np.unique(points[0, :, 2]), [1.4, 2.8, 5.6])
+    # the first pixel of the grid is (5, 5), the next across (15, 5)
+    first = points[0][np.isclose(points[0, :, 2], 2.8)]
+    across = (np.array([5, 15, 25, 35, 45, 55]) - 30) / 30 * 2.8
+    np.testing.assert_allclose(np.unique(first[:, 0]), across, atol=1e-12)
+    np.testing.assert_allclose(np.unique(first[:, 1]), (np.arange(5, 50, 10) - 25) / 30 * 2.8)
+    np.testing.assert_allclose(points[1] - points[0], np.tile([1, 2, 3], (90, 1)))
+
+
+def test_the_view_itself_sees_all_and_one_that_looks_away_nothing():
+    seen = seen_by(cameras((0, 0, 0), (0, 0, 0), turned=[1]), cameras((0, 0, 0)))
+    np.testing.assert_allclose(seen[0], 1)
+    np.testing.assert_array_equal(seen[1], 0)
+
+
+def test_a_frame_counts_by_the_angle_at_the_point():
+    view, frame = cameras((0, 0, 0)), cameras((0.5, 0, 0))
+    points, seen = view_points(view, 2.0)[0], seen_by(frame, view)[0]
+    x, _, z = points.T
+    inside = (x - 0.5) / z * 30 + 30 >= 0
+    assert 0 < inside.sum() < 90
+    to_view, to_frame = -points, np.array([0.5, 0, 0]) - points
+    cosine = (to_view * to_frame).sum(axis=1)
+    cosine /= np.linalg.norm(to_view, axis=1) * np.linalg.norm(to_frame, axis=1)
+    want = np.where(inside, np.exp(-np.degrees(np.arccos(cosine)) / 40), 0)
+    np.testing.assert_allclose(seen, want, rtol=1e-9)
+
+
+def test_of_many_frames_the_nearest_are_asked():
+    frames = cameras(*np.zeros((NEAREST + 3, 3)))
+    distance = np.arange(NEAREST + 3, 0, -1.0)[:, None]
+    found = visibility(frames, cameras((0, 0, 0)), distance, 1.0)
+    np.testing.assert_array_equal(found.nearest[0], np.arange(NEAREST + 2, 2, -1))
+    assert found.seen.shape == (1, NEAREST, 90)
+
+
+def test_sights_are_summed_over_the_rows_that_a_view_asks():
+    visible = Visibility(
+        np.array([[2, 0], [0, 1]]), np.array([[[1, 0.5], [0, 0.25]], [[0.25, 0], [1, 1]]])
+    )
+    np.testing.assert_array_equal(sights(visible, np.array([0, 2])), [[1, 0.75], [0.25, 0]])
+    np.testing.assert_array_equal(sights(visible, np.array([], int)), np.zeros((2, 2)))
+
+
+def test_gain_by_hand():
+    """Rates 0 and 1: slopes 1 and 2 / e, each over four points in all."""
+    visible = Visibility(
+        np.array([[2, 0], [0, 1]]), np.array([[[1, 0.5], [0, 0]], [[0.25, 0], [1, 1]]])
+    )
+    rates = np.array([[0.0, 1.0], [0.0, 0.0]])
+    want = [0.25 / 4, 2 / 4, (1 + 0.5 * 2 / np.e) / 4, 0]
+    np.testing.assert_allclose(visibility_gain(visible, rates, 4), want)
+
+
+def test_the_gain_is_the_slope_of_the_chances_of_one_and_of_two_sights():
+    def worth(rate):
+        return (1 - np.exp(-rate)) + (1 - (1 + rate) * np.exp(-rate))
+
+    rate, step = np.array([[0.3, 1.7]]), 1e-6
+    visible = Visibility(np.array([[0]]), np.ones((1, 1, 2)))
+    slope = (worth(rate + step) - worth(rate - step)).mean() / (2 * step)
+    assert visibility_gain(visible, rate, 1)[0] == pytest.approx(slope, rel=1e-6)
+
+
+def test_nothing_is_gained_where_it_is_not_read():
+    np.testing.assert_array_equal(visibility_gain(NOTHING, np.zeros((0, 0)), 3), 0)
