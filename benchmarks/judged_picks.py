@@ -28,12 +28,11 @@ from fsel.request.targets import targets_of
 from fsel.split import coverage_split
 
 METHODS = ("uniform", "fvs", "kmedoids", "nearest", "fsel")
-COVERAGE = 40  # per cent of the capture: the region of the targets
 
 
-def problem_of(capture: Capture, draw: int) -> tuple[Problem, np.ndarray]:
+def problem_of(capture: Capture, coverage: int, draw: int) -> tuple[Problem, np.ndarray]:
     """The problem of a draw of targets in a region, and the targets; the others may be picked."""
-    held_out = coverage_split(capture, COVERAGE, draw).targets
+    held_out = coverage_split(capture, coverage, draw).targets
     targets = targets_of(capture, held_out.tolist())
     measured = sharpness(capture.images)
     return request_problem(capture, targets, measured, None, described(capture)), held_out
@@ -65,9 +64,9 @@ def picks(capture: Capture, asked: argparse.Namespace) -> None:
     judges = {"splats": {}, "gaussians": {"steps": asked.steps[0], "gaussians": asked.gaussians}}
     values = defaultdict(list)
     for draw in range(asked.draws):
-        problem, held_out = problem_of(capture, draw)
+        problem, held_out = problem_of(capture, asked.coverage, draw)
         for k in asked.frames:
-            for method in METHODS:
+            for method in asked.methods:
                 frames = picked(problem, method, k)
                 for judge, settings in judges.items():
                     beyond, within, seconds = fitted(capture, judge, frames, held_out, **settings)
@@ -83,7 +82,7 @@ def picks(capture: Capture, asked: argparse.Namespace) -> None:
 
 def fewer(capture: Capture, asked: argparse.Namespace) -> None:
     """The picks of `fsel`, and all frames, at each number of steps."""
-    problem, held_out = problem_of(capture, 0)
+    problem, held_out = problem_of(capture, asked.coverage, 0)
     subsets = {str(k): picked(problem, "fsel", k) for k in asked.frames}
     subsets["all"] = problem.observed
     for steps in asked.steps:
@@ -106,6 +105,8 @@ def main() -> None:
     parser.add_argument("--long-side", type=int, default=256, help="pixels")
     parser.add_argument("--frames", type=int, nargs="+", default=[15, 30])
     parser.add_argument("--draws", type=int, default=2, help="of targets, `picks` alone")
+    parser.add_argument("--methods", nargs="+", default=METHODS, help="`picks` alone")
+    parser.add_argument("--coverage", type=int, default=40, help="%% of the capture: the targets'")
     asked = parser.parse_args()
     for folder in asked.folders:
         globals()[asked.what](fsel.read_capture(folder, long_side=asked.long_side), asked)

@@ -31,16 +31,16 @@ def seen_by(frames, view, depth=2.0):
     return visibility(frames, view, distance, depth).seen[0]
 
 
-def test_points_lie_behind_a_grid_of_pixels_at_three_depths():
+def test_points_lie_behind_a_grid_of_pixels_at_four_depths():
     points = view_points(cameras((0, 0, 0), (1, 2, 3)), 2.0)
-    assert points.shape == (2, 90, 3)
-    np.testing.assert_allclose(np.unique(points[0, :, 2]), [1.4, 2.8, 5.6])
+    assert points.shape == (2, 120, 3)
+    np.testing.assert_allclose(np.unique(points[0, :, 2]), [1, 2, 4, 8])
     # the first pixel of the grid is (5, 5), the next across (15, 5)
-    first = points[0][np.isclose(points[0, :, 2], 2.8)]
-    across = (np.array([5, 15, 25, 35, 45, 55]) - 30) / 30 * 2.8
+    first = points[0][np.isclose(points[0, :, 2], 4)]
+    across = (np.array([5, 15, 25, 35, 45, 55]) - 30) / 30 * 4
     np.testing.assert_allclose(np.unique(first[:, 0]), across, atol=1e-12)
-    np.testing.assert_allclose(np.unique(first[:, 1]), (np.arange(5, 50, 10) - 25) / 30 * 2.8)
-    np.testing.assert_allclose(points[1] - points[0], np.tile([1, 2, 3], (90, 1)))
+    np.testing.assert_allclose(np.unique(first[:, 1]), (np.arange(5, 50, 10) - 25) / 30 * 4)
+    np.testing.assert_allclose(points[1] - points[0], np.tile([1, 2, 3], (120, 1)))
 
 
 def test_the_view_itself_sees_all_and_one_that_looks_away_nothing():
@@ -54,7 +54,7 @@ def test_a_frame_counts_by_the_angle_at_the_point():
     points, seen = view_points(view, 2.0)[0], seen_by(frame, view)[0]
     x, _, z = points.T
     inside = (x - 0.5) / z * 30 + 30 >= 0
-    assert 0 < inside.sum() < 90
+    assert 0 < inside.sum() < 120
     to_view, to_frame = -points, np.array([0.5, 0, 0]) - points
     cosine = (to_view * to_frame).sum(axis=1)
     cosine /= np.linalg.norm(to_view, axis=1) * np.linalg.norm(to_frame, axis=1)
@@ -67,7 +67,7 @@ def test_of_many_frames_the_nearest_are_asked():
     distance = np.arange(NEAREST + 3, 0, -1.0)[:, None]
     found = visibility(frames, cameras((0, 0, 0)), distance, 1.0)
     np.testing.assert_array_equal(found.nearest[0], np.arange(NEAREST + 2, 2, -1))
-    assert found.seen.shape == (1, NEAREST, 90)
+    assert found.seen.shape == (1, NEAREST, 120)
 
 
 def test_sights_are_summed_over_the_rows_that_a_view_asks():
