@@ -28,7 +28,8 @@ from fsel.baselines.kmedoids import distances, fasterpam
 from fsel.capture import Capture
 from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.columns import CONDITIONED_INPUTS, FOLLOWING_INPUTS, INPUTS, TARGET_GAIN_INPUT
-from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL
+from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
+from fsel.features.visibility import NOTHING, sights, visibility_gain
 from fsel.geometry import farthest_views
 from fsel.problem import Problem
 from fsel.selector import plain, pretrained
@@ -61,13 +62,16 @@ def prepared_of(n: int, rng: np.random.Generator) -> Prepared:
         descriptors=unit_rows(rng, n, DESCRIPTOR).astype(np.float32),
         closeness=rng.random((n, VIEWS)),
         looks=0.1 * rng.normal(size=(n, 6)),
+        visible=NOTHING,
     )
     return Prepared(pool=np.arange(n), static=static, rows=rows)
 
 
-def read_by_fsel(prepared: Prepared) -> Prepared:
-    """The same problem less the inputs that `fsel` does not read."""
-    rows = prepared.rows._replace(descriptors=prepared.rows.descriptors[:, :0])
+def read_by_fsel(prepared: Prepared, problem: Problem) -> Prepared:
+    """The same problem less the inputs that `fsel` does not read, with what the frames of another
+    see of its views."""
+    visible = POLICIES["fsel"].prepare(problem).rows.visible
+    rows = prepared.rows._replace(descriptors=prepared.rows.descriptors[:, :0], visible=visible)
     return replace(prepared, static=np.zeros_like(prepared.static), rows=rows)
 
 
@@ -116,6 +120,8 @@ def recomputed(prepared: Prepared, scorer: Scorer, k: int) -> np.ndarray:
         apart = [np.linalg.norm(looks - looks[i], axis=2).sum(axis=1) for i in picks]
         novel = np.min([np.full(len(looks), NOVEL), *apart], axis=0) / NOVEL
         inputs[:, TARGET_GAIN_INPUT] += (rows.closeness / (1 + covered)).mean(axis=1) * novel
+        rates = sights(rows.visible, np.array(picks, np.int64))
+        inputs[:, TARGET_GAIN_INPUT] += POINTS * visibility_gain(rows.visible, rates, len(looks))
         if picks:
             spread = [
                 spread_of(points, picks, free)
@@ -153,9 +159,11 @@ def kmedoids(prepared: Prepared) -> np.ndarray:
     return fasterpam(distance, len(rows.centers), start)
 
 
-def calls(prepared: Prepared, problem: Problem, fresh: Network) -> dict[str, Callable[[], object]]:
+def calls(
+    prepared: Prepared, read: Prepared, problem: Problem, fresh: Network
+) -> dict[str, Callable[[], object]]:
     """What is timed, by name."""
-    rows, rule, read = prepared.rows, pretrained.method().scorer, read_by_fsel(prepared)
+    rows, rule = prepared.rows, pretrained.method().scorer
     return {
         "fsel": lambda: greedy(read, rule, K),
         "fsel, plain": lambda: plain.greedy(read, rule, K),
@@ -184,17 +192,19 @@ def main() -> None:
             for name, shape in SHAPES.items()
         }
     )
-    for call in calls(prepared_of(K + 5, rng), problem_of(K + 5, rng), fresh).values():
+    prepared, problem = prepared_of(K + 5, rng), problem_of(K + 5, rng)
+    for call in calls(prepared, read_by_fsel(prepared, problem), problem, fresh).values():
         call()  # compiles
     found: dict[str, dict[int, tuple[float, float]]] = {}
     for pool in POOLS:
-        prepared = prepared_of(pool, rng)
-        for name, call in calls(prepared, problem_of(pool, rng), fresh).items():
+        prepared, problem = prepared_of(pool, rng), problem_of(pool, rng)
+        read = read_by_fsel(prepared, problem)
+        for name, call in calls(prepared, read, problem, fresh).items():
             if pool <= LARGEST.get(name, pool):
                 found.setdefault(name, {})[pool] = measured(call)
         same = all(
-            np.array_equal(recomputed(prepared, scorer, 5), greedy(prepared, scorer, 5)[0])
-            for scorer in (fresh, pretrained.method().scorer)
+            np.array_equal(recomputed(given, scorer, 5), greedy(given, scorer, 5)[0])
+            for given, scorer in ((prepared, fresh), (read, pretrained.method().scorer))
         )
         bound, aim = (limits.get(pool, np.nan) for limits in (BOUNDS, AIMS))
         print(f"{pool} candidates: bound {bound:.0f} ms, fsel's aim {aim:.0f}; same picks: {same}")
