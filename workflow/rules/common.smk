@@ -539,6 +539,8 @@ def scorers(policy, folder):
 
 
 OURS = scorers("ours", "<results>/selector")
+
+
 # a scorer that comes with the package
 def shipped(name):
     return os.path.relpath(Path(workflow.basedir, "src/fsel/selector/weights", name))

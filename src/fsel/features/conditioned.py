@@ -94,8 +94,16 @@ def looks(centers: np.ndarray, axes: np.ndarray, constants: Constants = SHIPPED)
     return np.hstack([here, constants.turn * (here + axes)])
 
 
-def look_depth(centers: np.ndarray, reach: float = REACH) -> float:
-    """How far ahead of cameras lies what they look at, by the spread of their (n, 3) centres."""
+def look_depth(centers: np.ndarray, reach: float) -> float:
+    """How far ahead of cameras lies what they look at: `reach` times the spread of their centres.
+
+    Args:
+        centers: (n, 3) camera centres.
+        reach: see `REACH`.
+
+    Returns:
+        World units; 1 where all centres are one.
+    """
     spread = np.sqrt(np.mean(np.sum(centered(centers) ** 2, axis=1)))
     return reach * spread if spread > 0 else 1.0
 

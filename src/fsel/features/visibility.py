@@ -24,9 +24,7 @@ from fsel.geometry import directions, viewing_angles
 
 GRID = (6, 5)  # points across and down an image
 DEPTHS = (0.5, 1.0, 2.0, 4.0)  # where they lie, over the depth of the scene
-ANGLE = np.radians(
-    40.0
-)  # between the rays to a point at which a frame counts 1/e of the view itself
+ANGLE = np.radians(40.0)  # at a point, from the view: there a frame counts 1/e of the view itself
 NEAREST = 256  # frames of a view that are asked what they see; the others are taken to see nothing
 
 
