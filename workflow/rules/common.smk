@@ -541,8 +541,8 @@ def scorers(policy, folder):
 OURS = scorers("ours", "<results>/selector")
 
 
-# a scorer that comes with the package
 def shipped(name):
+    """A scorer that comes with the package."""
     return os.path.relpath(Path(workflow.basedir, "src/fsel/selector/weights", name))
 
 
