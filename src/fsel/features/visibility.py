@@ -109,8 +109,10 @@ def in_image(frames: Views, rows: np.ndarray, views: Views, points: np.ndarray) 
 
 def sights(visible: Visibility, rows: np.ndarray) -> np.ndarray:
     """(O, Q) what some rows see of each point, summed."""
-    picked = np.isin(visible.nearest, rows)
-    return np.einsum("om,omq->oq", picked.astype(visible.seen.dtype), visible.seen)
+    views, places = np.nonzero(np.isin(visible.nearest, rows))
+    rates = np.zeros(visible.seen.shape[::2], visible.seen.dtype)
+    np.add.at(rates, views, visible.seen[views, places])
+    return rates
 
 
 def visibility_gain(visible: Visibility, rates: np.ndarray, rows: int) -> np.ndarray:

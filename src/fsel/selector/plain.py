@@ -20,7 +20,7 @@ from fsel.features.columns import (
     TARGET_GAIN_INPUT,
 )
 from fsel.features.conditioned import SHIPPED, Constants
-from fsel.features.visibility import visibility_gain
+from fsel.features.visibility import sights, visibility_gain
 from fsel.geometry import viewing_angles
 from fsel.selector.greedy import Prepared, check_budget, standardise
 from fsel.selector.scorer import Scorer
@@ -70,8 +70,7 @@ class _Memory:
         self.rows, self.constants = prepared.rows, constants
         (n, views), precision = self.rows.closeness.shape, prepared.static.dtype
         self.covered = np.zeros(views, precision)
-        nearest, seen = self.rows.visible
-        self.rates = np.zeros((len(nearest), seen.shape[2]), precision)
+        self.rates = sights(self.rows.visible, np.empty(0, np.int64))
         self.apart = np.full(n, constants.novel, precision)
         self.squares = np.empty((len(SPREAD), 0, n), precision)
 
@@ -85,8 +84,7 @@ class _Memory:
             return
         self._company(row, free, raw)
         self.covered += self.rows.closeness[row]
-        views, places = np.nonzero(self.rows.visible.nearest == row)
-        self.rates[views] += self.rows.visible.seen[views, places]
+        self.rates += sights(self.rows.visible, picks[-1:])
         shift = (self.rows.looks - self.rows.looks[row]).reshape(-1, 2, 3)
         self.apart = np.minimum(self.apart, np.linalg.norm(shift, axis=2).sum(axis=1))
         raw[:, GAIN] = self.gain() * min(1.0, self.rows.lasting / len(picks))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -181,6 +181,15 @@ class Policy:
                 )
 
 
+FSEL = Policy(
+    name="fsel",
+    label="fsel",
+    pool="observed",
+    reference="targets",
+    inputs=("d_min_s", "gamma_min_s", "phi_nov", TARGET_GAIN),
+    kind=Linear,
+    points=True,
+)
 POLICIES: dict[str, Policy] = {
     policy.name: policy
     for policy in (
@@ -200,23 +209,8 @@ POLICIES: dict[str, Policy] = {
             inputs=FEATURES,
             kind=Network,
         ),
-        Policy(
-            name="fsel",
-            label="fsel",
-            pool="observed",
-            reference="targets",
-            inputs=("d_min_s", "gamma_min_s", "phi_nov", TARGET_GAIN),
-            kind=Linear,
-            points=True,
-        ),
-        Policy(
-            name="fsel_rule",
-            label="fsel, without points",
-            pool="observed",
-            reference="targets",
-            inputs=("d_min_s", "gamma_min_s", "phi_nov", TARGET_GAIN),
-            kind=Linear,
-        ),
+        FSEL,
+        replace(FSEL, name="fsel_rule", label="fsel, without points", points=False),
     )
 }
 """In the order of the tables. `ours` is the paper's; `fsel` also sees the targets' poses."""
