@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
-from fsel.capture import Capture
+from fsel.capture import Capture, Views
 from fsel.features.sharpness import sharpness as measure_sharpness
 from fsel.problem import Method, Problem, checked_select
 from fsel.request import budget
@@ -120,7 +120,7 @@ def select(
     problem = request_problem(capture, targets, sharpness, focus, descriptors)
     found = None
     if isinstance(asked, Auto):
-        frames, scores, found = _enough(problem, ranked, asked)
+        frames, scores, found = _enough(problem, targets.views, ranked, asked)
     else:
         frames, scores = ranked(problem, asked)
     swapped = None
@@ -151,10 +151,16 @@ def number_of(k: int | str | Auto) -> int | Auto:
     return Auto()
 
 
-def _enough(problem: Problem, ranked: Ranked, auto: Auto) -> tuple[np.ndarray, np.ndarray, Budget]:
-    """Picks, their scores, and how their number was found."""
+def _enough(
+    problem: Problem, views: Views, ranked: Ranked, auto: Auto
+) -> tuple[np.ndarray, np.ndarray, Budget]:
+    """Picks, their scores, and how their number was found.
+
+    Views off the path, which a problem may have beside those that are asked for, have no frame as
+    close as those that the prediction was fitted to.
+    """
     worth = budget.shipped_worth()
-    shift = budget.view_shift(problem.capture, problem.candidates, problem.targets)
+    shift = budget.view_shift(problem.capture, problem.candidates, views)
     frames, scores = ranked(problem, budget.most(shift, auto, worth))
     in_order = shift[np.searchsorted(problem.candidates, frames)]
     found = budget.find(in_order, auto, problem.capture.size, worth)

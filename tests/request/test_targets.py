@@ -16,6 +16,7 @@ from fsel.features.static import proxy_points
 from fsel.geometry import directions
 from fsel.problem import Problem
 from fsel.request import focus, paths
+from fsel.request.problem import request_problem
 from fsel.request.targets import sees, targets_of
 
 
@@ -99,6 +100,41 @@ def test_views_for_the_whole_capture_lie_among_the_cameras(circle):
     assert is_rotation(targets.views)
     radius = np.hypot(targets.views.centers[:, 0], targets.views.centers[:, 2])
     assert ((radius > 3.4) & (radius <= 4 + 1e-9)).all()
+
+
+def test_views_beside_others_are_shifted_and_turned_by_the_stated_spread(circle):
+    views = circle.view(np.arange(24).repeat(40))
+    both = paths.with_views_beside(views, circle)
+    np.testing.assert_array_equal(both.world_to_camera[: len(views)], views.world_to_camera)
+    off = both.subset(slice(len(views), None))
+    assert is_rotation(off)
+    shift = (off.centers - views.centers) / 4  # the circle's radius is its reach
+    np.testing.assert_allclose(shift.std(axis=0), 0.2, rtol=0.1)
+    turned = off.world_to_camera[:, :, :3] @ np.swapaxes(views.world_to_camera[:, :, :3], 1, 2)
+    about = np.array([cv2.Rodrigues(turn)[0].ravel() for turn in turned])
+    np.testing.assert_allclose(np.degrees(about.std(axis=0)), 12, rtol=0.1)
+
+
+def test_views_beside_others_follow_the_world(circle):
+    turn = cv2.Rodrigues(np.array([0.3, -0.2, 0.9]))[0]
+    rotations = circle.world_to_camera[:, :, :3] @ turn.T
+    moved = capture_of(3 * circle.centers @ turn.T + 7, rotations, size=(64, 48))
+    here, there = (paths.with_views_beside(c.view(np.arange(9)), c) for c in (circle, moved))
+    np.testing.assert_allclose(there.centers, 3 * here.centers @ turn.T + 7, atol=1e-9)
+    np.testing.assert_allclose(there.axes, here.axes @ turn.T, atol=1e-12)
+
+
+def test_views_off_the_path_are_served_where_nothing_is_asked_for(circle):
+    about = focus.Focus(np.zeros(3), np.zeros((1, 3)), "a point")
+    problems = {
+        (asked, thing): request_problem(
+            circle, targets_of(circle, asked), np.zeros(24), about if thing else None, None
+        )
+        for asked, thing in ((None, False), (None, True), ("every:8", False))
+    }
+    assert [len(p.targets) for p in problems.values()] == [48, 24, 3]
+    assert [p.whole for p in problems.values()] == [True, True, False]
+    assert all(len(p.proxies) == len(p.targets) for p in problems.values())
 
 
 def test_a_camera_path_is_read_back_in_the_captures_world(circle, tmp_path):

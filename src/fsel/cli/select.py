@@ -101,7 +101,10 @@ def _select(
         capture, k, asked.targets, method, focus, asked.always, asked.never
     )
     what = f"{targets.kind}, by {len(targets.views)} views"
-    console.say("targets", f"{what} (--targets says otherwise)" if targets.kind == ALL else what)
+    if targets.kind == ALL:
+        what += "" if focus else " and as many beside them"
+        what += " (--targets says otherwise)"
+    console.say("targets", what)
     if targets.far.any():
         console.warn(
             f"{targets.far.sum()} of {len(targets.views)} target views lie far from every camera"

@@ -27,7 +27,7 @@ FAR = 75.0  # scene depths from every view that cost as much as the first frame 
 
 POINTS = 5.0  # what points that come into view weigh beside closeness
 
-LASTING = 10.0  # picks after which the gain for views that stand for a whole capture counts less
+LASTING = 7.0  # picks after which the gain for views that stand for a whole capture counts less
 
 FEW = 10  # with fewer picks, only the nearest of them count
 GROUP = 4  # the pick that counts then, from the nearest on; the farthest where there are fewer

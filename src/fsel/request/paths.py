@@ -1,8 +1,10 @@
-"""Views made from a capture's own cameras: an orbit, the smoothed trajectory, the whole of it."""
+"""Views made from a capture's own cameras: an orbit, the smoothed trajectory, the whole of it, and
+views beside others."""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fsel.capture import Capture, Views
 from fsel.geometry import line_equations, pose_distance, poses_at
@@ -11,6 +13,8 @@ GAP = np.radians(60)  # an arc as wide without a camera was not filmed: an orbit
 LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the horizon
 SMOOTH = 0.02  # width of a trajectory's smoothing, as a share of the frames
 NEIGHBOURS = 4  # frames averaged into a view that stands for a part of the capture
+ASIDE = 0.2  # of a capture's reach: standard deviation of a shift along each axis of a camera
+TURN = np.radians(12)  # of a turn about each of them
 
 
 def attention(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
@@ -139,6 +143,28 @@ def whole(capture: Capture, count: int) -> Views:
     )
     reach = np.sort(distance, axis=1)[:, min(NEIGHBOURS, n - 1)]
     return _means(capture, np.exp(-0.5 * (distance / np.where(reach > 0, reach, 1)[:, None]) ** 2))
+
+
+def with_views_beside(views: Views, capture: Capture) -> Views:
+    """Some views, and as many off the path: each shifted and turned at random, always alike.
+
+    Shifts follow the axes of the cameras, so that they turn with the world and scale with it.
+
+    Args:
+        views: (T,) on the path.
+        capture: whose reach is the greatest distance of a camera from their mean.
+
+    Returns:
+        (2T,) views.
+    """
+    rng = np.random.default_rng(0)
+    reach = np.linalg.norm(capture.centers - capture.centers.mean(axis=0), axis=1).max()
+    shift = rng.normal(0, ASIDE * reach, (len(views), 3))
+    turn = Rotation.from_rotvec(rng.normal(0, TURN, (len(views), 3))).as_matrix()
+    rotation = views.world_to_camera[:, :, :3]
+    centers = views.centers + np.einsum("tij,ti->tj", rotation, shift)
+    poses = np.concatenate([views.world_to_camera, poses_at(centers, turn @ rotation)])
+    return Views(poses, np.tile(views.intrinsics, (2, 1)), views.size)
 
 
 def _means(capture: Capture, weight: np.ndarray) -> Views:

@@ -8,6 +8,7 @@ from fsel.capture import Capture
 from fsel.geometry import pose_distance
 from fsel.problem import Problem
 from fsel.request.focus import Focus
+from fsel.request.paths import with_views_beside
 from fsel.request.targets import ALL, Targets
 
 
@@ -20,7 +21,9 @@ def request_problem(
 ) -> Problem:
     """The problem of a request: every frame may be picked, the closest ones stand for the views.
 
-    Unlike in the experiments a proxy is a candidate too: nothing is held back for a search.
+    Unlike in the experiments a proxy is a candidate too: nothing is held back for a search. Where
+    the whole capture is asked for, views off its path are served as well as those along it; where
+    an object of it is asked for they are not, since they may miss it.
 
     Args:
         capture: the capture.
@@ -29,18 +32,18 @@ def request_problem(
         focus: an object that targets must see.
         descriptors: (N, D) appearance of every frame; None where no method reads it.
     """
-    pool = targets.pool(capture)
-    distance = pose_distance(
-        capture.centers[pool], capture.axes[pool], targets.views.centers, targets.views.axes
-    )
+    pool, views, whole = targets.pool(capture), targets.views, targets.kind == ALL
+    if whole and focus is None:
+        views = with_views_beside(views, capture)
+    distance = pose_distance(capture.centers[pool], capture.axes[pool], views.centers, views.axes)
     return Problem(
         capture=capture,
         candidates=pool,
         proxies=pool[np.argmin(distance, axis=0)],
-        targets=targets.views,
+        targets=views,
         descriptors=np.zeros((len(capture), 0), np.float32) if descriptors is None else descriptors,
         sharpness=np.asarray(sharpness, np.float64),
         focus=None if focus is None else focus.center,
         given=targets.always,
-        whole=targets.kind == ALL,
+        whole=whole,
     )

@@ -16,7 +16,6 @@ from fsel.request.camera_path import camera_path
 from fsel.request.paths import orbit, trajectory, whole
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
-WHOLE_VIEWS = 30  # that stand for the whole capture; 15 to 60 gave equal results on real captures
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
 ROUNDING = 1e-9  # of the centres' greatest coordinate: cameras in one place differ by less
 WORDS = ("every:N", "orbit", "trajectory", "a .json camera path", "a .txt list of frame names")
@@ -109,7 +108,7 @@ def targets_of(capture: Capture, request: Request) -> Targets:
         FileNotFoundError: when a file is not there.
     """
     if request is None:
-        return _request(capture, whole(capture, WHOLE_VIEWS), ALL)
+        return _request(capture, whole(capture, MOST_VIEWS), ALL)
     if isinstance(request, Views):
         return _request(capture, request, "given poses")
     if isinstance(request, Path) or (isinstance(request, str) and "." in request):
