@@ -109,6 +109,7 @@ class Method:
         seeds: how many random seeds its results average over; 1 for a deterministic method.
         select: (problem, k, rng) -> (k,) int64 distinct frames in pick order.
         reads: which of `appearance` and `sharpness` it looks at; the others need not be measured.
+        tracks: whether it looks at sparse points and the frames that see them.
     """
 
     name: str
@@ -118,6 +119,7 @@ class Method:
     seeds: int
     select: Callable[[Problem, int, np.random.Generator], np.ndarray]
     reads: tuple[str, ...] = ()
+    tracks: bool = False
 
 
 def checked_select(

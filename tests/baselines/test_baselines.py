@@ -141,6 +141,19 @@ def test_a_method_reads_the_descriptors_that_it_declares_and_no_others(method):
     assert tuple(name for name in changed if changed[name]) == method.reads
 
 
+@every_method
+def test_a_method_looks_at_tracks_only_if_it_says_so(method):
+    changed = False
+    for seed in range(4):
+        problem = random_problem(40, seed)
+        seen = with_points(problem, seed=seed)
+        changed |= not np.array_equal(select(method, seen, 12), select(method, problem, 12))
+    if method.name not in ("fisher_rf", "cover"):  # noise gives no splats, which points would start
+        assert changed == method.tracks
+    else:
+        assert method.tracks
+
+
 def degenerate(problem):
     """name -> the problem with nothing to tell some or all of its frames apart."""
     n = len(problem.capture)

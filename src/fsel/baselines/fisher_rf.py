@@ -49,7 +49,7 @@ def fisher_rf(damping: float, name: str, label: str) -> Method:
         """See `greedy_on_splats`."""
         return greedy_on_splats(problem, k, lambda blends: _Information(blends, damping))
 
-    return Method(name, label, "observed", nested=True, seeds=1, select=select)
+    return Method(name, label, "observed", nested=True, seeds=1, select=select, tracks=True)
 
 
 METHOD = fisher_rf(DAMPING, "fisher_rf", "FisherRF")

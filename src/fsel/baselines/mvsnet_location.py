@@ -29,4 +29,5 @@ METHOD = Method(
     nested=True,
     seeds=1,
     select=select,
+    tracks=True,
 )

@@ -35,4 +35,6 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return pool[picks]
 
 
-METHOD = Method("nerf_director", "NeRF-Director", "observed", nested=True, seeds=1, select=select)
+METHOD = Method(
+    "nerf_director", "NeRF-Director", "observed", nested=True, seeds=1, select=select, tracks=True
+)

@@ -29,7 +29,6 @@ from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.hidden import behind
 from fsel.request.memory import SPLATS
 from fsel.request.targets import ALL, ORBIT, Targets
-from fsel.selector import pretrained
 from fsel.selector.policies import Learned
 from fsel.selector.scorer import Linear
 
@@ -151,12 +150,12 @@ def _warn_of_walls(
 def _read(asked: argparse.Namespace, console: Console, opened: Opened, method: Method) -> Capture:
     """The capture with what is read of it.
 
-    Swaps, and methods that compare frames by appearance, look at pixels. Methods other than `fsel`
-    look at points; finding a number of frames takes some, for the depth that they tell.
+    Swaps, and methods that compare frames by appearance, look at pixels. Some methods look at
+    points; finding a number of frames takes some, for the depth that they tell.
     """
     if asked.refine is not None or "appearance" in method.reads:
         return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-    if method.name != pretrained.DEFAULT:
+    if method.tracks:
         with console.clock("points"):
             return opened.with_all_points()
     if asked.k == api.AUTO:
