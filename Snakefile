@@ -58,6 +58,7 @@ include: "workflow/rules/transfer.smk"
 include: "workflow/rules/label_judge.smk"
 include: "workflow/rules/untold.smk"
 include: "workflow/rules/learning.smk"
+include: "workflow/rules/learning_judge.smk"
 
 
 # one handler for all: of several, only the last would run

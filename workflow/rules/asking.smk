@@ -1,4 +1,4 @@
-"""Which scenes' requests are labelled, and what learned from them is judged on: functions only."""
+"""Which scenes' requests are labelled, what learned from them is judged on, and by what: functions only."""
 
 from fsel.experiments.learning.cases import LEARNERS
 
@@ -56,3 +56,35 @@ def validation_scenes():
 def judged_datasets(roles=None):
     """Names of the datasets of those scenes, in order."""
     return list(dict.fromkeys(dataset for _, dataset, _ in judged_scenes(roles)))
+
+
+def first_labelled():
+    """dataset/scene of those, whose labels are judged again."""
+    return [LESSONS[number] for number in first_lessons()]
+
+
+@cache
+def learning_judges():
+    """Name -> section of the first reconstructor, and of the one that judges after it."""
+    where = "learning.judge.reconstruction"
+    first = config["reconstruction"] | {"as": next(iter(JUDGES))}
+    found = judges([first, config["learning"]["judge"]["reconstruction"]], where)
+    if workflow.is_main_process:
+        check_judges(found, where)
+    return found
+
+
+def second_judge():
+    """Name and section of the one that judges after the first."""
+    return list(learning_judges().items())[1]
+
+
+def second_budgets():
+    """Budgets whose picks are judged again."""
+    asked = config["learning"]["judge"]["budgets"]
+    if missing := [k for k in asked if k not in config["budgets"]]:
+        refuse(
+            f"learning.judge.budgets has {missing}, which are not among budgets {config['budgets']}",
+            "nothing is selected for the second judge; picks for the first are taken",
+        )
+    return asked

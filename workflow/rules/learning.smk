@@ -178,6 +178,7 @@ rule evaluate_learned:
         gpu=GPU,
     params:
         reconstruction=config["reconstruction"],
+        budgets=config["budgets"],
     message:
         "Reconstructing {wildcards.dataset}/{wildcards.scene} from the picks of learned networks"
     script:
@@ -253,6 +254,10 @@ rule inputs:
             f"<results>/{d}/{s}/learning/inputs.parquet"
             for _, d, s in validation_scenes()
         ],
+        again=lambda wildcards: [
+            f"<results>/{d}/{s}/learning/inputs_again.parquet"
+            for _, d, s in validation_scenes()
+        ],
         log="<results>/learning/inputs/networks.parquet",
         lib=library("inputs"),
     output:
@@ -280,6 +285,10 @@ rule inputs:
         runtime=growing(10),
     params:
         scenes=lambda wildcards: validation_scenes(),
+        judges=lambda wildcards: {
+            name: judged_by(name, section)
+            for name, section in learning_judges().items()
+        },
         facts=lambda wildcards: facts(judged_datasets(["validation"])),
     message:
         "Writing what groups of inputs are worth"

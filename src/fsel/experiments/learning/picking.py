@@ -87,18 +87,22 @@ def evaluate_learned(
     evaluation: str | Path,
     *,
     reconstruction: Mapping,
+    budgets: Sequence[int],
     config: str,
 ) -> None:
     """What those picks are worth; equal picks are reconstructed once.
 
     Args:
         folder: a canonical capture.
-        splits: split.parquet, one a draw.
+        splits: split.parquet, one a draw; picks of further draws are left out.
         picks: what `select_learned` wrote.
         evaluation: receives draw, and the columns of `fsel.measuring.measure`.
-        reconstruction: the config's section.
+        reconstruction: what judges, as the config's section.
+        budgets: whose picks are judged.
         config: digest of the parameters.
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    table = measuring.measure_draws(reconstructor, splits, read_table(picks), BY, METRIC)
+    found = read_table(picks)
+    asked = found[found["k"].isin(budgets) & (found["draw"] < len(splits))]
+    table = measuring.measure_draws(reconstructor, splits, asked, BY, METRIC)
     write_table(table, evaluation, units=measuring.measured_units(METRIC), config=config)

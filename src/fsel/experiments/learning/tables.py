@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from fsel.experiments.learning.cases import INPUT_CASES, LEARNERS
+from fsel.experiments.learning.judges_rank import printed
 from fsel.experiments.learning.pairs import RULE
 from fsel.files import read_table, write_text
-from fsel.report.captions import made_by
+from fsel.report.captions import captures_of, made_by
 from fsel.report.latex import difference, number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
 
 MEAN = -1  # the budget of a mean over all budgets, in this module alone
-ORDER = ["role", "method", "reference", "k", "mean", "ci_low", "ci_high", "p", "n"]
+ORDER = ["judge", "role", "method", "reference", "k", "mean", "ci_low", "ci_high", "p", "n"]
 RECORD = ["lessons", "seeds", "seconds"]
 
 
@@ -63,38 +64,70 @@ def learning(
 
 def inputs(
     evaluations: Sequence[str | Path],
+    again: Sequence[str | Path],
     log: str | Path,
     table: str | Path,
     numbers: str | Path,
     *,
     scenes: Sequence[tuple[str, str, str]],
+    judges: Mapping[str, Mapping],
     facts: Mapping,
 ) -> None:
     """What each group of inputs is worth, added to what the rule reads and left out of all.
 
     Args:
-        evaluations, table, numbers, scenes, facts: as in `learning`.
+        evaluations: what `picking.evaluate_learned` wrote by the first judge, one a scene.
+        again: by the second, of the same picks or of some of their budgets and draws.
         log: what `learn.learn_inputs` wrote.
+        table: receives LaTeX.
+        numbers: receives judge, and what `learning` writes.
+        scenes: role, dataset and scene of each evaluation.
+        judges: name -> `reconstructor` and `long_side` to print, of the two.
+        facts: see `captions.made_by`.
     """
-    cells = cells_of(evaluations, scenes, facts)
+    found = [cells_of(paths, scenes, facts) for paths in (evaluations, again)]
     references = {name: case.reference for name, case in INPUT_CASES.items()}
-    means, gaps = compared(cells, references)
+    sides = [compared(cells, references) for cells in found]
     records = read_table(log).set_index("method")
+    named = [[part.assign(judge=j) for part in s] for j, s in zip(judges, sides, strict=True)]
+    means, gaps = (pd.concat(parts) for parts in zip(*named, strict=True))
     _write_numbers(means, gaps, records, numbers)
     roles = list(dict.fromkeys(role for role, _, _ in scenes))
     rows = []
     for name, case in INPUT_CASES.items():
-        label = tex(case.label)
-        rows.append(_row(name, label, means, gaps, roles, records.loc[name]))
-    head = ["Inputs", "requests", "s", *(f"{tex(role)} scenes" for role in roles)]
-    text = (
+        row = [tex(case.label), *_training(records.loc[name])]
+        rows.append(row + [cell for side in sides for cell in _cells(name, *side, roles)])
+    head = ["Inputs", "requests", "s", *[f"{tex(role)} scenes" for role in roles] * len(sides)]
+    groups = [("", 2), *((printed(judge), len(roles)) for judge in judges.values())]
+    text = _inputs_caption(_places(means, roles), [_measured(cells) for cells in found], facts)
+    made = plain_table(head, rows, caption=text, label="tab:inputs", groups=groups)
+    write_text(made, table)
+
+
+def _inputs_caption(places: str, measured: Sequence[str], facts: Mapping) -> str:
+    """In LaTeX.
+
+    Args:
+        places: see `_places`.
+        measured: see `_measured`, of each judge.
+        facts: see `captions.made_by`.
+    """
+    return (
         r"\textbf{Inputs.} PSNR (dB), mean over budgets, of networks that imitate the same labels "
         "from other inputs, alone, without the rule's score. In brackets the paired difference: "
         "of additions to what the rule reads, of omissions to all, with a 95\\% interval over "
-        f"{_places(means, roles)} and training seeds, each for its row alone; bold where that "
-        "excludes zero. " + made_by(facts)
+        f"{places} and training seeds, each for its row alone; bold where that excludes zero. On "
+        f"the left {measured[0]}; on the right picks of the same networks under another "
+        f"reconstructor, {measured[1]}. Captures: {captures_of(facts)}; appearance descriptor: "
+        rf"\texttt{{{tex(facts['descriptor'])}}}."
     )
-    write_text(plain_table(head, rows, caption=text, label="tab:inputs"), table)
+
+
+def _measured(cells: pd.DataFrame) -> str:
+    """Budgets and draws of some cells."""
+    budgets = ", ".join(str(k) for k in sorted(set(cells["k"]) - {MEAN}))
+    draws = cells["draw"].nunique()
+    return f"$K$ = {budgets}, {draws} draw{'s' if draws > 1 else ''} of targets a scene"
 
 
 def cells_of(
@@ -138,7 +171,8 @@ def compared(
 def _write_numbers(
     means: pd.DataFrame, gaps: pd.DataFrame, records: pd.DataFrame, numbers: str | Path
 ) -> None:
-    both = pd.concat([means, gaps]).reindex(columns=ORDER)
+    both = pd.concat([means, gaps])
+    both = both[[column for column in ORDER if column in both]]
     both["k"] = both["k"].astype(object).where(both["k"] != MEAN, "")
     write_csv(both.join(records[RECORD], on="method"), numbers)
 
@@ -152,7 +186,18 @@ def _row(
     record: pd.Series | None,
 ) -> list[str]:
     """A method's label, its training, and its PSNR in every role."""
-    cells = ["", ""] if record is None else [f"{record.lessons:.0f}", f"{record.seconds:.0f}"]
+    trained = ["", ""] if record is None else _training(record)
+    return [label, *trained, *_cells(name, means, gaps, roles)]
+
+
+def _training(record: pd.Series) -> list[str]:
+    return [f"{record.lessons:.0f}", f"{record.seconds:.0f}"]
+
+
+def _cells(
+    name: str, means: pd.DataFrame, gaps: pd.DataFrame, roles: Sequence[str]
+) -> Iterator[str]:
+    """A method's PSNR in every role, with its difference to the reference, if it has one."""
     overall, less = (
         part[(part["method"] == name) & (part["k"] == MEAN)].set_index("role")
         for part in (means, gaps)
@@ -161,8 +206,7 @@ def _row(
         text = number(overall.loc[role, "mean"], "psnr")
         if role in less.index:
             text += f" ({difference(*less.loc[role, ['mean', 'ci_low', 'ci_high']])})"
-        cells.append(text)
-    return [label, *cells]
+        yield text
 
 
 def _places(means: pd.DataFrame, roles: Sequence[str]) -> str:
