@@ -29,7 +29,7 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
-ASIDE = ("fisher_damping", "economy", "budget", "learning", "inputs")
+ASIDE = ("fisher_damping", "economy", "budget", "learning", "inputs", "judges_rank")
 
 
 def test_speed_lambda_and_learning_are_made_when_asked_for(tmp_path):
@@ -53,6 +53,7 @@ def test_speed_lambda_and_learning_are_made_when_asked_for(tmp_path):
     assert asked["learn"] == len(LEARNERS)
     assert asked["select_learned"] == 3
     assert asked["evaluate_learned"] == 3 + 1
+    assert asked["judge_requests"] == asked["evaluate_inputs_again"] == 1
     usual = planned(dry_run(tmp_path, changed(tmp_path)))
     assert usual["ksweep"] == 1
     assert not {
@@ -65,6 +66,7 @@ def test_speed_lambda_and_learning_are_made_when_asked_for(tmp_path):
         "fit_budget",
         "label_requests",
         "learn",
+        "judge_requests",
     } & set(usual)
 
 
@@ -134,6 +136,25 @@ def test_requests_that_captures_are_too_small_for_are_refused(tmp_path):
     said = result.stdout + result.stderr
     assert "embedded.frames is 60, requests of 40 frames need 68" in said
     assert "Hint: raise embedded.frames, or lower learning.budgets" in said
+
+
+@pytest.mark.parametrize(
+    ("judge", "parts"),
+    [
+        ({"budgets": [7]}, ["learning.judge.budgets has [7]", "budgets [5, 10]"]),
+        (
+            {"budgets": [5], "reconstruction": {"name": "splats", "long_side": 32}},
+            ["learning.judge.reconstruction has two named 'splats'", "`as` gives one of them"],
+        ),
+    ],
+)
+def test_a_second_judge_has_picks_and_a_name_of_its_own(tmp_path, judge, parts):
+    learning = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())["learning"]
+    config = changed(tmp_path, learning=learning | {"judge": judge})
+    result = dry_run(tmp_path, config, "results/smoke/tables/inputs.tex")
+    assert result.returncode != 0
+    for part in parts:
+        assert part in result.stdout + result.stderr
 
 
 @pytest.mark.parametrize(
