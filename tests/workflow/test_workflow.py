@@ -123,10 +123,12 @@ def test_large_labels_are_of_all_scenes_that_they_ask_for():
         yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text())
         for name in ("labels_large", "config")
     )
-    families = {name for name, entry in whole["datasets"].items() if "train" in entry["scenes"]}
-    assert set(large["datasets"]) == families
-    for entry in large["datasets"].values():
-        assert entry == {"scenes": {"train": large["learning"]["scenes"]}}
+    usual = {name for name, entry in whole["datasets"].items() if "train" in entry["scenes"]}
+    assert set(large["datasets"]) == usual | {f"{name}_varied" for name in usual}
+    for name, entry in large["datasets"].items():
+        assert entry["scenes"]["train"] >= large["learning"]["scenes"]
+        assert entry["scenes"].keys() == {"train"}  # no table has a column of a varied dataset
+        assert name in usual or entry["embedded"] == {"family": name}
 
 
 def test_requests_that_captures_are_too_small_for_are_refused(tmp_path):

@@ -1,4 +1,4 @@
-"""Embedded captures: generated places, filmed in the manner of eight datasets."""
+"""Embedded captures: places filmed in the manner of eight datasets, and variants of six."""
 
 from fsel.synthesis.families import FAMILY
 from fsel.synthesis.record import record

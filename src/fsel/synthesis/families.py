@@ -3,36 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from fsel.layouts.recording import SUBJECT, Camera
 from fsel.synthesis import outdoors, things, trajectories
 from fsel.synthesis.rooms import living_room, pedestal, room, shell
+from fsel.synthesis.setting import Setting
 from fsel.synthesis.shot import Habits, Shot, plan
 from fsel.synthesis.solids import Scene
+from fsel.synthesis.variation import varied
 
 TABLE = 0.72  # metres from the ground to where a single object stands
-
-
-@dataclass(frozen=True)
-class Setting:
-    """How a family films: scene and shot makers, and what its cameras must keep clear of.
-
-    Attributes:
-        scene: makes a place.
-        shot: plans a filming of so many frames.
-        clearance: least distance from a camera to any surface, metres.
-        view: least distance straight ahead, metres.
-        seeing: least share of the frames that must see the scene's subject, if it has one.
-    """
-
-    scene: Callable[[np.random.Generator], Scene]
-    shot: Callable[[np.random.Generator, int], Shot]
-    clearance: float
-    view: float
-    seeing: float = 0.0
 
 
 def _pinhole(focal: float) -> Callable[[int, int], Camera]:
@@ -189,7 +171,7 @@ def _co3d(rng, frames: int) -> Shot:
     return plan(rng, [path], frames, _pinhole(rng.uniform(0.85, 1.0)), habits)
 
 
-FAMILY: dict[str, Setting] = {
+_PLAIN: dict[str, Setting] = {
     "dl3dv": Setting(_dl3dv_scene, _dl3dv, 0.35, 0.7),
     "tanks_and_temples": Setting(_tanks_scene, _tanks, 0.5, 1.0),
     "mipnerf360": Setting(_mipnerf_scene, _mipnerf, 0.35, 0.6),
@@ -200,3 +182,13 @@ FAMILY: dict[str, Setting] = {
     "co3d": Setting(_co3d_scene, _co3d, 0.25, 0.4, 0.95),
 }
 """Rooms are filmed from within the ring between table and walls, outdoor scenes from a walk."""
+
+WIDENING = {"scannetpp": 0.95}
+"""Least factor of a varied focal length: a fisheye's corners must stay well below 90 degrees."""
+
+FAMILY: dict[str, Setting] = _PLAIN | {
+    f"{name}_varied": varied(setting, WIDENING.get(name, 0.8))
+    for name, setting in _PLAIN.items()
+    if not setting.seeing
+}
+"""Every family, and of those that are about no single object a varied one."""

@@ -14,6 +14,7 @@ from fsel.synthesis.caster import Caster
 from fsel.synthesis.families import FAMILY
 from fsel.synthesis.lens import unproject
 from fsel.synthesis.sensor import exact_depth, exact_objects, film
+from fsel.synthesis.setting import Setting
 from fsel.synthesis.shot import Shot
 from fsel.synthesis.tracks import sparse_points
 
@@ -88,21 +89,31 @@ def clear_shot(family: str, seed: int, frames: int) -> tuple[Shot, Caster, np.ra
     if frames < 12:
         raise ValueError(f"a capture needs at least 12 frames, got {frames}")
     rng = np.random.default_rng([zlib.crc32(family.encode()), seed])
-    directions = Rotation.random(SPHERE, rng=np.random.default_rng(0)).as_matrix()[:, 0]
     setting = FAMILY[family]
     for _ in range(ATTEMPTS):
         caster = Caster(setting.scene(rng))
         for _ in range(PATHS):
             shot = setting.shot(rng, frames)
-            poses = shot.poses(np.zeros(frames))
-            centers = camera_centers(poses)
-            if caster.clearance(centers, directions).min() < setting.clearance:
+            if not _clear(caster, shot, setting):
                 continue
-            if _ahead(caster, centers, poses[:, 2, :3]) < setting.view:
-                continue
-            if _seeing(caster, shot, poses) >= setting.seeing:
-                return shot, caster, rng
+            if setting.clutter is not None:
+                caster = setting.clutter(caster, shot)
+                if not _clear(caster, shot, setting):
+                    break
+            return shot, caster, rng
     raise RuntimeError(f"no clear camera path found for a {family} scene in {ATTEMPTS} attempts")
+
+
+def _clear(caster: Caster, shot: Shot, setting: Setting) -> bool:
+    """Whether every camera keeps clear of the scene, sees some depth and, often, the subject."""
+    poses = shot.poses(np.zeros(len(shot.names)))
+    centers = camera_centers(poses)
+    directions = Rotation.random(SPHERE, rng=np.random.default_rng(0)).as_matrix()[:, 0]
+    return bool(
+        caster.clearance(centers, directions).min() >= setting.clearance
+        and _ahead(caster, centers, poses[:, 2, :3]) >= setting.view
+        and _seeing(caster, shot, poses) >= setting.seeing
+    )
 
 
 def _ahead(caster: Caster, centers: np.ndarray, axes: np.ndarray) -> float:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
+
+Curve = Callable[[np.ndarray], np.ndarray]
+"""(N,) parameters in 0..1 -> a value at each."""
 
 HURRY = 0.6  # natural logarithm of the most that a walk quickens or slows
 
@@ -16,14 +20,14 @@ class Path:
     """A camera path over a parameter in 0..1.
 
     Attributes:
-        position: spline of (3,) camera centres, metres, z up.
-        look: spline of (3,) points looked at.
-        roll: spline of the roll, radians.
+        position: of (3,) camera centres, metres, z up.
+        look: of (3,) points looked at.
+        roll: of the roll, radians.
     """
 
-    position: CubicSpline
-    look: CubicSpline
-    roll: CubicSpline
+    position: Curve
+    look: Curve
+    roll: Curve
 
     def poses(self, s: np.ndarray, shake: np.ndarray) -> np.ndarray:
         """(N, 3, 4) world-to-camera poses at parameters s, turned by (N, 3) small rotations."""
@@ -130,12 +134,16 @@ def pauses(rng, frames: int, count: int) -> np.ndarray:
     return still
 
 
-def timing(rng, still: np.ndarray) -> np.ndarray:
-    """(N,) ascending parameters in 0..1 with changing speed, hardly moving where still (N,)."""
+def timing(rng, still: np.ndarray, hurry: float = HURRY) -> np.ndarray:
+    """(N,) ascending parameters in 0..1 with changing speed, hardly moving where still (N,).
+
+    The walk quickens or slows by a factor of at most exp(hurry).
+    """
     frames = len(still)
     knots = np.linspace(0, 1, 9)
-    pace = CubicSpline(knots, rng.normal(0, 0.45, 9))(np.linspace(0, 1, frames))
-    speed = np.exp(np.clip(pace, -HURRY, HURRY))  # a spline overshoots its knots
+    paces = rng.normal(0, 0.45, 9) * (hurry / HURRY)
+    pace = CubicSpline(knots, paces)(np.linspace(0, 1, frames))
+    speed = np.exp(np.clip(pace, -hurry, hurry))  # a spline overshoots its knots
     speed[still] *= 0.04
     s = np.cumsum(speed) - speed[0]
     return s / s[-1]
