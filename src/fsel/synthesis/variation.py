@@ -38,7 +38,7 @@ def varied(setting: Setting, widest: float) -> Setting:
         setting: of the family; its clearance and view hold for the varied one too.
         widest: least factor of the focal length; the greatest is `LONGEST`.
     """
-    keep = max(setting.clearance, setting.view) + WIDEST
+    keep = max(setting.clearance + WIDEST, setting.view + WIDEST / 2)
 
     def shot(rng: np.random.Generator, frames: int) -> Shot:
         usual = setting.shot(rng, frames)
