@@ -77,14 +77,15 @@ def test_what_is_held_out_is_not_picked_and_what_is_written_becomes_a_table(
     assert (tmp_path / "untold.png").stat().st_size > 1000
 
 
-def test_gains_are_paired_by_scene():
-    """Two scenes: 20 and 24 dB for uniform, one and three more for fsel."""
+def test_gains_are_paired_by_place():
+    """Two places: 20 and 24 dB for uniform, one and three more for fsel; b was filmed twice."""
     rows = pd.DataFrame(
         {
             "views": "held_out",
             "k": 10,
             "method": ["uniform", "fsel"] * 4,
-            "scene": ["a"] * 4 + ["b"] * 4,
+            "scene": ["a"] * 4 + ["b0"] * 2 + ["b1"] * 2,
+            "place": ["a"] * 4 + ["b"] * 4,
             "psnr": [19.0, 20, 21, 22, 23, 26, 25, 28],
         }
     )

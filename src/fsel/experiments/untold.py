@@ -22,7 +22,6 @@ from fsel.report.figures import save
 from fsel.report.latex import plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.statistics import of_places
-from fsel.report.sweep import of_scenes
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
 
@@ -133,9 +132,11 @@ def untold(
         scenes: dataset and scene of each.
         facts: see `captions.made_by`.
     """
+    names = [f"{dataset}/{scene}" for dataset, scene in scenes]
+    places = [facts.get("places", {}).get(name, name) for name in names]
     rows = pd.concat(
-        read_table(item["path"]).assign(scene=f"{item['dataset']}/{item['scene']}")
-        for item in of_scenes(scenes, evaluations)
+        read_table(path).assign(scene=name, place=place)
+        for name, place, path in zip(names, places, evaluations, strict=True)
     )
     found = compared(rows)
     write_csv(found, numbers)
@@ -145,13 +146,15 @@ def untold(
 
 
 def compared(rows: pd.DataFrame) -> pd.DataFrame:
-    """views, method, k, n (scenes), psnr, gain over uniform, its ci_low and ci_high, and least and
-    most gain of a scene.
+    """views, method, k, n (places), psnr, gain over uniform, its ci_low and ci_high, and least and
+    most gain of a place.
 
     Args:
-        rows: of all scenes, what `evaluate_untold` wrote with the column scene.
+        rows: of all scenes, what `evaluate_untold` wrote with the columns scene and place; scenes
+            of one place are averaged.
     """
-    each = rows.groupby(["views", "k", "method", "scene"])["psnr"].mean()
+    scenes = rows.groupby(["views", "k", "method", "place", "scene"])["psnr"].mean()
+    each = scenes.groupby(["views", "k", "method", "place"]).mean()
     out = []
     for (views, k), part in each.groupby(level=["views", "k"]):
         cells = part.droplevel(["views", "k"]).unstack("method")
