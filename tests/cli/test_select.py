@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shutil
 from dataclasses import replace
 
 import cv2
@@ -230,6 +231,23 @@ def test_geometry_only_opens_the_picks_alone(model, method, tmp_path, monkeypatc
     written = record_of(tmp_path / "out")["frames"]
     assert sorted(file.name for file, _ in opened) == sorted(f["name"] for f in written)
     assert written[0]["sharpness_rank"] is None
+
+
+def test_sharpness_is_shown_when_asked_for_and_changes_neither_picks_nor_reasons(capture, tmp_path):
+    blurred = tmp_path / "blurred"
+    shutil.copytree(capture, blurred)
+    for file in sorted(blurred.rglob("frame_0*.jpg"))[::3]:
+        cv2.imwrite(str(file), cv2.GaussianBlur(cv2.imread(str(file)), (0, 0), 6))
+    for name, more in (("plain", ()), ("shown", ("--sharpness",))):
+        assert select(blurred, "-k", 12, *more, "-o", tmp_path / name) == 0
+    plain, shown = (record_of(tmp_path / name) for name in ("plain", "shown"))
+    assert [f["name"] for f in plain["frames"]] == [f["name"] for f in shown["frames"]]
+    assert plain["left"] == shown["left"]
+    assert {f["blurred"] for f in plain["frames"]} == {None}
+    for frame in shown["frames"]:
+        assert frame["blurred"] == (frame["index"] % 3 == 0)
+    pages = [(tmp_path / name / "report.html").read_text() for name in ("plain", "shown")]
+    assert ["sharpness of every frame" in page for page in pages] == [False, True]
 
 
 def test_every_form_of_targets(capture, tmp_path):

@@ -111,7 +111,7 @@ def _select(
     _warn_of_walls(asked, console, opened, targets)
     started = time.perf_counter()
     sharpness = None
-    if not asked.geometry_only and "sharpness" in method.reads:
+    if not asked.geometry_only and (asked.sharpness or "sharpness" in method.reads):
         sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = time.perf_counter() - started
     capture = _read(asked, console, opened, method)
@@ -128,7 +128,7 @@ def _select(
             descriptors=_described(asked, capture, method, seconds),
         )
     seconds["select"] = selection.seconds
-    return record.Outcome(capture, targets, selection, sharpness)
+    return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
 
 
 def _warn_of_walls(

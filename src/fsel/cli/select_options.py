@@ -70,7 +70,14 @@ def add_select(commands) -> None:
     command.add_argument(
         "--appearance-weights", metavar="FILE", help="checkpoint of --appearance dinov2"
     )
-    command.add_argument(
+    looking = command.add_mutually_exclusive_group()
+    looking.add_argument(
+        "--sharpness",
+        action="store_true",
+        help="measure the sharpness of every frame for the report: a timeline, and blurred picks "
+        "marked; picks of fsel are the same",
+    )
+    looking.add_argument(
         "--geometry-only",
         action="store_true",
         help="do not look at images: no sharpness, no pictures in the report, no points where the "

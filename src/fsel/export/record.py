@@ -27,13 +27,15 @@ class Outcome:
         capture: the capture.
         targets: what was asked for.
         selection: the picks.
-        sharpness: (N,) of every frame, or None where no image was opened.
+        sharpness: (N,) of every frame, or None where it was not measured.
+        by_sharpness: whether the method looked at it: only then it is a reason.
     """
 
     capture: Capture
     targets: Targets
     selection: Selection
     sharpness: np.ndarray | None
+    by_sharpness: bool
 
     @cached_property
     def service(self) -> Service:
@@ -84,7 +86,9 @@ def left(outcome: Outcome) -> list[dict]:
     pool = outcome.targets.pool(capture)
     adds = dict(zip(pool.tolist(), outcome.service.left, strict=True))
     closest = closest_pick(capture, picks)
-    relative = None if outcome.sharpness is None else relative_sharpness(outcome.sharpness)
+    relative = None
+    if outcome.by_sharpness and outcome.sharpness is not None:
+        relative = relative_sharpness(outcome.sharpness)
     entries = []
     for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
         near = capture.names[closest[frame]]
