@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
@@ -17,7 +17,7 @@ from fsel.request.focus import Focus
 from fsel.request.memory import within
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
-from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
+from fsel.request.targets import Request, Targets, Wish, check_count, evenly, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
 
@@ -156,14 +156,18 @@ def _enough(
 ) -> tuple[np.ndarray, np.ndarray, Budget]:
     """Picks, their scores, and how their number was found.
 
-    Views off the path, which a problem may have beside those that are asked for, have no frame as
-    close as those that the prediction was fitted to.
+    The prediction was fitted to few views that picks were made for. So where the whole capture is
+    asked for, the number is that of picks for some of the views along its path.
     """
     worth = budget.shipped_worth()
-    shift = budget.view_shift(problem.capture, problem.candidates, views)
-    frames, scores = ranked(problem, budget.most(shift, auto, worth))
+    rows = evenly(len(views), budget.WHOLE if problem.whole else len(views))
+    few = replace(problem, targets=views.subset(rows), proxies=problem.proxies[rows])
+    shift = budget.view_shift(problem.capture, problem.candidates, few.targets)
+    frames, scores = ranked(few, budget.most(shift, auto, worth))
     in_order = shift[np.searchsorted(problem.candidates, frames)]
     found = budget.find(in_order, auto, problem.capture.size, worth)
+    if problem.whole:
+        frames, scores = ranked(problem, found.frames)
     return frames[: found.frames], scores[: found.frames], found
 
 

@@ -22,6 +22,7 @@ from fsel.request.memory import LEAST, SPLATS, within
 from fsel.request.scene_depth import viewing_distance
 
 THRESHOLD = 0.02  # dB a frame; see docs/speed.md for the choice
+WHOLE = 30  # views of a whole capture that the number of frames is found by
 NEAREST = 3  # picked frames that a view is served by
 RECORD = "budget.json"
 

@@ -237,10 +237,14 @@ def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:
     return replace(_request(capture, capture.view(frames), kind), frames=frames)
 
 
+def evenly(count: int, most: int) -> np.ndarray:
+    """(n,) int64 at most so many of `count` rows, evenly drawn."""
+    return np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64)
+
+
 def _request(capture: Capture, views: Views, kind: str) -> Targets:
     """Thin the views evenly, and see that they are of this world."""
-    if len(views) > MOST_VIEWS:
-        views = views.subset(np.round(np.linspace(0, len(views) - 1, MOST_VIEWS)).astype(int))
+    views = views.subset(evenly(len(views), MOST_VIEWS))
     centers = capture.centers
     extent = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
     gap = pairwise_distances(views.centers, centers).min(axis=1)
