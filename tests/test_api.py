@@ -20,6 +20,8 @@ from fsel.experiments.hard_cases.worlds import random_weights
 from fsel.features.sharpness import sharpness
 from fsel.layouts import gate, previews
 from fsel.layouts.opening import open_capture
+from fsel.request import budget
+from fsel.request.targets import targets_of
 from fsel.selector import plain, pretrained
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Linear, Network
@@ -87,6 +89,21 @@ def test_budgets_nest_and_seeds_matter_only_to_chance(folder):
     drawn = [tuple(fsel.select(capture, 6, method="random", seed=s).indices) for s in (0, 0, 1)]
     assert drawn[0] == drawn[1] != drawn[2]
     assert np.isnan(fsel.select(capture, 6, method="random").scores).all()
+
+
+def test_auto_for_a_whole_capture_is_the_number_of_picks_for_views_on_its_path():
+    """And the picks are those of the request with that number, off the path too."""
+    problem = random_problem(90, 3)
+    capture = replace(problem.capture, names=tuple(f"{i:03d}.jpg" for i in range(90)))
+    found = fsel.select(capture, "auto")
+    along = targets_of(capture, None).views.subset(np.round(np.linspace(0, 59, 30)).astype(int))
+    pool, views = np.arange(90), replace(problem, targets=along, candidates=np.arange(90))
+    views = replace(views, whole=True, proxies=np.arange(30))
+    order = pretrained.method().ranked(views, 90)[0]
+    shift, worth = budget.view_shift(capture, pool, along), budget.shipped_worth()
+    expected = budget.find(shift[order], budget.Auto(), capture.size, worth).frames
+    assert found.budget.frames == len(found.names) == expected
+    assert found.names == fsel.select(capture, expected).names
 
 
 def test_methods_with_appearance_get_descriptors(folder):
