@@ -47,6 +47,14 @@ def test_a_result_by_hand(definition, text):
     assert docs.quoted(TABLE, definition) == text
 
 
+def test_budgets_are_whole_numbers_beside_rows_that_are_about_none():
+    mixed = TABLE.assign(k=TABLE["k"].astype(float).where(TABLE["method"] == "a"))
+    found = {"rows": "k == k", "value": "mean", "down": "method", "across": "k"}
+    assert (
+        docs.quoted(mixed, found) == "\n|  | 10 | 20 |\n| --- | --- | --- |\n| a | 1.25 | 2.0 |\n"
+    )
+
+
 def test_a_query_without_rows_is_refused():
     with pytest.raises(ValueError, match="no row with method == 'c'"):
         docs.quoted(TABLE, {"rows": "method == 'c'", "value": "mean"})

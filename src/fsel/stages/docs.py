@@ -77,7 +77,8 @@ def _grid(rows: pd.DataFrame, definition: Mapping) -> str:
         grid = grid[rows[across].unique()]
     else:
         grid = rows.set_index(["place", *keys])[definition["value"]]
-    heads = ["" for _ in keys] + [names.get(str(column), str(column)) for column in grid.columns]
+    columns = [f"{c:g}" if isinstance(c, float) else str(c) for c in grid.columns]
+    heads = ["" for _ in keys] + [names.get(column, column) for column in columns]
     lines = [heads, ["---"] * len(heads)]
     for (_, *where), values in zip(grid.index, grid.to_numpy(), strict=True):
         cells = ("" if pd.isna(cell) else format(cell, form) for cell in values)
