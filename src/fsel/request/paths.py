@@ -3,8 +3,8 @@ views beside others."""
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from fsel.capture import Capture, Views
 from fsel.geometry import line_equations, pose_distance, poses_at
@@ -160,7 +160,7 @@ def with_views_beside(views: Views, capture: Capture) -> Views:
     rng = np.random.default_rng(0)
     reach = np.linalg.norm(capture.centers - capture.centers.mean(axis=0), axis=1).max()
     shift = rng.normal(0, ASIDE * reach, (len(views), 3))
-    turn = Rotation.from_rotvec(rng.normal(0, TURN, (len(views), 3))).as_matrix()
+    turn = np.array([cv2.Rodrigues(about)[0] for about in rng.normal(0, TURN, (len(views), 3))])
     rotation = views.world_to_camera[:, :, :3]
     centers = views.centers + np.einsum("tij,ti->tj", rotation, shift)
     poses = np.concatenate([views.world_to_camera, poses_at(centers, turn @ rotation)])
