@@ -1,36 +1,21 @@
 """A small scene through the stages: described, labelled, selected and evaluated."""
 
-import numpy as np
 import pytest
+from described_scene import write_scene
 from small_sweep import RECONSTRUCTION, SEARCH
 
-from fsel.capture import Capture
 from fsel.metrics import METRICS
-from fsel.stages.describe import describe
 from fsel.stages.evaluate import evaluate
 from fsel.stages.label import label
 from fsel.stages.order import order
 from fsel.stages.select import select
 from fsel.stages.split import split
-from fsel.synthesis import record
 
 
 @pytest.fixture(scope="session")
 def scene(tmp_path_factory):
     """A small canonical capture with descriptors."""
-    folder = tmp_path_factory.mktemp("scene")
-    recording = record("dl3dv", 3, frames=40, width=32, height=24)
-    camera = recording.camera
-    focal = camera.params[0]
-    Capture(
-        names=recording.names,
-        world_to_camera=recording.world_to_camera,
-        intrinsics=np.tile([focal, focal, 16.0, 12.0], (40, 1)),
-        images=recording.images,
-        sequences=recording.sequences,
-    ).save(folder)
-    describe(folder, folder / "descriptors.parquet", kind="lab_hog", weights=None, config="c")
-    return folder
+    return write_scene(tmp_path_factory.mktemp("scene"))
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from described_scene import write_scene
 from small_sweep import RECONSTRUCTION
 
 from fsel.capture import Capture
@@ -12,7 +13,6 @@ from fsel.experiments.learning.judging import judge_requests, spread
 from fsel.experiments.learning.picking import evaluate_learned
 from fsel.reconstruct import reconstructor_of
 from fsel.split import coverage_split
-from fsel.synthesis import record
 
 FACTS = {"embedded": ["X"], "real": []}
 JUDGES = {
@@ -24,17 +24,7 @@ JUDGES = {
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     """A small canonical capture."""
-    folder = tmp_path_factory.mktemp("scene")
-    recording = record("dl3dv", 3, frames=40, width=32, height=24)
-    focal = recording.camera.params[0]
-    Capture(
-        names=recording.names,
-        world_to_camera=recording.world_to_camera,
-        intrinsics=np.tile([focal, focal, 16.0, 12.0], (40, 1)),
-        images=recording.images,
-        sequences=recording.sequences,
-    ).save(folder)
-    return folder
+    return write_scene(tmp_path_factory.mktemp("scene"))
 
 
 @pytest.fixture(scope="module")
