@@ -15,9 +15,10 @@ from fsel.request import budget
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
 from fsel.request.memory import within
+from fsel.request.paths import evenly
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
-from fsel.request.targets import Request, Targets, Wish, check_count, evenly, targets_of
+from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
 

@@ -47,6 +47,18 @@ def poses_at(centers: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     return pose_matrices(rotations, -np.einsum("nij,nj->ni", rotations, centers))
 
 
+def moved_aside(poses: np.ndarray, turns: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+    """(..., 3, 4) poses of cameras shifted in their own axes by (..., 3), then turned.
+
+    Args:
+        poses: (..., 3, 4) world-to-camera.
+        turns: (..., 3, 3) rotations.
+        shifts: (..., 3) world units.
+    """
+    back = (poses[..., 3] - shifts)[..., None]
+    return turns @ np.concatenate([poses[..., :3], back], axis=-1)
+
+
 def invert_pose(pose: np.ndarray) -> np.ndarray:
     """(..., 3, 4) inverse of (..., 3+, 4) rigid poses, by transposing their rotations.
 

@@ -27,6 +27,7 @@ from fsel.metrics import Metrics
 from fsel.problem import Method
 from fsel.reconstruct import Model, Reconstructor
 from fsel.request.focus import Focus
+from fsel.request.paths import evenly
 from fsel.request.problem import request_problem
 from fsel.request.targets import Targets
 
@@ -193,7 +194,7 @@ def _compared(
 
 def _drawn(judged: np.ndarray) -> np.ndarray:
     """Which of the held-out frames are shown."""
-    return np.unique(np.linspace(0, len(judged) - 1, SHOWN).round().astype(int))
+    return evenly(len(judged), SHOWN)
 
 
 def _jpeg(image: np.ndarray) -> bytes:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from fsel.capture import Capture, Views
 from fsel.experiments.true_depth import unit_of
-from fsel.geometry import camera_centers, pixel_rays
+from fsel.geometry import camera_centers, moved_aside, pixel_rays
 from fsel.synthesis.caster import Caster
 from fsel.synthesis.record import clear_shot
 from fsel.synthesis.sensor import GAMMA, to_world
@@ -54,20 +54,15 @@ def views_beside(
         frame = int(rng.integers(len(capture)))
         aside = rng.normal(0, ASIDE * reach, 3)
         turn = Rotation.from_rotvec(np.radians(rng.normal(0, TURN, 3))).as_matrix()
-        pose = _moved(metric[frame], turn, aside)
+        pose = moved_aside(metric[frame], turn, aside)
         if not _free(caster, centers[frame], pose):
             continue
-        poses.append(_moved(capture.world_to_camera[frame], turn, unit * aside))
+        poses.append(moved_aside(capture.world_to_camera[frame], turn, unit * aside))
         shown.append(_image(caster, pose, capture.intrinsics[frame], capture.size))
         if len(poses) == count:
             intrinsics = np.tile(capture.intrinsics[0], (count, 1))
             return Views(np.array(poses), intrinsics, capture.size), np.array(shown)
     raise RuntimeError(f"{capture.source}: no room for {count} views beside its path")
-
-
-def _moved(pose: np.ndarray, turn: np.ndarray, aside: np.ndarray) -> np.ndarray:
-    """(3, 4) pose of a camera shifted in its own axes, then turned."""
-    return turn @ np.column_stack([pose[:, :3], pose[:, 3] - aside])
 
 
 def _free(caster: Caster, start: np.ndarray, pose: np.ndarray) -> bool:

@@ -10,7 +10,7 @@ import pandas as pd
 from scipy.stats import spearmanr
 
 from fsel.files import read_table, write_text
-from fsel.report.captions import captures_of
+from fsel.report.captions import captures_of, printed
 from fsel.report.latex import difference, number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
@@ -66,7 +66,7 @@ def label_judge(
     columns = [(judge, k) for judge in judges for k in budgets]
     rows = [_row(means, gaps, name, columns, agreed[name], name == first) for name in labellers]
     head = ["Labels by", "agreement", *(f"$K{{=}}{k}$" for _, k in columns)]
-    groups = [("", 1)] + [(_printed(judge), len(budgets)) for judge in judges.values()]
+    groups = [("", 1)] + [(printed(judge), len(budgets)) for judge in judges.values()]
     scenes = len({problem.rpartition("/")[0] for problem in problems})
     text = caption(labellers, labelled, scenes, len(problems), facts)
     made = plain_table(head, rows, caption=text, label="tab:label_judge", groups=groups)
@@ -139,11 +139,6 @@ def _row(
     return [rf"\texttt{{{tex(name)}}}", "" if first else f"{agreed:.2f}", *cells]
 
 
-def _printed(reconstruction: Mapping) -> str:
-    name = tex(reconstruction["reconstructor"])
-    return rf"\texttt{{{name}}} at {reconstruction['long_side']} pixels"
-
-
 def caption(
     labellers: Mapping[str, Mapping], labelled: int, scenes: int, problems: int, facts: Mapping
 ) -> str:
@@ -153,7 +148,7 @@ def caption(
         labellers, labelled, facts: see `label_judge`.
         scenes, problems: that the scorers are judged on.
     """
-    names = ", ".join(map(_printed, labellers.values()))
+    names = ", ".join(map(printed, labellers.values()))
     return (
         r"\textbf{Labels by another reconstructor.} PSNR (dB) on held-out targets of ours, "
         f"trained on {labelled} label items that each of {names} has searched with the same "

@@ -7,7 +7,7 @@ from html import escape
 import numpy as np
 
 from fsel.export.record import Outcome
-from fsel.request.paths import plane_basis, upwards
+from fsel.request.paths import evenly, plane_basis, upwards
 
 SIDE = 640  # of the top view, in units of its view box
 MARGIN = 30
@@ -20,7 +20,7 @@ LEFT, BOTTOM = 46, 34  # room for the chart's labels
 
 def shown(count: int) -> list[int]:
     """Which of so many frames, targets or rows a report shows: all, or evenly spread ones."""
-    return np.unique(np.linspace(0, count - 1, min(count, SHOWN)).round().astype(int)).tolist()
+    return evenly(count, SHOWN).tolist()
 
 
 def top_view(outcome: Outcome) -> str:

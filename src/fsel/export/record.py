@@ -14,6 +14,7 @@ from fsel.api import Selection
 from fsel.capture import Capture
 from fsel.export.service import BLURRED, Service, closest_pick, relative_sharpness, service_of
 from fsel.request.budget import Budget
+from fsel.request.paths import evenly
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
 
 PACKAGES = ("fsel", "numpy", "pycolmap")
@@ -49,9 +50,7 @@ class Outcome:
     def served(self) -> np.ndarray:
         """(T,) frames that service is measured at where the whole capture is asked for: at the few
         views that stand for it, the curve would bend at their number."""
-        count = len(self.capture)
-        drawn = np.linspace(0, count - 1, min(count, MOST_VIEWS))
-        return np.unique(drawn.round().astype(np.int64))
+        return evenly(len(self.capture), MOST_VIEWS)
 
 
 def picked(outcome: Outcome) -> list[dict]:

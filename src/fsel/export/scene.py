@@ -9,7 +9,7 @@ import numpy as np
 
 from fsel.export.record import Outcome
 from fsel.points import SparsePoints
-from fsel.request.paths import plane_basis, upwards
+from fsel.request.paths import evenly, plane_basis, upwards
 
 SCRIPT = files("fsel.export") / "scene.js"
 MOST_POINTS = 4000
@@ -54,8 +54,8 @@ def scene_data(outcome: Outcome, points: SparsePoints | None) -> dict:
 
     axes = capture.axes @ basis
     others = np.setdiff1d(np.arange(len(capture)), outcome.selection.indices)
-    others = others[_evenly(len(others), MOST_FRAMES)]
-    some = _evenly(len(cloud), MOST_POINTS)
+    others = others[evenly(len(others), MOST_FRAMES)]
+    some = evenly(len(cloud), MOST_POINTS)
     colours = np.empty((0, 3)) if points is None else points.rgb[some]
     return {
         "frames": drawn(centers[others], axes[others]),
@@ -78,7 +78,3 @@ def _extent(cameras: np.ndarray, cloud: np.ndarray) -> tuple[float, np.ndarray]:
     core = float(np.percentile(far, CORE)) if len(far) else 0.0
     around = min(core, WIDEST * reach) if reach else core
     return max(reach, around) or 1.0, middle
-
-
-def _evenly(count: int, most: int) -> np.ndarray:
-    return np.unique(np.linspace(0, max(count - 1, 0), min(count, most)).round().astype(int))

@@ -32,12 +32,20 @@ def made_by(facts: Mapping) -> str:
     Args:
         facts: as in `captures_of`, and reconstructor, long_side, descriptor.
     """
-    names = {key: tex(facts[key]) for key in ("reconstructor", "descriptor")}
     return (
-        f"Captures: {captures_of(facts)}. Reconstructor: "
-        rf"\texttt{{{names['reconstructor']}}} at {facts['long_side']} pixels; appearance "
-        rf"descriptor: \texttt{{{names['descriptor']}}}."
+        f"Captures: {captures_of(facts)}. Reconstructor: {printed(facts)}; appearance "
+        rf"descriptor: \texttt{{{tex(facts['descriptor'])}}}."
     )
+
+
+def printed(reconstruction: Mapping) -> str:
+    """A reconstructor and its image size, in LaTeX.
+
+    Args:
+        reconstruction: `reconstructor` and `long_side` in pixels.
+    """
+    name = tex(reconstruction["reconstructor"])
+    return rf"\texttt{{{name}}} at {reconstruction['long_side']} pixels"
 
 
 def note(facts: Mapping) -> str:

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from fsel.capture import Capture, Views
-from fsel.geometry import line_equations, pose_distance, poses_at
+from fsel.geometry import line_equations, moved_aside, pose_distance, poses_at
 
 GAP = np.radians(60)  # an arc as wide without a camera was not filmed: an orbit leaves it out
 LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the horizon
@@ -137,7 +137,7 @@ def whole(capture: Capture, count: int) -> Views:
         count: how many views; no more than frames.
     """
     n = len(capture)
-    drawn = np.unique(np.round(np.linspace(0, n - 1, min(count, n))).astype(int))
+    drawn = evenly(n, count)
     distance = pose_distance(
         capture.centers[drawn], capture.axes[drawn], capture.centers, capture.axes
     )
@@ -161,10 +161,14 @@ def with_views_beside(views: Views, capture: Capture) -> Views:
     reach = np.linalg.norm(capture.centers - capture.centers.mean(axis=0), axis=1).max()
     shift = rng.normal(0, ASIDE * reach, (len(views), 3))
     turn = np.array([cv2.Rodrigues(about)[0] for about in rng.normal(0, TURN, (len(views), 3))])
-    rotation = views.world_to_camera[:, :, :3]
-    centers = views.centers + np.einsum("tij,ti->tj", rotation, shift)
-    poses = np.concatenate([views.world_to_camera, poses_at(centers, turn @ rotation)])
+    off = moved_aside(views.world_to_camera, turn, shift)
+    poses = np.concatenate([views.world_to_camera, off])
     return Views(poses, np.tile(views.intrinsics, (2, 1)), views.size)
+
+
+def evenly(count: int, most: int) -> np.ndarray:
+    """(n,) int64 at most so many of `count` rows, evenly drawn, ascending."""
+    return np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64)
 
 
 def _means(capture: Capture, weight: np.ndarray) -> Views:

@@ -13,7 +13,7 @@ from fsel.capture import Capture, Views
 from fsel.geometry import pairwise_distances
 from fsel.layouts.base import read_text
 from fsel.request.camera_path import camera_path
-from fsel.request.paths import orbit, trajectory, whole
+from fsel.request.paths import evenly, orbit, trajectory, whole
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
@@ -235,11 +235,6 @@ def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:
             "at least two must remain to select from"
         )
     return replace(_request(capture, capture.view(frames), kind), frames=frames)
-
-
-def evenly(count: int, most: int) -> np.ndarray:
-    """(n,) int64 at most so many of `count` rows, evenly drawn."""
-    return np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64)
 
 
 def _request(capture: Capture, views: Views, kind: str) -> Targets:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -108,12 +109,17 @@ def _clear(caster: Caster, shot: Shot, setting: Setting) -> bool:
     """Whether every camera keeps clear of the scene, sees some depth and, often, the subject."""
     poses = shot.poses(np.zeros(len(shot.names)))
     centers = camera_centers(poses)
-    directions = Rotation.random(SPHERE, rng=np.random.default_rng(0)).as_matrix()[:, 0]
     return bool(
-        caster.clearance(centers, directions).min() >= setting.clearance
+        caster.clearance(centers, _around()).min() >= setting.clearance
         and _ahead(caster, centers, poses[:, 2, :3]) >= setting.view
         and _seeing(caster, shot, poses) >= setting.seeing
     )
+
+
+@cache
+def _around() -> np.ndarray:
+    """(SPHERE, 3) unit directions."""
+    return Rotation.random(SPHERE, rng=np.random.default_rng(0)).as_matrix()[:, 0]
 
 
 def _ahead(caster: Caster, centers: np.ndarray, axes: np.ndarray) -> float:

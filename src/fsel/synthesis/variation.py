@@ -105,8 +105,7 @@ def _stretch(rng) -> np.ndarray:
     angle = rng.uniform(0, np.pi)
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    factors = [*rng.uniform(0.85, 1.15, 2), rng.uniform(0.85, 1.15)]
-    return turn @ np.diag(factors) @ turn.T
+    return turn @ np.diag(rng.uniform(0.85, 1.15, 3)) @ turn.T
 
 
 def _smooth(rng, size: np.ndarray) -> Curve:

@@ -29,7 +29,7 @@ def scene(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def asked(scene, tmp_path_factory):
-    """Two requests with six labels each, by `splats`; the splits; labels by request and subset."""
+    """Two requests with eight labels each, by `splats`, and their splits."""
     folder, rng = tmp_path_factory.mktemp("asked"), np.random.default_rng(0)
     capture = Capture.load(scene)
     reconstructor = reconstructor_of(capture, RECONSTRUCTION)

@@ -10,8 +10,8 @@ import pandas as pd
 from scipy.stats import spearmanr
 
 from fsel.files import read_table, write_text
-from fsel.report.captions import captures_of
-from fsel.report.latex import difference, plain_table, tex
+from fsel.report.captions import captures_of, printed
+from fsel.report.latex import difference, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.statistics import of_places
 from fsel.training.requests import RULE
@@ -113,16 +113,6 @@ def caption(rows: pd.DataFrame, labeller: Mapping, judge: Mapping, facts: Mappin
         "search begins with; the label's own is what the search has sought. Means over requests, "
         f"then scenes, with 95\\% intervals over scenes. Captures: {captures_of(facts)}."
     )
-
-
-def printed(reconstruction: Mapping) -> str:
-    """A reconstructor and its image size, in LaTeX.
-
-    Args:
-        reconstruction: `reconstructor` and `long_side` in pixels.
-    """
-    name = tex(reconstruction["reconstructor"])
-    return rf"\texttt{{{name}}} at {reconstruction['long_side']} pixels"
 
 
 def _counted(each: pd.Series) -> str:

@@ -8,10 +8,9 @@ from pathlib import Path
 import pandas as pd
 
 from fsel.experiments.learning.cases import INPUT_CASES, LEARNERS
-from fsel.experiments.learning.judges_rank import printed
 from fsel.experiments.learning.pairs import RULE
 from fsel.files import read_table, write_text
-from fsel.report.captions import captures_of, made_by
+from fsel.report.captions import captures_of, made_by, printed
 from fsel.report.latex import difference, number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
