@@ -41,13 +41,6 @@ def test_bars_are_for_patient_people_at_terminals(
     assert ("reading" in capsys.readouterr().err) == shown
 
 
-@pytest.fixture
-def capture(tmp_path):
-    folder = tmp_path / "capture"
-    write_ring(folder)
-    return folder
-
-
 def run(*arguments):
     return main([*map(str, arguments)])
 

@@ -17,13 +17,6 @@ from small_captures import camera_path, record_of, ring, select, write_ring
 from fsel.export import placing, subset
 
 
-@pytest.fixture
-def capture(tmp_path):
-    folder = tmp_path / "capture"
-    write_ring(folder)
-    return folder
-
-
 def no_poses(folder, tmp_path):
     for file in (folder / "sparse" / "0").iterdir():
         file.unlink()

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from layout_recordings import recording, write_film, write_video
-from small_captures import record_of, select, write_ring
+from small_captures import record_of, select
 
 from fsel.layouts import LAYOUTS, images, read_capture
 
@@ -22,12 +22,6 @@ def exported(out, layout):
     """The subset read back, and the frames that it has of the whole."""
     back = read_capture(out, layout, long_side=64, max_error=1)
     return back, [int("".join(filter(str.isdigit, name))) for name in back.names]
-
-
-@pytest.fixture
-def capture(tmp_path):
-    write_ring(tmp_path / "capture")
-    return tmp_path / "capture"
 
 
 @pytest.mark.parametrize("layout", ["colmap", "nerfstudio"])

@@ -5,18 +5,12 @@ import json
 import cv2
 import numpy as np
 import pytest
-from small_captures import camera_path, record_of, ring, select, write_ring
+from small_captures import camera_path, record_of, ring, select
 
 import fsel
 from fsel.cli import main
 from fsel.cli.parser import parsed
 from fsel.cli.values import size_in_bytes
-
-
-@pytest.fixture
-def capture(tmp_path):
-    write_ring(tmp_path / "capture")
-    return tmp_path / "capture"
 
 
 def run(*arguments):
