@@ -19,7 +19,7 @@ from fsel.report.captions import made_by
 from fsel.report.latex import difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
-from fsel.report.sweep import BASELINES, LEARNED
+from fsel.report.sweep import BASELINES, LEARNED, place_of
 from fsel.selector.policies import POLICIES
 
 OURS = POLICIES["ours"]
@@ -148,7 +148,7 @@ def _cells(
     """dataset (the freedom), scene, place, draw, method, k, psnr: means over targets and seeds."""
     tables = []
     for scene, path in zip(map("/".join, scenes), evaluations, strict=True):
-        place = facts.get("places", {}).get(scene, scene)
+        place = place_of(scene, facts)
         for (draw, kind), part in read_table(path).groupby(["draw", "freedom"]):
             where = {"dataset": kind, "scene": scene, "place": place, "draw": draw}
             tables.append(draw_means(part, ["psnr"]).assign(**where))

@@ -23,6 +23,7 @@ from fsel.report.figures import save
 from fsel.report.latex import plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.statistics import of_places
+from fsel.report.sweep import place_of
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
 
@@ -137,7 +138,7 @@ def untold(
         facts: see `captions.made_by`.
     """
     names = [f"{dataset}/{scene}" for dataset, scene in scenes]
-    places = [facts.get("places", {}).get(name, name) for name in names]
+    places = [place_of(name, facts) for name in names]
     rows = pd.concat(
         read_table(path).assign(scene=name, place=place)
         for name, place, path in zip(names, places, evaluations, strict=True)

@@ -41,6 +41,16 @@ def named(problems: Iterable[str], paths: Iterable[str | Path]) -> list[dict[str
     ]
 
 
+def place_of(scene: str, facts: Mapping) -> str:
+    """What a scene is a capture of: itself, unless it shares a place with another.
+
+    Args:
+        scene: `dataset/scene`.
+        facts: `places`, dataset/scene -> place; it may lack.
+    """
+    return facts.get("places", {}).get(scene, scene)
+
+
 def of_scenes(
     scenes: Iterable[tuple[str, str]], paths: Iterable[str | Path]
 ) -> list[dict[str, str | Path]]:
@@ -76,7 +86,7 @@ def sweep_cells(
         table = draw_means(read_table(item["path"]), metrics, by_seed=by_seed)
         where = {key: item[key] for key in ("dataset", "scene", "draw")}
         name = f"{item['dataset']}/{item['scene']}"
-        tables.append(table.assign(**where, place=facts.get("places", {}).get(name, name)))
+        tables.append(table.assign(**where, place=place_of(name, facts)))
     cells = pd.concat(tables)
     cells["rank"] = cells["method"].map(order)
     datasets = {name: i for i, name in enumerate(cells["dataset"].unique())}

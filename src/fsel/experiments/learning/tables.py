@@ -14,6 +14,7 @@ from fsel.report.captions import captures_of, made_by, printed
 from fsel.report.latex import difference, number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
+from fsel.report.sweep import place_of
 
 MEAN = -1  # the budget of a mean over all budgets, in this module alone
 ORDER = ["judge", "role", "method", "reference", "k", "mean", "ci_low", "ci_high", "p", "n"]
@@ -136,7 +137,7 @@ def cells_of(
     tables = []
     for (role, dataset, scene), path in zip(scenes, evaluations, strict=True):
         name = f"{dataset}/{scene}"
-        place = facts.get("places", {}).get(name, name)
+        place = place_of(name, facts)
         for draw, part in read_table(path).groupby("draw"):
             own = draw_means(part, ["psnr"], by_seed=True)
             mean = own.groupby(["method", "seed"], as_index=False)["psnr"].mean().assign(k=MEAN)
