@@ -65,6 +65,14 @@ def test_a_subset_has_its_frames_in_order_and_what_they_observe():
     np.testing.assert_array_equal(part.views.centers, first.views.subset([3, 0]).centers)
 
 
+def test_views_are_joined_in_order():
+    given = capture()
+    both = given.views.subset([2, 0]).joined(given.views.subset([1]))
+    np.testing.assert_array_equal(both.world_to_camera, given.world_to_camera[[2, 0, 1]])
+    np.testing.assert_array_equal(both.intrinsics, given.intrinsics[[2, 0, 1]])
+    assert both.size == given.size
+
+
 def test_a_subset_takes_images_that_are_in_memory():
     images = np.zeros((2, 48, 64, 3), np.uint8)
     assert capture().subset(np.array([1, 2]), images).images is images

@@ -57,6 +57,11 @@ class Views:
         """The views at some rows, in that order."""
         return Views(self.world_to_camera[rows], self.intrinsics[rows], self.size)
 
+    def joined(self, others: Views) -> Views:
+        """These, then others of the same size."""
+        poses = np.concatenate([self.world_to_camera, others.world_to_camera])
+        return Views(poses, np.concatenate([self.intrinsics, others.intrinsics]), self.size)
+
 
 @dataclass(frozen=True)
 class Capture:

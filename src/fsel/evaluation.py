@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from fsel.capture import Views
 from fsel.metrics import METRICS, Metrics, checked, score_views
-from fsel.reconstruct import Reconstructor
+from fsel.reconstruct import FitsMany, Model, Reconstructor
 from fsel.reconstruct.outcome import FINISHED, RANGE, Unfinished
 
 logger = logging.getLogger(__name__)
@@ -101,8 +102,25 @@ class Evaluator:
             self._known[key] = self._reconstructed(np.array(key))
         return self._known[key]
 
-    def __call__(self, subset: np.ndarray) -> np.ndarray:
-        """(M,) metrics averaged over the views.
+    def measure_together(self, subsets: Sequence[np.ndarray]) -> None:
+        """Measure subsets before they are asked for, where the reconstructor fits several at once.
+
+        Elsewhere nothing happens. What does not finish is measured when it is asked for.
+        """
+        reconstructor = self.reconstructor
+        if not isinstance(reconstructor, FitsMany) or reconstructor.together == 1:
+            return
+        asked = {tuple(np.sort(subset).tolist()) for subset in subsets} - self._known.keys()
+        new = [np.array(key) for key in sorted(asked)]
+        logger.info("%d subsets, %d at once", len(new), reconstructor.together)
+        try:
+            for subset, model in zip(new, reconstructor.fit_many(new), strict=True):
+                self._known[tuple(subset.tolist())] = self._scored(model)
+        except Unfinished as end:
+            logger.warning("%d subsets together: %s: %s", len(new), end.outcome, end)
+
+    def scores(self, subset: np.ndarray) -> np.ndarray:
+        """(T, M) metrics, a row a view.
 
         Raises:
             Unfinished: when the reconstruction does not finish: a search cannot rank it.
@@ -110,18 +128,21 @@ class Evaluator:
         found = self.measure(subset)
         if found.outcome:
             raise Unfinished(found.outcome, f"frames {np.sort(subset).tolist()}", found.log)
-        return found.scores.mean(axis=0)
+        return found.scores
+
+    def __call__(self, subset: np.ndarray) -> np.ndarray:
+        """(M,) metrics averaged over the views; errors as of `scores`."""
+        return self.scores(subset).mean(axis=0)
 
     def _reconstructed(self, subset: np.ndarray) -> Measured:
         try:
-            return self._finished(subset)
+            return self._scored(self.reconstructor.fit(subset))
         except Unfinished as end:
             logger.error("frames %s: %s: %s", subset.tolist(), end.outcome, end)
             nothing = np.full((len(self.frames), len(self.metrics)), np.nan)
             return Measured(nothing, np.nan, np.nan, 0, 0, 0, "", end.outcome, end.log)
 
-    def _finished(self, subset: np.ndarray) -> Measured:
-        model = self.reconstructor.fit(subset)
+    def _scored(self, model: Model) -> Measured:
         started = time.perf_counter()
         rendered = model.render(self.views)
         seconds = time.perf_counter() - started

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from fsel.capture import Capture
+from fsel.capture import Capture, Views
 from fsel.evaluation import Evaluator
 from fsel.experiments.beside import views_beside
 from fsel.files import read_table, write_table, write_text
@@ -70,25 +70,35 @@ def evaluate_untold(
     capture = Capture.load(folder)
     described = read_table(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
-    beside = _beside(reconstructor, generated)
+    beside = None
+    if generated is not None:
+        beside = views_beside(reconstructor.capture, BESIDE, **generated)
     rows = []
     for start in STARTS:
         held = np.arange(start, len(capture), EVERY)
-        judges = {HELD: Evaluator.on_frames(reconstructor, held)} | beside
-        for method, made, k, frames in _picks(capture, described, held, budgets, seed, start):
-            head = {"start": start, "method": method, "seed": made, "k": k}
-            for views, judge in judges.items():
-                psnr, ssim, _ = judge(frames)
+        judge, shares = _judge(reconstructor, held, beside)
+        made = list(_picks(capture, described, held, budgets, seed, start))
+        judge.measure_together([frames for *_, frames in made])
+        for method, number, k, frames in made:
+            head = {"start": start, "method": method, "seed": number, "k": k}
+            scores = judge.scores(frames)
+            for views, share in shares.items():
+                psnr, ssim, _ = scores[share].mean(axis=0)
                 rows.append({"views": views, **head, "psnr": psnr, "ssim": ssim})
         logger.info("every eighth frame from %d held out: %d rows", start, len(rows))
     write_table(pd.DataFrame(rows), evaluation, units=UNITS, config=config)
 
 
-def _beside(reconstructor: Reconstructor, generated: Mapping | None) -> dict[str, Evaluator]:
-    if generated is None:
-        return {}
-    views, truth = views_beside(reconstructor.capture, BESIDE, **generated)
-    return {OFF: Evaluator(reconstructor, np.arange(BESIDE), views, truth)}
+def _judge(
+    reconstructor: Reconstructor, held: np.ndarray, beside: tuple[Views, np.ndarray] | None
+) -> tuple[Evaluator, dict[str, slice]]:
+    """What scores on the held-out frames and off the path, and which of its views are which."""
+    views, truth = reconstructor.capture.view(held), reconstructor.capture.images[held]
+    shares = {HELD: slice(len(held))}
+    if beside is not None:
+        views, truth = views.joined(beside[0]), np.concatenate([truth, beside[1]])
+        shares[OFF] = slice(len(held), None)
+    return Evaluator(reconstructor, np.arange(len(views)), views, truth), shares
 
 
 def _picks(

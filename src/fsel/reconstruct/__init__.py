@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -48,6 +48,18 @@ class Reconstructor(Protocol):
 
     def fit(self, frames: np.ndarray) -> Model:
         """Reconstruct from (K,) int64 distinct frames."""
+
+
+@runtime_checkable
+class FitsMany(Protocol):
+    """A reconstructor that may fit several subsets at once, as a GPU does small ones."""
+
+    @property
+    def together(self) -> int:
+        """How many it fits at once; 1 where nothing is gained by it."""
+
+    def fit_many(self, subsets: Sequence[np.ndarray]) -> Iterator[Model]:
+        """A model a subset, each as `fit` takes it."""
 
 
 class Factory(Protocol):

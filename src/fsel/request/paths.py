@@ -162,8 +162,7 @@ def with_views_beside(views: Views, capture: Capture) -> Views:
     shift = rng.normal(0, ASIDE * reach, (len(views), 3))
     turn = np.array([cv2.Rodrigues(about)[0] for about in rng.normal(0, TURN, (len(views), 3))])
     off = moved_aside(views.world_to_camera, turn, shift)
-    poses = np.concatenate([views.world_to_camera, off])
-    return Views(poses, np.tile(views.intrinsics, (2, 1)), views.size)
+    return views.joined(Views(off, views.intrinsics, views.size))
 
 
 def evenly(count: int, most: int) -> np.ndarray:

@@ -53,6 +53,7 @@ def judge_requests(
         targets = Split.from_table(drawn[drawn["request"] == number]).targets
         evaluator = Evaluator.on_frames(reconstructor, targets, metrics=METRIC)
         chosen = spread(part, subsets)
+        evaluator.measure_together(chosen["subset"].to_list())
         again = [float(evaluator(np.asarray(subset))[0]) for subset in chosen["subset"]]
         tables.append(chosen[KEPT].assign(psnr_again=again))
         logger.info("request %s: %d of %d subsets", number, len(chosen), len(part))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from fsel.reconstruct import gpu
 from fsel.reconstruct.gaussians import initial
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import GaussianSettings
-from fsel.reconstruct.gaussians.training import Steps, Training
+from fsel.reconstruct.gaussians.training import Begun, Steps, Training
 from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.subset import distinct, restricted
@@ -70,8 +70,59 @@ class Gaussians:
             ValueError: for fewer than two frames, repeated ones, or nothing to start from.
             Unfinished: when a GPU's memory does not suffice.
         """
-        frames = np.sort(distinct(frames))
+        return self._fit([frames], progress, stop)[0]
+
+    def fit_many(self, subsets: Sequence[np.ndarray]) -> Iterator[GaussianModel]:
+        """Reconstruct from many subsets: on a GPU together, so far as its memory goes.
+
+        Args:
+            subsets: each as `fit` takes it.
+
+        Yields:
+            A model a subset. Of those that were fitted together, `seconds` and `peak_bytes` are an
+            equal part each.
+
+        Raises:
+            ValueError, Unfinished: as `fit`, for any of them.
+        """
+        most = self.together
+        for at in range(0, len(subsets), most):
+            yield from self._fit(subsets[at : at + most])
+
+    @property
+    def together(self) -> int:
+        """How many subsets are fitted at once."""
+        return _made_on(self.settings.device).together(self.settings, self.capture.size)
+
+    def _fit(
+        self,
+        subsets: Sequence[np.ndarray],
+        progress: Callable[[int, int, float], None] | None = None,
+        stop: Callable[[], bool] | None = None,
+    ) -> list[GaussianModel]:
         started, peak = time.perf_counter(), gpu.Peak(self.settings.device)
+        made = _made_on(self.settings.device)
+        begun = [self._begun(np.sort(distinct(frames))) for frames in subsets]
+        with made.errors(f"{self.capture.source}: Gaussians of {len(subsets)} subsets"):
+            steps, kept = 0, list[np.ndarray]()
+            if full := [one for one in begun if len(one.table)]:
+                training = made.training(full, self.settings)
+                steps, kept = training.run(progress, stop), training.kept
+        found = iter(kept)
+        return [
+            made.model(
+                frame=one.frame,
+                table=next(found) if len(one.table) else one.table,
+                background=one.background,
+                steps=steps,
+                seconds=(time.perf_counter() - started) / len(subsets),
+                peak_bytes=peak.bytes // len(subsets),
+                device=made.name,
+            )
+            for one in begun
+        ]
+
+    def _begun(self, frames: np.ndarray) -> Begun:
         capture = restricted(self.capture, frames)
         frame, settings = Frame.of(capture), self.settings
         begin = initial.from_splats if settings.initial == "splats" else initial.from_points
@@ -81,26 +132,14 @@ class Gaussians:
         table = initial.table_of(
             xyz, rgb, frame, settings.degree, settings.gaussians, settings.seed
         )
-        background = _background(capture, settings.background)
-        made = _made_on(settings.device)
-        with made.errors(f"{capture.source}: Gaussians of {len(frames)} frames"):
-            training = made.training(capture, frame, table, background, settings)
-            steps, kept = training.run(progress, stop), training.kept
-        return made.model(
-            frame=frame,
-            table=kept,
-            background=background,
-            steps=steps,
-            seconds=time.perf_counter() - started,
-            peak_bytes=peak.bytes,
-            device=made.name,
-        )
+        return Begun(capture, frame, table, _background(capture, settings.background))
 
 
 class _Made(NamedTuple):
     """What works on a device."""
 
     training: Callable[..., Steps]
+    together: Callable[[GaussianSettings, tuple[int, int]], int]
     model: type[GaussianModel]
     errors: Callable[[str], AbstractContextManager]
     name: str
@@ -108,10 +147,10 @@ class _Made(NamedTuple):
 
 def _made_on(device: str) -> _Made:
     if device == "cpu":
-        return _Made(Training, GaussianModel, nullcontext, "cpu")
+        return _Made(Training, lambda *_: 1, GaussianModel, nullcontext, "cpu")
     from fsel.reconstruct.gaussians import cuda  # here: it imports torch
 
-    return _Made(cuda.CudaTraining, cuda.CudaModel, gpu.memory_errors, gpu.name())
+    return _Made(cuda.CudaTraining, cuda.together, cuda.CudaModel, gpu.memory_errors, gpu.name())
 
 
 def _background(capture: Capture, name: str) -> np.ndarray:

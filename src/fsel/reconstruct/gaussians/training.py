@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, SupportsFloat
 
 import numpy as np
 
@@ -19,58 +20,76 @@ SETTLED = 5 / 6  # share of the steps after which nothing is relocated (Kheradma
 RAISED = 1 / 30  # share of the steps between two degrees of the harmonics (Kerbl et al. 2023)
 
 
-class Steps(ABC):
-    """Gaussians that are being fitted to all frames of a capture: what every device shares, the
-    order of the views, and when what is done.
+class Begun(NamedTuple):
+    """A subset before the first step.
 
-    Args:
+    Attributes:
         capture: of the selected frames alone.
         frame: the normalised frame.
-        table: (n, c) float32 parameters to start from.
+        table: (n, c) float32 parameters to start from, n > 0 for steps.
         background: (3,) colour behind everything.
+    """
+
+    capture: Capture
+    frame: Frame
+    table: np.ndarray
+    background: np.ndarray
+
+    def room(self, budget: int) -> np.ndarray:
+        """(budget, c) float32, the table with rows to grow into."""
+        room = np.zeros((budget, self.table.shape[1]), np.float32)
+        room[: len(self.table)] = self.table
+        return room
+
+
+class Order:
+    """The chance of one fit: which view comes next, and all else that is drawn.
+
+    Args:
+        views: how many there are.
+        seed: of the fit.
+    """
+
+    def __init__(self, views: int, seed: int) -> None:
+        self.rng, self.views = np.random.default_rng(seed), views
+        self._queue: list[int] = []
+
+    def next_view(self) -> int:
+        """All of them in a new order, again and again."""
+        if not self._queue:
+            self._queue = self.rng.permutation(self.views).tolist()
+        return self._queue.pop()
+
+
+class Steps(ABC):
+    """Gaussians that are being fitted: what every device shares, when what is done.
+
+    Args:
         settings: of the reconstructor.
     """
 
-    def __init__(
-        self,
-        capture: Capture,
-        frame: Frame,
-        table: np.ndarray,
-        background: np.ndarray,
-        settings: GaussianSettings,
-    ) -> None:
-        self.settings, self.alive, self.views = settings, len(table), len(capture)
-        self.rng = np.random.default_rng(settings.seed)
+    def __init__(self, settings: GaussianSettings) -> None:
+        self.settings = settings
         self.rates = optimiser.Rates(settings.degree, settings.steps)
-        self.queue: list[int] = []
-        room = np.zeros((settings.gaussians if len(table) else 0, table.shape[1]), np.float32)
-        room[: len(table)] = table
-        self.prepare(capture, frame, room, background)
 
     @abstractmethod
-    def prepare(
-        self, capture: Capture, frame: Frame, room: np.ndarray, background: np.ndarray
-    ) -> None:
-        """Put everything where the steps need it; `room` is the table, with rows to grow into."""
-
-    @abstractmethod
-    def step(self, step: int) -> float:
+    def step(self, step: int) -> SupportsFloat:
         """One update; returns the mean loss of its views before it, without the penalties."""
 
     @property
     @abstractmethod
-    def kept(self) -> np.ndarray:
-        """(n, c) float32, the Gaussians that add to any pixel."""
+    def kept(self) -> list[np.ndarray]:
+        """For each subset (n, c) float32, the Gaussians that add to any pixel."""
 
     def run(self, progress: Callable | None, stop: Callable[[], bool] | None) -> int:
         """All steps, or those before `stop` says so; returns how many were made."""
-        steps = self.settings.steps if self.alive else 0
+        steps = self.settings.steps
         for step in range(steps):
             if stop is not None and stop():
                 return step
             loss = self.step(step)
             if progress is not None:
-                progress(step + 1, steps, loss)
+                progress(step + 1, steps, float(loss))
         return steps
 
     def degree(self, step: int) -> int:
@@ -81,19 +100,9 @@ class Steps(ABC):
         """Whether dead Gaussians move after a step."""
         return (step + 1) % RELOCATED == 0 and step < SETTLED * self.settings.steps
 
-    def next_view(self) -> int:
-        """All of them in a new order, again and again."""
-        if not self.queue:
-            self.queue = self.rng.permutation(self.views).tolist()
-        return self.queue.pop()
-
-    def factor(self, step: int) -> np.ndarray:
-        """(alive,) factors of the opacities: zero for those that a step leaves out."""
-        rate = self.settings.dropout * (step + 1) / self.settings.steps
-        factor = np.ones(self.alive, np.float32)
-        if rate > 0:
-            factor[:] = (self.rng.random(self.alive) >= rate) / (1 - rate)
-        return factor
+    def dropped(self, step: int) -> float:
+        """Share of the Gaussians that a step leaves out."""
+        return self.settings.dropout * (step + 1) / self.settings.steps
 
 
 def visible(table: np.ndarray) -> np.ndarray:
@@ -102,13 +111,19 @@ def visible(table: np.ndarray) -> np.ndarray:
 
 
 class Training(Steps):
-    """The steps on the CPU."""
+    """The steps on the CPU, of one subset.
 
-    def prepare(
-        self, capture: Capture, frame: Frame, room: np.ndarray, background: np.ndarray
-    ) -> None:
-        """Everything stays in memory."""
-        self.table = room
+    Args:
+        begun: holding that subset alone.
+        settings: of the reconstructor.
+    """
+
+    def __init__(self, begun: Sequence[Begun], settings: GaussianSettings) -> None:
+        super().__init__(settings)
+        (one,) = begun
+        capture, frame, table, background = one
+        self.alive, self.order = len(table), Order(len(capture), settings.seed)
+        self.table = one.room(settings.gaussians)
         self.grad = np.zeros_like(self.table)
         self.adam = optimiser.Adam(self.table, self.rates)
         self.canvas = Canvas(len(self.table), capture.size, background)
@@ -126,7 +141,7 @@ class Training(Steps):
         settings, table = self.settings, self.table[: self.alive]
         degree, factor, loss, seen = self.degree(step), self.factor(step), 0.0, []
         for _ in range(settings.views):
-            view = self.next_view()
+            view = self.order.next_view()
             seen.append(self.canvas.draw(table, degree, factor, self.cameras[view]).copy())
             mask = self.masks[view] if self.masks is not None else np.empty((0, 0), bool)
             loss += losses.loss_gradient(
@@ -139,13 +154,20 @@ class Training(Steps):
         )
         self.adam.step(self.grad, touched, step)
         if settings.noise:
-            optimiser.shake(table, touched, self.rng, self.rates.noise(step))
+            optimiser.shake(table, touched, self.order.rng, self.rates.noise(step))
         if self.relocates(step):
-            self.alive, changed = densify.relocate(self.table, self.alive, self.rng)
+            self.alive, changed = densify.relocate(self.table, self.alive, self.order.rng)
             self.adam.forget(changed)
         return loss / settings.views
 
+    def factor(self, step: int) -> np.ndarray:
+        """(alive,) factors of the opacities: zero for those that a step leaves out."""
+        rate, factor = self.dropped(step), np.ones(self.alive, np.float32)
+        if rate > 0:
+            factor[:] = (self.order.rng.random(self.alive) >= rate) / (1 - rate)
+        return factor
+
     @property
-    def kept(self) -> np.ndarray:
+    def kept(self) -> list[np.ndarray]:
         """The Gaussians that add to any pixel."""
-        return visible(self.table[: self.alive])
+        return [visible(self.table[: self.alive])]
