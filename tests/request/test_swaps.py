@@ -1,6 +1,4 @@
-"""Picks made better by swaps: what is kept, who judges, when it ends."""
-
-from types import SimpleNamespace
+"""Picks made better by swaps: what is kept, when it ends, how it is asked for."""
 
 import numpy as np
 import pytest
@@ -8,48 +6,7 @@ from small_captures import record_of, select, write_ring
 
 import fsel
 from fsel.request.refine import Refine
-from fsel.request.swaps import Judges, swaps
-
-
-class Recorder:
-    """A reconstructor whose models render every view in the grey level of their frames' sum."""
-
-    def __init__(self, images):
-        self.capture = SimpleNamespace(images=images, view=lambda frames: frames)
-        self.fitted = []
-
-    def fit(self, frames):
-        self.fitted.append(frames.tolist())
-        shape = self.capture.images.shape[1:]
-        level = np.float32(frames.sum() / 255)
-        return SimpleNamespace(render=lambda views: np.full((len(views), *shape), level))
-
-
-def decibels(*levels):
-    """PSNR of grey levels against black."""
-    return 20 * np.log10(255 / np.array(levels, float))
-
-
-@pytest.fixture
-def images():
-    return np.zeros((6, 11, 11, 3), np.uint8)
-
-
-def test_a_frame_never_judges_itself(images):
-    recorder = Recorder(images)
-    judge = Judges.of(recorder, np.array([[4, 1], [5, 1]]), np.array([5, 2, 1]))
-    assert judge.frames.tolist() == [1, 4, 5]
-    # frame 4 is rendered from 1 + 2 + 5, frame 1 from 2 + 5, frame 5 from 1 + 2 grey levels
-    assert recorder.fitted == [[1, 2, 5], [2, 5], [1, 2]]
-    np.testing.assert_allclose(judge.base, decibels(7, 8, 3), atol=1e-5)
-    assert judge(np.array([1, 5, 3])) == pytest.approx(decibels(9)[0] - decibels(8)[0], abs=1e-5)
-    both = decibels(6, 6) - decibels(8, 3)
-    assert judge(np.array([1, 2, 3])) == pytest.approx(both.mean(), abs=1e-5)
-
-
-def test_where_every_judge_is_picked_nothing_is_gained(images):
-    judge = Judges.of(Recorder(images), np.array([1, 2]), np.array([5, 2, 1]))
-    assert judge(np.array([1, 2, 3])) == 0
+from fsel.request.swaps import swaps
 
 
 def test_swaps_climb_to_the_best_subset_and_end():

@@ -1,76 +1,28 @@
 """Picks made better by swaps that real reconstructions judge, for as long as a person waits.
 
 Not in the paper. Its search (section 3.4) judges subsets on frames that no subset may hold, before
-any capture is met. Here the capture is at hand, and every observed frame may be picked: the frames
-near the targets judge as long as they are not picked themselves, so that no frame judges itself.
+any capture is met. Here the capture is at hand, and every observed frame may be picked, see
+`fsel.request.judges`.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.geometry import pose_distance
-from fsel.metrics import score_views
 from fsel.problem import Problem
 from fsel.reconstruct import Reconstructor, reconstructor_of
+from fsel.request.judges import Judges, nearest_to_targets
 from fsel.request.refine import Refine, Swapped
 
 SHARE = 0.5  # of the swaps that bring a neighbour in capture order of the frame that leaves
 NEIGHBOURS = 6  # free frames around it
-JUDGING = 3  # frames nearest to each target, which judge
 REGION = 8  # frames nearest to each target, which the other swaps bring
-METRIC = ("psnr",)
 LEAST_PICKS = 3  # without a judge that is picked, two are left to reconstruct from
 JUDGE = {"name": "splats", "long_side": 64, "settings": {}}
 TRIES = 20  # of proposals that were met before, until the neighbourhood counts as searched
-
-
-@dataclass(frozen=True)
-class Judges:
-    """PSNR of observed frames that are not picked, over what the first picks gave them.
-
-    Attributes:
-        reconstructor: bound to the capture.
-        frames: (J,) int64 distinct frames, ascending.
-        images: (J, h, w, 3) uint8 of them, at the reconstruction size.
-        base: (J,) PSNR of each by the first picks without itself. Without it, subsets that hold the
-            frames that are hard to render would look better than they are.
-    """
-
-    reconstructor: Reconstructor
-    frames: np.ndarray
-    images: np.ndarray
-    base: np.ndarray
-
-    @classmethod
-    def of(cls, reconstructor: Reconstructor, frames: np.ndarray, picks: np.ndarray) -> Judges:
-        """Frames of the reconstructor's capture, each counted once, and (K,) picks, K >= 3."""
-        distinct = np.unique(frames)
-        images = np.asarray(reconstructor.capture.images[distinct])
-        judges = cls(reconstructor, distinct, images, np.zeros(len(distinct)))
-        picked = np.isin(distinct, picks)
-        judges.base[~picked] = judges.scores(picks, ~picked)
-        for row in np.flatnonzero(picked):
-            alone = np.arange(len(distinct)) == row
-            judges.base[row] = judges.scores(np.setdiff1d(picks, distinct[row]), alone)[0]
-        return judges
-
-    def __call__(self, picks: np.ndarray) -> float:
-        """Of (K,) distinct picks, in any order: the mean gain in dB; 0 where all are picked."""
-        free = ~np.isin(self.frames, picks)
-        return float((self.scores(picks, free) - self.base[free]).mean()) if free.any() else 0.0
-
-    def scores(self, picks: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """PSNR of some of the frames, (J,) bool, rendered from a reconstruction of the picks."""
-        if not rows.any():
-            return np.zeros(0)
-        model = self.reconstructor.fit(np.sort(picks))
-        rendered = model.render(self.reconstructor.capture.view(self.frames[rows]))
-        return score_views(rendered, self.images[rows], metrics=METRIC)[:, 0]
 
 
 def swaps(
@@ -124,18 +76,9 @@ def problem_swaps(
         picks: (K,) observed frames, K >= 3.
         rng: the only source of chance.
     """
-    nearest = nearest_to_targets(problem)
-    judge = Judges.of(reconstructor, nearest[:, :JUDGING], picks)
-    return swaps(judge, picks, problem.observed, np.unique(nearest[:, :REGION]), rng)
-
-
-def nearest_to_targets(problem: Problem) -> np.ndarray:
-    """(T, P) observed frames, a row a target, the nearest first."""
-    capture, pool, targets = problem.capture, problem.observed, problem.targets
-    distance = pose_distance(
-        targets.centers, targets.axes, capture.centers[pool], capture.axes[pool]
-    )
-    return pool[np.argsort(distance, axis=1, kind="stable")]
+    region = np.unique(nearest_to_targets(problem)[:, :REGION])
+    judges = Judges(reconstructor, problem, picks)
+    return swaps(judges, picks, problem.observed, region, rng)
 
 
 def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> Swapped:

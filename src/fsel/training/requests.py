@@ -18,7 +18,8 @@ import pandas as pd
 from fsel.baselines.nearest import nearest
 from fsel.capture import Capture
 from fsel.problem import Problem
-from fsel.request.swaps import REGION, nearest_to_targets, swaps
+from fsel.request.judges import nearest_to_targets
+from fsel.request.swaps import REGION, swaps
 from fsel.seeds import name_seed
 from fsel.selector import pretrained
 from fsel.split import Split, coverage_split
