@@ -45,7 +45,7 @@ def evaluate_swaps(
     Args:
         folder: a canonical capture.
         split, selections: split.parquet and what `select` wrote of one draw.
-        evaluation: receives tried, seconds, judged (the gain that the swaps see), psnr (of the
+        evaluation: receives tried, seconds, judged (the swaps' estimate of the gain), psnr (of the
             targets).
         reconstruction: the config's section, of the reconstructor that measures.
         k: budget of the picks.

@@ -77,7 +77,7 @@ def saturation(
 
 
 def swaps(found: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None:
-    """Gain of swaps on the targets against seconds, and what the swaps themselves see.
+    """Gain of swaps on the targets against seconds, and the swaps' own estimate of it.
 
     Args:
         found: seconds, judged, gain, ci_low, ci_high: means over scenes, dB.
@@ -88,7 +88,7 @@ def swaps(found: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None
     axis = figure.subplots()
     axis.plot(found["seconds"], found["gain"], "o-", markersize=3, label="targets")
     axis.fill_between(found["seconds"], found["ci_low"], found["ci_high"], alpha=0.2)
-    axis.plot(found["seconds"], found["judged"], "--", color="grey", label="frames that judge")
+    axis.plot(found["seconds"], found["judged"], "--", color="grey", label="estimated by the swaps")
     axis.axhline(0, color="black", linewidth=0.5)
     axis.set_xlabel("processor seconds of swaps", fontsize=8)
     axis.set_ylabel("PSNR gained (dB)", fontsize=8)

@@ -15,7 +15,7 @@ class Swapped:
     Attributes:
         picks: (K,) int64, the best so far; a frame that was swapped in has the place in pick order
             of the one that left.
-        gain: mean PSNR of the frames that judge, over what the picks at the start gave them, dB.
+        gain: mean PSNR of the targets over what the picks at the start give, dB; an estimate.
         tried: subsets reconstructed, the start included.
     """
 
