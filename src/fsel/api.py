@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
@@ -12,6 +12,7 @@ from fsel.capture import Capture, Views
 from fsel.features.sharpness import sharpness as measure_sharpness
 from fsel.problem import Method, Problem, checked_select
 from fsel.request import budget
+from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
 from fsel.request.memory import within
@@ -48,6 +49,7 @@ class Selection:
         budget: how k was found, where it was to be found.
         swapped: what swaps changed and gained, where they were asked for. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
+        exchanged: name of a pick -> that of the blurred one whose place it took.
     """
 
     names: tuple[str, ...]
@@ -56,6 +58,7 @@ class Selection:
     seconds: float
     budget: Budget | None = None
     swapped: Swapped | None = None
+    exchanged: dict[str, str] = field(default_factory=dict)
 
 
 def select(
@@ -67,7 +70,7 @@ def select(
     *,
     weights: str | Path | None = None,
     refine: float | Refine | None = None,
-    sharpness: np.ndarray | None = None,
+    sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | None = None,
     descriptors: np.ndarray | None = None,
     always: Wish = None,
@@ -91,8 +94,11 @@ def select(
         refine: seconds in which swaps are tried that real reconstructions of the capture judge, see
             `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
             them.
-        sharpness, descriptors: (N,) and (N, D) of every frame, where they are known already; else
-            measured for methods that read them, descriptors by `lab_hog`, which needs no weights.
+        sharpness: (N,) of every frame, where it is known already, or what measures it of some;
+            else it is measured of the capture's images, of all for methods that read it. Blurred
+            picks of `fsel` are exchanged, see `fsel.request.blur`; zeros exchange none.
+        descriptors: (N, D) of every frame, where they are known already; else measured for methods
+            that read them, by `lab_hog`, which needs no weights.
         focus: an object that targets must see, see `fsel.request.focus`.
         always, never: names or numbers of frames that are selected first, by methods that score
             frames, and of frames that are not selected; or a file with a name a line.
@@ -110,21 +116,26 @@ def select(
     method = method_of(method, weights)
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus, always, never)
-    if sharpness is None:
-        known = np.zeros(len(capture))
-        sharpness = measure_sharpness(capture.images) if "sharpness" in method.reads else known
+    sharpness_of = _sharpness_of(capture, sharpness)
+    known = np.zeros(len(capture))
+    if "sharpness" in method.reads:
+        known = sharpness_of(np.arange(len(capture)))
     if descriptors is None and "appearance" in method.reads:
         descriptors = described(capture)
     ranked = _ranked_by(method, seed)
     asked = number_of(k)
     started = time.perf_counter()
-    problem = request_problem(capture, targets, sharpness, focus, descriptors)
+    problem = request_problem(capture, targets, known, focus, descriptors)
     found = None
     if isinstance(asked, Auto):
         frames, scores, found = _enough(problem, targets.views, ranked, asked)
     else:
         frames, scores = ranked(problem, asked)
-    swapped = None
+    began, swapped = frames, None
+    frames = sharpened(method, problem, frames, sharpness_of)
+    instead = {
+        capture.names[a]: capture.names[b] for a, b in zip(frames, began, strict=True) if a != b
+    }
     if refine is not None:
         if len(targets.always):
             raise ValueError("frames that are always to be selected cannot be swapped: no refine")
@@ -132,11 +143,25 @@ def select(
 
         patience = refine if isinstance(refine, Refine) else Refine(refine)
         swapped = refined(problem, frames, patience, seed)
-        scores = np.where(swapped.picks == frames, scores, np.nan)
         frames = swapped.picks
+    scores = np.where(frames == began, scores, np.nan)
     seconds = time.perf_counter() - started
     names = tuple(capture.names[i] for i in frames)
-    return Selection(names, frames, scores, seconds, found, swapped)
+    return Selection(names, frames, scores, seconds, found, swapped, instead)
+
+
+def sharpened(
+    method: Method, problem: Problem, frames: np.ndarray, sharpness_of: SharpnessOf
+) -> np.ndarray:
+    """(K,) a method's picks; of `fsel` the blurred ones exchanged, see `fsel.request.blur`."""
+    return exchanged(problem, frames, sharpness_of) if method.name == pretrained.DEFAULT else frames
+
+
+def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) -> SharpnessOf:
+    """What says how sharp frames are; see `select`."""
+    if sharpness is None:
+        return lambda frames: measure_sharpness(capture.images[frames])
+    return sharpness if callable(sharpness) else np.asarray(sharpness).__getitem__
 
 
 def number_of(k: int | str | Auto) -> int | Auto:

@@ -226,7 +226,7 @@ def test_geometry_only_opens_the_picks_alone(model, method, tmp_path, monkeypatc
     assert written[0]["sharpness_rank"] is None
 
 
-def test_sharpness_is_shown_when_asked_for_and_changes_neither_picks_nor_reasons(capture, tmp_path):
+def test_all_sharpness_is_shown_when_asked_for_and_changes_no_picks(capture, tmp_path):
     blurred = tmp_path / "blurred"
     shutil.copytree(capture, blurred)
     for file in sorted(blurred.rglob("frame_0*.jpg"))[::3]:

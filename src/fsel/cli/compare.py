@@ -21,11 +21,12 @@ from fsel.export.compared import Cell, Compared, differences
 from fsel.export.records import FolderRecord
 from fsel.export.staging import staged
 from fsel.export.versus import comparison
-from fsel.layouts.previews import sharpness_of_files
+from fsel.layouts.previews import sharpness_among
 from fsel.measuring import Run, picks_at, runs
 from fsel.metrics import Metrics
 from fsel.problem import Method
 from fsel.reconstruct import Model, Reconstructor
+from fsel.request.blur import SharpnessOf
 from fsel.request.focus import Focus
 from fsel.request.paths import evenly
 from fsel.request.problem import request_problem
@@ -51,13 +52,10 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         if masks is not None:
             console.say("object", f"in {len(judged)} held-out frames, compared inside of it alone")
-        sharpness = np.zeros(len(opened.capture))
-        if any("sharpness" in method.reads for method in methods):
-            bar = console.bar("sharpness")
-            sharpness = sharpness_of_files(opened.raw.images, opened.longest, bar)
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
-            picks = _picks(asked, capture, targets, methods, sharpness, focus)
+            sharpness_of = sharpness_among(opened.raw.images, opened.longest)
+            picks = _picks(asked, capture, targets, methods, sharpness_of, focus)
         scores, evaluator = _scores(asked, capture, (judged, masks), picks, metrics, console)
         rows = _rows(capture, picks, scores, metrics)
         compared = _compared(asked, capture, judged, picks, scores, evaluator)
@@ -107,10 +105,13 @@ def _picks(
     capture: Capture,
     targets: Targets,
     methods: Sequence[Method],
-    sharpness: np.ndarray,
+    sharpness_of: SharpnessOf,
     focus: Focus | None,
 ) -> Picks:
     """(k, method) -> one selection a seed; nested methods are asked once for the largest k."""
+    sharpness = np.zeros(len(capture))
+    if any("sharpness" in method.reads for method in methods):
+        sharpness = sharpness_of(np.arange(len(capture)))
     looked_at = any("appearance" in method.reads for method in methods)
     descriptors = api.described(capture) if looked_at else None
     problem = request_problem(capture, targets, sharpness, focus, descriptors)
@@ -124,7 +125,8 @@ def _picks(
             picks |= {(k, api.ALL_FRAMES): [problem.observed] for k in asked.k}
             continue
         for made in picks_at(problem, run, asked.k, chance):
-            picks.setdefault((made.k, run.method.name), []).append(made.frames)
+            frames = api.sharpened(run.method, problem, made.frames, sharpness_of)
+            picks.setdefault((made.k, run.method.name), []).append(frames)
     return picks
 
 

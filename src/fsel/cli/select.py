@@ -23,7 +23,7 @@ from fsel.export.staging import staged
 from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.layouts.opening import LONG_SIDE, Opened
-from fsel.layouts.previews import check_pixels, sharpness_of_files, thumbnails
+from fsel.layouts.previews import check_pixels, sharpness_among, thumbnails
 from fsel.problem import Method
 from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.hidden import behind
@@ -73,6 +73,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     swapped = outcome.selection.swapped
     if swapped is not None:
         console.say("refined", f"{swapped.gain:+.2f} dB in {swapped.tried} reconstructed subsets")
+    if instead := outcome.selection.exchanged:
+        console.say("blurred", f"{len(instead)} picks, exchanged for sharp frames beside them")
     picked = len(outcome.selection.names)
     console.say("picked", f"{picked} frames by {method.name}, service {reached:.1%}")
     console.say("written", f"{asked.out} after {seconds['total']:.2f} s")
@@ -111,8 +113,12 @@ def _select(
     _warn_of_walls(asked, console, opened, targets)
     started = time.perf_counter()
     sharpness = None
-    if not asked.geometry_only and (asked.sharpness or "sharpness" in method.reads):
-        sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
+    sharpness_of = sharpness_among(opened.raw.images, opened.longest, console.bar("sharpness"))
+    if asked.geometry_only:
+        sharpness_of = np.zeros(len(capture)).__getitem__
+    elif asked.sharpness or "sharpness" in method.reads:
+        sharpness = sharpness_of(np.arange(len(capture)))
+        sharpness_of = sharpness.__getitem__
     seconds["sharpness"] = time.perf_counter() - started
     capture = _read(asked, console, opened, method)
     with refining(asked.refine, console) as refine:
@@ -123,7 +129,7 @@ def _select(
             method,
             asked.seed,
             refine=refine,
-            sharpness=np.zeros(len(capture)) if sharpness is None else sharpness,
+            sharpness=sharpness_of,
             focus=focus,
             descriptors=_described(asked, capture, method, seconds),
         )

@@ -75,13 +75,13 @@ def add_select(commands) -> None:
         "--sharpness",
         action="store_true",
         help="measure the sharpness of every frame for the report: a timeline, and blurred picks "
-        "marked; picks of fsel are the same",
+        "marked; without, only that of picks and frames around them",
     )
     looking.add_argument(
         "--geometry-only",
         action="store_true",
-        help="do not look at images: no sharpness, no pictures in the report, no points where the "
-        "capture has none",
+        help="do not look at images: blurred picks stay, no pictures in the report, no points "
+        "where the capture has none",
     )
     _add_form(command)
     add_output(command, "folder to write")

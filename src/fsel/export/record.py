@@ -12,7 +12,8 @@ import numpy as np
 
 from fsel.api import Selection
 from fsel.capture import Capture
-from fsel.export.service import BLURRED, Service, closest_pick, relative_sharpness, service_of
+from fsel.export.service import Service, closest_pick, service_of
+from fsel.request.blur import BLURRED, relative_sharpness
 from fsel.request.budget import Budget
 from fsel.request.paths import evenly
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
@@ -74,6 +75,7 @@ def picked(outcome: Outcome) -> list[dict]:
                 "nearest_target": capture.names[known[view]] if len(known) else view,
                 "sharpness_rank": int(ranks[frame]) if ranks is not None else None,
                 "blurred": bool(blurred[frame]) if blurred is not None else None,
+                "in_place_of": selection.exchanged.get(selection.names[order]),
             }
         )
     return entries
@@ -85,19 +87,23 @@ def left(outcome: Outcome) -> list[dict]:
     pool = outcome.targets.pool(capture)
     adds = dict(zip(pool.tolist(), outcome.service.left, strict=True))
     closest = closest_pick(capture, picks)
+    stand_in = {blurred: name for name, blurred in outcome.selection.exchanged.items()}
     relative = None
     if outcome.by_sharpness and outcome.sharpness is not None:
         relative = relative_sharpness(outcome.sharpness)
     entries = []
     for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
         near = capture.names[closest[frame]]
-        if frame not in adds:
+        name = capture.names[frame]
+        if name in stand_in:
+            reason = f"blurred: {stand_in[name]} beside it was picked in its place"
+        elif frame not in adds:
             reason = _left_out(outcome.targets, frame)
         elif relative is not None and relative[frame] < BLURRED:
             reason = f"near {near}; {relative[frame]:.0%} as sharp as its neighbours"
         else:
             reason = f"near {near}; would add {adds[frame]:.2%} service"
-        entries.append({"name": capture.names[frame], "reason": reason, "closest_pick": near})
+        entries.append({"name": name, "reason": reason, "closest_pick": near})
     return entries
 
 

@@ -61,6 +61,13 @@ def sharpness_of_files(
     return np.array(in_turn(measure, files, progress))
 
 
+def sharpness_among(
+    files: Sequence[images.Image], longest: int, progress: Progress = in_silence
+) -> Callable[[np.ndarray], np.ndarray]:
+    """What measures some of the files, given their numbers; see `sharpness_of_files`."""
+    return lambda frames: sharpness_of_files([files[i] for i in frames], longest, progress)
+
+
 def thumbnails(files: Sequence[images.Image], longest: int, side: int) -> list[bytes]:
     """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`."""
     flag = COLOR[_factor(longest, side)]

@@ -1,0 +1,109 @@
+"""Which picks are blurred, and what takes their place."""
+
+import numpy as np
+import pytest
+from selection_problems import capture_of
+
+import fsel
+from fsel.problem import Problem
+from fsel.request.blur import exchanged, relative_sharpness
+
+PICKS = np.array([30, 10, 20, 2])
+
+
+def test_sharpness_is_relative_to_neighbours():
+    sharpness = np.array([100.0, 100, 100, 10, 100, 100, 900, 900, 900, 900, 900, 900])
+    relative = relative_sharpness(sharpness)
+    assert relative[3] == pytest.approx(0.1)
+    assert (relative[[0, 1, 2]] == 1).all()
+    np.testing.assert_array_equal(relative_sharpness(np.zeros(4)), np.ones(4))
+
+
+def walk(without=(), given=()):
+    """Cameras on a line, one a metre, that look ahead; some are not to be selected."""
+    count = 36
+    centers = np.zeros((count, 3))
+    centers[:, 0] = np.arange(count)
+    capture = capture_of(centers, np.tile(np.eye(3), (count, 1, 1)))
+    pool = np.setdiff1d(np.arange(count), without)
+    return Problem(
+        capture=capture,
+        candidates=pool,
+        proxies=pool[:1],
+        targets=capture.view(pool[:1]),
+        descriptors=np.zeros((count, 0), np.float32),
+        sharpness=np.zeros(count),
+        given=np.array(given, np.int64),
+    )
+
+
+def made(sharpness, **changed):
+    values = np.full(36, 100.0)
+    values[list(sharpness)] = list(sharpness.values())
+    return exchanged(walk(**changed), PICKS, values.__getitem__).tolist()
+
+
+@pytest.mark.parametrize(
+    ("sharpness", "changed", "instead"),
+    [
+        ({}, {}, 10),
+        ({10: 50}, {}, 10),  # half as sharp as its neighbours, not less
+        ({10: 49}, {}, 9),  # of equally sharp and equally close ones, the first
+        ({10: 49, 12: 101}, {}, 12),  # the sharpest within two
+        ({10: 49, 13: 200}, {}, 9),  # not one beyond
+        ({10: 49, 8: 63, 9: 63, 11: 63, 12: 63}, {}, 10),  # not 1.3 times as sharp
+        ({10: 49, 8: 63, 9: 63, 11: 64, 12: 63}, {}, 11),
+        ({10: 49}, {"given": [10]}, 10),
+        ({10: 49, 12: 300}, {"without": [12]}, 9),
+        ({10: 49, 13: 200}, {"without": [7, 11]}, 13),  # then it is one of the four closest
+    ],
+)
+def test_a_blurred_pick_gives_way(sharpness, changed, instead):
+    assert made(sharpness, **changed) == [30, instead, 20, 2]
+
+
+def test_no_frame_is_picked_twice():
+    picks = np.array([10, 9, 11, 8])
+    values = np.full(36, 100.0)
+    values[10] = 10
+    assert exchanged(walk(), picks, values.__getitem__).tolist() == [12, 9, 11, 8]
+    values[[9, 10]] = 10
+    # the first takes what the second might have taken too
+    assert exchanged(walk(), np.array([10, 9]), values.__getitem__).tolist() == [11, 8]
+
+
+def test_the_first_and_the_last_frame_have_neighbours_on_one_side():
+    values = np.full(36, 100.0)
+    values[[0, 35]] = 10
+    assert exchanged(walk(), np.array([0, 35]), values.__getitem__).tolist() == [1, 34]
+
+
+def test_only_frames_around_the_picks_are_looked_at_and_none_that_is_held_out():
+    asked = []
+
+    def sharpness_of(frames):
+        asked.append(frames.tolist())
+        return np.full(len(frames), 7.0)
+
+    exchanged(walk(without=[11, 12]), np.array([10]), sharpness_of)
+    assert asked == [[5, 6, 7, 8, 9, 10, 13, 14, 15, 16, 17]]
+
+
+@pytest.mark.parametrize("method", ["fsel", "uniform"])
+def test_picks_of_fsel_alone_are_exchanged_and_the_selection_says_so(method):
+    capture = walk().capture
+    plain = fsel.select(capture, 6, method=method, sharpness=np.zeros(36))
+    assert plain.exchanged == {}
+    sharpness = np.full(36, 100.0)
+    sharpness[plain.indices[2]] = 1
+    found = fsel.select(capture, 6, method=method, sharpness=sharpness)
+    if method == "uniform":
+        assert found.names == plain.names
+        return
+    (came, left), *others = found.exchanged.items()
+    assert (left, others) == (plain.names[2], [])
+    assert found.names == (*plain.names[:2], came, *plain.names[3:])
+    assert abs(found.indices[2] - plain.indices[2]) <= 4
+    np.testing.assert_array_equal(np.isnan(found.scores), np.arange(6) == 2)
+    by_measuring = fsel.select(capture, 6, method=method, sharpness=sharpness.__getitem__)
+    assert by_measuring.names == found.names
