@@ -45,7 +45,7 @@ class Selection:
         names: k frame names in pick order.
         indices: (k,) int64 their numbers in the capture.
         scores: (k,) float64 the scorer's value when each was picked; NaN for methods without one.
-        seconds: spent selecting, features included, images excluded.
+        seconds: spent selecting, features included, images and their sharpness excluded.
         budget: how k was found, where it was to be found.
         swapped: what swaps changed and gained, where they were asked for. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
@@ -131,8 +131,9 @@ def select(
         frames, scores, found = _enough(problem, targets.views, ranked, asked)
     else:
         frames, scores = ranked(problem, asked)
-    began, swapped = frames, None
+    seconds, began, swapped = time.perf_counter() - started, frames, None
     frames = sharpened(method, problem, frames, sharpness_of)
+    started = time.perf_counter()
     instead = {
         capture.names[a]: capture.names[b] for a, b in zip(frames, began, strict=True) if a != b
     }
@@ -145,7 +146,7 @@ def select(
         swapped = refined(problem, frames, patience, seed)
         frames = swapped.picks
     scores = np.where(frames == began, scores, np.nan)
-    seconds = time.perf_counter() - started
+    seconds += time.perf_counter() - started
     names = tuple(capture.names[i] for i in frames)
     return Selection(names, frames, scores, seconds, found, swapped, instead)
 

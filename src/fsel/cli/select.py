@@ -25,6 +25,7 @@ from fsel.features.appearance import check as check_appearance
 from fsel.layouts.opening import LONG_SIDE, Opened
 from fsel.layouts.previews import check_pixels, sharpness_among, thumbnails
 from fsel.problem import Method
+from fsel.request.blur import SharpnessOf
 from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.hidden import behind
 from fsel.request.memory import SPLATS
@@ -111,15 +112,12 @@ def _select(
             f"{targets.far.sum()} of {len(targets.views)} target views lie far from every camera"
         )
     _warn_of_walls(asked, console, opened, targets)
-    started = time.perf_counter()
-    sharpness = None
-    sharpness_of = sharpness_among(opened.raw.images, opened.longest, console.bar("sharpness"))
+    sharpness, sharpness_of = None, _measuring(opened, console, seconds)
     if asked.geometry_only:
         sharpness_of = np.zeros(len(capture)).__getitem__
     elif asked.sharpness or "sharpness" in method.reads:
         sharpness = sharpness_of(np.arange(len(capture)))
         sharpness_of = sharpness.__getitem__
-    seconds["sharpness"] = time.perf_counter() - started
     capture = _read(asked, console, opened, method)
     with refining(asked.refine, console) as refine:
         selection = api.select(
@@ -135,6 +133,20 @@ def _select(
         )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
+
+
+def _measuring(opened: Opened, console: Console, seconds: dict[str, float]) -> SharpnessOf:
+    """What measures the sharpness of some frames, and adds the time that it takes."""
+    measure = sharpness_among(opened.raw.images, opened.longest, console.bar("sharpness"))
+    seconds["sharpness"] = 0.0
+
+    def timed(frames: np.ndarray) -> np.ndarray:
+        started = time.perf_counter()
+        found = measure(frames)
+        seconds["sharpness"] += time.perf_counter() - started
+        return found
+
+    return timed
 
 
 def _warn_of_walls(
