@@ -105,7 +105,8 @@ class Evaluator:
     def measure_together(self, subsets: Sequence[np.ndarray]) -> None:
         """Measure subsets before they are asked for, where the reconstructor fits several at once.
 
-        Elsewhere nothing happens. What does not finish is measured when it is asked for.
+        Elsewhere nothing happens. What does not finish is measured when it is asked for. The costs
+        of each are its share of what all took.
         """
         reconstructor = self.reconstructor
         if not isinstance(reconstructor, FitsMany) or reconstructor.together == 1:

@@ -180,9 +180,8 @@ def measure(
     """
     import pandas as pd
 
-    tables, groups = [], picks.groupby(list(by))
-    evaluator.measure_together([part["frame"].to_numpy(np.int64) for _, part in groups])
-    for key, part in groups:
+    tables = []
+    for key, part in picks.groupby(list(by)):
         table = measured(evaluator, part["frame"].to_numpy(np.int64))
         first = next(iter(evaluator.metrics))
         logger.info("%s: %s %.3f", key, first, table[first].mean())
