@@ -18,7 +18,7 @@ def labelled(scene, tmp_path):
 
     def make(**changes):
         settings = {"coverages": [25], "draws": 2, "budgets": [4], "seed": 5, "inputs": []}
-        settings |= {"search": {"evaluations": 6, "exchanged": 1}, "config": "c"}
+        settings |= {"search": {"evaluations": 6, "exchanged": 1, "generations": 0}, "config": "c"}
         settings |= {"reconstruction": RECONSTRUCTION} | changes
         paths = tmp_path / "requests.parquet", tmp_path / "splits.parquet"
         label_requests(scene, *paths, **settings)

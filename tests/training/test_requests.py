@@ -6,9 +6,9 @@ from selection_problems import random_problem
 
 from fsel.baselines.nearest import nearest
 from fsel.selector import pretrained
-from fsel.training.requests import requests_of, search_request, starts
+from fsel.training.requests import most_subsets, requests_of, search_request, starts
 
-SEARCH = {"evaluations": 30, "exchanged": 2}
+SEARCH = {"evaluations": 30, "exchanged": 2, "generations": 0}
 
 
 def test_every_level_of_every_draw_is_asked_and_a_draw_more_changes_none():
@@ -65,3 +65,17 @@ def test_a_search_is_repeated_exactly_and_ends_where_starts_alone_fill_it():
     first, again = (searched(lambda s: float(s.sum()))[1] for _ in range(2))
     pd.testing.assert_frame_equal(first, again)
     assert len(searched(lambda s: 0.0, evaluations=1)[1]) == 4
+
+
+def test_the_paper_s_search_follows_the_swaps_and_changes_none():
+    problem, rng = random_problem(40), np.random.default_rng(0)
+    found = search_request(lambda s: float(s.sum()), problem, 6, SEARCH | {"generations": 2}, rng)
+    _, swapped = searched(lambda s: float(s.sum()))
+    columns = ["start", "subset", "psnr"]
+    pd.testing.assert_frame_equal(found[columns][:30], swapped[columns])
+    assert found["start"][30:].unique().tolist() == ["genetic"]
+    assert len({tuple(subset) for subset in found["subset"]}) == len(found)
+    # 40 of the first generation and 38 children in each other, but for those that were met before
+    assert 80 < len(found) - 30 <= 116
+    assert [most_subsets(SEARCH | {"generations": n}) for n in (0, 2)] == [30, 150]
+    assert found["psnr"].iloc[30:].max() > found["psnr"].iloc[30:70].max()

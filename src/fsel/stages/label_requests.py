@@ -16,7 +16,13 @@ from fsel.files import fingerprint, read_table, write_table
 from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
-from fsel.training.requests import Judge, requests_of, search_request, seconds_each
+from fsel.training.requests import (
+    Judge,
+    most_subsets,
+    requests_of,
+    search_request,
+    seconds_each,
+)
 
 logger = logging.getLogger(__name__)
 
@@ -47,7 +53,7 @@ def label_requests(
         coverages: per cent.
         draws: of targets at every coverage level.
         budgets: that a request's number of frames is drawn from.
-        search: evaluations, exchanged; see `search_request`.
+        search: evaluations, exchanged, generations; see `search_request`.
         seed: of the scene.
         reconstruction: the config's section.
         inputs: files that the evaluations depend on; a change of one starts the search afresh.
@@ -64,7 +70,7 @@ def label_requests(
             problem = Problem.of(capture, split, described)
             evaluator = Evaluator.on_frames(reconstructor, split.targets, metrics=METRIC)
             if number == 0:
-                _say_the_cost(evaluator, problem, budgets, len(asked) * search["evaluations"])
+                _say_the_cost(evaluator, problem, budgets, len(asked) * most_subsets(search))
                 logger.info("%d subsets are known", journal.known)
             judge = _psnr(journal.remember(number, evaluator))
             rng = np.random.default_rng([seed, number])

@@ -23,11 +23,12 @@ from fsel.request.swaps import REGION, swaps
 from fsel.seeds import name_seed
 from fsel.selector import pretrained
 from fsel.split import Split, coverage_split
+from fsel.training.search import GeneticSettings, genetic_search
 
 Judge = Callable[[np.ndarray], float]
 """(K,) ascending frames -> PSNR in dB on the targets."""
 
-RULE, NEAREST, EXCHANGED = "fsel", "nearest", "exchanged"
+RULE, NEAREST, EXCHANGED, GENETIC = "fsel", "nearest", "exchanged", "genetic"
 SHARE = 3  # an exchanged start replaces one in so many of the rule's picks
 TRIED = 3  # evaluations that are timed
 
@@ -94,18 +95,19 @@ def starts(
 def search_request(
     judge: Judge, problem: Problem, k: int, settings: Mapping, rng: np.random.Generator
 ) -> pd.DataFrame:
-    """Swaps from every start, an equal part of the evaluations each.
+    """Swaps from every start, an equal part of the evaluations each; then the paper's search.
 
     Args:
         judge: of subsets.
         problem: the selection problem; every observed frame may be picked.
         k: frames to pick.
-        settings: evaluations, exchanged.
+        settings: evaluations (of the swaps), exchanged, generations (of the paper's search; 0 for
+            none).
         rng: the only source of chance.
 
     Returns:
         start, subset, psnr, rank: one row a distinct subset, in the order of evaluation; `start` is
-        where the swaps that met it first began, rank 0 is the best.
+        where the swaps that met it first began, or `genetic`; rank 0 is the best.
     """
     begun = starts(problem, k, settings["exchanged"], rng)
     region = np.unique(nearest_to_targets(problem)[:, :REGION])
@@ -116,6 +118,9 @@ def search_request(
         for _ in swaps(known, picks, problem.observed, region, rng):
             if len(known.rows) >= most:
                 break
+    if settings["generations"]:
+        known.start, centers = GENETIC, problem.capture.centers
+        genetic_search(known.metrics, problem.observed, region, centers, k, rng, genetic(settings))
     table = pd.DataFrame(
         [(start, list(key), score) for key, (start, score) in known.rows.items()],
         columns=["start", "subset", "psnr"],
@@ -123,6 +128,18 @@ def search_request(
     order = np.argsort(-table["psnr"].to_numpy(), kind="stable")
     table["rank"] = np.argsort(order, kind="stable")
     return table
+
+
+def genetic(settings: Mapping) -> GeneticSettings:
+    """The paper's search, with so many generations; `settings` as of `search_request`."""
+    return GeneticSettings(generations=settings["generations"])
+
+
+def most_subsets(settings: Mapping) -> int:
+    """That a request may have evaluated; `settings` as of `search_request`."""
+    after = genetic(settings)
+    more = after.population * (after.generations + 1) if after.generations else 0
+    return settings["evaluations"] + more
 
 
 @dataclass
@@ -144,6 +161,10 @@ class _Known:
         if key not in self.rows:
             self.rows[key] = self.start, self.judge(np.array(key, np.int64))
         return self.rows[key][1]
+
+    def metrics(self, subset: np.ndarray) -> np.ndarray:
+        """(3,) as searches ask for them: the score alone tells subsets apart."""
+        return np.array([self(subset), 0.0, 0.0])
 
 
 def seconds_each(judge: Judge, pool: np.ndarray, k: int) -> float:
