@@ -49,7 +49,8 @@ class Selection:
         budget: how k was found, where it was to be found.
         swapped: what swaps changed and gained, where they were asked for. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
-        exchanged: name of a pick -> that of the blurred one whose place it took.
+        exchanged: name of a pick -> that of the blurred one whose place it took. At a smaller
+            budget another frame may take it, since fewer are picked already.
     """
 
     names: tuple[str, ...]

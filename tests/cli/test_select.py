@@ -244,6 +244,9 @@ def test_all_sharpness_is_shown_when_asked_for_and_changes_no_picks(capture, tmp
 
 
 def test_a_blurred_pick_is_exchanged_and_both_say_so(capture, tmp_path):
+    for i in range(24):
+        shot = np.random.default_rng(i).integers(0, 255, (48, 64), dtype=np.uint8)
+        cv2.imwrite(str(capture / "images" / f"frame_{i:03d}.jpg"), shot)
     assert select(capture, "-k", 6, "-o", tmp_path / "first") == 0
     name = record_of(tmp_path / "first")["frames"][1]["name"]
     (file,) = capture.rglob(name)

@@ -14,12 +14,12 @@ from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import reasons
 from fsel.export.record import reason
+from fsel.export.service import BLURRED, relative_sharpness
 from fsel.geometry import lengths
 from fsel.layouts import bare, images
 from fsel.layouts.base import natural
 from fsel.layouts.opening import Opened
 from fsel.layouts.previews import sharpness_of_files
-from fsel.request.blur import BLURRED, relative_sharpness
 from fsel.request.focus import scene_bounds
 from fsel.request.scene_depth import viewing_distance
 

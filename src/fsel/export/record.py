@@ -12,8 +12,7 @@ import numpy as np
 
 from fsel.api import Selection
 from fsel.capture import Capture
-from fsel.export.service import Service, closest_pick, service_of
-from fsel.request.blur import BLURRED, relative_sharpness
+from fsel.export.service import BLURRED, Service, closest_pick, relative_sharpness, service_of
 from fsel.request.budget import Budget
 from fsel.request.paths import evenly
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
