@@ -133,11 +133,9 @@ def select(
     else:
         frames, scores = ranked(problem, asked)
     seconds, began, swapped = time.perf_counter() - started, frames, None
-    frames = sharpened(method, problem, frames, sharpness_of)
+    sharp = sharpened(method, problem, frames, sharpness_of)
     started = time.perf_counter()
-    instead = {
-        capture.names[a]: capture.names[b] for a, b in zip(frames, began, strict=True) if a != b
-    }
+    frames = sharp
     if refine is not None:
         if len(targets.always):
             raise ValueError("frames that are always to be selected cannot be swapped: no refine")
@@ -149,6 +147,8 @@ def select(
     scores = np.where(frames == began, scores, np.nan)
     seconds += time.perf_counter() - started
     names = tuple(capture.names[i] for i in frames)
+    stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
+    instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
     return Selection(names, frames, scores, seconds, found, swapped, instead)
 
 

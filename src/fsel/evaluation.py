@@ -97,7 +97,7 @@ class Evaluator:
 
     def measure(self, subset: np.ndarray) -> Measured:
         """Scores and costs of (K,) distinct frames, in any order; or how they came to no end."""
-        key = tuple(np.sort(subset).tolist())
+        key = _key(subset)
         if key not in self._known:
             self._known[key] = self._reconstructed(np.array(key))
         return self._known[key]
@@ -111,12 +111,12 @@ class Evaluator:
         reconstructor = self.reconstructor
         if not isinstance(reconstructor, FitsMany) or reconstructor.together == 1:
             return
-        asked = {tuple(np.sort(subset).tolist()) for subset in subsets} - self._known.keys()
+        asked = {_key(subset) for subset in subsets} - self._known.keys()
         new = [np.array(key) for key in sorted(asked)]
         logger.info("%d subsets, %d at once", len(new), reconstructor.together)
         try:
             for subset, model in zip(new, reconstructor.fit_many(new), strict=True):
-                self._known[tuple(subset.tolist())] = self._scored(model)
+                self._known[_key(subset)] = self._scored(model)
         except Unfinished as end:
             logger.warning("%d subsets together: %s: %s", len(new), end.outcome, end)
 
@@ -159,3 +159,7 @@ class Evaluator:
             model.peak_bytes,
             model.device,
         )
+
+
+def _key(subset: np.ndarray) -> tuple[int, ...]:
+    return tuple(np.sort(subset).tolist())

@@ -5,8 +5,11 @@ import pytest
 from selection_problems import capture_of
 
 import fsel
+from fsel.layouts import previews
 from fsel.problem import Problem
+from fsel.request import swaps
 from fsel.request.blur import exchanged
+from fsel.request.refine import Swapped
 
 PICKS = np.array([30, 10, 20, 2])
 
@@ -100,3 +103,34 @@ def test_picks_of_fsel_alone_are_exchanged_and_the_selection_says_so(method):
     np.testing.assert_array_equal(np.isnan(found.scores), np.arange(6) == 2)
     by_measuring = fsel.select(capture, 6, method=method, sharpness=sharpness.__getitem__)
     assert by_measuring.names == found.names
+
+
+def test_a_stand_in_that_swaps_took_out_again_stands_for_nothing(monkeypatch):
+    capture, sharpness = walk().capture, np.full(36, 100.0)
+    plain = fsel.select(capture, 6, sharpness=sharpness)
+    sharpness[plain.indices[:2]] = 1
+    both = fsel.select(capture, 6, sharpness=sharpness)
+    assert list(both.exchanged) == list(both.names[:2])
+    free = np.setdiff1d(np.arange(36), np.concatenate([plain.indices, both.indices]))[0]
+
+    def refined(problem, picks, refine, seed):
+        return Swapped(np.array([free, *picks[1:]]), 0.1, 2)
+
+    monkeypatch.setattr(swaps, "refined", refined)
+    found = fsel.select(capture, 6, sharpness=sharpness, refine=1.0)
+    assert found.exchanged == {both.names[1]: plain.names[1]}
+    np.testing.assert_array_equal(np.isnan(found.scores), np.arange(6) < 2)
+
+
+def test_no_file_is_measured_twice(monkeypatch):
+    asked = []
+
+    def measure(files, longest, progress):
+        asked.append(list(files))
+        return np.array([float(file) for file in files])
+
+    monkeypatch.setattr(previews, "sharpness_of_files", measure)
+    sharpness_of = previews.sharpness_among(["0", "10", "20", "30"], 64)
+    assert sharpness_of(np.array([2, 0])).tolist() == [20, 0]
+    assert sharpness_of(np.array([0, 3, 2])).tolist() == [0, 30, 20]
+    assert asked == [["20", "0"], ["30"]]

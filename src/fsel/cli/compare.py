@@ -54,7 +54,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             console.say("object", f"in {len(judged)} held-out frames, compared inside of it alone")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
-            sharpness_of = sharpness_among(opened.raw.images, opened.longest)
+            bar = console.bar("sharpness")
+            sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
             picks = _picks(asked, capture, targets, methods, sharpness_of, focus)
         scores, evaluator = _scores(asked, capture, (judged, masks), picks, metrics, console)
         rows = _rows(capture, picks, scores, metrics)

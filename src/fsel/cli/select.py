@@ -117,7 +117,6 @@ def _select(
         sharpness_of = np.zeros(len(capture)).__getitem__
     elif asked.sharpness or "sharpness" in method.reads:
         sharpness = sharpness_of(np.arange(len(capture)))
-        sharpness_of = sharpness.__getitem__
     capture = _read(asked, console, opened, method)
     with refining(asked.refine, console) as refine:
         selection = api.select(

@@ -64,8 +64,16 @@ def sharpness_of_files(
 def sharpness_among(
     files: Sequence[images.Image], longest: int, progress: Progress = in_silence
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """What measures some of the files, given their numbers; see `sharpness_of_files`."""
-    return lambda frames: sharpness_of_files([files[i] for i in frames], longest, progress)
+    """What measures some of the files, given their numbers, each once; see `sharpness_of_files`."""
+    known: dict[int, float] = {}
+
+    def measured(frames: np.ndarray) -> np.ndarray:
+        new = [frame for frame in frames.tolist() if frame not in known]
+        found = sharpness_of_files([files[frame] for frame in new], longest, progress)
+        known.update(zip(new, found.tolist(), strict=True))
+        return np.array([known[frame] for frame in frames.tolist()])
+
+    return measured
 
 
 def thumbnails(files: Sequence[images.Image], longest: int, side: int) -> list[bytes]:

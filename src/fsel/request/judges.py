@@ -89,6 +89,7 @@ class Judges:
         picks: (K,) the first picks, K >= 3.
 
     Attributes:
+        nearest: see `nearest_to_targets`.
         frames: (J,) int64 that judge, ascending.
         base: (J,) PSNR of each by the first picks without itself. Without it, subsets that hold the
             frames that are hard to render would look better than they are.
@@ -96,9 +97,10 @@ class Judges:
     """
 
     def __init__(self, reconstructor: Reconstructor, problem: Problem, picks: np.ndarray) -> None:
-        nearest = nearest_to_targets(problem)[:, :JUDGING]
-        self.frames = np.unique(nearest)
-        self._of_targets = np.searchsorted(self.frames, nearest)
+        self.nearest = nearest_to_targets(problem)
+        judging = self.nearest[:, :JUDGING]
+        self.frames = np.unique(judging)
+        self._of_targets = np.searchsorted(self.frames, judging)
         self._reconstructor = reconstructor
         self._images = np.asarray(reconstructor.capture.images[self.frames])
         self._closeness = Closeness.of(problem, self.frames)

@@ -14,7 +14,7 @@ import numpy as np
 
 from fsel.problem import Problem
 from fsel.reconstruct import Reconstructor, reconstructor_of
-from fsel.request.judges import Judges, nearest_to_targets
+from fsel.request.judges import Judges
 from fsel.request.refine import Refine, Swapped
 
 SHARE = 0.5  # of the swaps that bring a neighbour in capture order of the frame that leaves
@@ -76,8 +76,8 @@ def problem_swaps(
         picks: (K,) observed frames, K >= 3.
         rng: the only source of chance.
     """
-    region = np.unique(nearest_to_targets(problem)[:, :REGION])
     judges = Judges(reconstructor, problem, picks)
+    region = np.unique(judges.nearest[:, :REGION])
     return swaps(judges, picks, problem.observed, region, rng)
 
 

@@ -109,14 +109,15 @@ class Gaussians:
                 training = made.training(full, self.settings)
                 steps, kept = training.run(progress, stop), training.kept
         found = iter(kept)
+        seconds, peak_bytes = time.perf_counter() - started, peak.bytes
         return [
             made.model(
                 frame=one.frame,
                 table=next(found) if len(one.table) else one.table,
                 background=one.background,
                 steps=steps,
-                seconds=(time.perf_counter() - started) / len(subsets),
-                peak_bytes=peak.bytes // len(subsets),
+                seconds=seconds / len(subsets),
+                peak_bytes=peak_bytes // len(subsets),
                 device=made.name,
             )
             for one in begun

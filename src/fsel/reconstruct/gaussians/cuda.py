@@ -138,6 +138,7 @@ class CudaTraining(Steps):
         self.orders = [Order(len(one.capture), settings.seed) for one in begun]
         self.first_rows = np.cumsum([0, *(len(one.capture) for one in begun)])[:-1]
         self.table = on_device(np.stack([one.room(settings.gaussians) for one in begun]))
+        self.born = self._born()
         self._hide()
         self.first, self.second = torch.zeros_like(self.table), torch.zeros_like(self.table)
         self.count = torch.zeros(self.table.shape[:2], device=DEVICE)
@@ -180,8 +181,7 @@ class CudaTraining(Steps):
             self._relocate()
         return loss.mean() / settings.views
 
-    @property
-    def born(self) -> Tensor:
+    def _born(self) -> Tensor:
         """(b, n) bool, the rows in use."""
         places = torch.arange(self.table.shape[1], device=DEVICE)
         return places < torch.tensor(self.alive, device=DEVICE)[:, None]
@@ -225,6 +225,7 @@ class CudaTraining(Steps):
             for state in (self.first, self.second, self.count):
                 state[n, rows] = 0
         self.table.copy_(torch.from_numpy(tables))
+        self.born = self._born()
 
     @property
     def kept(self) -> list[np.ndarray]:
