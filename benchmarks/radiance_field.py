@@ -27,6 +27,7 @@ from fsel.reconstruct import Model
 from fsel.reconstruct.radiance_field import RadianceField, passes, training
 from fsel.reconstruct.splats import Splats
 from fsel.split import coverage_split
+from fsel.subsets import evenly
 from fsel.synthesis import record
 
 FAMILIES = ("mipnerf360", "tanks_and_temples", "seven_scenes")  # filmed without distortion
@@ -87,7 +88,7 @@ def speed() -> None:
     """Whole fits, the kernels compiled before."""
     for size in ((64, 48), (128, 96)):
         capture = generated("mipnerf360", 100, size)
-        frames = np.linspace(0, len(capture) - 1, 30).round().astype(np.int64)
+        frames = evenly(len(capture), 30)
         RadianceField(capture, sides=(8, 12), steps=(1, 1)).fit(frames)
         with timed() as spent:
             started = time.process_time()
@@ -110,7 +111,7 @@ def problem(capture: Capture, draw: int) -> tuple[np.ndarray, dict[str, np.ndarr
     held_out = coverage_split(capture, COVERAGE, draw).targets
     pool = np.setdiff1d(np.arange(len(capture)), held_out)
     picked = fsel.select(capture, PICKS, targets=held_out.tolist()).indices
-    spaced = pool[np.linspace(0, len(pool) - 1, PICKS).round().astype(np.int64)]
+    spaced = pool[evenly(len(pool), PICKS)]
     return held_out, {"fsel": picked, "uniform": spaced}
 
 

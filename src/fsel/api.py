@@ -16,12 +16,12 @@ from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
 from fsel.request.memory import within
-from fsel.request.paths import evenly
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
+from fsel.subsets import evenly
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -14,6 +14,7 @@ from fsel.capture import Views
 from fsel.metrics import METRICS, Metrics, checked, score_views
 from fsel.reconstruct import FitsMany, Model, Reconstructor
 from fsel.reconstruct.outcome import FINISHED, RANGE, Unfinished
+from fsel.subsets import subset_key
 
 logger = logging.getLogger(__name__)
 
@@ -97,7 +98,7 @@ class Evaluator:
 
     def measure(self, subset: np.ndarray) -> Measured:
         """Scores and costs of (K,) distinct frames, in any order; or how they came to no end."""
-        key = _key(subset)
+        key = subset_key(subset)
         if key not in self._known:
             self._known[key] = self._reconstructed(np.array(key))
         return self._known[key]
@@ -111,12 +112,12 @@ class Evaluator:
         reconstructor = self.reconstructor
         if not isinstance(reconstructor, FitsMany) or reconstructor.together == 1:
             return
-        asked = {_key(subset) for subset in subsets} - self._known.keys()
+        asked = {subset_key(subset) for subset in subsets} - self._known.keys()
         new = [np.array(key) for key in sorted(asked)]
         logger.info("%d subsets, %d at once", len(new), reconstructor.together)
         try:
             for subset, model in zip(new, reconstructor.fit_many(new), strict=True):
-                self._known[_key(subset)] = self._scored(model)
+                self._known[subset_key(subset)] = self._scored(model)
         except Unfinished as end:
             logger.warning("%d subsets together: %s: %s", len(new), end.outcome, end)
 
@@ -159,7 +160,3 @@ class Evaluator:
             model.peak_bytes,
             model.device,
         )
-
-
-def _key(subset: np.ndarray) -> tuple[int, ...]:
-    return tuple(np.sort(subset).tolist())

@@ -13,6 +13,7 @@ import numpy as np
 from fsel.capture import Capture, Views
 from fsel.files import read_table
 from fsel.split import Split
+from fsel.subsets import evenly
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,10 +88,7 @@ class Problem:
     @property
     def sequence(self) -> np.ndarray:
         """What stands for all frames: the observed ones, 1,000 evenly spread where more are."""
-        frames = self.observed
-        if len(frames) <= MOST_FRAMES:
-            return frames
-        return frames[np.linspace(0, len(frames) - 1, MOST_FRAMES).round().astype(np.int64)]
+        return self.observed[evenly(len(self.observed), MOST_FRAMES)]
 
     def pool(self, name: str) -> np.ndarray:
         """The allowed frames: `candidates` (P) or `observed` (P and O), ascending."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.problem import Method, Problem
+from fsel.subsets import evenly
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -13,7 +14,7 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     Several passes follow one another in capture order: each is sampled in proportion to its length.
     """
     pool = problem.observed
-    return pool[np.round(np.linspace(0, len(pool) - 1, k)).astype(np.int64)]
+    return pool[evenly(len(pool), k)]
 
 
 METHOD = Method("uniform", "Uniform", "observed", nested=False, seeds=1, select=select)

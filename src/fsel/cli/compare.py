@@ -28,9 +28,9 @@ from fsel.problem import Method
 from fsel.reconstruct import Model, Reconstructor
 from fsel.request.blur import SharpnessOf
 from fsel.request.focus import Focus
-from fsel.request.paths import evenly
 from fsel.request.problem import request_problem
 from fsel.request.targets import Targets
+from fsel.subsets import evenly, subset_key
 
 SHOWN = 6  # held-out frames that are rendered side by side
 BAND = 14  # pixels of a caption
@@ -213,7 +213,7 @@ class _Keeping:
         self.models: dict[tuple[int, ...], Model] = {}
 
     def fit(self, frames: np.ndarray) -> Model:
-        key = tuple(frames.tolist())
+        key = subset_key(frames)
         if key not in self.models:
             self.models[key] = self.reconstructor.fit(frames)
         return self.models[key]

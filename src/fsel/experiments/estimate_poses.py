@@ -8,13 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
 import pandas as pd
 
 from fsel.capture import Capture
 from fsel.experiments.pose_errors import pose_errors
 from fsel.files import write_table
 from fsel.layouts import read_folder, sfm
+from fsel.subsets import evenly
 
 logger = logging.getLogger(__name__)
 
@@ -76,5 +76,4 @@ def _straight(source: str | Path, frames: int, long_side: int, reading: Mapping)
     """Frames of a capture, evenly spaced, undistorted, in memory."""
     with TemporaryDirectory() as store:
         whole = read_folder(source, long_side=long_side, store=Path(store), **reading).capture
-        count = min(frames, len(whole))
-        return whole.subset(np.linspace(0, len(whole) - 1, count).round().astype(int))
+        return whole.subset(evenly(len(whole), frames))

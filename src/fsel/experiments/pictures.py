@@ -17,6 +17,7 @@ from fsel.report.numbers import write_csv
 from fsel.report.plan import plan_positions
 from fsel.report.views import Shown, draw
 from fsel.selector.policies import POLICIES
+from fsel.subsets import evenly
 
 LABELS = {name: method.label for name, method in {**METHODS, **POLICIES}.items()}
 STRONGEST = "strongest"  # stands for a method that `strongest_baseline` names
@@ -109,7 +110,7 @@ def spaced(count: int, views: int) -> np.ndarray:
     """(views,) evenly spaced numbers below `count`, ends included; one is the middle one."""
     if views == 1:
         return np.array([count // 2])
-    return np.linspace(0, count - 1, min(views, count)).round().astype(int)
+    return evenly(count, views)
 
 
 def render_cold(

@@ -7,7 +7,8 @@ from html import escape
 import numpy as np
 
 from fsel.export.record import Outcome
-from fsel.request.paths import evenly, plane_basis, upwards
+from fsel.request.paths import plane_basis, upwards
+from fsel.subsets import evenly
 
 SIDE = 640  # of the top view, in units of its view box
 MARGIN = 30

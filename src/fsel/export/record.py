@@ -14,8 +14,8 @@ from fsel.api import Selection
 from fsel.capture import Capture
 from fsel.export.service import BLURRED, Service, closest_pick, relative_sharpness, service_of
 from fsel.request.budget import Budget
-from fsel.request.paths import evenly
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
+from fsel.subsets import evenly
 
 PACKAGES = ("fsel", "numpy", "pycolmap")
 

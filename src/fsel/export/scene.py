@@ -9,7 +9,8 @@ import numpy as np
 
 from fsel.export.record import Outcome
 from fsel.points import SparsePoints
-from fsel.request.paths import evenly, plane_basis, upwards
+from fsel.request.paths import plane_basis, upwards
+from fsel.subsets import evenly
 
 SCRIPT = files("fsel.export") / "scene.js"
 MOST_POINTS = 4000

@@ -14,6 +14,7 @@ from fsel.layouts.checks import Agreement, measure
 from fsel.layouts.ingest import check_same_size, in_order
 from fsel.layouts.previews import in_turn
 from fsel.layouts.undistortion import working_size
+from fsel.subsets import evenly
 
 SAMPLE = 300  # frames whose points are read: a long capture has millions
 
@@ -54,8 +55,7 @@ def admitted(
 
 def sample(raw: RawCapture) -> tuple[np.ndarray, RawCapture]:
     """(m,) int64 frames, evenly drawn if many, and what the files say of them."""
-    count = len(raw.names)
-    drawn = np.linspace(0, count - 1, min(SAMPLE, count)).round().astype(np.int64)
+    drawn = evenly(len(raw.names), SAMPLE)
     return drawn, raw.subset(drawn.tolist())
 
 

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from fsel.geometry import camera_centers, pairwise_angles, pairwise_distances
+from fsel.subsets import evenly
 
 RATIO = 0.8  # of the nearest descriptor's distance to the second nearest's (Lowe 2004)
 FEATURES = 2000
@@ -30,7 +31,7 @@ def choose_pairs(world_to_camera: np.ndarray, count: int) -> list[tuple[int, int
     rotation = world_to_camera[:, :, :3]
     centers = camera_centers(world_to_camera)
     wanted = BASELINE * np.linalg.norm(np.ptp(centers, axis=0))
-    some = np.unique(np.linspace(0, len(centers) - 1, count).round().astype(int))
+    some = evenly(len(centers), count)
     distance = pairwise_distances(centers[some], centers)
     angle = pairwise_angles(rotation[some, 2], rotation[:, 2])
     fit = np.where((angle < MAX_ANGLE) & (distance > 0.2 * wanted), abs(distance - wanted), np.inf)

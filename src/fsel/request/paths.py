@@ -8,6 +8,7 @@ import numpy as np
 
 from fsel.capture import Capture, Views
 from fsel.geometry import line_equations, moved_aside, pose_distance, poses_at
+from fsel.subsets import evenly
 
 GAP = np.radians(60)  # an arc as wide without a camera was not filmed: an orbit leaves it out
 LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the horizon
@@ -163,11 +164,6 @@ def with_views_beside(views: Views, capture: Capture) -> Views:
     turn = np.array([cv2.Rodrigues(about)[0] for about in rng.normal(0, TURN, (len(views), 3))])
     off = moved_aside(views.world_to_camera, turn, shift)
     return views.joined(Views(off, views.intrinsics, views.size))
-
-
-def evenly(count: int, most: int) -> np.ndarray:
-    """(n,) int64 at most so many of `count` rows, evenly drawn, ascending."""
-    return np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64)
 
 
 def _means(capture: Capture, weight: np.ndarray) -> Views:

@@ -16,6 +16,7 @@ from fsel.problem import Problem
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.request.judges import Judges
 from fsel.request.refine import Refine, Swapped
+from fsel.subsets import subset_key
 
 SHARE = 0.5  # of the swaps that bring a neighbour in capture order of the frame that leaves
 NEIGHBOURS = 6  # free frames around it
@@ -49,16 +50,16 @@ def swaps(
         that was not tried is found.
     """
     start = best = judge(picks)
-    met = {_key(picks)}
+    met = {subset_key(picks)}
     yield Swapped(picks, 0.0, 1)
     missed = 0
     while missed < TRIES * len(picks):
         swapped = _swapped(picks, pool, region, rng)
-        if swapped is None or _key(swapped) in met:
+        if swapped is None or subset_key(swapped) in met:
             missed += 1
             continue
         missed = 0
-        met.add(_key(swapped))
+        met.add(subset_key(swapped))
         score = judge(swapped)
         if score > best:
             best, picks = score, swapped
@@ -120,7 +121,3 @@ def _swapped(
     swapped = picks.copy()
     swapped[place] = rng.choice(free)
     return swapped
-
-
-def _key(picks: np.ndarray) -> tuple[int, ...]:
-    return tuple(np.sort(picks).tolist())

@@ -13,7 +13,8 @@ from fsel.capture import Capture, Views
 from fsel.geometry import pairwise_distances
 from fsel.layouts.base import read_text
 from fsel.request.camera_path import camera_path
-from fsel.request.paths import evenly, orbit, trajectory, whole
+from fsel.request.paths import orbit, trajectory, whole
+from fsel.subsets import evenly
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world

@@ -23,6 +23,7 @@ from fsel.request.swaps import REGION, swaps
 from fsel.seeds import name_seed
 from fsel.selector import pretrained
 from fsel.split import Split, coverage_split
+from fsel.subsets import subset_key
 from fsel.training.search import GeneticSettings, genetic_search
 
 Judge = Callable[[np.ndarray], float]
@@ -157,7 +158,7 @@ class _Known:
     rows: dict[tuple[int, ...], tuple[str, float]] = field(default_factory=dict)
 
     def __call__(self, picks: np.ndarray) -> float:
-        key = tuple(np.sort(picks).tolist())
+        key = subset_key(picks)
         if key not in self.rows:
             self.rows[key] = self.start, self.judge(np.array(key, np.int64))
         return self.rows[key][1]

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fsel.geometry import farthest_views
+from fsel.subsets import subset_key
 
 Evaluate = Callable[[np.ndarray], np.ndarray]
 
@@ -76,7 +77,7 @@ class _Archive:
     generation: list[int] = field(default_factory=list)
 
     def row(self, subset: np.ndarray, generation: int) -> int:
-        key = tuple(np.sort(subset).tolist())
+        key = subset_key(subset)
         if key not in self.rows:
             self.rows[key] = len(self.metrics)
             self.metrics.append(np.asarray(self.evaluate(np.array(key, dtype=np.int64)), float))

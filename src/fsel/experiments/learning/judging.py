@@ -14,6 +14,7 @@ from fsel.evaluation import Evaluator
 from fsel.files import read_table, write_table
 from fsel.reconstruct import reconstructor_of
 from fsel.split import Split
+from fsel.subsets import evenly
 
 logger = logging.getLogger(__name__)
 
@@ -73,5 +74,5 @@ def spread(part: pd.DataFrame, subsets: int) -> pd.DataFrame:
         swaps began. Fewer than `subsets` where one is both.
     """
     begun = ~part["start"].duplicated()
-    even = np.linspace(0, len(part) - 1, max(2, subsets - begun.sum())).round()
+    even = evenly(len(part), max(2, subsets - begun.sum()))
     return part.assign(begun=begun)[begun | part["rank"].isin(even)].sort_values("rank")
