@@ -171,24 +171,21 @@ def _co3d(rng, frames: int) -> Shot:
     return plan(rng, [path], frames, _pinhole(rng.uniform(0.85, 1.0)), habits)
 
 
-_PLAIN: dict[str, Setting] = {
+USUAL: dict[str, Setting] = {
     "dl3dv": Setting(_dl3dv_scene, _dl3dv, 0.35, 0.7),
     "tanks_and_temples": Setting(_tanks_scene, _tanks, 0.5, 1.0),
     "mipnerf360": Setting(_mipnerf_scene, _mipnerf, 0.35, 0.6),
     "scannet_iphone": Setting(lambda rng: room(rng, 6.5, 5.6, 3), _iphone, 0.3, 0.6),
-    "scannetpp": Setting(lambda rng: room(rng, 7.0, 6.0, 4), _scannetpp, 0.3, 0.6),
+    # a fisheye's corners must stay well below 90 degrees
+    "scannetpp": Setting(lambda rng: room(rng, 7.0, 6.0, 4), _scannetpp, 0.3, 0.6, shortest=0.95),
     "seven_scenes": Setting(lambda rng: room(rng, 5.0, 4.4, 1), _seven, 0.22, 0.5),
     "scannet": Setting(lambda rng: living_room(rng, 6.4, 6.2), _scannet, 0.3, 0.6, 0.25),
     "co3d": Setting(_co3d_scene, _co3d, 0.25, 0.4, 0.95),
 }
-"""Rooms are filmed from within the ring between table and walls, outdoor scenes from a walk."""
+"""Families that film as their dataset does: rooms from within the ring between table and walls,
+outdoor scenes from a walk."""
 
-WIDENING = {"scannetpp": 0.95}
-"""Least factor of a varied focal length: a fisheye's corners must stay well below 90 degrees."""
-
-FAMILY: dict[str, Setting] = _PLAIN | {
-    f"{name}_varied": varied(setting, WIDENING.get(name, 0.8))
-    for name, setting in _PLAIN.items()
-    if not setting.seeing
+FAMILY: dict[str, Setting] = USUAL | {
+    f"{name}_varied": varied(setting) for name, setting in USUAL.items() if not setting.seeing
 }
 """Every family, and of those that are about no single object a varied one."""

@@ -31,19 +31,19 @@ APART = 0.5  # metres between things
 TRIES = 24  # spots looked at for a thing
 
 
-def varied(setting: Setting, widest: float) -> Setting:
+def varied(setting: Setting) -> Setting:
     """A setting in which every shot differs in its path, speed, sensor, lens and clutter.
 
     Args:
-        setting: of the family; its clearance and view hold for the varied one too.
-        widest: least factor of the focal length; the greatest is `LONGEST`.
+        setting: of the family; its clearance and view hold for the varied one too. The focal
+            length varies by a factor of `shortest` to `LONGEST`.
     """
     keep = max(setting.clearance + WIDEST, setting.view + WIDEST / 2)
 
     def shot(rng: np.random.Generator, frames: int) -> Shot:
         usual = setting.shot(rng, frames)
         paths = [_other_path(rng, path) for path, _, _ in usual.passes]
-        camera = _other_lens(usual.camera, _spread(rng, widest, LONGEST))
+        camera = _other_lens(usual.camera, _spread(rng, setting.shortest, LONGEST))
         return plan(rng, paths, frames, camera, _other_habits(rng, usual.habits))
 
     return replace(setting, shot=shot, clutter=lambda caster, shot: cluttered(caster, shot, keep))
