@@ -18,12 +18,13 @@ from collections import defaultdict
 import numpy as np
 
 import fsel
-from fsel.api import described, request_problem
+from fsel.api import described
 from fsel.capture import Capture
 from fsel.features.sharpness import sharpness
 from fsel.metrics import score_views
 from fsel.problem import Problem, checked_select
 from fsel.reconstruct import RECONSTRUCTORS
+from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
 from fsel.split import coverage_split
 

@@ -16,6 +16,7 @@ from small_captures import write_ring
 
 import fsel
 from fsel import api
+from fsel.api import selection
 from fsel.experiments.hard_cases.worlds import random_weights
 from fsel.features.sharpness import sharpness
 from fsel.layouts import gate, previews
@@ -158,7 +159,7 @@ def test_images_are_not_opened_for_a_method_that_reads_none(folder, monkeypatch)
         measured.append(len(images))
         return np.ones(len(images))
 
-    monkeypatch.setattr(api, "measure_sharpness", measure)
+    monkeypatch.setattr(selection, "measure_sharpness", measure)
     first = fsel.select(capture, 6, sharpness=np.zeros(24))
     fsel.select(capture, 6, method="uniform")
     assert not measured

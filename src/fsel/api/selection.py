@@ -1,13 +1,14 @@
-"""The library's face: select frames, fit a reconstruction to them, evaluate it."""
+"""Select frames: what is asked for, the picks, and what is done with them afterwards."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fsel.api.asked import checked_request, method_of, number_of
 from fsel.capture import Capture, Views
 from fsel.features.sharpness import sharpness as measure_sharpness
 from fsel.problem import Method, Problem, checked_select
@@ -15,26 +16,15 @@ from fsel.request import budget
 from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
-from fsel.request.memory import within
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
-from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
+from fsel.request.targets import Request, Targets, Wish
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
 from fsel.subsets import evenly
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from numpy.typing import ArrayLike
-
-    from fsel.metrics import Metrics
-    from fsel.reconstruct import Model
-    from fsel.reconstruct.splats.reconstructor import SplatModel
-
-LEAST_FRAMES = 3
-AUTO = "auto"
-ALL_FRAMES = "all"  # the method that takes the whole sequence
 
 
 @dataclass(frozen=True)
@@ -166,19 +156,6 @@ def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) 
     return sharpness if callable(sharpness) else np.asarray(sharpness).__getitem__
 
 
-def number_of(k: int | str | Auto) -> int | Auto:
-    """The number of frames, or how it is to be found.
-
-    Raises:
-        ValueError: for another word than `auto`.
-    """
-    if not isinstance(k, str):
-        return k
-    if k != AUTO:
-        raise ValueError(f"k is {k!r}; allowed: a number of frames, or {AUTO!r}")
-    return Auto()
-
-
 def _enough(
     problem: Problem, views: Views, ranked: Ranked, auto: Auto
 ) -> tuple[np.ndarray, np.ndarray, Budget]:
@@ -199,22 +176,6 @@ def _enough(
     return frames[: found.frames], scores[: found.frames], found
 
 
-def method_of(method: str | Method | None = None, weights: str | Path | None = None) -> Method:
-    """The method that is asked for; arguments and errors are those of `select`."""
-    if isinstance(method, Method):
-        if weights is not None:
-            raise ValueError(f"{weights}: weights go with the name of a method, not with {method}")
-        return method
-    if weights is not None:
-        return pretrained.own(weights, method)
-    name = pretrained.DEFAULT if method is None else method
-    if name in pretrained.FILES:
-        return pretrained.method(name)
-    from fsel.methods import METHODS  # here: it imports all baselines
-
-    return METHODS.checked(name)
-
-
 def _ranked_by(method: Method, seed: int) -> Ranked:
     """(problem, k) -> picks and their scores."""
     if isinstance(method, Learned):
@@ -227,123 +188,8 @@ def _ranked_by(method: Method, seed: int) -> Ranked:
     return ranked
 
 
-def checked_request(
-    capture: Capture,
-    k: int | str | Auto,
-    request: Request,
-    method: Method,
-    focus: Focus | None = None,
-    always: Wish = None,
-    never: Wish = None,
-) -> Targets:
-    """What a request means; all that `select` may refuse is refused here, before images are read.
-
-    Arguments and errors are those of `select`; the method is what `method_of` returned.
-    """
-    asked = number_of(k)
-    if len(capture) < LEAST_FRAMES:
-        raise ValueError(
-            f"{capture.source}: {len(capture)} frames leave nothing to select; at least "
-            f"{LEAST_FRAMES} are needed"
-        )
-    targets = targets_of(capture, request)
-    if focus is not None:
-        targets = targets.seeing(focus.corners, capture)
-    targets = targets.wished(capture, always, never)
-    if len(targets.always) and (isinstance(asked, Auto) or not isinstance(method, Learned)):
-        raise ValueError(
-            "frames that are always to be selected go with a number of frames, and with a method "
-            f"that scores them ({', '.join(pretrained.FILES)}); k is {asked}, by {method.name}"
-        )
-    if isinstance(asked, Auto):
-        _check_auto(asked, method, capture)
-        return targets
-    check_count(asked, targets, capture, everything=method.name == ALL_FRAMES)
-    return targets
-
-
-def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
-    """Refuse a memory that nothing fits, and methods whose picks are not nested."""
-    if auto.memory is not None:
-        within(auto.memory, auto.size or capture.size, auto.trainer)
-    if not method.nested:
-        from fsel.methods import METHODS
-
-        nested = ", ".join(name for name, found in METHODS.items() if found.nested)
-        raise ValueError(
-            f"method is {method.name!r}, whose selection of fewer frames is not the beginning of "
-            f"that of more, as finding k needs; allowed: {nested}. Hint: state k"
-        )
-
-
 def described(capture: Capture) -> np.ndarray:
     """(N, D) float32 appearance descriptors of every frame, which need no weights."""
     from fsel.features.appearance import descriptors
 
     return descriptors(np.asarray(capture.images), "lab_hog")
-
-
-@overload
-def fit(
-    capture: Capture,
-    frames: ArrayLike,
-    reconstructor: Literal["splats"] = "splats",
-    **settings: Any,
-) -> SplatModel: ...
-
-
-@overload
-def fit(capture: Capture, frames: ArrayLike, reconstructor: str, **settings: Any) -> Model: ...
-
-
-def fit(
-    capture: Capture, frames: ArrayLike, reconstructor: str = "splats", **settings: Any
-) -> Model:
-    """Reconstruct a capture's scene from some of its frames.
-
-    Args:
-        capture: at the size to reconstruct at: the `long_side` of `fsel.read_capture`.
-        frames: numbers of two or more distinct frames.
-        reconstructor: a key of `RECONSTRUCTORS`.
-        settings: of the reconstructor.
-
-    Returns:
-        A model: `render(views)` gives (T, h, w, 3) float32 images; that of `splats` also has
-        `export_ply(path)`, which writes standard Gaussian splats.
-
-    Raises:
-        ValueError: for an unknown reconstructor, fewer than two frames, or repeated ones.
-        ImportError: when the reconstructor needs a package that is not installed.
-    """
-    from fsel.reconstruct import RECONSTRUCTORS
-
-    factory = RECONSTRUCTORS.checked(reconstructor)
-    return factory(capture, **settings).fit(np.asarray(frames, np.int64))
-
-
-def evaluate(
-    capture: Capture, model: Model, targets: ArrayLike, metrics: Metrics | None = None
-) -> dict[str, np.ndarray]:
-    """Compare a model's renderings with frames that it was not made from.
-
-    Args:
-        capture: what the model was made from, at the same size.
-        model: what `fit` returns.
-        targets: (T,) numbers of held-out frames.
-        metrics: keys of `fsel.metrics.REGISTERED`, or key -> settings, as
-            `{"psnr": {}, "lpips": {"net": "alex", "weights": path}}`; None for `psnr` in dB, `ssim`
-            and `gmsd` (lower is better).
-
-    Returns:
-        Metric -> (T,) float64.
-
-    Raises:
-        ValueError, FileNotFoundError, ImportError: for an unknown metric, or what one refuses.
-    """
-    from fsel.metrics import METRICS, checked, score_views
-
-    asked = METRICS if metrics is None else checked(metrics)
-    frames = np.asarray(targets, np.int64)
-    truth = np.asarray(capture.images[frames])
-    scores = score_views(model.render(capture.view(frames)), truth, None, asked)
-    return dict(zip(asked, scores.T, strict=True))

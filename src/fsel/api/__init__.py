@@ -1,0 +1,20 @@
+"""The library's face: select frames, fit a reconstruction to them, evaluate it."""
+
+from fsel.api.asked import ALL_FRAMES, AUTO, LEAST_FRAMES, checked_request, method_of, number_of
+from fsel.api.reconstruction import evaluate, fit
+from fsel.api.selection import Selection, described, select, sharpened
+
+__all__ = [
+    "ALL_FRAMES",
+    "AUTO",
+    "LEAST_FRAMES",
+    "Selection",
+    "checked_request",
+    "described",
+    "evaluate",
+    "fit",
+    "method_of",
+    "number_of",
+    "select",
+    "sharpened",
+]
