@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.refining import refining
 from fsel.cli.request import focus_of, inputs_of, reasons
+from fsel.cli.select_content import selection_content
 from fsel.export import record, subset
 from fsel.export.page import page
 from fsel.export.records import FolderRecord
@@ -27,11 +26,10 @@ from fsel.layouts.previews import check_pixels, sharpness_among, thumbnails
 from fsel.problem import Method
 from fsel.request.blur import SharpnessOf
 from fsel.request.budget import THRESHOLD, Auto
+from fsel.request.focus import Focus
 from fsel.request.hidden import behind
 from fsel.request.memory import SPLATS
 from fsel.request.targets import ALL, ORBIT, Targets
-from fsel.selector.policies import Learned
-from fsel.selector.scorer import Linear
 
 SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described
 THUMBNAIL = 240  # pixels of the longer side, in the report
@@ -62,12 +60,19 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written
         seconds["total"] = time.perf_counter() - started
-        content = _content(asked, opened, outcome, method, seconds) | {
+        content = selection_content(asked, opened, outcome, method, seconds) | {
             "frames": entries,
             "left": left,
         }
         text = json.dumps(content, indent=1, ensure_ascii=False)
         (stage / "selection.json").write_text(text, encoding="utf-8")
+    _say_outcome(console, outcome, method)
+    console.say("written", f"{asked.out} after {seconds['total']:.2f} s")
+    console.give(content)
+
+
+def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> None:
+    """Why so many frames, what was changed after they were picked, and how well they serve."""
     reached = outcome.service.curve[-1]
     if outcome.selection.budget is not None:
         console.say("k", record.reason(outcome.selection.budget))
@@ -78,18 +83,15 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         console.say("blurred", f"{len(instead)} picks, exchanged for sharp frames beside them")
     picked = len(outcome.selection.names)
     console.say("picked", f"{picked} frames by {method.name}, service {reached:.1%}")
-    console.say("written", f"{asked.out} after {seconds['total']:.2f} s")
-    console.give(content)
 
 
-def _select(
-    asked: argparse.Namespace,
-    console: Console,
-    opened: Opened,
-    method: Method,
-    seconds: dict[str, float],
-) -> record.Outcome:
-    """Refuse what cannot be done before any image is opened, then select."""
+def _checked(
+    asked: argparse.Namespace, console: Console, opened: Opened, method: Method
+) -> tuple[int | Auto, Focus | None, Targets]:
+    """The number of frames, the object and the targets that are asked for.
+
+    What cannot be done is refused here, before any image is opened.
+    """
     capture = opened.capture
     width, height = opened.raw.cameras[0].width, opened.raw.cameras[0].height
     console.say("capture", f"{len(capture)} frames of {width}x{height}, {opened.layout}")
@@ -112,11 +114,23 @@ def _select(
             f"{targets.far.sum()} of {len(targets.views)} target views lie far from every camera"
         )
     _warn_of_walls(asked, console, opened, targets)
+    return k, focus, targets
+
+
+def _select(
+    asked: argparse.Namespace,
+    console: Console,
+    opened: Opened,
+    method: Method,
+    seconds: dict[str, float],
+) -> record.Outcome:
+    """Select as the command line asks."""
+    k, focus, targets = _checked(asked, console, opened, method)
     sharpness, sharpness_of = None, _measuring(opened, console, seconds)
     if asked.geometry_only:
-        sharpness_of = np.zeros(len(capture)).__getitem__
+        sharpness_of = np.zeros(len(opened.capture)).__getitem__
     elif asked.sharpness or "sharpness" in method.reads:
-        sharpness = sharpness_of(np.arange(len(capture)))
+        sharpness = sharpness_of(np.arange(len(opened.capture)))
     capture = _read(asked, console, opened, method)
     with refining(asked.refine, console) as refine:
         selection = api.select(
@@ -256,64 +270,3 @@ def _pictures(
     made = thumbnails([files[picks[i]] for i in order], opened.longest, THUMBNAIL)
     check_pixels([files[i] for i in held])
     return [made[at] for at in np.argsort(order)]
-
-
-def _content(
-    asked: argparse.Namespace,
-    opened: Opened,
-    outcome: record.Outcome,
-    method: Method,
-    seconds: dict[str, float],
-) -> dict:
-    """selection.json but for the frames."""
-    targets, budget = outcome.targets, outcome.selection.budget
-    swapped = outcome.selection.swapped
-    return {
-        "capture": {
-            "folder": str(Path(asked.capture).resolve()),
-            "layout": opened.layout,
-            "frames": len(opened.capture),
-            "dropped": opened.raw.dropped,
-        },
-        "targets": {
-            "kind": targets.kind,
-            "views": len(targets.views),
-            "held_out": [opened.capture.names[i] for i in targets.frames],
-            "far": int(targets.far.sum()),
-        },
-        "settings": {
-            "k": asked.k,
-            "targets": asked.targets,
-            "method": method.name,
-            "weights": str(asked.weights.resolve()) if asked.weights else None,
-            "seed": asked.seed,
-            "refine": asked.refine,
-            "appearance": asked.appearance if "appearance" in method.reads else None,
-            "masks": str(asked.masks) if asked.masks else None,
-            "box": asked.box,
-            "geometry_only": asked.geometry_only,
-            "vram": asked.vram,
-            "trainer": asked.trainer,
-            "always": str(asked.always) if asked.always else None,
-            "never": str(asked.never) if asked.never else None,
-            "points": asked.points,
-            "long_side": asked.long_side,
-            "downscale": asked.downscale,
-        },
-        "refined": None
-        if swapped is None
-        else {"gain": round(swapped.gain, 4), "tried": swapped.tried},
-        "budget": None if budget is None else asdict(budget) | {"reason": record.reason(budget)},
-        "scorer": _scorer(method),
-        "versions": record.versions(),
-        "seconds": {name: round(value, 4) for name, value in seconds.items()},
-    }
-
-
-def _scorer(method: Method) -> dict | None:
-    """What made the scores: provenance, and the coefficients of a linear rule."""
-    if not isinstance(method, Learned):
-        return None
-    rule = method.scorer
-    coefficients = {"coefficients": rule.coefficients} if isinstance(rule, Linear) else {}
-    return coefficients | dict(rule.provenance)

@@ -27,6 +27,17 @@ def add_select(commands) -> None:
         help="then try swaps of the picks for so long, as 10s or 2m, judged by reconstructions of "
         "this capture; Ctrl-C keeps the best so far",
     )
+    _add_budget(command)
+    add_request(command)
+    _add_method(command)
+    _add_looking(command)
+    _add_wishes(command)
+    _add_form(command)
+    add_output(command, "folder to write")
+
+
+def _add_budget(command: argparse.ArgumentParser) -> None:
+    """How -k auto finds a number of frames."""
     command.add_argument(
         "--threshold",
         type=positive,
@@ -51,7 +62,10 @@ def add_select(commands) -> None:
         choices=tuple(TRAINERS),
         help="what takes --vram; see docs/trainers.md",
     )
-    add_request(command)
+
+
+def _add_method(command: argparse.ArgumentParser) -> None:
+    """What selects, and the appearance that it compares frames by."""
     command.add_argument("--method", help="fsel (by default), ours, uniform, fvs, nearest, ...")
     command.add_argument(
         "--weights",
@@ -70,6 +84,10 @@ def add_select(commands) -> None:
     command.add_argument(
         "--appearance-weights", metavar="FILE", help="checkpoint of --appearance dinov2"
     )
+
+
+def _add_looking(command: argparse.ArgumentParser) -> None:
+    """Which images are opened."""
     looking = command.add_mutually_exclusive_group()
     looking.add_argument(
         "--sharpness",
@@ -83,18 +101,20 @@ def add_select(commands) -> None:
         help="do not look at images: blurred picks stay, no pictures in the report, no points "
         "where the capture has none",
     )
-    _add_form(command)
-    add_output(command, "folder to write")
 
 
-def _add_form(command: argparse.ArgumentParser) -> None:
-    """How the subset is written."""
+def _add_wishes(command: argparse.ArgumentParser) -> None:
+    """Frames that are picked, or not, whatever the method says."""
     command.add_argument(
         "--always", type=Path, metavar="NAMES", help="file of frames that are picked first"
     )
     command.add_argument(
         "--never", type=Path, metavar="NAMES", help="file of frames that are not picked"
     )
+
+
+def _add_form(command: argparse.ArgumentParser) -> None:
+    """How the subset is written."""
     command.add_argument(
         "--points",
         choices=("seen", "all", "none"),
