@@ -169,14 +169,6 @@ def mapped_array(path: str | Path) -> np.ndarray:
         raise ValueError(f"{path}: not a whole .npy file ({error})") from error
 
 
-def table_metadata(path: str | Path) -> tuple[dict[str, str], str]:
-    """The units and the config digest that `write_table` stored."""
-    import pyarrow.parquet as pq
-
-    metadata = pq.read_schema(path).metadata
-    return json.loads(metadata[b"units"]), metadata[b"config"].decode()
-
-
 def subsets_column(subsets: np.ndarray) -> list[list[int]]:
     """(n, K) frames as a list column."""
     return np.asarray(subsets).tolist()

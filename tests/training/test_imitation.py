@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from fsel.selector.scorer import INPUTS, PARAMETERS, Network
+from fsel.selector.scorer import INPUTS, Network
 from fsel.training.imitation import Trajectory, train
 
 
@@ -43,7 +43,7 @@ def test_equal_seeds_equal_weights_and_others_differ():
 
 def test_weights_fill_the_papers_network():
     weights, _ = fit(epochs=1)
-    assert sum(w.size for w in weights.values()) == PARAMETERS == 5505
+    assert sum(w.size for w in weights.values()) == 5505
     Network(weights)
 
 

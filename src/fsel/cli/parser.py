@@ -186,10 +186,10 @@ def _add_reconstructor(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_size(command: argparse.ArgumentParser, what: str = "", default: int = 96) -> None:
+def _add_size(command: argparse.ArgumentParser, default: int = 96) -> None:
     command.add_argument(
         "--long-side",
         type=whole(1, LARGEST),
         default=default,
-        help=f"{what}longer side in pixels of the images, {default} by default",
+        help=f"longer side in pixels of the images, {default} by default",
     )

@@ -42,7 +42,6 @@ UNITS = {"psnr": "dB"}
 SPREAD = 0.8  # frames between the lines of a figure, so that intervals stand side by side
 THIN: dict[str, Any] = {"linewidth": 0.8, "markersize": 2.5, "elinewidth": 0.8}
 BOLD: dict[str, Any] = {"linewidth": 2.0, "markersize": 4, "elinewidth": 1.6, "zorder": 3}
-KEYS = ["views", "start", "method", "k"]
 
 
 def evaluate_untold(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -136,6 +135,6 @@ def reason(budget: Budget) -> str:
     )
 
 
-def versions(packages: Sequence[str] = PACKAGES) -> dict[str, str]:
-    """What ran."""
-    return {"python": platform.python_version()} | {name: version(name) for name in packages}
+def versions() -> dict[str, str]:
+    """Of Python and of the packages that picks depend on."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}

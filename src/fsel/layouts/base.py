@@ -226,8 +226,8 @@ def check_number(folder: Path, count: int, source: Path) -> None:
         )
 
 
-def read_matrix(path: Path, shape: tuple[int, int] = (4, 4)) -> np.ndarray:
-    """A matrix of numbers in a text file, whatever its line breaks; -inf and nan are numbers.
+def read_matrix(path: Path) -> np.ndarray:
+    """(4, 4) numbers of a text file, whatever its line breaks; -inf and nan are numbers.
 
     Raises:
         ValueError: when the file is missing, holds something else, or another count of numbers.
@@ -236,11 +236,9 @@ def read_matrix(path: Path, shape: tuple[int, int] = (4, 4)) -> np.ndarray:
         values = np.array(regular(path).read_text().split(), np.float64)
     except (OSError, ValueError) as error:
         raise ValueError(f"{path}: not readable as numbers ({error})") from error
-    if values.size != np.prod(shape):
-        raise ValueError(
-            f"{path}: expected a {shape[0]}x{shape[1]} matrix, got {values.size} numbers"
-        )
-    return values.reshape(shape)
+    if values.size != 16:
+        raise ValueError(f"{path}: expected a 4x4 matrix, got {values.size} numbers")
+    return values.reshape(4, 4)
 
 
 def matched(names: list[str], others: list[str]) -> dict[str, int]:

@@ -25,7 +25,6 @@ SHAPES = {
     "layer3.weight": (1, WIDTH),
     "layer3.bias": (1,),
 }
-PARAMETERS = sum(int(np.prod(shape)) for shape in SHAPES.values())
 TURN = 0.62891  # GELU's slope is within this of one half
 
 

@@ -89,12 +89,8 @@ class GaussianModel:
         )
 
     @classmethod
-    def read_ply(cls, path: str | Path, near: float = 0.01) -> GaussianModel:
+    def read_ply(cls, path: str | Path) -> GaussianModel:
         """Any standard `.ply` of 3D Gaussians, with harmonics to degree three.
-
-        Args:
-            path: of the file.
-            near: depth below which a Gaussian is not drawn, world units.
 
         Raises:
             ValueError: naming the file, for what is no such file, or values that are not finite.
@@ -106,4 +102,4 @@ class GaussianModel:
         table[:, SCALE], table[:, TURN] = cloud.log_scale, cloud.turn
         table[:, LOGIT] = cloud.logit
         table[:, COLOR:] = cloud.harmonics.reshape(len(table), width_of(cloud.degree) - COLOR)
-        return cls(Frame(origin, 1.0), table, cloud.background, near=near)
+        return cls(Frame(origin, 1.0), table, cloud.background)
