@@ -31,8 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from fsel.cli.silence import native_lines_dropped
 
         asked = parsed(arguments)
-        # before NumPy is imported: on a selection's small matrices more threads only wait for
-        # another
+        # before NumPy is imported: on a selection's small matrices several threads only wait for
+        # one another
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         with native_lines_dropped():
             return _run(asked, interruption)
@@ -66,7 +66,7 @@ def _in_words(error: Exception, asked: Namespace) -> str:
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
         return f"{_read(asked)}: takes more memory than there is"
-    if type(error).__name__ == "LinAlgError":  # of NumPy, which tells no file
+    if type(error).__name__ == "LinAlgError":  # NumPy's, which names no file
         return f"{_read(asked)}: its cameras' poses leave the computation no answer ({error})"
     return " ".join(str(error).split("\n"))
 

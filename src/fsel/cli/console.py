@@ -13,7 +13,7 @@ from threading import Event, Thread
 from fsel.layouts.previews import Progress
 
 PATIENCE = 2.0  # seconds before a bar is shown
-TICK = 0.5  # seconds between two looks at the clock
+TICK = 0.5  # seconds between two updates of a clock
 
 
 @dataclass(frozen=True)

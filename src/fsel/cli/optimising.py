@@ -1,4 +1,4 @@
-"""Reconstructors as the commands use them: named, asked for their needs, watched, interrupted."""
+"""Reconstructors as the commands use them: checked, bound, fitted with progress, stopped."""
 
 from __future__ import annotations
 

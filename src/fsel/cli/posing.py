@@ -29,7 +29,7 @@ def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SI
 
     Args:
         asked: the command line.
-        console: is told what is done.
+        console: prints what is done.
         long_side: pixels of the longer side of images that are opened later.
 
     Raises:
@@ -60,7 +60,7 @@ def warn_of(skipped: dict[str, str], console: Console) -> None:
 
 
 def needed(asked: argparse.Namespace) -> bool:
-    """Whether poses are to be found; refuses options that would not be looked at."""
+    """Whether poses are to be found; refuses options that would have no effect."""
     video = film.is_video(asked.capture)
     if not video and (asked.video_frames is not None or asked.rate is not None):
         raise ValueError(f"{asked.capture}: is no video, which --video-frames and --rate are for")
@@ -68,7 +68,7 @@ def needed(asked: argparse.Namespace) -> bool:
 
 
 def found_poses(asked: argparse.Namespace, console: Console) -> Path:
-    """A folder with `capture`, a COLMAP capture, and `poses.json`, what is to be said of it.
+    """A folder with `capture`, a COLMAP capture, and `poses.json`, the report.
 
     It lies in the user's cache, under a digest of the files and settings: the second time nothing
     is matched, and a run that was cut off goes on where it was.

@@ -16,7 +16,7 @@ from fsel.request.focus import Focus, check_within, from_box, from_masks, scene_
 
 
 def focus_of(asked: argparse.Namespace, opened: Opened) -> Focus | None:
-    """The object of `--masks` or `--box`; a box is refused where the scene is not."""
+    """The object of `--masks` or `--box`; a box outside of the scene is refused."""
     if asked.masks is not None:
         return from_masks(opened.capture, asked.masks)
     if asked.box is not None:

@@ -1,6 +1,6 @@
-"""What Ctrl-C and the signal TERM do, from a command's first moment on.
+"""What Ctrl-C and the signal TERM do, from the start of a command on.
 
-Imports as little as it can: before the handlers are there, Ctrl-C is a traceback of Python's.
+Imports as little as it can: before the handlers are set, Ctrl-C prints a traceback.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def native_lines_dropped() -> Iterator[None]:
-    """Lines of C libraries go nowhere, and Python's where they went; errors tell what matters."""
+    """Lines of C libraries are dropped, Python's are printed; errors say what matters."""
     own = sys.stderr
     try:
         shown = own.fileno() == 2

@@ -60,7 +60,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
 
 
 def _checked(asked: argparse.Namespace) -> Policy:
-    """The policy to train, once nothing stands in the way of hours of work."""
+    """The policy to train; what would fail after hours of work is refused."""
     if missing := [name for name in NEEDED if find_spec(name) is None]:
         raise ValueError(
             f"fsel train needs {', '.join(missing)}. Hint: pip install 'fsel[workflow]'"

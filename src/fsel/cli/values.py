@@ -1,4 +1,4 @@
-"""What stands behind an option on the command line, read and refused in words."""
+"""Values of options: read from the command line, or refused with what is allowed."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a selection is written as: lists, and captures that trainers read."""
+"""Selections and comparisons as files: lists, captures that trainers read, pages to look at."""

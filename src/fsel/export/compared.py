@@ -81,7 +81,7 @@ def differences(compared: Compared) -> list[dict]:
 
 
 def verdict(k: int, first: str, other: str, gap: Interval) -> str:
-    """A sentence: how far one method is ahead, and whether that is beyond the interval.
+    """A sentence: how far one method is ahead, and whether the interval excludes zero.
 
     Args:
         k: number of frames.

@@ -1,4 +1,4 @@
-"""Drawings of a selection as SVG: the cameras from above, and service against K."""
+"""Drawings of a selection as SVG: the cameras from above, service against K, sharpness."""
 
 from __future__ import annotations
 

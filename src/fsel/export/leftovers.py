@@ -1,4 +1,4 @@
-"""Unfinished outputs beside finished ones: their names, and what becomes of those of the dead.
+"""Unfinished outputs beside finished ones: their names, and how those of ended processes go.
 
 `.NAME.HOST.PID.new` is an output that is being written, or an old one that was exchanged for it;
 `.NAME.HOST.PID.old` is an old one out of the way, where the file system cannot exchange two names.
@@ -36,7 +36,7 @@ def held(path: Path) -> Iterator[None]:
 
 
 def clear(out: Path) -> None:
-    """Remove what dead processes of this machine left beside an output.
+    """Remove what processes of this machine that ended early left beside an output.
 
     An old output that was out of the way when its process was killed gets its name back.
     """
@@ -60,7 +60,7 @@ def remove(path: Path) -> None:
 
 
 def _abandoned(path: Path, process: int) -> bool:
-    """Whether no such process runs, nor holds a lock: containers number theirs by themselves."""
+    """Whether no such process runs and none holds the lock: a container has numbers of its own."""
     if process != os.getpid() and running(process):
         return False
     try:

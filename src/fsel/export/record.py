@@ -28,7 +28,7 @@ class Outcome:
         targets: what was asked for.
         selection: the picks.
         sharpness: (N,) of every frame, or None where it was not measured.
-        by_sharpness: whether the method looked at it: only then it is a reason.
+        by_sharpness: whether the method read it; only then is it given as a reason.
     """
 
     capture: Capture

@@ -1,4 +1,4 @@
-"""What an output says of the run that wrote it, so that nothing else is ever replaced.
+"""The record in an output of the run that wrote it: nothing without one is ever replaced.
 
 A folder holds `manifest.json`: the command, and every file's size and time of change. A `.ply` has
 a comment in its header: the command, and a digest of the rest of the file.
@@ -26,7 +26,7 @@ class Record(Protocol):
     """How a kind of output is begun, recorded when finished, and recognised later."""
 
     def begin(self, path: Path) -> None:
-        """Make it, empty: a disk that takes nothing is refused before work."""
+        """Make it, empty: where nothing can be written, that is refused before work."""
 
     def write(self, path: Path, command: str) -> None:
         """Record a finished output."""
@@ -112,6 +112,6 @@ def _files(folder: Path) -> Iterator[str]:
 
 
 def _stamp(path: Path) -> list[int]:
-    """Size in bytes and time of change in ns: of an image of many that a digest would read."""
+    """Size in bytes and time of change in ns; a digest would read every image."""
     found = path.lstat()
     return [found.st_size, found.st_mtime_ns]

@@ -27,10 +27,10 @@ class Service:
     averaged over the views; all frames together give 1.
 
     Attributes:
-        curve: (k,) service after each pick, rising.
+        curve: (k,) service after each pick, never falling.
         gain: (k,) what each pick added.
         nearest_view: (k,) int64 the target view that each pick is closest to.
-        left: (n,) what each frame of the pool would still add after the last pick.
+        left: (n,) what each frame of the pool would still add after the last pick; 0 for picks.
     """
 
     curve: np.ndarray

@@ -18,7 +18,7 @@ def staged(
 ) -> Iterator[Path]:
     """A file or folder beside `out` that takes its name when the block ends without an error.
 
-    What dead processes left beside `out` is cleared first. A symbolic link is followed.
+    What processes that ended early left beside `out` is cleared first. A symbolic link is followed.
 
     Args:
         out: the output to be; its parents are made.

@@ -1,4 +1,4 @@
-"""Blurred picks give way to sharp frames beside them.
+"""Blurred picks are exchanged for sharp frames beside them.
 
 Not in the paper, whose sharpness is one input of many. Motion blurs single frames of a video, and
 those beside them serve the same views. What it gains is in docs/experiments.md, "Blur".

@@ -7,17 +7,18 @@ import numpy as np
 from fsel.capture import Views
 from fsel.points import SparsePoints
 
-NEAR = np.radians(4)  # points within this angle of a view's direction tell how far one can see
+NEAR = np.radians(4)  # from a camera, points this close to a view's direction tell the depth
 FEWEST = 4  # such points
 BEHIND = 0.85  # of the view's distance: points closer than this lie before it
-WITNESSES = 3  # cameras that see points before the view, more than see beyond it
+WITNESSES = 3  # least cameras that see points before the view
 
 
 def behind(views: Views, cameras: Views, points: SparsePoints) -> np.ndarray:
     """(T,) bool: more cameras see surfaces before the view's place than see past it.
 
-    Only cameras that have the place in their image tell, and points that they see themselves, so
-    that one wall does not hide what other cameras saw from the other side.
+    A camera counts where it sees four points or more within 4 degrees of the direction to the
+    place. It counts by the points that it sees itself, so that one wall does not hide what other
+    cameras saw from the other side.
 
     Args:
         views: T views.

@@ -3,7 +3,7 @@
 Not in the paper. Observed frames near the targets judge as long as they are not picked, so that no
 frame judges itself. Their PSNR alone misleads: a pick beside a judge raises it, wherever the target
 is, and the frame nearest to a target loses its judgement when it is picked. So what poses alone
-explain is taken from the judges' gain, and what they explain of the target's is added.
+explain is subtracted from the judges' gain, and what they explain of the target's is added.
 """
 
 from __future__ import annotations
@@ -19,14 +19,16 @@ from fsel.reconstruct import Model, Reconstructor
 
 JUDGING = 7  # frames nearest to each target, which judge
 SLOPE = 7.0  # dB that a view gains where its closeness grows e-fold, on 24 training scenes
-REST = 0.1  # split's distance that is added, so that no pick counts beyond bounds
+REST = 0.1  # added to the distance, so that no pick counts more than 10
 FIRST = 0.3  # of the judges, those that a swap concerns most, are rendered before the others
 METRIC = ("psnr",)
 
 
 @dataclass(frozen=True)
 class Closeness:
-    """How close picks are to V views: the sum over picks of 1 / (the split's distance + 0.1).
+    """How close picks are to V views: the sum over picks of 1 / (distance + 0.1).
+
+    The distance is that of the centres plus the angle between the axes, each over its `largest`.
 
     Attributes:
         centers, axes: (V, 3) float64 camera centres and optical axes of the views.

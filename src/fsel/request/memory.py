@@ -1,8 +1,8 @@
-"""How many frames a trainer can take in a memory: what each needs, measured by others or cited.
+"""How many frames a trainer can take in a memory, by what each is published to need.
 
 A trainer needs a fixed part, so much a frame, so much a pixel of each frame, and so much a
 Gaussian. The numbers of Gaussians a frame are the most that was seen, so that what is allowed fits.
-docs/trainers.md has the table with its sources.
+docs/trainers.md has the table with its sources. What `splats` needs is counted.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How far what a view looks at is."""
+"""The distance from a view to what it looks at."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ NEIGHBOURS = 6  # free frames around it
 REGION = 8  # frames nearest to each target, which the other swaps bring
 LEAST_PICKS = 3  # without a judge that is picked, two are left to reconstruct from
 JUDGE = {"name": "splats", "long_side": 64, "settings": {}}
-TRIES = 20  # of proposals that were met before, until the neighbourhood counts as searched
+TRIES = 20  # proposals for each pick, in a row, that were met before: then the search ends
 
 
 def swaps(
