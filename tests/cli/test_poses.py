@@ -85,7 +85,9 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
 def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     assert run("poses", tmp_path / "empty", "-o", tmp_path / "out") == 1
-    assert "no images in it" in capsys.readouterr().err
+    assert "0 photos (.jpg, .jpeg, .png) in it, in images or in" in capsys.readouterr().err
+    assert run("poses", tmp_path / "gone", "-o", tmp_path / "out") == 1
+    assert "gone: no such folder" in capsys.readouterr().err
     assert run("info", tmp_path / "empty", "--rate", 2) == 1
     assert "is no video, which --video-frames and --rate are for" in capsys.readouterr().err
     (tmp_path / "walk.mp4").write_bytes(b"no video")
@@ -97,12 +99,41 @@ def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
 def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, capsys, monkeypatch):
     photos, posed = tmp_path / "photos", []
     monkeypatch.setattr(posing, "_find", lambda source, files, *_: posed.append(files) or 1 / 0)
-    images.write(np.zeros((3, 24, 32, 3), np.uint8), photos, ["a.jpg", "b.jpg", "c.jpg"])
+    images.write(np.zeros((4, 24, 32, 3), np.uint8), photos, [f"{x}.jpg" for x in "abcd"])
     (photos / "b.jpg").write_bytes((photos / "b.jpg").read_bytes()[:50])
     with pytest.raises(ZeroDivisionError):
         run("poses", photos, "--skip-unreadable", "-o", tmp_path / "out")
     assert "1 images skipped: b.jpg (image file is truncated (50 bytes))" in capsys.readouterr().err
-    assert [file.name for file in posed[0]] == ["a.jpg", "c.jpg"]
+    assert [file.name for file in posed[0]] == ["a.jpg", "c.jpg", "d.jpg"]
+    assert run("poses", photos, "-o", tmp_path / "out") == 1
+    assert "b.jpg: image file is truncated (50 bytes)" in capsys.readouterr().err
+
+
+def test_photos_of_formats_that_are_not_read_are_named(cache, tmp_path, capsys):
+    (tmp_path / "IMG_1.HEIC").write_bytes(b"photo")
+    assert run("info", tmp_path, "--poses", "colmap") == 1
+    printed = capsys.readouterr().err
+    assert "1 photos are not read until converted to JPEG or PNG: IMG_1.HEIC" in printed
+    assert f"{tmp_path}: 0 photos" in printed
+
+
+def test_photos_that_show_nothing_in_common_are_refused_by_their_folder(cache, tmp_path, capsys):
+    photos = tmp_path / "photos"
+    images.write(np.full((3, 48, 64, 3), 99, np.uint8), photos, ["a.jpg", "b.jpg", "c.jpg"])
+    assert run("poses", photos, "-o", tmp_path / "out") == 1
+    assert f"fsel: {photos}: COLMAP placed 0 of 3 frames; at least 3" in capsys.readouterr().err
+
+
+def test_photos_held_upright_and_across_have_a_camera_each(shots, cache, tmp_path, capsys):
+    """As stored, without a word of EXIF: of two sizes."""
+    photos, names = tmp_path / "photos", [f"{i}.png" for i in range(8)]
+    turned = [np.rot90(shot) if i % 4 == 1 else shot for i, shot in enumerate(shots[:8])]
+    for shot, name in zip(turned, names, strict=True):
+        images.write(shot[None], photos, [name])
+    assert run("poses", photos, "-o", tmp_path / "out") == 0
+    assert "COLMAP placed 8 of 8 frames" in capsys.readouterr().out
+    model = pycolmap.Reconstruction(str(tmp_path / "out" / "sparse" / "0"))
+    assert sorted((c.width, c.height) for c in model.cameras.values()) == [(240, 320), (320, 240)]
 
 
 def test_settings_and_files_tell_one_cache_from_another(tmp_path):
@@ -132,6 +163,10 @@ def test_a_demonstration_is_a_capture_and_its_video(cache, tmp_path, capsys, mon
     assert json.loads(capsys.readouterr().out)["frames"] == 12
     film = cv2.VideoCapture(str(tmp_path / "garden" / "walk.mp4"))
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 12
+    assert run("demo", "garden", "-o", tmp_path / "garden") == 1
+    refused = capsys.readouterr()
+    assert "exists already" in refused.err
+    assert refused.out == ""
 
 
 def test_a_demonstration_says_what_it_needs(tmp_path, capsys, monkeypatch):

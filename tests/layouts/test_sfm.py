@@ -129,7 +129,7 @@ def test_estimated_poses_serve_the_images_as_they_are():
 
 def test_images_without_poses_say_what_to_do(tmp_path):
     images.write(render(poses(3)), tmp_path, [f"{i}.jpg" for i in range(3)])
-    with pytest.raises(ValueError, match=r"no poses: `poses: colmap` .*finds them"):
+    with pytest.raises(ValueError, match=r"no poses. Hint: --poses colmap finds them"):
         read_capture(tmp_path)
     with pytest.raises(ValueError, match=r"images without poses.*`poses: colmap` finds them"):
         read_capture(tmp_path, "images")

@@ -27,8 +27,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             f"a demonstration is generated with {error.name}, which is not installed. "
             "Hint: pip install 'fsel[demo]'"
         ) from error
-    console.say("making", f"{FRAMES} frames of {asked.scene}, for about a minute")
     with staged(asked.out, "demo", FolderRecord(), [], asked.force) as stage:
+        console.say("making", f"{FRAMES} frames of {asked.scene}, for about a minute")
         with console.clock("generating"):
             made = record(*SCENES[asked.scene], FRAMES, *SIZE)
         colmap.write(made, stage)

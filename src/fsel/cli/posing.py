@@ -16,12 +16,14 @@ from pathlib import Path
 from fsel.cli.console import Console
 from fsel.held import pycolmap
 from fsel.layouts import bare, film, images, sfm
-from fsel.layouts.colmap_runs import Work
+from fsel.layouts.colmap_runs import MIN_PLACED, Work
 from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
 
 CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed
+UNREAD = (".heic", ".heif", ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
 ENVIRONMENT = "FSEL_CACHE"
+MADE = 2  # of what is kept: counted up where the same files are placed otherwise than before
 
 
 def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> Opened:
@@ -74,17 +76,12 @@ def found_poses(asked: argparse.Namespace, console: Console) -> Path:
     is matched, and a run that was cut off goes on where it was.
 
     Raises:
-        ValueError: when the source holds no images, or fewer than three can be placed.
+        ValueError: when the source holds too few images, or one that cannot be read, or fewer than
+            three can be placed.
     """
     source = asked.capture
     settings = {"frames": asked.video_frames, "rate": asked.rate}
-    files = [source] if film.is_video(source) else bare.find(source)
-    if asked.skip_unreadable and files != [source]:
-        faults = {file.name: images.fault(file) for file in files}
-        warn_of({name: why for name, why in faults.items() if why}, console)
-        files = [file for file in files if not faults[file.name]]
-    if not files:
-        raise ValueError(f"{source}: no images in it, in images or in input; nothing to pose")
+    files = [source] if film.is_video(source) else _photos(asked, console)
     place = cache() / _digest(files, settings)
     place.mkdir(parents=True, exist_ok=True)
     with _held(place / "lock"):
@@ -99,6 +96,31 @@ def found_poses(asked: argparse.Namespace, console: Console) -> Path:
     return place
 
 
+def _photos(asked: argparse.Namespace, console: Console) -> list[Path]:
+    """The photos of a folder; without `--skip-unreadable` all must be sound."""
+    source = asked.capture
+    if not source.is_dir():
+        why = "is neither a video nor a folder of photos" if source.exists() else "no such folder"
+        raise ValueError(f"{source}: {why}")
+    files = bare.find(source)
+    if asked.skip_unreadable:
+        faults = {file.name: images.fault(file) for file in files}
+        warn_of({name: why for name, why in faults.items() if why}, console)
+        files = [file for file in files if not faults[file.name]]
+    if other := sorted(file.name for file in source.iterdir() if file.suffix.lower() in UNREAD):
+        few = ", ".join(other[:SHOWN])
+        console.warn(f"{len(other)} photos are not read until converted to JPEG or PNG: {few}")
+    if len(files) < MIN_PLACED:
+        raise ValueError(
+            f"{source}: {len(files)} photos ({', '.join(bare.ENDINGS)}) in it, in images or in "
+            f"input; at least {MIN_PLACED} are needed"
+        )
+    if not asked.skip_unreadable:
+        for file in files:
+            images.size_of(file)
+    return files
+
+
 def cache() -> Path:
     """Where found poses are kept: FSEL_CACHE, else fsel in the user's cache folder."""
     own = os.environ.get(ENVIRONMENT)
@@ -108,7 +130,7 @@ def cache() -> Path:
 
 def _digest(files: Sequence[Path], settings: dict) -> str:
     stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
-    known = json.dumps([stamps, settings, pycolmap.__version__])
+    known = json.dumps([stamps, settings, pycolmap.__version__, MADE])
     return hashlib.sha256(known.encode()).hexdigest()[:16]
 
 
@@ -132,7 +154,13 @@ def _find(
     raw = bare.read(place / CAPTURE)
     threads = len(os.sched_getaffinity(0))
     work = Work(place / "matching", threads, ordered=video, watch=console.bar)
-    model = sfm.place(raw, work=work)
+    try:
+        model = sfm.place(raw, work=work)
+    except sfm.NotPlaced as error:
+        raise ValueError(
+            f"{source}: {error.said}; at least {MIN_PLACED} are needed. Hint: more images that "
+            "overlap each other"
+        ) from error
     sparse = place / CAPTURE / "sparse" / "0"
     sparse.mkdir(parents=True, exist_ok=True)
     model.write_binary(str(sparse))

@@ -161,10 +161,10 @@ def _layout_of(folder: Path, layout: str) -> Layout:
         hint = f"; its folders {scenes[:3]} are captures, give one of them" if scenes else ""
         if not scenes and bare.find(folder):
             hint = (
-                "; its images have no poses: `poses: colmap` (--poses colmap) finds them, "
-                "`poses: file` reads them"
+                "; its images have no poses. Hint: --poses colmap finds them (in a config "
+                "`poses: colmap`, or `poses: file` reads them)"
             )
-        raise ValueError(f"{folder}: no known layout{hint}; known: {', '.join(LAYOUTS)}")
+        raise ValueError(f"{folder}: no known layout ({', '.join(LAYOUTS)}){hint}")
     also = f" (it also looks like {', '.join(found[1:])})" if found[1:] else ""
     log.info("%s: recognised as %s%s", folder, found[0], also)
     return LAYOUTS[found[0]]

@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 from fsel.held import pycolmap
 from fsel.layouts import images, pairs
+from fsel.layouts.headers import Size
 from fsel.layouts.previews import Progress, in_silence
 
 THREADS = 1  # with more, COLMAP gives other bytes each time
@@ -74,17 +75,19 @@ def extract(
         folder: of the images.
         names: below it.
         work: how.
-        one_camera: all images are of one camera; else each has its own.
+        one_camera: all images of one size are of one camera; else each has its own.
     """
-    reader = pycolmap.ImageReaderOptions()
     mode = pycolmap.CameraMode.SINGLE if one_camera else pycolmap.CameraMode.PER_IMAGE
     with pycolmap.Database.open(str(database)) as stored:
-        known = {image.name: image.camera_id for image in stored.read_all_images()}
+        known = {image.name for image in stored.read_all_images()}
     wanted = [name for name in names if name not in known]
-    parts = _parts(wanted, IMAGES if work.folder is not None else len(names))
-    for part in work.watch("features")(parts, len(parts)):
-        if one_camera and known:
-            reader.existing_camera_id = next(iter(known.values()))
+    alike = _by_size(folder, wanted) if one_camera else {None: wanted}
+    most = IMAGES if work.folder is not None else len(names)
+    parts = [(size, part) for size, group in alike.items() for part in _parts(group, most)]
+    for size, part in work.watch("features")(parts, len(parts)):
+        reader = pycolmap.ImageReaderOptions()
+        if one_camera and (camera := _camera_of(database, size)) is not None:
+            reader.existing_camera_id = camera
         pycolmap.extract_features(
             database,
             folder,
@@ -94,9 +97,28 @@ def extract(
             extraction_options=pycolmap.FeatureExtractionOptions(num_threads=work.threads),
             device=pycolmap.Device.cpu,
         )
-        if one_camera and not known:
-            with pycolmap.Database.open(str(database)) as stored:
-                known = {image.name: image.camera_id for image in stored.read_all_images()}
+
+
+def _by_size(folder: Path, names: Sequence[str]) -> dict[Size | None, list[str]]:
+    """Names of images by their (width, height): a photo held upright is of no camera of the others.
+
+    Those that cannot be read are together, for COLMAP to pass over.
+    """
+    found: dict[Size | None, list[str]] = {}
+    for name in names:
+        try:
+            size = images.size_of(folder / name)
+        except ValueError:
+            size = None
+        found.setdefault(size, []).append(name)
+    return found
+
+
+def _camera_of(database: Path, size: Size | None) -> int | None:
+    """The camera of the images of a (width, height), where one was stored."""
+    with pycolmap.Database.open(str(database)) as stored:
+        cameras = stored.read_all_cameras()
+    return next((c.camera_id for c in cameras if (c.width, c.height) == size), None)
 
 
 def match(database: Path, names: Sequence[str], work: Work) -> None:

@@ -34,6 +34,18 @@ MAX_ANGLE = np.radians(60)
 log = logging.getLogger(__name__)
 
 
+class NotPlaced(ValueError):
+    """COLMAP placed too few frames.
+
+    Attributes:
+        said: how many, without the place.
+    """
+
+    def __init__(self, image: images.Image, said: str) -> None:
+        super().__init__(f"{image}: {said}")
+        self.said = said
+
+
 def triangulate(capture: Capture) -> SparsePoints | None:
     """Sparse points from SIFT matches of the capture's images and its known poses.
 
@@ -173,7 +185,7 @@ def place(
         placed = max((m.num_reg_images() for m in models.values()), default=0)
         log.info("COLMAP placed %d of %d frames", placed, len(names))
         if placed < MIN_PLACED:
-            raise ValueError(f"{raw.images[0]}: COLMAP placed {placed} of {len(names)} frames")
+            raise NotPlaced(raw.images[0], f"COLMAP placed {placed} of {len(names)} frames")
         model = max(models.values(), key=lambda m: m.num_reg_images())
         rows = {name: i for i, name in enumerate(names)}
         for image in model.images.values():
