@@ -1,6 +1,8 @@
 """Faults that people met at the command line, each said in words that help."""
 
 import json
+from argparse import ArgumentTypeError
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -10,7 +12,8 @@ from small_captures import camera_path, record_of, ring, select
 import fsel
 from fsel.cli import main
 from fsel.cli.parser import parsed
-from fsel.cli.values import size_in_bytes
+from fsel.cli.values import size_in_bytes, words
+from fsel.request.focus import check_within, from_box, scene_bounds
 
 
 def run(*arguments):
@@ -24,18 +27,28 @@ def test_the_version_is_told(capsys):
     assert capsys.readouterr().out == "fsel 0.1.0\n"
 
 
+def test_words_between_commas_are_read_as_people_write_them():
+    assert words("fsel, uniform,,fsel,") == ["fsel", "uniform"]
+    with pytest.raises(ArgumentTypeError, match="names nothing"):
+        words(" ,")
+
+
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("given", "said"),
     [
         (["-k", "ten"], "'ten' is no whole number; allowed: a whole number, or auto"),
         (["-k", "3", "--seed", "x"], "'x' is no whole number; allowed: a whole number, 0 or more"),
         (["-k", "3", "--threshold", "x"], "'x' is no number; allowed: more than 0"),
         (["-k", "auto", "--memory", "8X"], "'8X' is no size; allowed: as 8GB, 500M, 8GiB"),
+        (
+            ["-k", "3", "--link", "--downscale", "2"],
+            "--downscale: not allowed with argument --link",
+        ),
     ],
 )
-def test_values_of_options_are_refused_in_words(words, said, capsys):
+def test_values_of_options_are_refused_in_words(given, said, capsys):
     with pytest.raises(SystemExit) as stop:
-        parsed(["select", "capture", "-o", "out", *words])
+        parsed(["select", "capture", "-o", "out", *given])
     assert stop.value.code == 2
     printed = capsys.readouterr().err
     assert said in printed
@@ -73,6 +86,25 @@ def test_files_and_parts_of_captures_are_called_what_they_are(capture, tmp_path,
     printed = capsys.readouterr().err
     assert "walk.mp4: is no file of targets; allowed: every:N" in printed
     assert "codec" not in printed
+    for named, said in (("walk.mp4", "is no text file"), ("gone.txt", "no such file")):
+        asked = ["--never", tmp_path / named, "-o", tmp_path / "o"]
+        assert select(capture, "-k", 4, *asked) == 1
+        assert f"{named}: {said}" in capsys.readouterr().err
+
+
+def test_frames_that_are_always_picked_need_a_number(capture, tmp_path, capsys):
+    (tmp_path / "a.txt").write_text("frame_001.jpg\n")
+    asked = ["--always", tmp_path / "a.txt", "-o", tmp_path / "o"]
+    assert select(capture, "-k", "auto", *asked) == 1
+    assert capsys.readouterr().err.endswith("; k is auto, and the method fsel\n")
+
+
+def test_lists_of_frames_are_inputs_too(capture, tmp_path, capsys):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "a.txt").write_text("frame_001.jpg\n")
+    asked = ["--always", tmp_path / "out" / "a.txt", "-o", tmp_path / "out", "--force"]
+    assert select(capture, "-k", 4, *asked) == 1
+    assert "an output may not be, hold or lie in what is read" in capsys.readouterr().err
 
 
 def test_compare_offers_only_what_it_takes(capsys):
@@ -103,12 +135,21 @@ def test_a_box_outside_of_the_scene_is_refused_with_the_scenes_bounds(capture, t
     assert run("info", capture, "--json") == 0
     low, high = json.loads(capsys.readouterr().out)["bounds"]
     np.testing.assert_allclose([low[0], high[0]], [-4, 4])  # the ring of cameras
-    box = [100, 20, 0, 101, 21, 1]
-    assert select(capture, "-k", 4, "--box", *box, "-o", tmp_path / "out") == 1
-    printed = capsys.readouterr().err
-    assert "lies outside of the scene, which reaches from [-4.0" in printed
+    for box in ([100, 20, 0, 101, 21, 1], [4.1, 0, 0, 5, 1, 1]):
+        assert select(capture, "-k", 4, "--box", *box, "-o", tmp_path / "out") == 1
+        printed = capsys.readouterr().err
+        assert "lies outside of the scene, which reaches from [-4.0" in printed
     assert run("info", capture) == 0
     assert "bounds    -4 " in capsys.readouterr().out
+
+
+def test_without_points_the_scene_is_where_the_cameras_look(capture):
+    """The ring of cameras is flat, and an object in its middle is not at their height."""
+    bare = replace(fsel.read_capture(capture, long_side=48), points=None)
+    bounds = scene_bounds(bare)
+    check_within(from_box(np.array([-1, 1.5, -1, 1, 2.5, 1])), bounds)
+    with pytest.raises(ValueError, match="outside of the scene"):
+        check_within(from_box(np.array([-1, 6, -1, 1, 7, 1])), bounds)
 
 
 def test_no_pick_is_blind_to_the_object(capture, tmp_path, capsys):

@@ -76,13 +76,18 @@ def checked_request(
     if len(targets.always) and (isinstance(asked, Auto) or not isinstance(method, Learned)):
         raise ValueError(
             "frames that are always to be selected go with a number of frames, and with a method "
-            f"that scores them ({', '.join(pretrained.FILES)}); k is {asked}, by {method.name}"
+            f"that scores them ({', '.join(pretrained.FILES)}); k is {_in_words(asked)}, and the "
+            f"method {method.name}"
         )
     if isinstance(asked, Auto):
         _check_auto(asked, method, capture)
         return targets
     check_count(asked, targets, capture, everything=method.name == ALL_FRAMES)
     return targets
+
+
+def _in_words(k: int | Auto) -> str:
+    return AUTO if isinstance(k, Auto) else str(k)
 
 
 def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:

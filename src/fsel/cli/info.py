@@ -46,7 +46,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         f"{result['distance']:.4g} far (medians, world units)",
     )
     low, high = (" ".join(f"{x:.4g}" for x in end) for end in result["bounds"])
-    console.say("bounds", f"{low} to {high} (of cameras and 98 % of the points; see --box)")
+    what = "98 % of the points" if result["points"] else "what they look at"
+    console.say("bounds", f"{low} to {high} (of cameras and {what}; see --box)")
     console.say("agree", str(opened.agreement))
     blurred = result["blurred"]
     console.say("blurred", f"{len(blurred)}: {', '.join(blurred[:5])}" if blurred else "none")

@@ -107,6 +107,7 @@ def add_object(command: argparse.ArgumentParser, what: str) -> None:
     thing.add_argument(
         "--masks",
         type=Path,
+        metavar="DIR",
         help=f"folder of object masks, named like the frames: {what}",
     )
     thing.add_argument(

@@ -51,7 +51,7 @@ def outlines(
 
 def inputs_of(asked: argparse.Namespace) -> list[Path]:
     """The files and folders that a command line names to be read."""
-    names = ("capture", "masks", "frames", "targets", "weights")
+    names = ("capture", "masks", "frames", "targets", "weights", "always", "never")
     named = [getattr(asked, name, None) for name in names]
     return [Path(name) for name in named if name is not None and Path(name).exists()]
 

@@ -132,6 +132,8 @@ def _add_form(command: argparse.ArgumentParser) -> None:
     size.add_argument(
         "--downscale", type=whole(1, 64), metavar="N", help="reduce the images to one N-th"
     )
-    command.add_argument(
-        "--link", action="store_true", help="hard-link the images instead of copying them"
+    size.add_argument(
+        "--link",
+        action="store_true",
+        help="hard-link the images, at the size they have, instead of copying them",
     )

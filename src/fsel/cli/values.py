@@ -46,8 +46,11 @@ def numbers(text: str) -> list[int]:
 
 
 def words(text: str) -> list[str]:
-    """Words between commas, each once."""
-    return list(dict.fromkeys(text.split(",")))
+    """Words between commas, each once; spaces around them do not count."""
+    found = list(dict.fromkeys(word.strip() for word in text.split(",") if word.strip()))
+    if not found:
+        raise argparse.ArgumentTypeError(f"{text!r} names nothing; allowed: words between commas")
+    return found
 
 
 def positive(text: str) -> float:

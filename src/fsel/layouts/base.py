@@ -126,6 +126,10 @@ def read_text(path: Path) -> str:
     """A text file, naming it when it cannot be read."""
     try:
         return regular(path).read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise ValueError(f"{path}: no such file") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: is no text file") from error
     except (OSError, ValueError) as error:
         raise ValueError(f"{path}: not readable as text ({error})") from error
 

@@ -105,6 +105,8 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
     """
     name = reconstruction["name"]
     lacking: Sequence[Exception] = []
+    if name not in RECONSTRUCTORS:
+        RECONSTRUCTORS.checked(name)  # refused in its own words, which name it
     try:
         RECONSTRUCTORS.checked(name).check(**reconstruction["settings"])
     except (ValueError, TypeError) as error:

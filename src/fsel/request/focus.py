@@ -13,8 +13,8 @@ import numpy as np
 from fsel.capture import Capture
 from fsel.geometry import directions, line_equations
 from fsel.layouts import images
+from fsel.request.scene_depth import viewing_distance
 
-MARGIN = 0.5  # of a scene's diagonal: how far outside of it an object may lie
 WHITE = 128  # least value of a mask's pixels that count
 ROUNDS = 20  # of reweighting; an L1 fit, so that one wrong mask does not move the object
 
@@ -63,9 +63,8 @@ def check_within(focus: Focus, bounds: np.ndarray) -> None:
     Raises:
         ValueError: with the bounds.
     """
-    room = MARGIN * np.linalg.norm(bounds[1] - bounds[0])
     low, high = focus.corners.min(axis=0), focus.corners.max(axis=0)
-    if np.any(low > bounds[1] + room) or np.any(high < bounds[0] - room):
+    if np.any(low > bounds[1]) or np.any(high < bounds[0]):
         raise ValueError(
             f"{focus.kind} from {low.round(4).tolist()} to {high.round(4).tolist()} lies outside "
             f"of the scene, which reaches from {bounds[0].round(4).tolist()} to "
@@ -77,12 +76,17 @@ def scene_bounds(capture: Capture) -> np.ndarray:
     """(2, 3) least and greatest corner of the box of the cameras and of 98 % of the points.
 
     Args:
-        capture: with its sparse points, where it has any.
+        capture: with its sparse points; where it has none, what the cameras look at stands for
+            them, on all sides of where it is.
     """
-    shown = capture.centers
+    centers = capture.centers
     if capture.points is not None and len(capture.points.xyz):
-        ends = np.percentile(capture.points.xyz, [1, 99], axis=0)
-        shown = np.concatenate([shown, ends])
+        seen = np.percentile(capture.points.xyz, [1, 99], axis=0)
+    else:
+        far = viewing_distance(capture.views, None)[:, None]
+        ahead = centers + far * capture.axes
+        seen = np.concatenate([ahead - far, ahead + far])
+    shown = np.concatenate([centers, seen])
     return np.stack([shown.min(axis=0), shown.max(axis=0)])
 
 
