@@ -244,6 +244,11 @@ def test_what_is_skipped_is_recorded_and_never_picked(damaged, tmp_path, capsys)
         "frame_005.jpg": "image file is truncated (100 bytes)",
     }
     assert record["capture"]["frames"] == 22
+    assert capsys.readouterr().err.count("warning") == 1
+    assert run("info", damaged, "--skip-unreadable") == 0
+    said = capsys.readouterr().out
+    assert "left out" not in said
+    assert "no pose" not in said
     whole = fsel.read_capture(damaged, long_side=48, skip_unreadable=True)
     assert len(whole) == 22
     assert whole.points.track_frame.max() == 21

@@ -38,6 +38,7 @@ return {
   points: document.querySelector('polyline').getAttribute('points').split(' ').length,
   reasons: all('tbody tr').map((row) => row.innerText),
   captions: all('.sheet li').map((node) => node.innerText),
+  letters: Math.min(...all('svg text').map((node) => box(node)[1])),
   inked: inked(document.getElementById('scene')),
   turned: turned(document.getElementById('scene')),
   overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
@@ -65,6 +66,7 @@ def test_a_browser_shows_everything(width, out, tmp_path):
     assert seen["turned"] is True
     assert len(seen["drawings"]) == 2
     assert all(min(size) > 100 for size in seen["drawings"])
+    assert seen["letters"] > 9
     assert seen["picks"] == ["rgb(213, 94, 0)"] * 7
     assert sorted(seen["orders"], key=int) == [str(n) for n in range(1, 8)]
     assert (seen["targets"], seen["frames"], seen["points"]) == (3, 24, 8)
@@ -97,6 +99,14 @@ def test_the_page_names_no_other_file(out):
     assert all(source.startswith("data:image/jpeg;base64,") for source in sources)
     assert "@import" not in page
     assert "url(" not in page
+
+
+def test_service_is_said_to_be_of_what_it_is_measured_at(out, tmp_path):
+    assert "Service of the target views: " in (out / "report.html").read_text(encoding="utf-8")
+    arguments = ["-k", "4", "--sharpness", "-o", str(tmp_path / "any")]
+    assert main(["select", str(tmp_path / "capture <b>&"), *arguments]) == 0
+    page = (tmp_path / "any" / "report.html").read_text(encoding="utf-8")
+    assert "Service of the whole capture, at 24 of its frames: " in page
 
 
 def test_geometry_only_leaves_the_pictures_out(tmp_path):

@@ -109,6 +109,15 @@ def test_differences_are_paired_by_frame():
     assert "a is 2.00 dB ahead of b, within chance" in entry["verdict"]
 
 
+def test_every_frame_is_called_by_their_number():
+    found = {(9, "a"): scores(11, 22, 33), (9, "all"): scores(20, 30, 40)}
+    used = {(9, "a"): 9, (9, "all"): 70}
+    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, used, (), [], {})
+    (entry,) = differences(compared)
+    assert entry["than"] == "all"
+    assert "behind all 70 frames, beyond chance" in entry["verdict"]
+
+
 def test_a_sentence_says_what_is_beyond_chance():
     said = [verdict(5, "a", "b", of_places(np.array(gaps))) for gaps in ([1.0, 1.1], [-1.0, -1.1])]
     assert "a is 1.05 dB ahead of b, beyond chance" in said[0]

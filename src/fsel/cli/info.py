@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,8 +34,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     frames = result["frames"]
     console.say("capture", f"{frames} frames, {opened.layout}, passes: {result['passes']}")
     console.say("cameras", ", ".join(result["cameras"]))
-    if opened.raw.dropped:
-        console.say("left out", reasons(opened.raw.dropped))
+    if opened.left_out:
+        console.say("left out", reasons(opened.left_out))
     if result["unregistered"]:
         few = ", ".join(result["unregistered"][:5])
         console.say("no pose", f"{len(result['unregistered'])} more images there: {few}")
@@ -74,7 +74,7 @@ def described(opened: Opened, capture: Capture, sharpness: np.ndarray) -> dict:
         "passes": len(set(capture.sequences)),
         "cameras": list(cameras),
         "dropped": opened.raw.dropped,
-        "unregistered": _unregistered(opened.raw.images),
+        "unregistered": _unregistered(opened.raw.images, opened.skipped),
         "points": 0 if points is None else len(points.xyz),
         "extent": float(2 * lengths(centers - centers.mean(axis=0)).max()),
         "step": float(np.median(lengths(np.diff(centers, axis=0)))) if len(capture) > 1 else 0.0,
@@ -95,13 +95,14 @@ def _worth_keeping(capture: Capture) -> tuple[list[str], str]:
     return sorted(chosen.names, key=natural), "" if found is None else reason(found)
 
 
-def _unregistered(files: Sequence[images.Image]) -> list[str]:
-    """Names of images that lie beside the frames' and are none of them."""
+def _unregistered(files: Sequence[images.Image], skipped: Collection[str]) -> list[str]:
+    """Names of images that lie beside the frames' and are none of them, nor of those skipped."""
     known = {file for file in files if isinstance(file, Path)}
+    posed = {Path(name).name for name in skipped}
     folders = sorted({file.parent for file in known})
     return [
         path.name
         for folder in folders
         for path in sorted(folder.iterdir(), key=lambda path: natural(path.name))
-        if path.suffix.lower() in bare.ENDINGS and path not in known
+        if path.suffix.lower() in bare.ENDINGS and path not in known and path.name not in posed
     ]

@@ -80,7 +80,8 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
     if swapped is not None:
         console.say("refined", f"{swapped.gain:+.2f} dB in {swapped.tried} reconstructed subsets")
     if instead := outcome.selection.exchanged:
-        console.say("blurred", f"{len(instead)} picks, exchanged for sharp frames beside them")
+        text = f"{len(instead)} of {len(picks)} picks, exchanged for sharp frames beside them"
+        console.say("blurred", text)
     picked = len(outcome.selection.names)
     console.say("picked", f"{picked} frames by {method.name}, service {reached:.1%}")
 
@@ -95,9 +96,8 @@ def _checked(
     capture = opened.capture
     width, height = opened.raw.cameras[0].width, opened.raw.cameras[0].height
     console.say("capture", f"{len(capture)} frames of {width}x{height}, {opened.layout}")
-    dropped = opened.raw.dropped
-    if dropped:
-        console.warn(f"{len(dropped)} frames are left out: {reasons(dropped)}")
+    if gone := opened.left_out:
+        console.warn(f"{len(gone)} frames are left out: {reasons(gone)}")
     subset.check_cameras(opened.raw)
     focus = focus_of(asked, opened)
     k = _budget(asked, opened)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fsel.api import ALL_FRAMES
 from fsel.report.statistics import Interval, of_places
 
 Cell = tuple[int, str]  # k as it was asked for, and the method
@@ -47,6 +48,10 @@ class Compared:
         """In order; the first one is compared with the others."""
         return list(dict.fromkeys(name for _, name in self.scores))
 
+    def called(self, k: int, method: str) -> str:
+        """A method in a sentence; every frame, which no k bounds, by their number."""
+        return f"all {self.used[k, method]} frames" if method == ALL_FRAMES else method
+
     def interval(self, cell: Cell) -> Interval:
         """Of mean PSNR, over held-out frames."""
         return of_places(self.scores[cell][:, 0])
@@ -74,7 +79,7 @@ def differences(compared: Compared) -> list[dict]:
                     "ci_low": bounds[0],
                     "ci_high": bounds[1],
                     "n": gap.n,
-                    "verdict": verdict(k, first, other, gap),
+                    "verdict": verdict(k, first, compared.called(k, other), gap),
                 }
             )
     return found

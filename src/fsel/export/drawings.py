@@ -16,7 +16,7 @@ TICK = 0.035  # length of a viewing direction, as a share of the side
 CHART = (640, 260)
 SHOWN = 3000  # frames, targets or rows of a report at most: 50,000 would take 12 MB
 TIMELINE = 10  # margin of the timeline of sharpness
-LEFT, BOTTOM = 46, 34  # room for the chart's labels
+LEFT, BOTTOM = 60, 46  # room for the chart's labels, which are larger on narrow screens
 
 
 def shown(count: int) -> list[int]:
@@ -96,7 +96,7 @@ def service_chart(curve: np.ndarray) -> str:
     step = max(1, round(len(curve) / 8))
     for k in range(0, len(curve) + 1, step):
         x, y = at(k, 0)
-        marks.append(f'<text class="below" x="{x:.1f}" y="{y + 16:.1f}">{k}</text>')
+        marks.append(f'<text class="below" x="{x:.1f}" y="{y + 19:.1f}">{k}</text>')
     marks.append(f'<polyline points="{path}"/>')
     middle = (LEFT + right) / 2
     marks.append(f'<text class="below" x="{middle}" y="{height - 3}">frames picked</text>')
@@ -110,8 +110,8 @@ def sharpness_chart(sharpness: np.ndarray, picks: np.ndarray) -> str:
     step = (width - 2 * TIMELINE) / len(sharpness)
     chosen = set(picks.tolist())
     marks = [
-        f'<svg viewBox="0 0 {width} {height}" class="timeline" role="img" '
-        'aria-label="sharpness of every frame">'
+        f'<svg viewBox="0 0 {width} {height}" class="timeline" preserveAspectRatio="none" '
+        'role="img" aria-label="sharpness of every frame">'
     ]
     for frame in shown(len(sharpness)):
         tall = (height - 2 * TIMELINE) * sharpness[frame] / tallest

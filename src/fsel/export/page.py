@@ -11,8 +11,13 @@ from fsel.export.drawings import SHOWN, service_chart, sharpness_chart, shown, t
 from fsel.export.record import Outcome, reason
 from fsel.export.scene import turning_view
 from fsel.points import SparsePoints
+from fsel.request.targets import ALL
 
 STYLE = files("fsel.export") / "page.css"
+NOTE = (
+    "A frame is left out where others were better by the method, which need not weigh service "
+    "alone: one that would add more of it than a pick did may be among them."
+)
 
 
 def page(
@@ -47,13 +52,14 @@ def page(
         '<div class="row">',
         f"<figure>{top_view(outcome)}<figcaption>{_legend(outcome)}</figcaption></figure>",
         f"<figure>{service_chart(curve)}"
-        f"<figcaption>Service of the target views: {curve[-1]:.1%}; all frames together give "
+        f"<figcaption>{_served(outcome)}: {curve[-1]:.1%}; all frames together give "
         "100%.</figcaption></figure></div>",
         *_timeline(outcome),
         "<h2>Picks, in order</h2>",
         '<ol class="sheet">',
         *_cards(picked, pictures),
         "</ol><h2>Frames left out, and why</h2>",
+        f"<p>{NOTE}</p>",
         *_thinned(len(left)),
         "<table><thead><tr><th>frame</th><th>reason</th></tr></thead><tbody>",
         *(_row(left[at]) for at in shown(len(left))),
@@ -68,9 +74,16 @@ def _timeline(outcome: Outcome) -> list[str]:
         return []
     drawing = sharpness_chart(outcome.sharpness, outcome.selection.indices)
     return [
-        f"<h2>Sharpness</h2><figure>{drawing}<figcaption>Sharpness of every frame in order of its "
-        "name, picks in orange; of each beside the sharpest.</figcaption></figure>"
+        f"<h2>Sharpness</h2><figure>{drawing}<figcaption>Every frame's sharpness as a share of the "
+        "sharpest one's, in the order of their names; picks in orange.</figcaption></figure>"
     ]
+
+
+def _served(outcome: Outcome) -> str:
+    """What the service is of: without stated views it is measured at frames of the capture."""
+    if outcome.targets.kind != ALL:
+        return "Service of the target views"
+    return f"Service of the whole capture, at {len(outcome.served)} of its frames"
 
 
 def _legend(outcome: Outcome) -> str:

@@ -130,8 +130,8 @@ def reason(budget: Budget) -> str:
             f"each, until {budget.enough}"
         )
     return (
-        f"{budget.frames} frames: the last is predicted to bring {budget.gain:.3f} dB, and no more "
-        f"of them {budget.rule.threshold:g} dB each"
+        f"{budget.frames} frames: the last is predicted to bring {budget.gain:.3f} dB, and further "
+        f"ones less than {budget.rule.threshold:g} dB each"
     )
 
 

@@ -14,7 +14,8 @@ ROOM = files("fsel.export")
 LABELS = {"psnr": "PSNR", "ssim": "SSIM", "gmsd": "GMSD", "lpips": "LPIPS"}
 NOTE = (
     "Intervals are Student's t over the held-out frames of this capture alone. Frames that "
-    "resemble each other make them too narrow, and they say nothing about other captures."
+    "resemble each other make them too narrow, and they say nothing about other captures. "
+    "More PSNR and SSIM is better, and less GMSD or LPIPS."
 )
 
 

@@ -42,6 +42,12 @@ class Opened:
         """Pixels of the images' longer side, as the first camera states it."""
         return max(self.raw.cameras[0].width, self.raw.cameras[0].height)
 
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Frames that the capture names and cannot use, with the reason, but for `skipped`."""
+        gone = self.raw.dropped.items()
+        return {name: why for name, why in gone if name not in self.skipped}
+
     def loaded(self, frames: np.ndarray, progress: Progress = in_silence) -> Capture:
         """A capture of some frames alone, with their images in memory and the points they see.
 
