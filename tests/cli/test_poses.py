@@ -64,6 +64,9 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
     assert run("select", video, "--rate", 5, "-k", 4, "-o", tmp_path / "picked") == 0
     assert len(record_of(tmp_path / "picked")["frames"]) == 4
     assert record_of(tmp_path / "picked")["capture"]["folder"] == str(video)
+    page = (tmp_path / "picked" / "report.html").read_text(encoding="utf-8")
+    assert f"colmap at {video}. To be rendered" in page
+    assert str(cache) not in page
 
 
 def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, monkeypatch):

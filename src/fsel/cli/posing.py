@@ -10,7 +10,7 @@ import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from fsel.cli.console import Console
@@ -50,7 +50,9 @@ def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SI
         warn_of(found.skipped, console)
         return found
     place = found_poses(asked, console)
-    return open_capture(place / CAPTURE, "colmap", long_side, asked.max_error)
+    found = open_capture(place / CAPTURE, "colmap", long_side, asked.max_error)
+    known = f"colmap at {asked.capture}"  # as a person knows it, not as the cache does
+    return replace(found, capture=replace(found.capture, source=known))
 
 
 def warn_of(skipped: dict[str, str], console: Console) -> None:
