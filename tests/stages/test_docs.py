@@ -1,6 +1,8 @@
 """Numbers quoted in the README and docs/ are those of their csv files."""
 
 import json
+import re
+from itertools import pairwise
 from pathlib import Path
 
 import pandas as pd
@@ -103,3 +105,16 @@ def test_pages_snapshot_and_definitions_agree():
         assert docs.with_results(text, snapshot) == text, page
         used |= {found[2] for found in docs.MARKED.finditer(text)}
     assert used == set(definitions)
+
+
+@pytest.mark.parametrize("page", docs.pages(ROOT), ids=lambda page: page.name)
+def test_no_comment_breaks_a_paragraph(page):
+    """In Markdown a line that begins with a comment ends the paragraph above it."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    lone = re.compile(r"<!-- (result: \w+|end) -->")
+    broken = [
+        line
+        for above, line in pairwise(lines)
+        if line.startswith("<!--") and above.strip() and not lone.fullmatch(line)
+    ]
+    assert not broken
