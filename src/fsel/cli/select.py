@@ -79,10 +79,10 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
     swapped = outcome.selection.swapped
     if swapped is not None:
         console.say("refined", f"{swapped.gain:+.2f} dB in {swapped.tried} reconstructed subsets")
-    if instead := outcome.selection.exchanged:
-        text = f"{len(instead)} of {len(picks)} picks, exchanged for sharp frames beside them"
-        console.say("blurred", text)
     picked = len(outcome.selection.names)
+    if instead := outcome.selection.exchanged:
+        text = f"{len(instead)} of {picked} picks, exchanged for sharp frames beside them"
+        console.say("blurred", text)
     console.say("picked", f"{picked} frames by {method.name}, service {reached:.1%}")
 
 
