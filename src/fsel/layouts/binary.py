@@ -1,4 +1,4 @@
-"""What of a COLMAP model is checked before COLMAP reads it.
+"""Binary COLMAP models: where their entries lie, and what is checked before COLMAP reads them.
 
 Beyond a file's end its reader takes anything for counts, and its time grows with the square of the
 images.
@@ -6,6 +6,7 @@ images.
 
 from __future__ import annotations
 
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from struct import error as Short
 from struct import unpack_from
@@ -13,6 +14,7 @@ from struct import unpack_from
 from fsel.held import pycolmap
 from fsel.layouts.base import check_number
 
+IMAGES, POINTS = "images.bin", "points3D.bin"
 CAMERA = 4 + 4 + 8 + 8  # id, model, width, height
 IMAGE = 4 + 7 * 8 + 4  # id, quaternion and translation, camera id
 OBSERVATION = 8 + 8 + 8  # x, y, point id
@@ -40,7 +42,7 @@ def check_files(model: Path, images: Path) -> None:
 
 def _number_of_images(model: Path) -> int:
     """As the binary file states it, if so many fit into it; of text, two lines each."""
-    packed, text = model / "images.bin", model / "images.txt"
+    packed, text = model / IMAGES, model / "images.txt"
     if packed.is_file():
         with packed.open("rb") as file:
             count = int.from_bytes(file.read(8), "little")
@@ -62,43 +64,73 @@ def check_whole(model: Path) -> None:
     for path in sorted(model.glob("*.txt")) + sorted(model.glob("*.bin")):
         if not (path.is_file() or path.is_dir()):  # COLMAP's reader would wait, deaf to signals
             raise ValueError(f"{path}: not a regular file")
-    for name, skip in ENTRIES.items():
-        path = model / name
-        if not path.is_file():
-            continue
-        content, at = path.read_bytes(), 8
-        try:
-            (count,) = unpack_from("<Q", content)
-            for _ in range(count):
-                at = skip(content, at)
-                if at > len(content):  # before a later entry is looked for there
-                    raise ValueError(f"an entry ends at {at} of {len(content)} bytes")
-        except (Short, ValueError) as error:
-            raise ValueError(f"{path}: cut short or damaged ({error})") from error
-        if at != len(content):
-            raise ValueError(
-                f"{path}: cut short or damaged: {len(content)} bytes, its entries take {at}"
-            )
+    for name in ENTRIES:
+        if (model / name).is_file():
+            entries(model / name)
 
 
-def _after_camera(content: bytes, at: int) -> int:
+def is_binary(model: Path) -> bool:
+    """Whether COLMAP reads a folder's binary files, not its text."""
+    return all((model / name).is_file() for name in (IMAGES, POINTS, "cameras.bin"))
+
+
+def entries(path: Path) -> tuple[mmap, list[int]]:
+    """A binary file, and where each of its entries begins.
+
+    Args:
+        path: of a file whose name is in `ENTRIES`.
+
+    Raises:
+        ValueError: for a file that ends before its counts say, or goes on too long, naming it.
+    """
+    skip, at, starts = ENTRIES[path.name], 8, []
+    try:
+        with path.open("rb") as file:
+            content = mmap(file.fileno(), 0, access=ACCESS_READ)
+        (count,) = unpack_from("<Q", content)
+        for _ in range(count):
+            starts.append(at)
+            at = skip(content, at)
+            if at > len(content):  # before a later entry is looked for there
+                raise ValueError(f"an entry ends at {at} of {len(content)} bytes")
+    except (Short, ValueError) as error:
+        raise ValueError(f"{path}: cut short or damaged ({error})") from error
+    if at != len(content):
+        raise ValueError(
+            f"{path}: cut short or damaged: {len(content)} bytes, its entries take {at}"
+        )
+    return content, starts
+
+
+def _after_camera(content: mmap, at: int) -> int:
     _, kind = unpack_from("<ii", content, at)
     named = pycolmap.CameraModelId(kind)  # ValueError for one that COLMAP has not
     camera = pycolmap.Camera.create_from_model_id(1, named, 1.0, 2, 2)
     return at + CAMERA + 8 * len(camera.params)
 
 
-def _after_image(content: bytes, at: int) -> int:
-    name = at + IMAGE
-    end = content.index(b"\0", name) + 1
+def name_span(content: mmap, at: int) -> tuple[int, int]:
+    """Where the name of the image that begins at `at` begins, and the zero byte behind it.
+
+    Raises:
+        ValueError: where no zero byte follows.
+    """
+    end = content.find(b"\0", at + IMAGE)
+    if end < 0:
+        raise ValueError(f"the name of the image at {at} has no end")
+    return at + IMAGE, end
+
+
+def _after_image(content: mmap, at: int) -> int:
+    end = name_span(content, at)[1] + 1
     return end + 8 + OBSERVATION * unpack_from("<Q", content, end)[0]
 
 
-def _after_point(content: bytes, at: int) -> int:
+def _after_point(content: mmap, at: int) -> int:
     return at + POINT + 8 + TRACK_ELEMENT * unpack_from("<Q", content, at + POINT)[0]
 
 
-def _after_rig(content: bytes, at: int) -> int:
+def _after_rig(content: mmap, at: int) -> int:
     """Each sensor but the first says whether its pose follows."""
     (sensors,) = unpack_from("<I", content, at + 4)
     at += RIG + SENSOR * (sensors > 0)
@@ -108,7 +140,7 @@ def _after_rig(content: bytes, at: int) -> int:
     return at
 
 
-def _after_frame(content: bytes, at: int) -> int:
+def _after_frame(content: mmap, at: int) -> int:
     return at + FRAME + 4 + DATUM * unpack_from("<I", content, at + FRAME)[0]
 
 
@@ -116,7 +148,7 @@ ENTRIES = {
     "rigs.bin": _after_rig,
     "frames.bin": _after_frame,
     "cameras.bin": _after_camera,
-    "images.bin": _after_image,
-    "points3D.bin": _after_point,
+    IMAGES: _after_image,
+    POINTS: _after_point,
 }
 """By file, the function that says where an entry ends."""

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from fsel import sparse_model
-from fsel.capture import MOST_LENGTH
 from fsel.held import pycolmap
 from fsel.layouts import images
 from fsel.layouts.base import (
@@ -23,7 +22,8 @@ from fsel.layouts.base import (
     matched,
     read_text,
 )
-from fsel.layouts.binary import check_files, check_whole
+from fsel.layouts.binary import check_files, check_whole, is_binary
+from fsel.layouts.observations import observed, points_of
 from fsel.layouts.recording import Camera, Recording
 from fsel.points import grouped_rows
 
@@ -65,7 +65,7 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
     _check_names(reconstruction, model)
     _check_turns(reconstruction, model)
     _check_sizes(reconstruction, model)
-    if not (model / "images.bin").is_file():
+    if not is_binary(model):
         _complete_names(reconstruction, model / "images.txt")
     return reconstruction
 
@@ -149,6 +149,8 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
         key=lambda image: image.name,
     )
     names = [image.name for image in posed]
+    ids = [image.image_id for image in posed]
+    seen = cache(lambda: observed(reconstruction, model))
     return RawCapture(
         names=names,
         images=_image_files(images, names, model),
@@ -156,9 +158,7 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
         cameras=[camera_of(reconstruction.cameras[image.camera_id]) for image in posed],
         sequences=[str(Path(name).parent) for name in names],
         points=cache(
-            lambda rows: points_of(
-                reconstruction, {posed[row].image_id: at for at, row in enumerate(rows)}, model
-            )
+            lambda rows: points_of(seen(), {ids[row]: at for at, row in enumerate(rows)}, model)
         ),
         dropped={i.name: "no pose" for i in reconstruction.images.values() if not i.has_pose},
     )
@@ -197,46 +197,6 @@ def camera_of(camera: pycolmap.Camera) -> Camera:
     return Camera(camera.model_name, camera.width, camera.height, tuple(camera.params))
 
 
-def points_of(
-    reconstruction: pycolmap.Reconstruction, rows: dict[int, int], source: str | Path
-) -> RawPoints | None:
-    """Sparse points with their observations in the frames that `rows` numbers by image id.
-
-    Raises:
-        ValueError: naming the `source`, for numbers that are not finite, or an observation of a
-            point that is not there.
-    """
-    if not reconstruction.points3D:
-        return None
-    keys = sorted(reconstruction.points3D)
-    entries = [reconstruction.points3D[key] for key in keys]
-    number = dict(zip(keys, range(len(keys)), strict=True))
-    points, frames, places = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2))]
-    for image, row in sorted(rows.items(), key=lambda item: item[1]):
-        seen = reconstruction.images[image].get_observation_points2D()
-        absent = next((p.point3D_id for p in seen if p.point3D_id not in number), None)
-        if absent is not None:
-            name = reconstruction.images[image].name
-            raise ValueError(f"{source}: {name!r} observes point {absent}, which is not there")
-        points.append(np.array([number[p.point3D_id] for p in seen], np.int64))
-        frames.append(np.full(len(seen), row))
-        places.append(np.array([p.xy for p in seen]).reshape(-1, 2))
-    point, frame, xy = np.concatenate(points), np.concatenate(frames), np.concatenate(places)
-    _, first = np.unique(point * len(rows) + frame, return_index=True)  # one observation a frame
-    xyz = np.array([entry.xyz for entry in entries])
-    for row in np.flatnonzero(~(np.abs(xyz) < MOST_LENGTH).all(axis=1))[:1]:
-        raise ValueError(f"{source}: point {keys[row]} lies at {xyz[row].tolist()}, not finite")
-    for row in np.flatnonzero(~(np.abs(xy) < MOST_LENGTH).all(axis=1))[:1]:
-        raise ValueError(f"{source}: point {keys[point[row]]} is seen at {xy[row].tolist()}")
-    return RawPoints(
-        xyz=xyz,
-        rgb=np.array([entry.color for entry in entries], np.uint8),
-        track_point=point[first],
-        track_frame=frame[first],
-        track_xy=xy[first],
-    )
-
-
 def with_points(raw: RawCapture, model: Path) -> RawCapture:
     """Add the points of a COLMAP model to a capture of the same world, images matched by name."""
     return replace(raw, points=cache(lambda rows: _points_beside(raw, model, rows)))
@@ -249,7 +209,7 @@ def _points_beside(raw: RawCapture, model: Path, asked: tuple[int, ...]) -> RawP
     position = {row: at for at, row in enumerate(asked)}
     images = [i for i in reconstruction.images.values() if rows.get(i.name) in position]
     numbered = {image.image_id: position[rows[image.name]] for image in images}
-    points = points_of(reconstruction, numbered, model)
+    points = points_of(observed(reconstruction, model), numbered, model)
     if points is None:
         return None
     scale = np.ones((len(asked), 2))

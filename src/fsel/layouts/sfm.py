@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -25,6 +26,7 @@ from fsel.layouts.colmap_runs import (
     match,
     match_pairs,
 )
+from fsel.layouts.observations import observed, points_of
 from fsel.layouts.recording import Camera
 from fsel.points import SparsePoints
 
@@ -71,7 +73,7 @@ def triangulate(capture: Capture) -> SparsePoints | None:
         )
         rows = {name: i for i, name in enumerate(names)}
         seen = {key: rows[image.name] for key, image in found.images.items()}
-        points = colmap.points_of(found, seen, capture.source)
+        points = points_of(observed(found), seen, capture.source)
     log.info("%s: triangulated %d points", capture.source, len(points.xyz) if points else 0)
     return points and points.without_pixels()
 
@@ -220,11 +222,12 @@ def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> 
         raise ValueError(f"none of the model's images {sorted(posed)[:3]} is in the capture")
     kept = sorted(rows.values())
     found = [posed[name] for name in sorted(rows, key=rows.get)]
+    ids, seen = [image.image_id for image in found], cache(lambda: observed(model))
     return replace(
         raw.subset(kept, reason),
         world_to_camera=np.array([image.cam_from_world().matrix() for image in found]),
         cameras=[colmap.camera_of(model.cameras[image.camera_id]) for image in found],
-        points=lambda asked: colmap.points_of(
-            model, {found[row].image_id: at for at, row in enumerate(asked)}, "the model"
+        points=lambda asked: points_of(
+            seen(), {ids[row]: at for at, row in enumerate(asked)}, "the model"
         ),
     )
