@@ -160,9 +160,9 @@ def pose_distance(
 def directions(points: np.ndarray, origins: np.ndarray) -> np.ndarray:
     """Unit vectors from origins to points, broadcast; zero where they coincide to rounding."""
     offset = points - origins
-    length = lengths(offset)[..., None]
+    length = lengths(offset)
     least = ROUNDING * max(np.abs(points).max(initial=0.0), np.abs(origins).max(initial=0.0))
-    return np.divide(offset, length, out=np.zeros_like(offset), where=length > least)
+    return offset / np.where(length > least, length, np.inf)[..., None]
 
 
 def reference_points(centers: np.ndarray, axes: np.ndarray, centroid: np.ndarray) -> np.ndarray:

@@ -10,7 +10,6 @@ import numpy as np
 
 from fsel.capture import Capture
 from fsel.layouts.opening import Opened
-from fsel.metrics import inside
 from fsel.request import silhouettes
 from fsel.request.focus import Focus, check_within, from_box, from_masks, scene_bounds
 
@@ -36,6 +35,8 @@ def outlines(
     """
     if focus is None:
         return frames, None
+    from fsel.metrics import inside  # here: numba takes longer to import than a selection takes
+
     if asked.masks is not None:
         shown = silhouettes.masked(capture, frames, asked.masks)
     else:

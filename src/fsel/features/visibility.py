@@ -57,12 +57,15 @@ def visibility(
     """
     points = view_points(views, depth)
     nearest = np.argsort(distance, axis=0, kind="stable")[:NEAREST].T
-    inside = in_image(frames, nearest, views, points)
-    view, place, point = np.nonzero(inside)
-    to_frame = directions(frames.centers[nearest[view, place]], points[view, point])
-    to_view = directions(views.centers[:, None], points)[view, point]
-    seen = np.zeros(inside.shape, distance.dtype)
-    seen[inside] = np.exp(-viewing_angles(to_frame, to_view) / angle)
+    seen = np.zeros((*nearest.shape, points.shape[1]), distance.dtype)
+    for view, rows in enumerate(nearest):  # arrays of all views would not fit the processor's cache
+        inside = in_image(frames, rows, views.centers[view], points[view])
+        place, point = np.nonzero(inside)
+        to_frame = directions(
+            frames.centers.take(rows[place], axis=0), points[view].take(point, axis=0)
+        )
+        to_view = directions(views.centers[view], points[view]).take(point, axis=0)
+        seen[view][inside] = np.exp(-viewing_angles(to_frame, to_view) / angle)
     return Visibility(nearest, seen)
 
 
@@ -85,23 +88,21 @@ def view_points(views: Views, depth: float) -> np.ndarray:
     return views.centers[:, None] + turned
 
 
-def in_image(frames: Views, rows: np.ndarray, views: Views, points: np.ndarray) -> np.ndarray:
-    """(O, M, Q) bool whether the points of each view lie in the images of some frames.
+def in_image(frames: Views, rows: np.ndarray, center: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(M, Q) bool whether the points of one view lie in the images of some frames.
 
     Args:
         frames: (n,) of the pool.
-        rows: (O, M) of the frames.
-        views: (O,) views.
-        points: (O, Q, 3) of theirs.
+        rows: (M,) of the frames.
+        center: (3,) of the view.
+        points: (Q, 3) of its points.
     """
-    turns, (views_n, rows_n) = frames.world_to_camera[rows][..., :3], rows.shape
+    turns = frames.world_to_camera[rows, :, :3]
     # from the view's centre, not the world's origin: coordinates may be large
-    ahead = (points - views.centers[:, None]).transpose(0, 2, 1)
-    beside = views.centers[:, None] - frames.centers[rows]
-    local = (turns.reshape(views_n, 3 * rows_n, 3) @ ahead).reshape(views_n, rows_n, 3, -1)
-    local += np.einsum("omcd,omd->omc", turns, beside)[..., None]
-    x, y, z = np.moveaxis(local, 2, 0)
-    fx, fy, cx, cy = np.moveaxis(frames.intrinsics[rows], 2, 0)[..., None]
+    local = (turns.reshape(-1, 3) @ (points - center).T).reshape(len(rows), 3, -1)
+    local += np.einsum("mcd,md->mc", turns, center - frames.centers[rows])[..., None]
+    x, y, z = np.moveaxis(local, 1, 0)
+    fx, fy, cx, cy = frames.intrinsics[rows].T[..., None]
     width, height = frames.size
     across = (x * fx >= -cx * z) & (x * fx < (width - cx) * z)
     return (z > 0) & across & (y * fy >= -cy * z) & (y * fy < (height - cy) * z)

@@ -13,6 +13,7 @@ from fsel.layouts.base import RawCapture
 from fsel.layouts.matching import choose_pairs, epipolar_distances, match
 from fsel.layouts.nerfstudio import NEW_APPLIED_TRANSFORM, OLD_APPLIED_TRANSFORM
 from fsel.layouts.undistortion import Lens, prepared
+from fsel.points import grouped_rows
 
 PAIRS = 8
 MATCHING_LONG_SIDE = 640
@@ -95,18 +96,14 @@ def reprojection_errors(raw: RawCapture) -> np.ndarray:
     """(L,) pixels between each observation and its point's projection; inf behind the camera."""
     points = raw.sparse()
     errors = np.full(len(points.track_xy), np.inf)
-    lens_of = {camera: at for at, camera in enumerate(dict.fromkeys(raw.cameras))}
-    lens = np.array([lens_of[camera] for camera in raw.cameras])[points.track_frame]
-    pose = raw.world_to_camera[points.track_frame]
-    local = np.einsum("lij,lj->li", pose[:, :, :3], points.xyz[points.track_point]) + pose[:, :, 3]
-    order = np.argsort(lens, kind="stable")
-    bounds = np.searchsorted(lens[order], np.arange(1, len(lens_of)))
-    for camera, rows in zip(lens_of, np.split(order, bounds), strict=True):
-        ahead = rows[local[rows, 2] > 0]
-        if len(ahead):
-            seen = np.asarray(camera.colmap.img_from_cam(local[ahead]))
+    for frame, rows in enumerate(grouped_rows(points.track_frame, len(raw.names))):
+        pose = raw.world_to_camera[frame]
+        local = points.xyz[points.track_point[rows]] @ pose[:, :3].T + pose[:, 3]
+        ahead = local[:, 2] > 0
+        if ahead.any():
+            seen = np.asarray(raw.cameras[frame].colmap.img_from_cam(local[ahead]))
             # the squares of a damaged camera's positions may be no numbers
-            errors[ahead] = np.hypot(*(seen - points.track_xy[ahead]).T)
+            errors[rows[ahead]] = np.hypot(*(seen - points.track_xy[rows[ahead]]).T)
     return np.where(np.isnan(errors), np.inf, errors)
 
 

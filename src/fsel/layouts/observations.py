@@ -85,10 +85,10 @@ def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPo
         raise ValueError(f"{source}: {name!r} observes point {key}, which is not there")
     _, first = np.unique(point * len(rows) + frame, return_index=True)  # one observation a frame
     xyz, xy = places["xyz"].copy(), sights["xy"]
-    for row in np.flatnonzero(~(np.abs(xyz) < MOST_LENGTH).all(axis=1))[:1]:
+    for row, _ in np.argwhere(~(np.abs(xyz) < MOST_LENGTH))[:1]:
         key = places["key"][row]
         raise ValueError(f"{source}: point {key} lies at {xyz[row].tolist()}, not finite")
-    for row in np.flatnonzero(~(np.abs(xy) < MOST_LENGTH).all(axis=1))[:1]:
+    for row, _ in np.argwhere(~(np.abs(xy) < MOST_LENGTH))[:1]:
         key = sights["point"][row]
         raise ValueError(f"{source}: point {key} is seen at {xy[row].tolist()}")
     return RawPoints(
