@@ -83,6 +83,14 @@ def test_rows_of_every_key():
     assert [row.tolist() for row in rows] == [[1], [], [0, 2], [3], []]
 
 
+@pytest.mark.parametrize("count", [255, 256, 65_535, 65_536])
+def test_rows_of_keys_at_the_ends_of_few_bytes(count):
+    keys = np.array([count - 1, 0, count - 2, count - 1])
+    rows = grouped_rows(keys, count)
+    assert [rows[key].tolist() for key in (0, count - 2, count - 1)] == [[1], [2], [0, 3]]
+    assert sum(len(row) for row in rows) == 4
+
+
 def test_masks_of_a_former_capture_do_not_stay(tmp_path):
     first = capture()
     masks = np.ones(first.images.shape[:3], bool)

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from small_captures import write_ring
+
 import fsel
 
 SOURCE = Path(fsel.__file__).parent
@@ -28,6 +30,14 @@ fsel.select(problem.capture, 6)
 fsel.select(problem.capture, 6, method="untrained")
 greedy(POLICIES["ours"].prepare(problem), Network(random_weights(0)), 6)
 print(*{"torch", "cma", "snakemake", "matplotlib"} & set(sys.modules))
+"""
+COMMAND = """
+import sys
+from fsel.cli import main
+
+code = main(["select", sys.argv[1], "-k", "3", "-o", sys.argv[2], "--quiet"])
+slow = {"matplotlib", "numba", "pandas", "scipy", "torch"}
+print(code, *slow & set(sys.modules))
 """
 
 
@@ -91,3 +101,12 @@ def test_neither_torch_nor_what_only_experiments_need():
     done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == []
+
+
+def test_the_command_imports_nothing_that_takes_longer_than_it(tmp_path):
+    write_ring(tmp_path / "capture", frames=9, cloud=30)
+    paths = [str(tmp_path / name) for name in ("capture", "out")]
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND, *paths], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["0"]

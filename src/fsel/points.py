@@ -51,7 +51,8 @@ def grouped_rows(keys: np.ndarray, count: int) -> list[np.ndarray]:
         keys: (L,) int64, all below `count`.
         count: how many keys there are.
     """
-    order = np.argsort(keys, kind="stable")
+    # in few bytes, which NumPy sorts by radix, up to five times as fast
+    order = np.argsort(keys.astype(np.min_scalar_type(count)), kind="stable")
     bounds = np.searchsorted(keys[order], np.arange(count + 1))
     return [order[bounds[key] : bounds[key + 1]] for key in range(count)]
 

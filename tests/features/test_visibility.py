@@ -100,3 +100,49 @@ def test_the_gain_is_the_slope_of_the_chances_of_one_and_of_two_sights():
 
 def test_nothing_is_gained_where_it_is_not_read():
     np.testing.assert_array_equal(visibility_gain(NOTHING, np.zeros((0, 0)), 3), 0)
+
+
+def scattered(rng, count):
+    """Views at random places that look at random, focal lengths of their own."""
+    rotations = np.linalg.qr(rng.normal(size=(count, 3, 3)))[0]
+    rotations *= np.linalg.det(rotations)[:, None, None]
+    poses = np.concatenate([rotations, rng.normal(size=(count, 3, 1))], axis=2)
+    intrinsics = np.column_stack([rng.uniform(20, 60, (count, 2)), rng.uniform(20, 35, (count, 2))])
+    return Views(poses, intrinsics, SIZE)
+
+
+def seen_one_by_one(frames, row, view, point):
+    """How much a frame sees of a point of a view whose centre is `view`."""
+    pose, (fx, fy, cx, cy) = frames.world_to_camera[row], frames.intrinsics[row]
+    x, y, z = pose[:, :3] @ point + pose[:, 3]
+    if z <= 0 or not (0 <= fx * x / z + cx < SIZE[0] and 0 <= fy * y / z + cy < SIZE[1]):
+        return 0.0
+    a, b = frames.centers[row] - point, view - point
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
+    return np.exp(-np.degrees(angle) / 40)
+
+
+def test_every_view_frame_and_point_for_itself():
+    rng = np.random.default_rng(0)
+    frames, views = scattered(rng, 12), scattered(rng, 5)
+    distance, points = rng.uniform(size=(12, 5)), view_points(views, 2.0)
+    found = visibility(frames, views, distance, 2.0)
+    want = [
+        [[seen_one_by_one(frames, row, views.centers[o], p) for p in points[o]] for row in rows]
+        for o, rows in enumerate(found.nearest)
+    ]
+    assert 0.05 < np.mean(np.array(want) > 0) < 0.95
+    np.testing.assert_allclose(found.seen, want, rtol=1e-9)
+
+
+def test_gain_one_by_one():
+    rng = np.random.default_rng(1)
+    nearest = np.array([rng.permutation(9)[:6] for _ in range(4)])
+    visible, rates = Visibility(nearest, rng.uniform(size=(4, 6, 7))), rng.uniform(size=(4, 7))
+    want = np.zeros(9)
+    for o in range(4):
+        for m in range(6):
+            for q in range(7):
+                worth = (1 + rates[o, q]) * np.exp(-rates[o, q])
+                want[nearest[o, m]] += visible.seen[o, m, q] * worth / (4 * 7)
+    np.testing.assert_allclose(visibility_gain(visible, rates, 9), want, rtol=1e-12)

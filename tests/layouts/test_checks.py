@@ -76,6 +76,27 @@ def test_reprojection_error_by_hand(raw):
     np.testing.assert_allclose(reprojection_errors(replace(raw, points=lambda _: moved)), 5)
 
 
+def test_reprojection_error_one_by_one(tmp_path):
+    LAYOUTS["colmap"].write(recording("colmap"), tmp_path)
+    raw = in_order(read_raw(tmp_path)[1], "made")
+    rng = np.random.default_rng(0)
+    poses = raw.world_to_camera + rng.normal(scale=[0, 0, 0, 2.0], size=raw.world_to_camera.shape)
+    cameras = [
+        replace(camera, params=(60.0 + at, *camera.params[1:]))
+        for at, camera in enumerate(raw.cameras)
+    ]
+    raw, points = replace(raw, world_to_camera=poses, cameras=cameras), raw.sparse()
+    want = []
+    for point, frame, xy in zip(
+        points.track_point, points.track_frame, points.track_xy, strict=True
+    ):
+        x, y, z = poses[frame, :, :3] @ points.xyz[point] + poses[frame, :, 3]
+        seen = cameras[frame].colmap.img_from_cam([x, y, z]) if z > 0 else np.inf
+        want.append(np.linalg.norm(seen - xy))
+    assert 0 < np.isinf(want).sum() < len(want)
+    np.testing.assert_allclose(reprojection_errors(raw), want, rtol=1e-9)
+
+
 @pytest.mark.parametrize("cause", MISTAKES)
 def test_a_wrong_convention_is_named(raw, cause):
     found = measure(replace(raw, world_to_camera=MISTAKES[cause](raw.world_to_camera)), 0.02)

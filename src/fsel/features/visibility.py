@@ -131,8 +131,7 @@ def visibility_gain(visible: Visibility, rates: np.ndarray, rows: int) -> np.nda
         (n,) mean over points and views.
     """
     slope = (1 + rates) * np.exp(-rates) / max(rates.size, 1)
-    gain = np.zeros(rows, visible.seen.dtype)
-    for nearest, seen, one in zip(visible.nearest, visible.seen, slope, strict=True):
-        # einsum sums every row alike; a matrix product may part equal rows in their last bit
-        gain[nearest] += np.einsum("mq,q->m", seen, one)
-    return gain
+    # einsum sums every row alike; a matrix product may part equal rows in their last bit
+    worth = np.einsum("omq,oq->om", visible.seen, slope)
+    gain = np.bincount(visible.nearest.ravel(), worth.ravel(), rows)
+    return gain.astype(visible.seen.dtype, copy=False)

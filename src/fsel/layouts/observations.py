@@ -73,41 +73,32 @@ def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPo
         ValueError: naming the `source`, for numbers that are not finite, or an observation of a
             point that is not there.
     """
-    places = seen.places
-    if not len(places):
+    keys, xyz, rgb = (np.ascontiguousarray(seen.places[part]) for part in PLACE.names)
+    if not len(keys):
         return None
-    sights, frame = _sights(seen, rows)
-    point = np.searchsorted(places["key"], sights["point"])
-    absent = places["key"][np.minimum(point, len(places) - 1)] != sights["point"]
-    for row in np.flatnonzero(absent)[:1]:
-        name = next(seen.names[image] for image, at in rows.items() if at == frame[row])
-        key = sights["point"][row]
-        raise ValueError(f"{source}: {name!r} observes point {key}, which is not there")
+    key, frame, xy = _sights(seen, rows)
+    point = np.searchsorted(keys, key)
+    absent = keys[np.minimum(point, len(keys) - 1)] != key
+    for at in np.flatnonzero(absent)[:1]:
+        name = next(seen.names[image] for image, row in rows.items() if row == frame[at])
+        raise ValueError(f"{source}: {name!r} observes point {key[at]}, which is not there")
+    for at, _ in np.argwhere(~(np.abs(xyz) < MOST_LENGTH))[:1]:
+        raise ValueError(f"{source}: point {keys[at]} lies at {xyz[at].tolist()}, not finite")
     _, first = np.unique(point * len(rows) + frame, return_index=True)  # one observation a frame
-    xyz, xy = places["xyz"].copy(), sights["xy"]
-    for row, _ in np.argwhere(~(np.abs(xyz) < MOST_LENGTH))[:1]:
-        key = places["key"][row]
-        raise ValueError(f"{source}: point {key} lies at {xyz[row].tolist()}, not finite")
-    for row, _ in np.argwhere(~(np.abs(xy) < MOST_LENGTH))[:1]:
-        key = sights["point"][row]
-        raise ValueError(f"{source}: point {key} is seen at {xy[row].tolist()}")
-    return RawPoints(
-        xyz=xyz,
-        rgb=places["rgb"].copy(),
-        track_point=point[first],
-        track_frame=frame[first],
-        track_xy=xy[first],
-    )
+    key, xy = key[first], xy[first]
+    for at, _ in np.argwhere(~(np.abs(xy) < MOST_LENGTH))[:1]:
+        raise ValueError(f"{source}: point {key[at]} is seen at {xy[at].tolist()}")
+    return RawPoints(xyz, rgb, track_point=point[first], track_frame=frame[first], track_xy=xy)
 
 
-def _sights(seen: Observed, rows: dict[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """(L,) observations of points in the frames of `rows`, of the dtype `SIGHT`, and (L,) frames,
-    ascending."""
+def _sights(seen: Observed, rows: dict[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(L,) ids of points, (L,) frames and (L, 2) pixels of observations, frame by frame."""
     nothing = np.empty(0, SIGHT)
-    found = [nothing]
-    frames = [np.empty(0, np.int64)]
+    keys, frames, pixels = [nothing["point"]], [np.empty(0, np.int64)], [nothing["xy"]]
     for image, row in sorted(rows.items(), key=lambda item: item[1]):
         sights = seen.sights.get(image, nothing)
-        found.append(sights[sights["point"] != NO_POINT])
-        frames.append(np.full(len(found[-1]), row))
-    return np.concatenate(found), np.concatenate(frames)
+        made = sights["point"] != NO_POINT
+        keys.append(sights["point"][made])
+        frames.append(np.full(len(keys[-1]), row))
+        pixels.append(sights["xy"][made])
+    return np.concatenate(keys), np.concatenate(frames), np.concatenate(pixels)
