@@ -67,7 +67,7 @@ def test_sharpness_is_told_where_the_method_reads_it(method, capture, tmp_path):
     assert select(capture, "-k", 6, "--method", method, "-o", tmp_path / "out") == 0
     content = record_of(tmp_path / "out")
     ranks = {entry["sharpness_rank"] for entry in content["frames"]}
-    blurred = {e["name"] for e in content["left"] if "as sharp as its" in e["reason"]}
+    blurred = {e["name"] for e in content["left"] if "times as sharp" in e["reason"]}
     assert (len(ranks), blurred) == ((6, {"frame_005.jpg"}) if method == "sharpest" else (1, set()))
     assert ranks <= {*range(1, 25), None}
     assert content["seconds"]["sharpness"] > 1e-4  # of fsel's picks and what is around them

@@ -12,6 +12,7 @@ from fsel.cli import main
 from fsel.export.compared import Compared, differences, verdict
 from fsel.report.statistics import of_places
 
+SHARP = np.zeros(3, bool)
 MEASURE = """(() => {
 const all = (query) => [...document.querySelectorAll(query)];
 const drawn = (image) => {
@@ -100,7 +101,7 @@ def scores(*psnr):
 def test_differences_are_paired_by_frame():
     """1, 2 and 3 dB: mean 2, error 1 / sqrt(3), times Student's 4.303 for two degrees."""
     found = {(9, "a"): scores(11, 22, 33), (9, "b"): scores(10, 20, 30)}
-    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, {}, (), [], {})
+    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, {}, (), [], {}, SHARP)
     (entry,) = differences(compared)
     half = 4.302653 / np.sqrt(3)
     assert entry["psnr"] == 2
@@ -109,10 +110,34 @@ def test_differences_are_paired_by_frame():
     assert "a is 2.00 dB ahead of b, within chance" in entry["verdict"]
 
 
+def test_blurred_frames_are_told_apart():
+    """2 and 4 dB on sharp frames: mean 3, error 1, times Student's 12.706 for one degree."""
+    found = {(9, "a"): scores(12, 10, 34), (9, "b"): scores(10, 20, 30)}
+    at = np.array([False, True, False])
+    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, {}, (), [], {}, at)
+    (entry,) = differences(compared)
+    assert (entry["psnr"], entry["n"]) == (pytest.approx(-4 / 3, abs=1e-4), 3)
+    assert (entry["sharp"]["psnr"], entry["sharp"]["n"]) == (3, 2)
+    assert entry["sharp"]["ci_high"] == pytest.approx(3 + 12.7062, abs=1e-3)
+    assert "a is 1.33 dB behind b, within chance" in entry["verdict"]
+    assert "Blurred ones left out, it is 3.00 dB ahead, within chance" in entry["verdict"]
+    assert "over 2 that are not blurred: -9.71 to +15.71 dB" in entry["verdict"]
+
+
+@pytest.mark.parametrize("blurred", [[False] * 3, [True, True, False], [True] * 3])
+def test_nothing_is_said_of_too_few_sharp_frames(blurred):
+    found = {(9, "a"): scores(12, 10, 34), (9, "b"): scores(10, 20, 30)}
+    at = np.array(blurred)
+    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, {}, (), [], {}, at)
+    (entry,) = differences(compared)
+    assert "sharp" not in entry
+    assert "Blurred" not in entry["verdict"]
+
+
 def test_every_frame_is_called_by_their_number():
     found = {(9, "a"): scores(11, 22, 33), (9, "all"): scores(20, 30, 40)}
     used = {(9, "a"): 9, (9, "all"): 70}
-    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, used, (), [], {})
+    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, used, (), [], {}, SHARP)
     (entry,) = differences(compared)
     assert entry["than"] == "all"
     assert "behind all 70 frames, beyond chance" in entry["verdict"]

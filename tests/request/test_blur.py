@@ -7,8 +7,8 @@ from selection_problems import capture_of
 import fsel
 from fsel.layouts import previews
 from fsel.problem import Problem
-from fsel.request import swaps
-from fsel.request.blur import exchanged
+from fsel.request import blur, swaps
+from fsel.request.blur import blurred, exchanged
 from fsel.request.refine import Swapped
 
 PICKS = np.array([30, 10, 20, 2])
@@ -56,6 +56,27 @@ def made(sharpness, **changed):
 )
 def test_a_blurred_pick_gives_way(sharpness, changed, instead):
     assert made(sharpness, **changed) == [30, instead, 20, 2]
+
+
+def test_any_frame_may_be_told_to_be_blurred():
+    values = np.full(36, 100.0)
+    values[[10, 2, 20]] = [40, 41, 0]
+    found = blurred(walk().capture, PICKS, values.__getitem__)
+    assert found.tolist() == [False, True, True, False]
+
+
+def test_blurred_frames_are_the_same_in_blocks(monkeypatch):
+    values = np.where(np.arange(36) % 5, 100.0, 40.0)
+    capture, frames = walk().capture, np.arange(36)
+    whole = blurred(capture, frames, values.__getitem__)
+    monkeypatch.setattr(blur, "BLOCK", 7)
+    np.testing.assert_array_equal(blurred(capture, frames, values.__getitem__), whole)
+    assert frames[whole].tolist() == list(range(0, 36, 5))
+
+
+def test_a_frame_alone_is_not_blurred():
+    alone = walk().capture.subset(np.array([3]))
+    assert blurred(alone, np.array([0]), np.ones(1).__getitem__).tolist() == [False]
 
 
 def test_no_frame_is_picked_twice():

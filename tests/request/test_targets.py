@@ -11,7 +11,7 @@ from small_captures import ring
 
 from fsel.capture import Views
 from fsel.export import service
-from fsel.export.service import relative_sharpness, service_of
+from fsel.export.service import service_of
 from fsel.features.static import proxy_points
 from fsel.geometry import directions
 from fsel.problem import Problem
@@ -380,11 +380,3 @@ def test_service_is_the_same_in_blocks(circle, monkeypatch):
     whole = service_of(circle, views, pool, picks)
     monkeypatch.setattr(service, "BLOCK", 7)
     np.testing.assert_array_equal(service_of(circle, views, pool, picks).left, whole.left)
-
-
-def test_sharpness_is_relative_to_neighbours():
-    sharpness = np.array([100.0, 100, 100, 10, 100, 100, 900, 900, 900, 900, 900, 900])
-    relative = relative_sharpness(sharpness)
-    assert relative[3] == pytest.approx(0.1)
-    assert (relative[[0, 1, 2]] == 1).all()
-    np.testing.assert_array_equal(relative_sharpness(np.zeros(4)), np.ones(4))

@@ -26,7 +26,7 @@ from fsel.measuring import Run, picks_at, runs
 from fsel.metrics import Metrics
 from fsel.problem import Method
 from fsel.reconstruct import Model, Reconstructor
-from fsel.request.blur import SharpnessOf
+from fsel.request.blur import SharpnessOf, blurred
 from fsel.request.focus import Focus
 from fsel.request.problem import request_problem
 from fsel.request.targets import Targets
@@ -59,7 +59,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             picks = _picks(asked, capture, targets, methods, sharpness_of, focus)
         scores, evaluator = _scores(asked, capture, (judged, masks), picks, metrics, console)
         rows = _rows(capture, picks, scores, metrics)
-        compared = _compared(asked, capture, judged, picks, scores, evaluator)
+        unsharp = blurred(capture, judged, sharpness_of)
+        compared = _compared(asked, capture, (judged, unsharp), picks, scores, evaluator)
         gaps = differences(compared)
         table = _table(rows, metrics) + "".join(f"{gap['verdict']}\n" for gap in gaps)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
@@ -67,6 +68,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         content = {
             "capture": str(asked.capture.resolve()),
             "targets": [capture.names[i] for i in judged],
+            "blurred": [capture.names[i] for i in judged[unsharp]],
             "reconstructor": asked.reconstructor,
             "long_side": asked.long_side,
             "seed": asked.seed,
@@ -168,12 +170,22 @@ def _rows(capture: Capture, picks: Picks, scores: Scores, metrics: Metrics) -> l
 def _compared(
     asked: argparse.Namespace,
     capture: Capture,
-    judged: np.ndarray,
+    held: tuple[np.ndarray, np.ndarray],
     picks: Picks,
     scores: Scores,
     evaluator: Evaluator,
 ) -> Compared:
-    """The same with pictures, at the size that was compared."""
+    """The same with pictures, at the size that was compared.
+
+    Args:
+        asked: the command line.
+        capture: the capture.
+        held: (T,) held-out frames, and (T,) bool which are blurred.
+        picks: of each k and method.
+        scores: theirs.
+        evaluator: which keeps the models.
+    """
+    judged, unsharp = held
     drawn = _drawn(judged)
     views = capture.view(judged[drawn])
     renders = {}
@@ -192,6 +204,7 @@ def _compared(
         shown=tuple(drawn.tolist()),
         truth=[_jpeg(np.asarray(capture.images[frame])) for frame in judged[drawn]],
         renders=renders,
+        blurred=unsharp,
     )
 
 

@@ -14,12 +14,12 @@ from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import reasons
 from fsel.export.record import reason
-from fsel.export.service import BLURRED, relative_sharpness
 from fsel.geometry import lengths
 from fsel.layouts import bare, images
 from fsel.layouts.base import natural
 from fsel.layouts.opening import Opened
 from fsel.layouts.previews import sharpness_of_files
+from fsel.request.blur import blurred
 from fsel.request.focus import scene_bounds
 from fsel.request.scene_depth import viewing_distance
 
@@ -49,8 +49,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     what = "98 % of the points" if result["points"] else "what they look at"
     console.say("bounds", f"{low} to {high} (of cameras and {what}; see --box)")
     console.say("agree", str(opened.agreement))
-    blurred = result["blurred"]
-    console.say("blurred", f"{len(blurred)}: {', '.join(blurred[:5])}" if blurred else "none")
+    unsharp = result["blurred"]
+    console.say("blurred", f"{len(unsharp)}: {', '.join(unsharp[:5])}" if unsharp else "none")
     console.say("keep", f"{result['enough']} (fsel select -k auto)")
     console.give(result | {"agreement": str(opened.agreement)})
 
@@ -65,7 +65,7 @@ def described(opened: Opened, capture: Capture, sharpness: np.ndarray) -> dict:
     """
     centers, points = capture.centers, capture.points
     distance = viewing_distance(capture.views, points)
-    blurred = relative_sharpness(sharpness) < BLURRED
+    unsharp = blurred(capture, np.arange(len(capture)), sharpness.__getitem__)
     keep, enough = _worth_keeping(capture)
     cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.raw.cameras)
     return {
@@ -80,7 +80,7 @@ def described(opened: Opened, capture: Capture, sharpness: np.ndarray) -> dict:
         "step": float(np.median(lengths(np.diff(centers, axis=0)))) if len(capture) > 1 else 0.0,
         "distance": float(np.median(distance)),
         "bounds": scene_bounds(capture).tolist(),
-        "blurred": [capture.names[i] for i in np.flatnonzero(blurred)],
+        "blurred": [capture.names[i] for i in np.flatnonzero(unsharp)],
         "worth_keeping": keep,
         "enough": enough,
     }

@@ -26,6 +26,8 @@ class Compared:
         shown: numbers of the held-out frames that have pictures.
         truth: JPEG of each of them.
         renders: for each k and method, JPEG of its first seed's rendering of each of them.
+        blurred: (T,) bool, held-out frames that motion blurred: a sharp rendering of them scores
+            less than a blurred one.
     """
 
     source: str
@@ -37,6 +39,7 @@ class Compared:
     shown: tuple[int, ...]
     truth: list[bytes]
     renders: dict[Cell, list[bytes]]
+    blurred: np.ndarray
 
     @property
     def budgets(self) -> list[int]:
@@ -58,48 +61,63 @@ class Compared:
 
     def ahead(self, k: int, other: str) -> Interval:
         """Of how much more PSNR the first method has, by held-out frame."""
-        first = self.scores[k, self.methods[0]][:, 0]
-        return of_places(first - self.scores[k, other][:, 0])
+        return of_places(self._gaps(k, other))
+
+    def ahead_on_sharp(self, k: int, other: str) -> Interval | None:
+        """The same on the frames that are not blurred; None unless some are, and two are not."""
+        if not self.blurred.any() or (~self.blurred).sum() < 2:
+            return None
+        return of_places(self._gaps(k, other)[~self.blurred])
+
+    def _gaps(self, k: int, other: str) -> np.ndarray:
+        return self.scores[k, self.methods[0]][:, 0] - self.scores[k, other][:, 0]
 
 
 def differences(compared: Compared) -> list[dict]:
-    """k, method (the first), than (another), psnr in dB, ci_low, ci_high, n frames, verdict."""
+    """k, method (the first), than (another), psnr in dB, ci_low, ci_high, n frames, verdict.
+
+    Where some frames are blurred, `sharp` has psnr, ci_low, ci_high and n of those that are not.
+    """
     first = compared.methods[0]
     found = []
     for k in compared.budgets:
         for other in compared.methods[1:]:
-            gap = compared.ahead(k, other)
-            bounds = [None if np.isnan(end) else round(end, 5) for end in (gap.low, gap.high)]
-            found.append(
-                {
-                    "k": k,
-                    "method": first,
-                    "than": other,
-                    "psnr": round(gap.mean, 5),
-                    "ci_low": bounds[0],
-                    "ci_high": bounds[1],
-                    "n": gap.n,
-                    "verdict": verdict(k, first, compared.called(k, other), gap),
-                }
-            )
+            gap, sharp = compared.ahead(k, other), compared.ahead_on_sharp(k, other)
+            said = verdict(k, first, compared.called(k, other), gap, sharp)
+            entry = {"k": k, "method": first, "than": other, **_numbers(gap), "verdict": said}
+            if sharp is not None:
+                entry["sharp"] = _numbers(sharp)
+            found.append(entry)
     return found
 
 
-def verdict(k: int, first: str, other: str, gap: Interval) -> str:
+def _numbers(gap: Interval) -> dict:
+    low, high = (None if np.isnan(end) else round(end, 5) for end in (gap.low, gap.high))
+    return {"psnr": round(gap.mean, 5), "ci_low": low, "ci_high": high, "n": gap.n}
+
+
+def verdict(k: int, first: str, other: str, gap: Interval, sharp: Interval | None = None) -> str:
     """A sentence: how far one method is ahead, and whether the interval excludes zero.
 
     Args:
         k: number of frames.
         first, other: methods.
         gap: PSNR of the first less the other's, over held-out frames.
+        sharp: the same over those that are not blurred, which a second sentence is about.
     """
     side = "ahead of" if gap.mean >= 0 else "behind"
     start = f"K = {k}: {first} is {abs(gap.mean):.2f} dB {side} {other}"
     if np.isnan(gap.low):
         return f"{start} on one held-out frame, which says nothing about others."
-    beyond = gap.low > 0 or gap.high < 0
-    where = "beyond" if beyond else "within"
-    return (
-        f"{start}, {where} chance (95 % interval over {gap.n} held-out frames: {gap.low:+.2f} to "
-        f"{gap.high:+.2f} dB)."
-    )
+    said = f"{start}, {_chance(gap, 'held-out frames')}."
+    if sharp is None:
+        return said
+    side = "ahead" if sharp.mean >= 0 else "behind"
+    where = _chance(sharp, "that are not blurred")
+    return f"{said} Blurred ones left out, it is {abs(sharp.mean):.2f} dB {side}, {where}."
+
+
+def _chance(gap: Interval, which: str) -> str:
+    where = "beyond" if gap.low > 0 or gap.high < 0 else "within"
+    ends = f"{gap.low:+.2f} to {gap.high:+.2f} dB"
+    return f"{where} chance (95 % interval over {gap.n} {which}: {ends})"

@@ -11,7 +11,8 @@ import numpy as np
 
 from fsel.api import Selection
 from fsel.capture import Capture
-from fsel.export.service import BLURRED, Service, closest_pick, relative_sharpness, service_of
+from fsel.export.service import Service, closest_pick, service_of
+from fsel.request.blur import SHARPER, blurred
 from fsel.request.budget import Budget
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
 from fsel.subsets import evenly
@@ -46,6 +47,14 @@ class Outcome:
         return service_of(self.capture, views, pool, self.selection.indices)
 
     @cached_property
+    def unsharp(self) -> np.ndarray | None:
+        """(N,) bool which frames are blurred, or None where sharpness was not measured."""
+        if self.sharpness is None:
+            return None
+        frames = np.arange(len(self.capture))
+        return blurred(self.capture, frames, self.sharpness.__getitem__)
+
+    @cached_property
     def served(self) -> np.ndarray:
         """(T,) frames that service is measured at where the whole capture is asked for: at the few
         views that stand for it, the curve would bend at their number."""
@@ -57,7 +66,7 @@ def picked(outcome: Outcome) -> list[dict]:
     capture, selection, service = outcome.capture, outcome.selection, outcome.service
     known = outcome.served if outcome.targets.kind == ALL else outcome.targets.frames
     ranks = _sharpness_ranks(outcome.sharpness)
-    blurred = None if outcome.sharpness is None else relative_sharpness(outcome.sharpness) < BLURRED
+    unsharp = outcome.unsharp
     entries = []
     for order, frame in enumerate(selection.indices):
         view = int(service.nearest_view[order])
@@ -72,7 +81,7 @@ def picked(outcome: Outcome) -> list[dict]:
                 "adds": round(float(service.gain[order]), 6),
                 "nearest_target": capture.names[known[view]] if len(known) else view,
                 "sharpness_rank": int(ranks[frame]) if ranks is not None else None,
-                "blurred": bool(blurred[frame]) if blurred is not None else None,
+                "blurred": bool(unsharp[frame]) if unsharp is not None else None,
                 "in_place_of": selection.exchanged.get(selection.names[order]),
             }
         )
@@ -85,10 +94,8 @@ def left(outcome: Outcome) -> list[dict]:
     pool = outcome.targets.pool(capture)
     adds = dict(zip(pool.tolist(), outcome.service.left, strict=True))
     closest = closest_pick(capture, picks)
-    stand_in = {blurred: name for name, blurred in outcome.selection.exchanged.items()}
-    relative = None
-    if outcome.by_sharpness and outcome.sharpness is not None:
-        relative = relative_sharpness(outcome.sharpness)
+    stand_in = {gone: name for name, gone in outcome.selection.exchanged.items()}
+    unsharp = outcome.unsharp if outcome.by_sharpness else None
     entries = []
     for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
         near = capture.names[closest[frame]]
@@ -97,8 +104,8 @@ def left(outcome: Outcome) -> list[dict]:
             reason = f"blurred: {stand_in[name]} beside it was picked in its place"
         elif frame not in adds:
             reason = _left_out(outcome.targets, frame)
-        elif relative is not None and relative[frame] < BLURRED:
-            reason = f"near {near}; {relative[frame]:.0%} as sharp as its neighbours"
+        elif unsharp is not None and unsharp[frame]:
+            reason = f"near {near}; blurred: a frame beside it is {SHARPER:g} times as sharp"
         else:
             reason = f"near {near}; would add {adds[frame]:.2%} service"
         entries.append({"name": name, "reason": reason, "closest_pick": near})

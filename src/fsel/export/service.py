@@ -10,8 +10,6 @@ from fsel.capture import Capture, Views
 from fsel.features.conditioned import closeness, look_distance
 from fsel.geometry import pose_distance
 
-BLURRED = 0.5  # of its neighbours' median sharpness
-WINDOW = 5  # neighbours on either side
 RANKS = 8  # closest frames that count for a view
 SHARES = 0.5 ** np.arange(RANKS)
 BLOCK = 1024  # frames whose closeness is sorted at a time
@@ -76,15 +74,6 @@ def _with_one_more(best: np.ndarray, close: np.ndarray, whole: np.ndarray) -> np
 def _closest(closeness: np.ndarray) -> np.ndarray:
     """(..., RANKS, T) the largest of (..., m, T), falling."""
     return -np.sort(-closeness, axis=-2)[..., :RANKS, :]
-
-
-def relative_sharpness(sharpness: np.ndarray) -> np.ndarray:
-    """(N,) sharpness over the median of up to ten neighbours in the sequence; 1 where that is 0."""
-    n = len(sharpness)
-    around = np.pad(sharpness.astype(float), WINDOW, constant_values=np.nan)
-    windows = np.lib.stride_tricks.sliding_window_view(around, 2 * WINDOW + 1)
-    typical = np.nanmedian(np.delete(windows, WINDOW, axis=1), axis=1)
-    return np.divide(sharpness, typical, out=np.ones(n), where=typical > 0)
 
 
 def closest_pick(capture: Capture, picks: np.ndarray) -> np.ndarray:

@@ -93,10 +93,11 @@ def _row(compared: Compared, at: int) -> str:
     frame = compared.shown[at]
     name = escape(compared.names[frame])
     picture = _source(compared.truth[at])
+    unsharp = ", blurred" if compared.blurred[frame] else ""
     cards = [
         f'<section class="versus"><h3>{name}</h3><div class="cards">'
         f'<figure><img class="truth" alt="held-out frame {name}" src="{picture}">'
-        "<figcaption>held-out frame</figcaption></figure>"
+        f"<figcaption>held-out frame{unsharp}</figcaption></figure>"
     ]
     for (k, method), scores in compared.scores.items():
         told = ", ".join(

@@ -10,11 +10,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from fsel.capture import Capture
 from fsel.geometry import pose_distance
 from fsel.problem import Problem
 
 NEAR = 4  # frames closest to a pick by pose
 SHARPER = 2.5  # times a pick's sharpness that one of them has where the pick is blurred
+BLOCK = 1000  # frames whose distances from all others are in memory at once
 
 SharpnessOf = Callable[[np.ndarray], np.ndarray]
 """(n,) int64 frames -> (n,) sharpness of each, comparable within a call."""
@@ -34,25 +36,51 @@ def exchanged(problem: Problem, picks: np.ndarray, sharpness_of: SharpnessOf) ->
     Returns:
         (K,) int64: a frame that comes has the place of the one that left.
     """
-    pool, near = problem.candidates, _near(problem, picks)
-    rows = np.searchsorted(pool, picks)
-    asked = np.union1d(rows, near)
-    sharpness = np.full(len(pool), np.nan)
-    sharpness[asked] = sharpness_of(pool[asked])
-    least = np.maximum(SHARPER * sharpness[rows], np.finfo(float).tiny)
+    near = _near(problem.capture, picks, problem.candidates)
+    sharpness = _known(problem.capture, picks, near, sharpness_of)
+    least = _least(sharpness[picks])
     out = picks.copy()
     for at in np.flatnonzero(~np.isin(picks, problem.given)):
-        free = near[at][~np.isin(pool[near[at]], out)]
+        free = near[at][~np.isin(near[at], out)]
         if len(free) and sharpness[free].max() >= least[at]:
-            out[at] = pool[free[np.argmax(sharpness[free])]]
+            out[at] = free[np.argmax(sharpness[free])]
     return out
 
 
-def _near(problem: Problem, picks: np.ndarray) -> np.ndarray:
-    """(K, n) rows of the candidates closest to each pick by pose, itself left out."""
-    capture, pool = problem.capture, problem.candidates
+def blurred(capture: Capture, frames: np.ndarray, sharpness_of: SharpnessOf) -> np.ndarray:
+    """(n,) bool: one of the four frames closest by pose is 2.5 times as sharp, as in `exchanged`.
+
+    Args:
+        capture: whose frames they are.
+        frames: (n,) int64.
+        sharpness_of: asked once, for the frames and those beside them.
+    """
+    every = np.arange(len(capture))
+    blocks = np.array_split(frames, len(frames) // BLOCK + 1)
+    near = np.concatenate([_near(capture, block, every) for block in blocks])
+    sharpness = _known(capture, frames, near, sharpness_of)
+    return sharpness[near].max(axis=1, initial=0.0) >= _least(sharpness[frames])
+
+
+def _near(capture: Capture, frames: np.ndarray, pool: np.ndarray) -> np.ndarray:
+    """(n, m) frames of a pool closest to each of some of them by pose, itself left out."""
     distance = pose_distance(
-        capture.centers[picks], capture.axes[picks], capture.centers[pool], capture.axes[pool]
+        capture.centers[frames], capture.axes[frames], capture.centers[pool], capture.axes[pool]
     )
-    distance[np.arange(len(picks)), np.searchsorted(pool, picks)] = np.inf
-    return np.argsort(distance, axis=1, kind="stable")[:, : min(NEAR, len(pool) - 1)]
+    distance[np.arange(len(frames)), np.searchsorted(pool, frames)] = np.inf
+    return pool[np.argsort(distance, axis=1, kind="stable")[:, : min(NEAR, len(pool) - 1)]]
+
+
+def _known(
+    capture: Capture, frames: np.ndarray, near: np.ndarray, sharpness_of: SharpnessOf
+) -> np.ndarray:
+    """(N,) sharpness of frames and of those beside them; NaN for others."""
+    asked = np.union1d(frames, near)
+    sharpness = np.full(len(capture), np.nan)
+    sharpness[asked] = sharpness_of(asked)
+    return sharpness
+
+
+def _least(sharpness: np.ndarray) -> np.ndarray:
+    """The sharpness beside a frame that tells that it is blurred; of a blank one, any."""
+    return np.maximum(SHARPER * sharpness, np.finfo(float).tiny)
