@@ -1,6 +1,7 @@
 """Small COLMAP captures on disk, written by pycolmap and OpenCV alone, and the command on them."""
 
 import json
+import struct
 from pathlib import Path
 
 import cv2
@@ -73,6 +74,15 @@ def write_ring(folder, frames=24, model="PINHOLE", shrink=1, seed=0, cloud=80):
     (folder / "sparse" / "0").mkdir(parents=True)
     built.write_binary(str(folder / "sparse" / "0"))
     return poses, seen
+
+
+def state_orientation(path, value):
+    """Add to a JPEG the EXIF that asks for a turn, by one entry."""
+    entry = struct.pack("<HHIHH", 0x0112, 3, 1, value, 0)
+    inside = b"Exif\0\0" + b"II*\0" + struct.pack("<IH", 8, 1) + entry + bytes(4)
+    content = path.read_bytes()
+    segment = b"\xff\xe1" + struct.pack(">H", len(inside) + 2) + inside
+    path.write_bytes(content[:2] + segment + content[2:])
 
 
 def damage_pixels(path):

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pycolmap
 import pytest
-from small_captures import record_of
+from small_captures import record_of, state_orientation
 
 from fsel.cli import main, posing
 from fsel.layouts import images
@@ -137,6 +137,34 @@ def test_photos_held_upright_and_across_have_a_camera_each(shots, cache, tmp_pat
     assert "COLMAP placed 8 of 8 frames" in capsys.readouterr().out
     model = pycolmap.Reconstruction(str(tmp_path / "out" / "sparse" / "0"))
     assert sorted((c.width, c.height) for c in model.cameras.values()) == [(240, 320), (320, 240)]
+
+
+def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_path, capsys):
+    """A phone that was held in four ways: EXIF tells how, and the cameras are of one size."""
+    photos, names = tmp_path / "photos", [f"{i}.jpg" for i in range(8)]
+    ways = {0: (1, 0), 1: (6, 1), 2: (3, 2), 3: (8, 3)}  # value, quarter turns to the left
+    for i, (shot, name) in enumerate(zip(shots, names, strict=False)):
+        value, turns = ways[i % 4]
+        images.write(np.rot90(shot, turns)[None], photos, [name])
+        if value > 1:
+            state_orientation(photos / name, value)
+    out = tmp_path / "out"
+    assert run("poses", photos, "-o", out) == 0
+    said = capsys.readouterr().out
+    assert "COLMAP placed 8 of 8 frames" in said
+    assert said.count("6 of 8 photos upright, as their EXIF says; JPEGs encoded again") == 1
+    turned = json.loads((out / "poses.json").read_text())["turned"]
+    assert turned == ["1.jpg", "2.jpg", "3.jpg", "5.jpg", "6.jpg", "7.jpg"]
+    model = pycolmap.Reconstruction(str(out / "sparse" / "0"))
+    assert [(c.width, c.height) for c in model.cameras.values()] == [(320, 240)]
+    for shot, name in zip(shots, names, strict=False):
+        found = cv2.imread(str(out / "images" / name))[..., ::-1]  # applies EXIF
+        assert found.shape == (240, 320, 3)
+        assert np.abs(found.astype(int) - shot).mean() < 12  # 40 and more where turned otherwise
+        np.testing.assert_array_equal(images.load(out / "images" / name), found)
+    poses = {image.name: image.cam_from_world().rotation for image in model.images.values()}
+    turn = poses["0.jpg"].inverse() * poses["1.jpg"]
+    assert np.degrees(turn.angle()) < 5  # neighbours on the arc, 1.8 degrees apart
 
 
 def test_settings_and_files_tell_one_cache_from_another(tmp_path):

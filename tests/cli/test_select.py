@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pycolmap
 import pytest
-from small_captures import camera_path, record_of, ring, select, write_ring
+from small_captures import camera_path, record_of, ring, select, state_orientation, write_ring
 
 import fsel
 from fsel.experiments.hard_cases.worlds import random_weights
@@ -137,6 +137,29 @@ def test_images_are_linked_or_copied(capture, tmp_path):
         assert (tmp_path / "linked" / "images" / name).samefile(original)
         assert not (tmp_path / "copied" / "images" / name).samefile(original)
         assert (tmp_path / "copied" / "images" / name).read_bytes() == original.read_bytes()
+
+
+@pytest.mark.parametrize("more", [(), ("--link",), ("--long-side", 64)])
+def test_no_trainer_turns_the_images_that_it_is_given(more, capture, tmp_path):
+    """EXIF asks for a quarter turn; the cameras, 64 wide and 48 high, describe what is stored."""
+    pillow = pytest.importorskip("PIL.Image")
+    stored = {}
+    for path in (capture / "images").iterdir():
+        stored[path.name] = cv2.imread(str(path))
+        state_orientation(path, 6)
+        assert cv2.imread(str(path)).shape == (64, 48, 3)
+    assert select(capture, "-k", 3, *more, "-o", tmp_path / "out") == 0
+    content = json.loads((tmp_path / "out" / "transforms.json").read_text())
+    assert (content["w"], content["h"]) == (64, 48)
+    written = sorted((tmp_path / "out" / "images").iterdir())
+    assert len(written) == 3
+    for path in written:
+        np.testing.assert_array_equal(cv2.imread(str(path)), stored[path.name])
+        np.testing.assert_array_equal(pillow.open(path), stored[path.name][..., ::-1])
+        original = capture / "images" / path.name
+        assert path.stat().st_nlink == 1
+        assert len(path.read_bytes()) == len(original.read_bytes())
+        assert cv2.imread(str(original)).shape == (64, 48, 3)
 
 
 def test_without_hard_links_images_are_copied(capture, tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from fsel.cli.console import Console
 from fsel.held import pycolmap
-from fsel.layouts import bare, film, images, sfm
+from fsel.layouts import bare, film, images, orientation, sfm
 from fsel.layouts.colmap_runs import MIN_PLACED, Work
 from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
 
@@ -23,7 +23,7 @@ CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed
 UNREAD = (".heic", ".heif", ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
 ENVIRONMENT = "FSEL_CACHE"
-MADE = 2  # of what is kept: counted up where the same files are placed otherwise than before
+MADE = 3  # of what is kept: counted up where the same files are placed otherwise than before
 
 
 def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> Opened:
@@ -149,10 +149,7 @@ def _find(
         console.say("video", f"the sharpest of each of {len(kept)} stretches of {source.name}")
         report["video"] = [asdict(shot) for shot in kept]
     else:
-        folder.mkdir(parents=True, exist_ok=True)
-        for file in files:
-            (folder / file.name).unlink(missing_ok=True)
-            (folder / file.name).symlink_to(file.resolve())
+        report["turned"] = _put(files, folder, console)
     raw = bare.read(place / CAPTURE)
     threads = len(os.sched_getaffinity(0))
     work = Work(place / "matching", threads, ordered=video, watch=console.bar)
@@ -176,6 +173,24 @@ def _find(
     partial = place / f".{FOUND}"
     partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
     partial.replace(place / FOUND)
+
+
+def _put(files: Sequence[Path], folder: Path, console: Console) -> list[str]:
+    """Links to photos, and upright copies of those whose EXIF asks for a turn, which are named."""
+    folder.mkdir(parents=True, exist_ok=True)
+    turned = []
+    for file in console.bar("photos")(files, len(files)):
+        place = folder / file.name
+        place.unlink(missing_ok=True)
+        if orientation.of_file(file) == orientation.UPRIGHT:
+            place.symlink_to(file.resolve())
+        else:
+            images.write_upright(file, place)
+            turned.append(file.name)
+    if turned:
+        how = f"as their EXIF says; JPEGs encoded again at quality {images.QUALITY}"
+        console.say("turned", f"{len(turned)} of {len(files)} photos upright, {how}")
+    return turned
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.layouts import images
+from fsel.layouts import images, orientation
 from fsel.layouts.base import RawCapture
 from fsel.request.focus import load_white, mask_file
 
@@ -47,7 +47,9 @@ def place(file: images.Image, path: Path, link: bool, size: tuple[int, int] | No
         file: the image.
         path: below a folder that may not be there yet.
         link: as a hard link where the file system has them; else as a copy, which shares its
-            blocks with the original where the file system can.
+            blocks with the original where the file system can. A file whose EXIF asks for a turn
+            is copied without that word, since cameras describe the pixels as they are stored and
+            some trainers would turn them.
         size: (width, height) that it is reduced to; None as it is.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -56,6 +58,9 @@ def place(file: images.Image, path: Path, link: bool, size: tuple[int, int] | No
         if size is not None:
             image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
         images.write(image[None], path.parent, [path.name])
+        return
+    if orientation.of_file(file) != orientation.UPRIGHT:
+        path.write_bytes(orientation.taken_out(file.read_bytes()))
         return
     if link:
         try:

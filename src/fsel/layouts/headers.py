@@ -25,7 +25,7 @@ SHORT = 3  # TIFF's type of numbers of two bytes
 Size = tuple[int, int]
 
 
-class _Cut(Exception):
+class Cut(Exception):
     """A file ends before its format does."""
 
 
@@ -63,7 +63,7 @@ def size_of(content: Content, path: Path) -> Size:
     read = _reader(content[:12])
     try:
         width, height = read(content) if read else (0, 0)
-    except (_Cut, Short, IndexError):
+    except (Cut, Short, IndexError):
         raise ValueError(f"{path}: image file is truncated ({len(content)} bytes)") from None
     if not (width and height):
         raise ValueError(f"{path}: not a readable image ({len(content)} bytes); allowed: {FORMATS}")
@@ -101,23 +101,27 @@ def _reader(start: bytes) -> Callable[[Content], Size] | None:
 
 
 def _png(content: Content) -> Size:
-    kind, *_ = chunks = [kind for kind, _, _ in _chunks(content)]
+    kind, *_ = kinds = [kind for kind, _, _ in chunks(content)]
     if kind != b"IHDR":
         return 0, 0
-    if chunks[-1] != b"IEND":
-        raise _Cut
+    if kinds[-1] != b"IEND":
+        raise Cut
     width, height = unpack_from(">II", content, 16)
     return width, height
 
 
-def _chunks(content: Content) -> list[tuple[bytes, int, int]]:
-    """Kind of each of a PNG's chunks, where its content starts and where that ends."""
+def chunks(content: Content) -> list[tuple[bytes, int, int]]:
+    """Kind of each of a PNG's chunks, where its content starts and where that ends.
+
+    Raises:
+        Cut: when the file ends before the last.
+    """
     found, at = [], len(PNG)
     while True:
         length, kind = unpack_from(">I4s", content, at)
         end = at + 8 + length
         if end + 4 > len(content):
-            raise _Cut
+            raise Cut
         found.append((kind, at + 8, end))
         if kind == b"IEND":
             return found
@@ -126,7 +130,7 @@ def _chunks(content: Content) -> list[tuple[bytes, int, int]]:
 
 def _jpeg(content: Content) -> Size:
     if b"\xff\xd9" not in content[-TAIL:]:
-        raise _Cut
+        raise Cut
     for marker, at, _ in segments(content):
         if marker in FRAMES:
             height, width = unpack_from(">HH", content, at + 5)
@@ -169,7 +173,7 @@ def _tiff(content: Content) -> Size:
 def _check_damage(content: Content, path: Path) -> None:
     """Refuse what a decoder would refuse, at a small part of its time."""
     if content[: len(PNG)] == PNG:
-        for kind, start, end in _chunks(content):
+        for kind, start, end in chunks(content):
             (stated,) = unpack_from(">I", content, end)
             if crc32(content[start - 4 : end]) != stated:
                 raise ValueError(f"{path}: not a readable image: its {kind!r} chunk is damaged")

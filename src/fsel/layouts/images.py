@@ -11,21 +11,19 @@ import cv2
 import numpy as np
 
 from fsel.files import mapped_array, unfinished
-from fsel.layouts import headers
+from fsel.layouts import headers, orientation
 
-# as the sensor stored it: cameras describe the pixels before any turn that EXIF asks for
-STORED = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 REDUCED = {
-    8: cv2.IMREAD_REDUCED_COLOR_8 | cv2.IMREAD_IGNORE_ORIENTATION,
-    4: cv2.IMREAD_REDUCED_COLOR_4 | cv2.IMREAD_IGNORE_ORIENTATION,
-    2: cv2.IMREAD_REDUCED_COLOR_2 | cv2.IMREAD_IGNORE_ORIENTATION,
+    8: cv2.IMREAD_REDUCED_COLOR_8,
+    4: cv2.IMREAD_REDUCED_COLOR_4,
+    2: cv2.IMREAD_REDUCED_COLOR_2,
 }
-SMALL = cv2.IMREAD_REDUCED_GRAYSCALE_8 | cv2.IMREAD_IGNORE_ORIENTATION
 HUGE = 1 << 25  # pixels from which a JPEG is decoded at a reduced size
 JPEG = (".jpg", ".jpeg")
+QUALITY = 97  # of JPEGs that are written
 ENCODING = {
     ".png": [cv2.IMWRITE_PNG_COMPRESSION, 1],
-    ".jpg": [cv2.IMWRITE_JPEG_QUALITY, 97],
+    **{ending: [cv2.IMWRITE_JPEG_QUALITY, QUALITY] for ending in JPEG},
 }
 HINT = (
     ". Hint: `skip_unreadable` (--skip-unreadable) leaves such frames out; `fsel select` also "
@@ -81,8 +79,10 @@ class VideoFrame:
 Image = Path | VideoFrame
 
 
-def load(source: Image, flags: int = STORED) -> np.ndarray:
+def load(source: Image, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
     """(h, w, 3) uint8 RGB image, or (h, w) grey where `flags`, OpenCV's of a file, say so.
+
+    Pixels are as the file stores them: cameras describe those, before any turn that EXIF asks for.
 
     Raises:
         ValueError: for a missing, empty or truncated file, named.
@@ -110,7 +110,7 @@ def load_for(source: Image, long_side: int) -> np.ndarray:
     if width * height <= HUGE:
         return load(source)
     fitting = [factor for factor in REDUCED if max(width, height) // factor >= 2 * long_side]
-    return load(source, REDUCED[fitting[0]] if fitting else STORED)
+    return load(source, REDUCED[fitting[0]] if fitting else cv2.IMREAD_COLOR)
 
 
 def size_of(source: Image) -> headers.Size:
@@ -131,7 +131,8 @@ def check_pixels(file: Path) -> None:
     Raises:
         ValueError: see `load`.
     """
-    load(file, SMALL if file.suffix.lower() in JPEG else STORED)
+    small = file.suffix.lower() in JPEG
+    load(file, cv2.IMREAD_REDUCED_GRAYSCALE_8 if small else cv2.IMREAD_COLOR)
 
 
 def fault(image: Image) -> str:
@@ -172,8 +173,10 @@ def _decoded(path: Path, flags: int) -> np.ndarray:
     if not content:
         raise ValueError(f"{path}: image file is empty (0 bytes)")
     headers.size_of(content, path)
+    stored = orientation.taken_out(content)  # OpenCV turns a TIFF whatever the flags say
     try:
-        image = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
+        pixels = np.frombuffer(stored, np.uint8)
+        image = cv2.imdecode(pixels, flags | cv2.IMREAD_IGNORE_ORIENTATION)
     except cv2.error:
         image = None
     if image is None:
@@ -195,6 +198,20 @@ def write(frames: np.ndarray, folder: Path, names: list[str]) -> None:
         if not done:
             raise ValueError(f"{path}: could not be encoded")
         path.write_bytes(content.tobytes())
+
+
+def write_upright(file: Path, place: Path) -> None:
+    """Write a photo turned as its EXIF asks, under a name of the same ending.
+
+    A JPEG is encoded again at quality 97 and keeps its EXIF, with orientation 1.
+
+    Raises:
+        ValueError: see `load`.
+    """
+    turned = orientation.applied(load(file), orientation.of_file(file))
+    write(turned[None], place.parent, [place.name])
+    if place.suffix.lower() in JPEG:
+        place.write_bytes(orientation.with_exif(place.read_bytes(), file.read_bytes()))
 
 
 class ArrayFile:
