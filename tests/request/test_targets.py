@@ -194,11 +194,24 @@ def test_frames_are_held_out_by_name_and_by_number(circle):
         (list(range(23)), "at least two must remain"),
         ("spiral", "allowed: every:N, orbit"),
         ("every:x", "allowed: every:N"),
+        ("every:2.5", "targets are 'every:2.5'; allowed: every:N.* a whole number from 2"),
     ],
 )
 def test_requests_without_sense_are_refused(request_, said, circle):
     with pytest.raises(ValueError, match=said):
         targets_of(circle, request_)
+
+
+def test_a_wish_that_cannot_be_met_is_refused_for_its_own_reason(circle):
+    targets = replace(targets_of(circle, [3]), blind=np.array([5]))
+    for frame, never, why in (
+        (3, None, "is held out as a target"),
+        (5, None, "sees nothing of the object"),
+        (7, [7], "is never to be selected"),
+    ):
+        said = f"frame 'frame_000{frame}' is to be selected always, and {why}$"
+        with pytest.raises(ValueError, match=said):
+            targets.wished(circle, [frame, 1], never)
 
 
 TURNED = np.eye(4).tolist()

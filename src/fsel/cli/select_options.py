@@ -135,6 +135,6 @@ def _add_form(command: argparse.ArgumentParser) -> None:
     size.add_argument(
         "--link",
         action="store_true",
-        help="hard-link the images, at the size they have, instead of copying them; those whose EXIF "
-        "asks for a turn are copied",
+        help="hard-link the images, at the size they have, instead of copying them; those whose "
+        "EXIF asks for a turn are copied",
     )

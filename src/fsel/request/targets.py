@@ -22,6 +22,7 @@ ROUNDING = 1e-9  # of the centres' greatest coordinate: cameras in one place dif
 WORDS = ("every:N", "orbit", "trajectory", "a .json camera path", "a .txt list of frame names")
 ALL = "the whole capture"
 ORBIT = "orbit"
+EVERY = "every:"
 LISTS = ("", ".txt", ".lst", ".list")  # endings of files of frame names
 
 Wish = None | str | Path | Sequence[str] | Sequence[int] | np.ndarray
@@ -53,8 +54,8 @@ class Targets:
 
     def pool(self, capture: Capture) -> np.ndarray:
         """(n,) int64 the frames that may be selected, ascending."""
-        left_out = np.concatenate([self.frames, self.blind, self.never])
-        return np.setdiff1d(np.arange(len(capture)), left_out)
+        unwanted = np.concatenate([frames for frames, _, _ in self.left_out()])
+        return np.setdiff1d(np.arange(len(capture)), unwanted)
 
     def wished(self, capture: Capture, always: Wish = None, never: Wish = None) -> Targets:
         """The same with frames that are always, and never, to be selected.
@@ -68,13 +69,20 @@ class Targets:
         """
         wanted, unwanted = (_wish(capture, wish) for wish in (always, never))
         found = replace(self, never=unwanted, always=wanted)
-        lost = np.setdiff1d(wanted, found.pool(capture))
-        if len(lost):
-            raise ValueError(
-                f"frame {capture.names[lost[0]]!r} is to be selected always, and cannot be: it is "
-                "held out, sees nothing of the object, or is never to be selected"
-            )
+        for frames, why, _ in found.left_out():
+            for lost in np.intersect1d(wanted, frames):
+                raise ValueError(
+                    f"frame {capture.names[lost]!r} is to be selected always, and {why}"
+                )
         return found
+
+    def left_out(self) -> list[tuple[np.ndarray, str, str]]:
+        """Frames that may not be selected, (n,) numbers, and why, of one and of several."""
+        return [
+            (self.frames, "is held out as a target", "being held out as targets"),
+            (self.blind, "sees nothing of the object", "not seeing the object"),
+            (self.never, "is never to be selected", "being unwanted"),
+        ]
 
     def seeing(self, corners: np.ndarray, capture: Capture) -> Targets:
         """The views that see any of (C, 3) points of an object, to be served by frames that do.
@@ -112,10 +120,10 @@ def targets_of(capture: Capture, request: Request) -> Targets:
         return _request(capture, whole(capture, MOST_VIEWS), ALL)
     if isinstance(request, Views):
         return _request(capture, request, "given poses")
-    if isinstance(request, Path) or (isinstance(request, str) and "." in request):
-        return _of_file(capture, Path(request))
-    if isinstance(request, str):
+    if isinstance(request, str) and (request.startswith(EVERY) or "." not in request):
         return _of_word(capture, request)
+    if isinstance(request, str | Path):
+        return _of_file(capture, Path(request))
     return _held_out(capture, np.sort(_numbers(capture, request)), f"{len(request)} given frames")
 
 
@@ -132,12 +140,8 @@ def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool 
         ValueError: with the numbers that are allowed, and why.
     """
     most = len(targets.pool(capture))
-    gone = [
-        (targets.frames, "being held out as targets"),
-        (targets.blind, "not seeing the object"),
-        (targets.never, "being unwanted"),
-    ]
-    why = "".join(f", {len(frames)} {text}" for frames, text in gone if len(frames))
+    gone = targets.left_out()
+    why = "".join(f", {len(frames)} {text}" for frames, _, text in gone if len(frames))
     if not 1 <= k <= most:
         raise ValueError(
             f"k is {k}; allowed: 1 to {most}, the frames of {capture.source} that may be "
@@ -166,8 +170,8 @@ def _of_word(capture: Capture, word: str) -> Targets:
         return _request(capture, views, "an orbit")
     if word == "trajectory":
         return _request(capture, trajectory(capture, MOST_VIEWS), "the smoothed camera path")
-    head, _, step = word.partition(":")
-    if head != "every" or not step.isdigit() or int(step) < 2:
+    step = word.removeprefix(EVERY)
+    if step == word or not step.isdecimal() or int(step) < 2:
         raise ValueError(
             f"targets are {word!r}; allowed: {', '.join(WORDS)}, N being a whole number from 2"
         )
