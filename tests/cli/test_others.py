@@ -58,8 +58,10 @@ def test_info_tells_what_was_found(capture, capsys):
     assert found["extent"] == pytest.approx(8)
     assert found["agreement"].startswith("reprojection error of median 0.00 px")
     assert found["step"] == pytest.approx(8 * np.sin(np.pi / 24))
+    assert found["looked_at"] == pytest.approx([0, 0, 0], abs=1e-9)
     assert run("info", capture) == 0
     printed = capsys.readouterr().out
+    assert "(the point closest to all optical axes)" in printed
     assert "1: frame_005.jpg" in printed
     assert f"keep      {found['enough']} (fsel select -k auto)" in printed
 

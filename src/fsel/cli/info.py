@@ -21,6 +21,7 @@ from fsel.layouts.opening import Opened
 from fsel.layouts.previews import sharpness_of_files
 from fsel.request.blur import blurred
 from fsel.request.focus import scene_bounds
+from fsel.request.paths import attention
 from fsel.request.scene_depth import viewing_distance
 
 
@@ -48,6 +49,9 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     low, high = (" ".join(f"{x:.4g}" for x in end) for end in result["bounds"])
     what = "98 % of the points" if result["points"] else "what they look at"
     console.say("bounds", f"{low} to {high} (of cameras and {what}; see --box)")
+    if result["looked_at"]:
+        place = " ".join(f"{x:.4g}" for x in result["looked_at"])
+        console.say("looked at", f"{place} (the point closest to all optical axes)")
     console.say("agree", str(opened.agreement))
     unsharp = result["blurred"]
     console.say("blurred", f"{len(unsharp)}: {', '.join(unsharp[:5])}" if unsharp else "none")
@@ -80,10 +84,19 @@ def described(opened: Opened, capture: Capture, sharpness: np.ndarray) -> dict:
         "step": float(np.median(lengths(np.diff(centers, axis=0)))) if len(capture) > 1 else 0.0,
         "distance": float(np.median(distance)),
         "bounds": scene_bounds(capture).tolist(),
+        "looked_at": _looked_at(capture),
         "blurred": [capture.names[i] for i in np.flatnonzero(unsharp)],
         "worth_keeping": keep,
         "enough": enough,
     }
+
+
+def _looked_at(capture: Capture) -> list[float] | None:
+    """x, y, z of the point that the cameras look at, where there is one."""
+    try:
+        return attention(capture.centers, capture.axes).tolist()
+    except ValueError:
+        return None
 
 
 def _worth_keeping(capture: Capture) -> tuple[list[str], str]:
