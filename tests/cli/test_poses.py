@@ -52,7 +52,7 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
     assert run("poses", video, "--rate", 5, "-o", out) == 0
     said = capsys.readouterr()
     assert "COLMAP placed 10 of 11 frames" in said.out
-    assert "1 frames not placed: frame_00010.jpg" in said.err
+    assert "1 frame not placed: frame_00010.jpg" in said.err
     report = json.loads((out / "poses.json").read_text())
     assert report["not_placed"] == ["frame_00010.jpg"]
     assert [shot["seconds"] for shot in report["video"]] == pytest.approx(np.arange(11) / 5)
@@ -106,7 +106,7 @@ def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, cap
     (photos / "b.jpg").write_bytes((photos / "b.jpg").read_bytes()[:50])
     with pytest.raises(ZeroDivisionError):
         run("poses", photos, "--skip-unreadable", "-o", tmp_path / "out")
-    assert "1 images skipped: b.jpg (image file is truncated (50 bytes))" in capsys.readouterr().err
+    assert "1 image skipped: b.jpg (image file is truncated (50 bytes))" in capsys.readouterr().err
     assert [file.name for file in posed[0]] == ["a.jpg", "c.jpg", "d.jpg"]
     assert run("poses", photos, "-o", tmp_path / "out") == 1
     assert "b.jpg: image file is truncated (50 bytes)" in capsys.readouterr().err
@@ -116,7 +116,7 @@ def test_photos_of_formats_that_are_not_read_are_named(cache, tmp_path, capsys):
     (tmp_path / "IMG_1.HEIC").write_bytes(b"photo")
     assert run("info", tmp_path, "--poses", "colmap") == 1
     printed = capsys.readouterr().err
-    assert "1 photos are not read until converted to JPEG or PNG: IMG_1.HEIC" in printed
+    assert "1 photo not read until converted to JPEG or PNG: IMG_1.HEIC" in printed
     assert f"{tmp_path}: 0 photos" in printed
 
 

@@ -292,7 +292,7 @@ def test_every_form_of_targets(capture, tmp_path):
     names.write_text("frame_003.jpg\n\nframe_011.jpg\n")
     forms = {
         "every:6": ("one frame in 6, held out", 4, [0, 6, 12, 18]),
-        str(names): ("the 2 frames in names.txt, held out", 2, [3, 11]),
+        str(names): ("2 frames of names.txt, held out", 2, [3, 11]),
         "orbit": ("an orbit", 60, []),
         "trajectory": ("the smoothed camera path", 60, []),
         str(camera_path(tmp_path, ring(5))): ("the poses of path.json", 5, []),

@@ -79,7 +79,7 @@ def unknown_name(folder, tmp_path):
     ("damage", "said"),
     [
         (no_poses, ["capture", "no known layout"]),
-        (two_frames, ["2 frames leave nothing to select", "at least 3"]),
+        (two_frames, ["2 frames would leave nothing to select", "at least 3"]),
         (elsewhere, ["far from every camera", "another world frame"]),
         (unreadable, ["frame_007.jpg", "not a readable image"]),
         (unreadable_pick, ["frame_", "not a readable image"]),

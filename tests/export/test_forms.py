@@ -125,7 +125,7 @@ def test_wishes_come_first_and_what_is_unwanted_never(capture, tmp_path, capsys)
     reasons = {entry["name"]: entry["reason"] for entry in record_of(tmp_path / "two")["left"]}
     assert reasons[f"frame_{picks[2]:03d}.jpg"] == "is never to be selected"
     for more, said in (
-        (["-k", 1, "--always", always], "k is 1, and 2 frames are to be selected always"),
+        (["-k", 1, "--always", always], "k is 1, and 2 are to be selected always"),
         (["-k", 4, "--always", always, "--never", always], "frame 'frame_002.jpg'"),
         (["-k", 4, "--always", always, "--method", "fvs"], "a method that scores them (fsel,"),
         (["-k", 20, "--never", never, "--targets", "every:8"], "being unwanted"),

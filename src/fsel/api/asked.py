@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fsel.capture import Capture
+from fsel.counted import counted
 from fsel.problem import Method
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
@@ -66,7 +67,8 @@ def checked_request(
     asked = number_of(k)
     if len(capture) < LEAST_FRAMES:
         raise ValueError(
-            f"{capture.source}: {len(capture)} frames leave nothing to select; at least "
+            f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; at "
+            f"least "
             f"{LEAST_FRAMES} are needed"
         )
     targets = targets_of(capture, request)

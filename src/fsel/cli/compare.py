@@ -16,6 +16,7 @@ from fsel.cli.console import Console
 from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
+from fsel.counted import counted
 from fsel.evaluation import Evaluator
 from fsel.export.compared import Cell, Compared, differences
 from fsel.export.records import FolderRecord
@@ -51,7 +52,10 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         judged, masks = outlines(asked, opened.capture, targets.frames, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         if masks is not None:
-            console.say("object", f"in {len(judged)} held-out frames, compared inside of it alone")
+            console.say(
+                "object",
+                f"in {counted(len(judged), 'held-out frame')}, compared inside of it alone",
+            )
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
             bar = console.bar("sharpness")

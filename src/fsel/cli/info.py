@@ -13,6 +13,7 @@ from fsel.capture import Capture
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import reasons
+from fsel.counted import counted
 from fsel.export.record import reason
 from fsel.geometry import lengths
 from fsel.layouts import bare, images
@@ -33,13 +34,15 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         capture = opened.with_points()
     result = described(opened, capture, sharpness)
     frames = result["frames"]
-    console.say("capture", f"{frames} frames, {opened.layout}, passes: {result['passes']}")
+    console.say(
+        "capture", f"{counted(frames, 'frame')}, {opened.layout}, passes: {result['passes']}"
+    )
     console.say("cameras", ", ".join(result["cameras"]))
     if opened.left_out:
         console.say("left out", reasons(opened.left_out))
     if result["unregistered"]:
         few = ", ".join(result["unregistered"][:5])
-        console.say("no pose", f"{len(result['unregistered'])} more images there: {few}")
+        console.say("no pose", f"{counted(len(result['unregistered']), 'more image')} there: {few}")
     console.say("points", str(result["points"]) if result["points"] else "none")
     console.say(
         "poses",

@@ -14,6 +14,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from fsel.cli.console import Console
+from fsel.counted import counted
 from fsel.held import pycolmap
 from fsel.layouts import bare, film, images, orientation, sfm
 from fsel.layouts.colmap_runs import MIN_PLACED, Work
@@ -60,7 +61,7 @@ def warn_of(skipped: dict[str, str], console: Console) -> None:
     if skipped:
         named = [f"{name} ({why})" for name, why in skipped.items()]
         more = f", and {len(named) - SHOWN} more" if len(named) > SHOWN else ""
-        console.warn(f"{len(named)} images skipped: {', '.join(named[:SHOWN])}{more}")
+        console.warn(f"{counted(len(named), 'image')} skipped: {', '.join(named[:SHOWN])}{more}")
 
 
 def needed(asked: argparse.Namespace) -> bool:
@@ -94,7 +95,9 @@ def found_poses(asked: argparse.Namespace, console: Console) -> Path:
     console.say("poses", f"COLMAP placed {len(report['placed'])} of {report['frames']} frames")
     if missing:
         more = f", and {len(missing) - SHOWN} more" if len(missing) > SHOWN else ""
-        console.warn(f"{len(missing)} frames not placed: {', '.join(missing[:SHOWN])}{more}")
+        console.warn(
+            f"{counted(len(missing), 'frame')} not placed: {', '.join(missing[:SHOWN])}{more}"
+        )
     return place
 
 
@@ -111,11 +114,13 @@ def _photos(asked: argparse.Namespace, console: Console) -> list[Path]:
         files = [file for file in files if not faults[file.name]]
     if other := sorted(file.name for file in source.iterdir() if file.suffix.lower() in UNREAD):
         few = ", ".join(other[:SHOWN])
-        console.warn(f"{len(other)} photos are not read until converted to JPEG or PNG: {few}")
+        console.warn(
+            f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: {few}"
+        )
     if len(files) < MIN_PLACED:
         raise ValueError(
-            f"{source}: {len(files)} photos ({', '.join(bare.ENDINGS)}) in it, in images or in "
-            f"input; at least {MIN_PLACED} are needed"
+            f"{source}: {counted(len(files), 'photo')} ({', '.join(bare.ENDINGS)}) in it, in "
+            f"images or in input; at least {MIN_PLACED} are needed"
         )
     if not asked.skip_unreadable:
         for file in files:

@@ -11,6 +11,7 @@ from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.cli.request import inputs_of
+from fsel.counted import counted
 from fsel.export.records import PlyRecord
 from fsel.export.staging import staged
 from fsel.request.targets import named_in
@@ -45,7 +46,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     steps = ""
     if hasattr(model, "steps"):
         content["steps"] = model.steps
-        steps = f" in {model.steps} steps"
+        steps = f" in {counted(model.steps, 'step')}"
     console.say(
         "written",
         f"{asked.out}: {model.primitives} Gaussians, fitted{steps} in {model.seconds:.1f} s",

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.capture import Capture
+from fsel.counted import counted
 from fsel.layouts.opening import Opened
 from fsel.request import silhouettes
 from fsel.request.focus import Focus, check_within, from_box, from_masks, scene_bounds
@@ -44,8 +45,8 @@ def outlines(
     kept = inside(shown) > 0
     if not kept.any():
         raise ValueError(
-            f"none of the {len(frames)} held-out frames shows the object ({focus.kind}): there is "
-            "nothing to compare. Hint: hold out other frames with --targets"
+            f"none of {counted(len(frames), 'held-out frame')} shows the object ({focus.kind}): "
+            "there is nothing to compare. Hint: hold out other frames with --targets"
         )
     return frames[kept], shown[kept]
 

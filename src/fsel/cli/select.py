@@ -15,6 +15,7 @@ from fsel.cli.console import Console
 from fsel.cli.refining import refining
 from fsel.cli.request import focus_of, inputs_of, reasons
 from fsel.cli.select_content import selection_content
+from fsel.counted import counted
 from fsel.export import record, subset
 from fsel.export.page import page
 from fsel.export.records import FolderRecord
@@ -78,12 +79,14 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
         console.say("k", record.reason(outcome.selection.budget))
     swapped = outcome.selection.swapped
     if swapped is not None:
-        console.say("refined", f"{swapped.gain:+.2f} dB in {swapped.tried} reconstructed subsets")
+        console.say(
+            "refined", f"{swapped.gain:+.2f} dB in {counted(swapped.tried, 'reconstructed subset')}"
+        )
     picked = len(outcome.selection.names)
     if instead := outcome.selection.exchanged:
         text = f"{len(instead)} of {picked} picks, exchanged for sharp frames beside them"
         console.say("blurred", text)
-    console.say("picked", f"{picked} frames by {method.name}, service {reached:.1%}")
+    console.say("picked", f"{counted(picked, 'frame')} by {method.name}, service {reached:.1%}")
 
 
 def _checked(
@@ -97,14 +100,14 @@ def _checked(
     width, height = opened.raw.cameras[0].width, opened.raw.cameras[0].height
     console.say("capture", f"{len(capture)} frames of {width}x{height}, {opened.layout}")
     if gone := opened.left_out:
-        console.warn(f"{len(gone)} frames are left out: {reasons(gone)}")
+        console.warn(f"{counted(len(gone), 'frame')} left out: {reasons(gone)}")
     subset.check_cameras(opened.raw)
     focus = focus_of(asked, opened)
     k = _budget(asked, opened)
     targets = api.checked_request(
         capture, k, asked.targets, method, focus, asked.always, asked.never
     )
-    what = f"{targets.kind}, by {len(targets.views)} views"
+    what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
         what += "" if focus else " and as many beside them"
         what += " (--targets says otherwise)"

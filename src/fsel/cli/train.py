@@ -16,6 +16,7 @@ from fsel import api
 from fsel.cli.console import Console
 from fsel.cli.optimising import checked
 from fsel.cli.posing import warn_of
+from fsel.counted import counted
 from fsel.export.staging import refuse_overlap
 from fsel.files import digest
 from fsel.layouts.opening import LONG_SIDE, open_capture
@@ -95,8 +96,9 @@ def _described(
     count = len(opened.capture)
     if count < labelling.frames_needed:
         raise ValueError(
-            f"{path}: {count} frames, at least {labelling.frames_needed} are needed: targets, as "
-            f"many proxies, and {labelling.k} to select. Hint: more frames, or lower --coverages"
+            f"{path}: {counted(count, 'frame')}, at least {labelling.frames_needed} are needed: "
+            f"targets, as many proxies, and {labelling.k} to select. Hint: more frames, or "
+            "lower --coverages"
         )
     sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     capture = opened.loaded(np.arange(count), console.bar("images"))
@@ -128,7 +130,7 @@ def _announce(
     share = max(0.0, 1 - journal.known / (len(found) * labelling.evaluations))
     console.say(
         "labels",
-        f"{len(found)} problems of up to {labelling.evaluations} reconstructions: about "
+        f"{counted(len(found), 'problem')} of up to {labelling.evaluations} reconstructions: about "
         f"{_in_words(seconds * share)}, less where subsets share work",
     )
     if journal.known:
@@ -154,8 +156,9 @@ def _train(
     with console.clock("training"):
         arrays, log = train(trajectories, [], **settings)
     made = (
-        f"{MADE_BY} of {len(trajectories)} searched subsets of {len(asked.capture)} captures, "
-        f"{asked.epochs} epochs, labels by {asked.reconstructor} at {asked.long_side} pixels"
+        f"{MADE_BY} of {counted(len(trajectories), 'searched subset')} of "
+        f"{counted(len(asked.capture), 'capture')}, {counted(asked.epochs, 'epoch')}, "
+        f"labels by {asked.reconstructor} at {asked.long_side} pixels"
     )
     save_scorer(Network(arrays), policy.name, made, asked.seed, key, asked.out)
     first, last = (log.iloc[at] for at in (0, -1))

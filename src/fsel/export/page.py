@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
+from fsel.counted import counted
 from fsel.export.drawings import SHOWN, service_chart, sharpness_chart, shown, top_view
 from fsel.export.record import Outcome, reason
 from fsel.export.scene import turning_view
@@ -41,11 +42,11 @@ def page(
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{len(picked)} frames of {name}</title>",
+        f"<title>{counted(len(picked), 'frame')} of {name}</title>",
         f"<style>{STYLE.read_text(encoding='utf-8')}</style></head><body>",
         f"<h1>{len(picked)} of {len(outcome.capture)} frames</h1>",
         f"<p>{name}. To be rendered: {escape(outcome.targets.kind)}, "
-        f"{len(outcome.targets.views)} views.</p>",
+        f"{counted(len(outcome.targets.views), 'view')}.</p>",
         *([] if budget is None else [f"<p>{escape(reason(budget))}.</p>"]),
         f"<figure>{turning_view(outcome, points)}<figcaption>Drag to turn, shift and drag to move, "
         "scroll or pinch to zoom; or use the arrow keys, + and -.</figcaption></figure>",
@@ -88,7 +89,7 @@ def _served(outcome: Outcome) -> str:
 
 def _legend(outcome: Outcome) -> str:
     far = int(outcome.targets.far.sum())
-    note = f" {far} targets too far away to be drawn." if far else ""
+    note = f" {counted(far, 'target')} too far away to be drawn." if far else ""
     if max(len(outcome.capture), len(outcome.targets.views)) > SHOWN:
         note += f" At most {SHOWN:,} of each are drawn."
     return (

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from fsel.counted import counted
 from fsel.features.sharpness import variance_of_laplacian
 from fsel.layouts import images
 from fsel.layouts.previews import Progress, in_silence
@@ -88,8 +89,8 @@ def thin(
         kept.append(_written(best, folder))
     if len(kept) < LEAST:
         raise ValueError(
-            f"{path}: gives {len(kept)} frames over {lasts:.1f} s; at least {LEAST} are needed. "
-            "Hint: --video-frames or --rate take more of it"
+            f"{path}: gives {counted(len(kept), 'frame')} over {lasts:.1f} s; at least {LEAST} are "
+            "needed. Hint: --video-frames or --rate take more of it"
         )
     return kept
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.bounds import MAX_ERROR
+from fsel.counted import counted
 from fsel.layouts import headers, images
 from fsel.layouts.base import RawCapture
 from fsel.layouts.checks import Agreement, measure
@@ -72,8 +73,8 @@ def _readable(raw: RawCapture, source: str) -> RawCapture:
     kept = [at for at, fault in enumerate(faults) if not fault]
     if not kept:
         raise ValueError(
-            f"{source}: none of {len(faults)} images can be read; the first: {raw.images[0]}: "
-            f"{faults[0]}"
+            f"{source}: none of {counted(len(faults), 'image')} can be read; the first: "
+            f"{raw.images[0]}: {faults[0]}"
         )
     gone = {name: fault for name, fault in zip(raw.names, faults, strict=True) if fault}
     return replace(raw.subset(kept), dropped=raw.dropped | gone)

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from fsel.capture import Capture
+from fsel.counted import counted
 from fsel.geometry import directions, line_equations
 from fsel.layouts import images
 from fsel.request.scene_depth import viewing_distance
@@ -129,7 +130,7 @@ def from_capture(capture: Capture, frames: np.ndarray) -> Focus:
         raise ValueError(f"{capture.source}: has no masks. Hint: give a box, or a folder of masks")
     stored = capture.masks
     masks = ((int(row), np.asarray(stored[row])) for row in frames)
-    hint = f"{len(frames)} frames were looked at"
+    hint = f"masks of {counted(len(frames), 'frame')} were looked at"
     return _seen_in(capture, masks, capture.source, hint)
 
 
@@ -164,10 +165,11 @@ def _seen_in(
         origins.append(capture.centers[row])
     if len(rays) < 2:
         raise ValueError(
-            f"{where}: {len(rays)} masks show the object, at least two are needed; {hint}"
+            f"{where}: the object is in {counted(len(rays), 'mask')}, at least two are needed; "
+            f"{hint}"
         )
     center = _closest_point(np.array(origins), directions(np.array(rays), np.zeros(3)))
-    return Focus(center, center[None], f"{len(rays)} masks in {where}")
+    return Focus(center, center[None], f"{counted(len(rays), 'mask')} in {where}")
 
 
 def _closest_point(origins: np.ndarray, bearings: np.ndarray) -> np.ndarray:

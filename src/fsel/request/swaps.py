@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from fsel.counted import counted
 from fsel.problem import Problem
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.request.judges import Judges
@@ -95,7 +96,7 @@ def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> S
         ValueError: for fewer than three picks.
     """
     if len(picks) < LEAST_PICKS:
-        raise ValueError(f"refine: {len(picks)} picks; allowed: {LEAST_PICKS} or more")
+        raise ValueError(f"refine: {counted(len(picks), 'pick')}; allowed: {LEAST_PICKS} or more")
     started = time.perf_counter()
     reconstructor = reconstructor_of(problem.capture, JUDGE)
     best = Swapped(picks, 0.0, 0)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fsel.capture import Capture, Views
+from fsel.counted import counted
 from fsel.geometry import pairwise_distances
 from fsel.layouts.base import read_text
 from fsel.request.camera_path import camera_path
@@ -93,7 +94,7 @@ class Targets:
         kept = np.flatnonzero(sees(self.views, corners).any(axis=1))
         if not len(kept):
             raise ValueError(
-                f"{_where(capture)}none of the {len(self.views)} target views ({self.kind}) "
+                f"{_where(capture)}none of {counted(len(self.views), 'target view')} ({self.kind}) "
                 "sees the object; is its position in the capture's world frame?"
             )
         blind = np.flatnonzero(~sees(capture.views, corners).any(axis=1))
@@ -124,7 +125,9 @@ def targets_of(capture: Capture, request: Request) -> Targets:
         return _of_word(capture, request)
     if isinstance(request, str | Path):
         return _of_file(capture, Path(request))
-    return _held_out(capture, np.sort(_numbers(capture, request)), f"{len(request)} given frames")
+    return _held_out(
+        capture, np.sort(_numbers(capture, request)), counted(len(request), "given frame")
+    )
 
 
 def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool = False) -> None:
@@ -148,7 +151,7 @@ def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool 
             f"selected{why}"
         )
     if len(targets.always) > k:
-        raise ValueError(f"k is {k}, and {len(targets.always)} frames are to be selected always")
+        raise ValueError(f"k is {k}, and {len(targets.always)} are to be selected always")
     if everything and k != most:
         raise ValueError(
             f"k is {k}, and this method takes every frame; allowed: {most}, the frames of "
@@ -187,7 +190,7 @@ def _of_file(capture: Capture, path: Path) -> Targets:
     if path.suffix not in LISTS:
         raise ValueError(f"{path}: is no file of targets; allowed: {', '.join(WORDS)}")
     frames = np.sort(named_in(path, capture))
-    return _held_out(capture, frames, f"the {len(frames)} frames in {path.name}, held out")
+    return _held_out(capture, frames, f"{counted(len(frames), 'frame')} of {path.name}, held out")
 
 
 def _wish(capture: Capture, wish: Wish) -> np.ndarray:
@@ -227,7 +230,7 @@ def _numbers(
     ]
     if unknown:
         raise ValueError(
-            f"{where}{len(unknown)} frames are not in the capture, the first "
+            f"{where}{counted(len(unknown), 'frame')} not in the capture, the first "
             f"{unknown[0]!r}; its names are like {capture.names[0]!r}"
         )
     return np.array(list(dict.fromkeys(rows[f] if isinstance(f, str) else int(f) for f in asked)))
