@@ -96,7 +96,8 @@ def test_ctrl_c_twice_gives_up(capture, listed, tmp_path, capsys, monkeypatch):
     ("asked", "said"),
     [
         (["--reconstructor", "nerf"], "reconstructor is 'nerf'; allowed: splats, gaussians"),
-        (["--steps", 5], "reconstructor 'splats': no setting 'steps'; allowed: partners"),
+        (["--steps", 5], "--steps is 5, and splats takes none; allowed with: gaussians"),
+        (["--reconstructor", "external"], "'external'; allowed: splats, gaussians, radiance_field"),
         (["--reconstructor", "radiance_field"], "'radiance_field' has no .ply to write; allowed"),
     ],
 )

@@ -94,7 +94,11 @@ def unknown_name(folder, tmp_path):
         (lambda *_: ["--appearance", "dinov2"], ["fsel does not compare frames by appearance"]),
         (
             lambda *_: ["--method", "dpp", "--appearance", "dinov2", "--appearance-weights", "no"],
-            ["'no', not a file", "https://huggingface.co/timm/"],
+            [
+                "--appearance-weights is 'no', not a file",
+                "or set --appearance to",
+                "https://huggingface.co/timm/",
+            ],
         ),
         (
             lambda *_: ["--method", "dpp", "--appearance", "vgg"],

@@ -92,6 +92,15 @@ def test_files_and_parts_of_captures_are_called_what_they_are(capture, tmp_path,
         assert f"{named}: {said}" in capsys.readouterr().err
 
 
+def test_a_model_is_written_as_a_ply(capture, tmp_path, capsys):
+    (tmp_path / "a.txt").write_text("frame_001.jpg\nframe_002.jpg\n")
+    for name in ("garden.txt", "garden"):
+        asked = ["--frames", tmp_path / "a.txt", "-o", tmp_path / name]
+        assert run("reconstruct", capture, *asked) == 1
+        assert f"{name}: a model is written as .ply. Hint: -o NAME.ply" in capsys.readouterr().err
+        assert not (tmp_path / name).exists()
+
+
 def test_frames_that_are_always_picked_need_a_number(capture, tmp_path, capsys):
     (tmp_path / "a.txt").write_text("frame_001.jpg\n")
     asked = ["--always", tmp_path / "a.txt", "-o", tmp_path / "o"]

@@ -322,6 +322,15 @@ def test_masks_that_show_nothing_are_refused(circle, tmp_path):
     cv2.imwrite(str(tmp_path / "m" / "frame_0001.png"), np.zeros((48, 64), np.uint8))
     with pytest.raises(ValueError, match="the object is in 0 masks"):
         focus.from_masks(circle, tmp_path / "m")
+    photo = np.zeros((48, 64, 3), np.uint8)
+    photo[:, :, 2] = np.arange(64) * 4
+    cv2.imwrite(str(tmp_path / "m" / "frame_0002.png"), photo)
+    with pytest.raises(ValueError, match=r"frame_0002\.png: is in colour and no mask"):
+        focus.from_masks(circle, tmp_path / "m")
+    photo[:, :, 2] = 32
+    cv2.imwrite(str(tmp_path / "m" / "frame_0002.png"), photo)  # a tint, as of JPEG
+    with pytest.raises(ValueError, match="the object is in 0 masks"):
+        focus.from_masks(circle, tmp_path / "m")
 
 
 def test_a_box_has_a_centre_and_corners():

@@ -17,6 +17,8 @@ from fsel.reconstruct import RECONSTRUCTORS, Model, Reconstructor, check_needs
 
 KEPT = "interrupted: the model so far is written; again to give up"
 WRITE_PLY = ("splats", "gaussians")  # whose models are Gaussians
+STEPPED = ("gaussians",)  # that take --steps
+CONFIGURED = ("external",)  # that nothing but a configuration can describe
 
 
 def checked(asked: argparse.Namespace) -> dict[str, int]:
@@ -25,6 +27,14 @@ def checked(asked: argparse.Namespace) -> dict[str, int]:
     Raises:
         ValueError: for a reconstructor that is unknown, cannot work here, or takes no `--steps`.
     """
+    offered = [name for name in RECONSTRUCTORS if name not in CONFIGURED]
+    if asked.reconstructor not in offered:
+        raise ValueError(f"reconstructor is {asked.reconstructor!r}; allowed: {', '.join(offered)}")
+    if asked.steps is not None and asked.reconstructor not in STEPPED:
+        raise ValueError(
+            f"--steps is {asked.steps}, and {asked.reconstructor} takes none; allowed with: "
+            f"{', '.join(STEPPED)}"
+        )
     settings = {} if asked.steps is None else {"steps": asked.steps}
     check_needs({"name": asked.reconstructor, "settings": settings})
     return settings

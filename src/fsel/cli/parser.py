@@ -181,9 +181,7 @@ def _add_reconstructor(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--reconstructor", default="splats", help="splats (by default), gaussians, ..."
     )
-    command.add_argument(
-        "--steps", type=whole(1), help="of a reconstructor that optimises, as gaussians"
-    )
+    command.add_argument("--steps", type=whole(1), help="of gaussians, which are optimised")
 
 
 def _add_size(command: argparse.ArgumentParser, default: int = 96) -> None:

@@ -16,6 +16,8 @@ from fsel.export.records import PlyRecord
 from fsel.export.staging import staged
 from fsel.request.targets import named_in
 
+ENDING = ".ply"
+
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
@@ -25,6 +27,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             f"reconstructor {asked.reconstructor!r} has no .ply to write; allowed: "
             f"{', '.join(WRITE_PLY)}"
         )
+    if asked.out.suffix.lower() != ENDING:
+        raise ValueError(f"{asked.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
     with staged(asked.out, "reconstruct", PlyRecord(), inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, asked.long_side)
         frames = named_in(asked.frames, opened.capture)

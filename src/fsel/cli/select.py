@@ -207,7 +207,11 @@ def _check_appearance(asked: argparse.Namespace, method: Method) -> None:
             f"--appearance is {asked.appearance}, and {method.name} does not compare frames by "
             "appearance. Hint: leave it out, or --method kmedoids"
         )
-    check_appearance(asked.appearance, asked.appearance_weights)
+    try:
+        check_appearance(asked.appearance, asked.appearance_weights)
+    except (ValueError, OSError, ImportError) as error:  # in the words of a configuration
+        said = str(error).replace("appearance.kind", "--appearance")
+        raise type(error)(said.replace("appearance.weights", "--appearance-weights")) from error
 
 
 def _described(

@@ -17,6 +17,8 @@ from fsel.layouts import images
 from fsel.request.scene_depth import viewing_distance
 
 WHITE = 128  # least value of a mask's pixels that count
+TINT = 32  # difference of a pixel's channels from which it is in colour: JPEG tints grey by less
+COLOURED = 0.01  # share of such pixels from which an image is no mask
 ROUNDS = 20  # of reweighting; an L1 fit, so that one wrong mask does not move the object
 
 
@@ -141,8 +143,17 @@ def mask_file(folder: Path, name: str) -> Path | None:
 
 
 def load_white(file: Path) -> np.ndarray:
-    """(h, w) bool, the white pixels of a mask."""
-    return images.load(file, cv2.IMREAD_GRAYSCALE) >= WHITE
+    """(h, w) bool, the white pixels of a mask.
+
+    Raises:
+        ValueError: for an image in colour, or an unreadable one, named.
+    """
+    image = np.ascontiguousarray(images.load(file))
+    channels = cv2.split(image)
+    spread = np.maximum.reduce(channels) - np.minimum.reduce(channels)
+    if (spread > TINT).mean() > COLOURED:
+        raise ValueError(f"{file}: is in colour and no mask; allowed: white on black")
+    return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) >= WHITE
 
 
 def _seen_in(
