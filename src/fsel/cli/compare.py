@@ -52,10 +52,8 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         judged, masks = outlines(asked, opened.capture, targets.frames, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         if masks is not None:
-            console.say(
-                "object",
-                f"in {counted(len(judged), 'held-out frame')}, compared inside of it alone",
-            )
+            shown = counted(len(judged), "held-out frame")
+            console.say("object", f"in {shown}, compared inside of it alone")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
             bar = console.bar("sharpness")

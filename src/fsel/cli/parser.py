@@ -104,7 +104,7 @@ def _add_compare(commands) -> None:
     add_object(command, "frames that see the object, compared inside of their masks")
     _add_reconstructor(command)
     _add_metrics(command)
-    _add_size(command)
+    _add_size(command, default=192)
     add_output(command, "folder to write")
 
 
