@@ -70,7 +70,7 @@ def run(case, original, work):
     found = {}
     for name, line in lines.items():
         found[name] = outcome(lambda line=line: command(line))
-        _remove(work / "out")
+        _remove(work / "out", work / "out.ply")
     if case.kind not in originals.BESIDE:
         found["read_capture"] = outcome(lambda: read_capture(work / "capture"))
     # what is beside a capture is read by each command for another purpose
@@ -87,7 +87,7 @@ def warm_up(kinds, original, work):
         shutil.copytree(original / kind, work)
         for line in originals.commands(kind, work).values():
             command(line)
-            _remove(work / "out")
+            _remove(work / "out", work / "out.ply")
 
 
 def _of_line(case, work):
@@ -112,11 +112,12 @@ def _files(place):
     return sorted(path for path in found if path.is_file() and not path.is_symlink())
 
 
-def _remove(path):
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)
+def _remove(*paths):
+    for path in paths:
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
 
 
 def _digest(folder):

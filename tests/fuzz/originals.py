@@ -71,7 +71,7 @@ def _write_beside(folder):
 
 
 def commands(kind, folder, rng=None):
-    """Name -> words of each command to try, of inputs in `folder`; they write to `folder/out`.
+    """Name -> words of each command to try, of inputs in `folder`; they write to `out` or `out.ply` there.
 
     Of those that reconstruct, one drawn; all without `rng`.
     """
@@ -80,7 +80,7 @@ def commands(kind, folder, rng=None):
     select = ["select", capture, "-k", "3", "--quiet", *out]
     every = {
         "compare": ["compare", capture, "-k", "3", "--methods", "uniform", *SIZE, *out],
-        "reconstruct": ["reconstruct", capture, "--frames", names, *SIZE, *out],
+        "reconstruct": ["reconstruct", capture, "--frames", names, *SIZE, "-o", f"{out[1]}.ply"],
         "render": ["render", model, "--capture", capture, "--targets", "every:8", *SIZE, *out],
     }
     if kind == "path":

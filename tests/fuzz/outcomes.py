@@ -14,7 +14,7 @@ MEMORY = 2_000_000  # kilobytes that the process may have taken
 # of commands alone, whose business goes beyond reading
 OWN = (
     "no counterpart in transforms.json", "leave nothing to select", "allowed: 1 to",
-    "frames are targets; at least two must remain", "are not in the capture, the first",
+    "frames are targets; at least two must remain", "not in the capture, the first",
     "bytes cannot be decoded",  # of an image that the others do not look at
 )  # fmt: skip
 

@@ -213,10 +213,10 @@ def test_every_command_refuses_alike(case, tmp_path, capsys):
         "select": ["-k", "3", "-o", "out"],
         "info": [],
         "compare": ["-k", "3", "-o", "out", "--long-side", "128"],
-        "reconstruct": ["--frames", names, "-o", "out", "--long-side", "128"],
+        "reconstruct": ["--frames", names, "-o", "out.ply", "--long-side", "128"],
     }
     for name, more in commands.items():
-        asked = [str(tmp_path / word if word == "out" else word) for word in more]
+        asked = [str(tmp_path / word if word in ("out", "out.ply") else word) for word in more]
         assert main([name, str(folder), *asked]) == 1
         assert capsys.readouterr().err == f"fsel: {refused.value}\n"
     assert {path.name for path in tmp_path.iterdir()} == {"capture", "names.txt"}

@@ -84,7 +84,9 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
         )
     picked = len(outcome.selection.names)
     if instead := outcome.selection.exchanged:
-        text = f"{len(instead)} of {picked} picks, exchanged for sharp frames beside them"
+        text = (
+            f"{len(instead)} of {counted(picked, 'pick')}, exchanged for sharp frames beside them"
+        )
         console.say("blurred", text)
     console.say("picked", f"{counted(picked, 'frame')} by {method.name}, service {reached:.1%}")
 

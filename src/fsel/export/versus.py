@@ -8,6 +8,7 @@ from importlib.resources import files
 
 import numpy as np
 
+from fsel.counted import counted
 from fsel.export.compared import Cell, Compared, differences
 
 ROOM = files("fsel.export")
@@ -30,7 +31,7 @@ def comparison(compared: Compared) -> str:
         f"<title>Selections of {escape(compared.source)}</title>",
         f"<style>{style}</style></head><body>",
         f"<h1>{escape(', '.join(compared.methods))}</h1>",
-        f"<p>{escape(compared.source)}, {len(compared.names)} held-out frames. "
+        f"<p>{escape(compared.source)}, {counted(len(compared.names), 'held-out frame')}. "
         f"{escape(compared.how)}</p>",
         *(f"<p class='verdict'>{sentence}</p>" for sentence in said),
         *_table(compared),
