@@ -71,9 +71,9 @@ def _write_beside(folder):
 
 
 def commands(kind, folder, rng=None):
-    """Name -> words of each command to try, of inputs in `folder`; they write to `out` or `out.ply` there.
+    """Name -> words of each command to try, of inputs in `folder`.
 
-    Of those that reconstruct, one drawn; all without `rng`.
+    They write to `out` or `out.ply` there. Of those that reconstruct, one drawn; all without `rng`.
     """
     capture, out = str(folder / "capture"), ["-o", str(folder / "out")]
     names, model = str(folder / "names.txt"), str(folder / "model.ply")
