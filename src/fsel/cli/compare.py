@@ -60,30 +60,33 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
             picks = _picks(asked, capture, targets, methods, sharpness_of, focus)
         scores, evaluator = _scores(asked, capture, (judged, masks), picks, metrics, console)
-        rows = _rows(capture, picks, scores, metrics)
         unsharp = blurred(capture, judged, sharpness_of)
         compared = _compared(asked, capture, (judged, unsharp), picks, scores, evaluator)
-        gaps = differences(compared)
-        table = _table(rows, metrics) + "".join(f"{gap['verdict']}\n" for gap in gaps)
-        (stage / "compare.txt").write_text(table, encoding="utf-8")
         (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
-        content = {
-            "capture": str(asked.capture.resolve()),
-            "targets": [capture.names[i] for i in judged],
-            "blurred": [capture.names[i] for i in judged[unsharp]],
-            "reconstructor": asked.reconstructor,
-            "long_side": asked.long_side,
-            "seed": asked.seed,
-            "rows": rows,
-            "differences": gaps,
-        }
+        content = _content(asked, compared, _rows(capture, picks, scores, metrics))
         (stage / "compare.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
+        table = _table(content, metrics)
+        (stage / "compare.txt").write_text(table, encoding="utf-8")
         (stage / "renders").mkdir()
         for name, sheet in _sheets(asked, capture, judged, picks, evaluator):
             cv2.imwrite(str(stage / "renders" / name), sheet[..., ::-1])
     console.text(table)
     console.say("written", f"{asked.out}: compare.html, compare.json, compare.txt, renders")
     console.give(content)
+
+
+def _content(asked: argparse.Namespace, compared: Compared, rows: list[dict]) -> dict:
+    """What compare.json says."""
+    return {
+        "capture": str(asked.capture.resolve()),
+        "targets": list(compared.names),
+        "blurred": [compared.names[i] for i in np.flatnonzero(compared.blurred)],
+        "reconstructor": asked.reconstructor,
+        "long_side": asked.long_side,
+        "seed": asked.seed,
+        "rows": rows,
+        "differences": differences(compared),
+    }
 
 
 def _checked(
@@ -234,13 +237,14 @@ class _Keeping:
         return self.models[key]
 
 
-def _table(rows: Sequence[dict], metrics: Metrics) -> str:
-    """The metrics, one row a method and k."""
+def _table(content: dict, metrics: Metrics) -> str:
+    """The metrics, one row a method and k, and what the differences say."""
+    rows = content["rows"]
     wide = max(len(row["method"]) for row in rows)
     lines = [f"{'k':>4}  {'method':{wide}}  {heading(metrics)}"]
     for row in rows:
         lines.append(f"{row['k']:4d}  {row['method']:{wide}}  {columns(row, metrics)}")
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, *(gap["verdict"] for gap in content["differences"]), ""])
 
 
 def _sheets(

@@ -37,7 +37,7 @@ def page(
         pictures: JPEG files of the picks, in pick order; none where no image was opened.
         points: sparse points of the scene, where there are any.
     """
-    name, curve = escape(outcome.capture.source), outcome.service.curve
+    name = escape(outcome.capture.source)
     budget = outcome.selection.budget
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
@@ -48,14 +48,7 @@ def page(
         f"<p>{name}. To be rendered: {escape(outcome.targets.kind)}, "
         f"{counted(len(outcome.targets.views), 'view')}.</p>",
         *([] if budget is None else [f"<p>{escape(reason(budget))}.</p>"]),
-        f"<figure>{turning_view(outcome, points)}<figcaption>Drag to turn, shift and drag to move, "
-        "scroll or pinch to zoom; or use the arrow keys, + and -.</figcaption></figure>",
-        '<div class="row">',
-        f"<figure>{top_view(outcome)}<figcaption>{_legend(outcome)}</figcaption></figure>",
-        f"<figure>{service_chart(curve)}"
-        f"<figcaption>{_served(outcome)}: {curve[-1]:.1%}; all frames together give "
-        "100%.</figcaption></figure></div>",
-        *_timeline(outcome),
+        *_figures(outcome, points),
         "<h2>Picks, in order</h2>",
         '<ol class="sheet">',
         *_cards(picked, pictures),
@@ -67,6 +60,21 @@ def page(
         "</tbody></table></body></html>",
     ]
     return "\n".join(parts)
+
+
+def _figures(outcome: Outcome, points: SparsePoints | None) -> list[str]:
+    """Cameras in space and from above, the service, the sharpness."""
+    curve = outcome.service.curve
+    return [
+        f"<figure>{turning_view(outcome, points)}<figcaption>Drag to turn, shift and drag to move, "
+        "scroll or pinch to zoom; or use the arrow keys, + and -.</figcaption></figure>",
+        '<div class="row">',
+        f"<figure>{top_view(outcome)}<figcaption>{_legend(outcome)}</figcaption></figure>",
+        f"<figure>{service_chart(curve)}"
+        f"<figcaption>{_served(outcome)}: {curve[-1]:.1%}; all frames together give "
+        "100%.</figcaption></figure></div>",
+        *_timeline(outcome),
+    ]
 
 
 def _timeline(outcome: Outcome) -> list[str]:
