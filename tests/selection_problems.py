@@ -26,6 +26,13 @@ def capture_of(centers, rotations, sequences=None, size=(8, 6), seed=0):
     )
 
 
+def around(poses, **more):
+    """A capture with the given world-to-camera poses."""
+    rotations = poses[:, :, :3]
+    centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
+    return capture_of(centers, rotations, size=(64, 48), **more)
+
+
 def random_capture(n, seed=0):
     """Cameras in a cloud, turned at random."""
     rng = np.random.default_rng(seed)
