@@ -209,11 +209,8 @@ def _check_appearance(asked: argparse.Namespace, method: Method) -> None:
             f"--appearance is {asked.appearance}, and {method.name} does not compare frames by "
             "appearance. Hint: leave it out, or --method kmedoids"
         )
-    try:
-        check_appearance(asked.appearance, asked.appearance_weights)
-    except (ValueError, OSError, ImportError) as error:  # in the words of a configuration
-        said = str(error).replace("appearance.kind", "--appearance")
-        raise type(error)(said.replace("appearance.weights", "--appearance-weights")) from error
+    options = ("--appearance", "--appearance-weights")
+    check_appearance(asked.appearance, asked.appearance_weights, options)
 
 
 def _described(

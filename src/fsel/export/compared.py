@@ -118,6 +118,6 @@ def verdict(k: int, first: str, other: str, gap: Interval, sharp: Interval | Non
 
 
 def _chance(gap: Interval, which: str) -> str:
-    where = "beyond" if gap.low > 0 or gap.high < 0 else "within"
+    where = "beyond" if gap.excludes_zero else "within"
     ends = f"{gap.low:+.2f} to {gap.high:+.2f} dB"
     return f"{where} chance (95 % interval over {gap.n} {which}: {ends})"

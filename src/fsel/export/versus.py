@@ -74,7 +74,7 @@ def _gap(compared: Compared, k: int, other: str) -> str:
     if np.isnan(found.low):
         return f"{found.mean:+.2f} dB"
     text = f"{found.mean:+.2f} dB <small>({found.low:+.2f} to {found.high:+.2f})</small>"
-    return f"<b>{text}</b>" if found.low > 0 or found.high < 0 else text
+    return f"<b>{text}</b>" if found.excludes_zero else text
 
 
 def _budgets(compared: Compared) -> list[str]:

@@ -12,6 +12,7 @@ import numpy as np
 GRID = 4
 BINS = 8
 LAB_HOG = "lab_hog"
+CONFIGURED = ("appearance.kind", "appearance.weights")  # as a configuration names them
 DINOV2 = "vit_small_patch14_dinov2.lvd142m"
 DINOV2_SIDE = 224
 DINOV2_PAGE = "https://huggingface.co/timm/vit_small_patch14_dinov2.lvd142m"
@@ -44,33 +45,36 @@ def descriptors(images: np.ndarray, kind: str, weights: str | None = None) -> np
     return (raw / np.where(length > 0, length, 1)).astype(np.float32)
 
 
-def check(kind: str, weights: str | None = None) -> None:
+def check(kind: str, weights: str | None = None, named: tuple[str, str] = CONFIGURED) -> None:
     """Refuse what `descriptors` could not make, before images are read.
+
+    Args:
+        kind, weights: see `descriptors`.
+        named: what a person calls the two: keys of a configuration, or options.
 
     Raises:
         ValueError: for an unknown kind, or weights given to a kind that has none.
         FileNotFoundError: when the weights are not where they should be.
         ImportError: without the packages of `dinov2`.
     """
+    kind_named, weights_named = named
     if kind not in KINDS:
-        raise ValueError(f"appearance.kind is {kind!r}; allowed: {', '.join(sorted(KINDS))}")
+        raise ValueError(f"{kind_named} is {kind!r}; allowed: {', '.join(sorted(KINDS))}")
     if kind != "dinov2":
         if weights is not None:
-            raise ValueError(
-                f"appearance.weights is set, but {kind} has none; did you mean dinov2?"
-            )
+            raise ValueError(f"{weights_named} is set, but {kind} has none; did you mean dinov2?")
         return
     if weights is None or not Path(weights).is_file():
         raise FileNotFoundError(
-            f"appearance.weights is {weights!r}, not a file; dinov2 needs the checkpoint of "
-            f"{DINOV2} on disk, from {DINOV2_PAGE}. Hint: give its path, or set appearance.kind to "
+            f"{weights_named} is {weights!r}, not a file; dinov2 needs the checkpoint of "
+            f"{DINOV2} on disk, from {DINOV2_PAGE}. Hint: give its path, or set {kind_named} to "
             "lab_hog"
         )
     for package, extra in (("timm", "weights"), ("torch", "workflow")):
         if not _installed(package):
             raise ImportError(
-                f"appearance.kind dinov2 needs the package {package}: pip install 'fsel[{extra}]', "
-                "or set appearance.kind to lab_hog"
+                f"{kind_named} dinov2 needs the package {package}: pip install 'fsel[{extra}]', "
+                f"or set {kind_named} to lab_hog"
             )
 
 

@@ -35,6 +35,11 @@ class Interval(NamedTuple):
     p: float
     n: int
 
+    @property
+    def excludes_zero(self) -> bool:
+        """Whether zero lies outside of the bounds; never where there are none."""
+        return self.low > 0 or self.high < 0
+
 
 def of_places(values: np.ndarray) -> Interval:
     """Student's t interval of a mean.
