@@ -113,11 +113,12 @@ class Evaluator:
         if not isinstance(reconstructor, FitsMany) or reconstructor.together == 1:
             return
         asked = {subset_key(subset) for subset in subsets} - self._known.keys()
-        new = [np.array(key) for key in sorted(asked)]
+        new = sorted(asked)
         logger.info("%d subsets, %d at once", len(new), reconstructor.together)
         try:
-            for subset, model in zip(new, reconstructor.fit_many(new), strict=True):
-                self._known[subset_key(subset)] = self._scored(model)
+            models = reconstructor.fit_many([np.array(key) for key in new])
+            for key, model in zip(new, models, strict=True):
+                self._known[key] = self._scored(model)
         except Unfinished as end:
             logger.warning("%d subsets together: %s: %s", len(new), end.outcome, end)
 

@@ -67,29 +67,25 @@ def checked_request(
     asked = number_of(k)
     if len(capture) < LEAST_FRAMES:
         raise ValueError(
-            f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; at "
-            f"least "
-            f"{LEAST_FRAMES} are needed"
+            f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; "
+            f"at least {LEAST_FRAMES} are needed"
         )
     targets = targets_of(capture, request)
     if focus is not None:
         targets = targets.seeing(focus.corners, capture)
     targets = targets.wished(capture, always, never)
     if len(targets.always) and (isinstance(asked, Auto) or not isinstance(method, Learned)):
+        number = AUTO if isinstance(asked, Auto) else asked
         raise ValueError(
             "frames that are always to be selected go with a number of frames, and with a method "
-            f"that scores them ({', '.join(pretrained.FILES)}); k is {_in_words(asked)}, and the "
-            f"method {method.name}"
+            f"that scores them ({', '.join(pretrained.FILES)}); k is {number}, and the method "
+            f"{method.name}"
         )
     if isinstance(asked, Auto):
         _check_auto(asked, method, capture)
         return targets
     check_count(asked, targets, capture, everything=method.name == ALL_FRAMES)
     return targets
-
-
-def _in_words(k: int | Auto) -> str:
-    return AUTO if isinstance(k, Auto) else str(k)
 
 
 def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
