@@ -40,7 +40,7 @@ class Rates:
     def __init__(self, degree: int, steps: int, dtype=np.float32) -> None:
         self.steps = steps
         self.pace = max(1.0, math.sqrt(PUBLISHED_STEPS / max(steps, 1)))
-        self._others = np.empty(width_of(degree), dtype)
+        self._others = np.ones(width_of(degree), dtype)
         self._others[SCALE], self._others[TURN] = RATES["scale"], RATES["turn"]
         self._others[COLOR : COLOR + 3] = RATES["color"]
         self._others[COLOR + 3 :] = RATES["harmonics"]

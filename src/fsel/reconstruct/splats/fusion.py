@@ -15,7 +15,9 @@ import numpy as np
 
 F, INT = np.float32, np.int32
 U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
-_jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
+# what is cut or compared must not come from an estimated quotient or another order of sums
+_exact = {"nnan", "ninf", "nsz"}
+_jit = numba.njit(cache=True, fastmath=_exact, nogil=True, error_model="numpy")
 
 OWN = F(0.2)  # what a pixel's own matching confidence is worth beside a neighbour's agreement
 DOUBT = F(0.35)  # opacity is one half where the support equals this and no neighbour disagrees

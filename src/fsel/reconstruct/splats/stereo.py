@@ -13,7 +13,9 @@ import numpy as np
 
 F, S, INT = np.float32, np.int16, np.int32
 U = np.uint64
-_jit = numba.njit(cache=True, fastmath=True, nogil=True, error_model="numpy")
+# what is cut or compared must not come from an estimated quotient or another order of sums
+_exact = {"nnan", "ninf", "nsz"}
+_jit = numba.njit(cache=True, fastmath=_exact, nogil=True, error_model="numpy")
 
 LARGEST_PENALTY = 7600  # four paths of a cost, at most 510, and a penalty stay within int16
 OUTSIDE = F(150)  # cost, of 255, where the source frame does not see the point
@@ -212,11 +214,11 @@ def _jumps(grey, small, large):
     for y in range(height):
         for x in range(1, width):
             edge = abs(grey[y, x] - grey[y, x - 1])
-            jumps[0, y, x] = S(INT(max(least, large / (F(1) + F(0.1) * edge))))
+            jumps[0, y, x] = S(INT(np.rint(max(least, large / (F(1) + F(0.1) * edge)))))
     for y in range(1, height):
         for x in range(width):
             edge = abs(grey[y, x] - grey[y - 1, x])
-            jumps[1, y, x] = S(INT(max(least, large / (F(1) + F(0.1) * edge))))
+            jumps[1, y, x] = S(INT(np.rint(max(least, large / (F(1) + F(0.1) * edge)))))
     return jumps
 
 
