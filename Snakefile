@@ -32,7 +32,6 @@ include: "workflow/rules/checksums.smk"
 include: "workflow/rules/cases.smk"
 include: "workflow/rules/judging.smk"
 include: "workflow/rules/picturing.smk"
-include: "workflow/rules/asking.smk"
 include: "workflow/rules/needs.smk"
 # the experiment, stage by stage: captures, labels, selectors, the budget sweep
 include: "workflow/rules/downloads.smk"
@@ -57,8 +56,6 @@ include: "workflow/rules/judged_paper.smk"
 include: "workflow/rules/transfer.smk"
 include: "workflow/rules/label_judge.smk"
 include: "workflow/rules/untold.smk"
-include: "workflow/rules/learning.smk"
-include: "workflow/rules/learning_judge.smk"
 
 
 # one handler for all: of several, only the last would run

@@ -7,7 +7,6 @@ import pytest
 import yaml
 from dry_runs import ROOT, changed, dry_run, planned, refusal
 
-from fsel.experiments.learning.cases import LEARNERS
 from fsel.layouts import LAYOUTS
 
 
@@ -29,10 +28,10 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
-ASIDE = ("fisher_damping", "economy", "budget", "learning", "inputs", "judges_rank")
+ASIDE = ("fisher_damping", "economy", "budget")
 
 
-def test_speed_lambda_and_learning_are_made_when_asked_for(tmp_path):
+def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
     results = "results/smoke"
     targets = [f"{results}/figures/speed_error.pdf"]
     targets += [f"{results}/tables/{name}.tex" for name in ASIDE]
@@ -48,12 +47,6 @@ def test_speed_lambda_and_learning_are_made_when_asked_for(tmp_path):
     )
     assert asked["select_budgets"] == asked["evaluate_budgets"] == 2
     assert asked["select_damping"] == asked["evaluate_damping"] == 2
-    # one train scene; a validation scene for both tables, two evaluation scenes for one of them
-    assert asked["label_requests"] == asked["learn_inputs"] == asked["select_inputs"] == 1
-    assert asked["learn"] == len(LEARNERS)
-    assert asked["select_learned"] == 3
-    assert asked["evaluate_learned"] == 3 + 1
-    assert asked["judge_requests"] == asked["evaluate_inputs_again"] == 1
     usual = planned(dry_run(tmp_path, changed(tmp_path)))
     assert usual["ksweep"] == 1
     assert not {
@@ -64,9 +57,6 @@ def test_speed_lambda_and_learning_are_made_when_asked_for(tmp_path):
         "fisher_damping",
         "budget",
         "fit_budget",
-        "label_requests",
-        "learn",
-        "judge_requests",
     } & set(usual)
 
 
@@ -116,47 +106,6 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert asked["generate_large"] == asked["select_estimated"] == asked["evaluate_estimated"] == 2
     assert asked["select_noise"] == asked["evaluate_noise"] == 2
     assert not PAPER & set(planned(dry_run(tmp_path, changed(tmp_path))))
-
-
-def test_large_labels_are_of_all_scenes_that_they_ask_for():
-    large, whole = (
-        yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text())
-        for name in ("labels_large", "config")
-    )
-    usual = {name for name, entry in whole["datasets"].items() if "train" in entry["scenes"]}
-    assert set(large["datasets"]) == usual | {f"{name}_varied" for name in usual}
-    for name, entry in large["datasets"].items():
-        assert entry["scenes"]["train"] >= large["learning"]["scenes"]
-        assert entry["scenes"].keys() == {"train"}  # no table has a column of a varied dataset
-        assert name in usual or entry["embedded"] == {"family": name}
-
-
-def test_requests_that_captures_are_too_small_for_are_refused(tmp_path):
-    config = changed(tmp_path, learning={"scenes": 1, "budgets": [40]})
-    result = dry_run(tmp_path, config, "learning_labels")
-    assert result.returncode != 0
-    said = result.stdout + result.stderr
-    assert "embedded.frames is 60, requests of 40 frames need 68" in said
-    assert "Hint: raise embedded.frames, or lower learning.budgets" in said
-
-
-@pytest.mark.parametrize(
-    ("judge", "parts"),
-    [
-        ({"budgets": [7]}, ["learning.judge.budgets has [7]", "budgets [5, 10]"]),
-        (
-            {"budgets": [5], "reconstruction": {"name": "splats", "long_side": 32}},
-            ["learning.judge.reconstruction has two named 'splats'", "`as` gives one of them"],
-        ),
-    ],
-)
-def test_a_second_judge_has_picks_and_a_name_of_its_own(tmp_path, judge, parts):
-    learning = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())["learning"]
-    config = changed(tmp_path, learning=learning | {"judge": judge})
-    result = dry_run(tmp_path, config, "results/smoke/tables/inputs.tex")
-    assert result.returncode != 0
-    for part in parts:
-        assert part in result.stdout + result.stderr
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Embedded captures: places filmed in the manner of eight datasets, and variants of six."""
+"""Embedded captures: places filmed in the manner of eight datasets."""
 
 from fsel.synthesis.families import FAMILY
 from fsel.synthesis.record import record

@@ -12,7 +12,6 @@ from fsel.synthesis.rooms import living_room, pedestal, room, shell
 from fsel.synthesis.setting import Setting
 from fsel.synthesis.shot import Habits, Shot, plan
 from fsel.synthesis.solids import Scene
-from fsel.synthesis.variation import varied
 
 TABLE = 0.72  # metres from the ground to where a single object stands
 
@@ -171,21 +170,15 @@ def _co3d(rng, frames: int) -> Shot:
     return plan(rng, [path], frames, _pinhole(rng.uniform(0.85, 1.0)), habits)
 
 
-USUAL: dict[str, Setting] = {
+FAMILY: dict[str, Setting] = {
     "dl3dv": Setting(_dl3dv_scene, _dl3dv, 0.35, 0.7),
     "tanks_and_temples": Setting(_tanks_scene, _tanks, 0.5, 1.0),
     "mipnerf360": Setting(_mipnerf_scene, _mipnerf, 0.35, 0.6),
     "scannet_iphone": Setting(lambda rng: room(rng, 6.5, 5.6, 3), _iphone, 0.3, 0.6),
-    # a fisheye's corners must stay well below 90 degrees
-    "scannetpp": Setting(lambda rng: room(rng, 7.0, 6.0, 4), _scannetpp, 0.3, 0.6, shortest=0.95),
+    "scannetpp": Setting(lambda rng: room(rng, 7.0, 6.0, 4), _scannetpp, 0.3, 0.6),
     "seven_scenes": Setting(lambda rng: room(rng, 5.0, 4.4, 1), _seven, 0.22, 0.5),
     "scannet": Setting(lambda rng: living_room(rng, 6.4, 6.2), _scannet, 0.3, 0.6, 0.25),
     "co3d": Setting(_co3d_scene, _co3d, 0.25, 0.4, 0.95),
 }
 """Families that film as their dataset does: rooms from within the ring between table and walls,
 outdoor scenes from a walk."""
-
-FAMILY: dict[str, Setting] = USUAL | {
-    f"{name}_varied": varied(setting) for name, setting in USUAL.items() if not setting.seeing
-}
-"""Every family, and of those that are about no single object a varied one."""

@@ -95,13 +95,8 @@ def clear_shot(family: str, seed: int, frames: int) -> tuple[Shot, Caster, np.ra
         caster = Caster(setting.scene(rng))
         for _ in range(PATHS):
             shot = setting.shot(rng, frames)
-            if not _clear(caster, shot, setting):
-                continue
-            if setting.clutter is not None:
-                caster = setting.clutter(caster, shot)
-                if not _clear(caster, shot, setting):
-                    break
-            return shot, caster, rng
+            if _clear(caster, shot, setting):
+                return shot, caster, rng
     raise RuntimeError(f"no clear camera path found for a {family} scene in {ATTEMPTS} attempts")
 
 

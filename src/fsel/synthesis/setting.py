@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.synthesis.caster import Caster
 from fsel.synthesis.shot import Shot
 from fsel.synthesis.solids import Scene
 
@@ -22,8 +21,6 @@ class Setting:
         clearance: least distance from a camera to any surface, metres.
         view: least distance straight ahead, metres.
         seeing: least share of the frames that must see the scene's subject, if it has one.
-        shortest: least factor of the focal length where a family varies it.
-        clutter: adds things to a caster's scene where a shot's cameras look, and casts it anew.
     """
 
     scene: Callable[[np.random.Generator], Scene]
@@ -31,5 +28,3 @@ class Setting:
     clearance: float
     view: float
     seeing: float = 0.0
-    shortest: float = 0.8
-    clutter: Callable[[Caster, Shot], Caster] | None = None

@@ -30,7 +30,6 @@ class Habits:
         name: format of the frame names.
         lost: frames whose pose the tracker lost.
         flag_blur: whether the owner marks shaken frames as bad.
-        hurry: natural logarithm of the most that the camera's speed rises or falls.
     """
 
     lingers: int
@@ -43,7 +42,6 @@ class Habits:
     name: str = "frame_{:05d}"
     lost: int = 0
     flag_blur: bool = False
-    hurry: float = trajectories.HURRY
 
 
 @dataclass(frozen=True)
@@ -111,7 +109,7 @@ def plan(
 def _pass(rng, frames: int, habits: Habits) -> tuple[np.ndarray, np.ndarray]:
     """Path parameters and shake of one pass: it is never shaken where it lingers."""
     still = trajectories.pauses(rng, frames, min(habits.lingers, frames // 6))
-    s = trajectories.timing(rng, still, habits.hurry)
+    s = trajectories.timing(rng, still)
     return s, trajectories.bursts(rng, still, min(habits.blurs, frames // 8), habits.strength)
 
 

@@ -134,16 +134,15 @@ def pauses(rng, frames: int, count: int) -> np.ndarray:
     return still
 
 
-def timing(rng, still: np.ndarray, hurry: float = HURRY) -> np.ndarray:
+def timing(rng, still: np.ndarray) -> np.ndarray:
     """(N,) ascending parameters in 0..1 with changing speed, hardly moving where still (N,).
 
-    The walk quickens or slows by a factor of at most exp(hurry).
+    The walk quickens or slows by a factor of at most exp(HURRY).
     """
     frames = len(still)
     knots = np.linspace(0, 1, 9)
-    paces = rng.normal(0, 0.45, 9) * (hurry / HURRY)
-    pace = CubicSpline(knots, paces)(np.linspace(0, 1, frames))
-    speed = np.exp(np.clip(pace, -hurry, hurry))  # a spline overshoots its knots
+    pace = CubicSpline(knots, rng.normal(0, 0.45, 9))(np.linspace(0, 1, frames))
+    speed = np.exp(np.clip(pace, -HURRY, HURRY))  # a spline overshoots its knots
     speed[still] *= 0.04
     s = np.cumsum(speed) - speed[0]
     return s / s[-1]

@@ -1,1 +1,0 @@
-"""Scorers learned from labelled requests: their inputs, how they learn, what they are worth."""
