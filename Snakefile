@@ -54,7 +54,6 @@ include: "workflow/rules/pictures.smk"
 include: "workflow/rules/judges.smk"
 include: "workflow/rules/judged_paper.smk"
 include: "workflow/rules/transfer.smk"
-include: "workflow/rules/label_judge.smk"
 include: "workflow/rules/untold.smk"
 
 

@@ -81,7 +81,6 @@ PAPER = {
     "reconchoice",
     "freedom",
     "fsel_constants",
-    "label_judge",
 }
 
 
@@ -97,9 +96,6 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path):
     assert asked["measure_costs"] == asked["evaluate_geometry"] == 1
     # of the held-out training dataset's one scene, by three reconstructors
     assert asked["evaluate_transfer"] == asked["evaluate_reconchoice"] == 3
-    # the same item labelled by two, whose scorers one judge tries on a scene of each dataset
-    assert asked["label_again"] == asked["order_again"] == asked["train_again"] == 2
-    assert asked["select_again"] == asked["evaluate_again"] == 2 * 2
     assert asked["trial"] == 43 + 17
     assert asked["evaluate_trials"] == 2  # of one validation scene, for two tables
     # of each dataset's first evaluation scene, filmed anew with larger images

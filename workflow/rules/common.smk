@@ -182,16 +182,17 @@ def check_folders(where, root, named):
         )
 
 
-def check_search(where, search):
+def check_search():
     """Refuse numbers of a search that do not fit together."""
+    search = config["search"]
     if search["kept"] > search["stored"]:
         refuse(
-            f"{where}: kept is {search['kept']}, more than stored, {search['stored']}",
+            f"search: kept is {search['kept']}, more than stored, {search['stored']}",
             "only stored subsets can be imitated",
         )
     if search["farthest"] + search["uniform"] > search["population"]:
         refuse(
-            f"{where}: farthest and uniform are {search['farthest']} and "
+            f"search: farthest and uniform are {search['farthest']} and "
             f"{search['uniform']}, more than population, {search['population']}",
             "the rest of the first generation is random",
         )
@@ -210,7 +211,7 @@ def check_experiment():
             f"{list(config['datasets'])}",
             f"add `{trained}` with train scenes, or name another dataset",
         )
-    check_search("search", config["search"])
+    check_search()
     if not any(scenes(name, "evaluation") for name in config["datasets"]):
         refuse("no dataset has evaluation scenes", "the tables need at least one")
     for name, dataset in config["datasets"].items():

@@ -6,7 +6,6 @@ PAPER = {
     "<tables>/seedvar.tex": [],
     "<tables>/freedom.tex": [],
     "<tables>/fsel_constants.tex": [],
-    "<tables>/label_judge.tex": [again_labellers, again_judges],
     "<tables>/ga_vs_learned.tex": [held_out_problems],
     "<tables>/time_quality.tex": [held_out_scenes],
     "<tables>/crosscapture.tex": [rooms],
