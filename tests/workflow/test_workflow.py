@@ -80,7 +80,6 @@ PAPER = {
     "transfer",
     "reconchoice",
     "freedom",
-    "fsel_constants",
 }
 
 

@@ -1,8 +1,7 @@
-"""Ours with the freedom of its baselines, and what the numbers inside fsel are worth.
+"""Ours with the freedom of its baselines.
 
-Inputs: problems and trained selectors; canonical captures of train scenes.
-Outputs: <results>/{dataset}/{scene}/{freedom_picks,freedom,constants}.parquet,
-<tables>/{freedom,fsel_constants}.{tex,csv}.
+Inputs: problems and trained selectors.
+Outputs: <results>/{dataset}/{scene}/{freedom_picks,freedom}.parquet, <tables>/freedom.{tex,csv}.
 """
 
 
@@ -111,70 +110,3 @@ rule freedom:
         "Writing ours and the baselines with equal freedom"
     script:
         "../scripts/freedom.py"
-
-
-rule measure_constants:
-    input:
-        frames="<results>/{dataset}/{scene}/frames.parquet",
-        points="<results>/{dataset}/{scene}/points.parquet",
-        images="<results>/{dataset}/{scene}/images.npy",
-        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        lib=library("measure_constants"),
-    output:
-        measured="<results>/{dataset}/{scene}/constants.parquet",
-    log:
-        "<results>/logs/measure_constants/{dataset}/{scene}.log",
-    benchmark:
-        "<results>/benchmarks/measure_constants/{dataset}/{scene}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=per_reconstruction(4000),
-        runtime=per_reconstruction(60),
-        gpu=GPU,
-    params:
-        **{key: config["refinement"][key] for key in ("draws", "targets", "budgets")},
-        seed=lambda wildcards: scene_seed(wildcards, "constants"),
-        reconstruction=config["reconstruction"],
-    message:
-        "Trying other numbers in fsel on {wildcards.dataset}/{wildcards.scene}"
-    script:
-        "../scripts/measure_constants.py"
-
-
-rule fsel_constants:
-    input:
-        measured=collect("<results>/{scene}/constants.parquet", scene=PRACTISED),
-        lib=library("fsel_constants"),
-    output:
-        table=report(
-            "<tables>/fsel_constants.tex",
-            caption="../report/fsel_constants.rst",
-            category="Paper",
-            labels={"table": "Numbers of fsel", "form": "LaTeX"},
-        ),
-        numbers=report(
-            "<tables>/fsel_constants.csv",
-            caption="../report/fsel_constants.rst",
-            category="Paper",
-            labels={"table": "Numbers of fsel", "form": "numbers"},
-        ),
-    log:
-        "<results>/logs/fsel_constants.log",
-    benchmark:
-        "<results>/benchmarks/fsel_constants.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=growing(1000),
-        runtime=growing(10),
-    params:
-        scenes=PRACTISED,
-        budgets=config["refinement"]["budgets"],
-        facts=facts(list(dict.fromkeys(scene.split("/")[0] for scene in PRACTISED))),
-    message:
-        "Writing what the numbers of fsel are worth"
-    script:
-        "../scripts/fsel_constants.py"

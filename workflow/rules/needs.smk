@@ -5,7 +5,6 @@ PAPER = {
     "<tables>/handsign.tex": [],
     "<tables>/seedvar.tex": [],
     "<tables>/freedom.tex": [],
-    "<tables>/fsel_constants.tex": [],
     "<tables>/ga_vs_learned.tex": [held_out_problems],
     "<tables>/time_quality.tex": [held_out_scenes],
     "<tables>/crosscapture.tex": [rooms],

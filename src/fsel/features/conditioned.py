@@ -9,12 +9,9 @@ training scenes and as much on 12 unseen ones, 0.15 at K = 10.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from fsel.capture import Views
-from fsel.features.visibility import ANGLE
 from fsel.geometry import centered, pairwise_distances
 
 REACH = 1.8  # of the cameras' spread: how far ahead of a camera lies what it looks at
@@ -34,29 +31,7 @@ GROUP = 4  # the pick that counts then, from the nearest on; the farthest where 
 ENOUGH = 1.5  # of the mean over the frames still to be had: distances beyond count as this one
 
 
-@dataclass(frozen=True)
-class Constants:
-    """The constants above, `fsel`'s by default; what others are worth is measured by
-    `fsel.experiments.fsel_constants`. The compiled loop knows the default ones alone."""
-
-    reach: float = REACH
-    turn: float = TURN
-    fade: float = FADE
-    novel: float = NOVEL
-    far: float = FAR
-    few: float = FEW
-    group: float = GROUP
-    enough: float = ENOUGH
-    points: float = POINTS
-    angle: float = float(ANGLE)
-
-
-SHIPPED = Constants()
-
-
-def look_distance(
-    centers: np.ndarray, axes: np.ndarray, views: Views, constants: Constants = SHIPPED
-) -> np.ndarray:
+def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.ndarray:
     """Distance of camera centres plus twice that of the points they look at, over a scene's depth.
 
     The depth is 1.8 times the cameras' root mean square distance from their mean. On training
@@ -67,18 +42,17 @@ def look_distance(
         centers: (n, 3) camera centres.
         axes: (n, 3) unit optical axes.
         views: T views.
-        constants: of the distance.
 
     Returns:
         (n, T) float64 without unit.
     """
-    depth = look_depth(centers, constants.reach)
+    depth = look_depth(centers)
     shift = pairwise_distances(centers, views.centers)
     ahead = pairwise_distances(centers + depth * axes, views.centers + depth * views.axes)
-    return (shift + constants.turn * ahead) / depth
+    return (shift + TURN * ahead) / depth
 
 
-def looks(centers: np.ndarray, axes: np.ndarray, constants: Constants = SHIPPED) -> np.ndarray:
+def looks(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """(n, 6) where cameras are and, twice, what they look at, over the scene's depth.
 
     The look distance of two of the frames is the distance of their first three numbers plus that
@@ -87,28 +61,26 @@ def looks(centers: np.ndarray, axes: np.ndarray, constants: Constants = SHIPPED)
     Args:
         centers: (n, 3) camera centres.
         axes: (n, 3) unit optical axes.
-        constants: of the distance.
     """
-    depth = look_depth(centers, constants.reach)
+    depth = look_depth(centers)
     here = centered(centers) / depth
-    return np.hstack([here, constants.turn * (here + axes)])
+    return np.hstack([here, TURN * (here + axes)])
 
 
-def look_depth(centers: np.ndarray, reach: float) -> float:
-    """How far ahead of cameras lies what they look at: `reach` times the spread of their centres.
+def look_depth(centers: np.ndarray) -> float:
+    """How far ahead of cameras lies what they look at: 1.8 times the spread of their centres.
 
     Args:
         centers: (n, 3) camera centres.
-        reach: see `REACH`.
 
     Returns:
         World units; 1 where all centres are one.
     """
     spread = np.sqrt(np.mean(np.sum(centered(centers) ** 2, axis=1)))
-    return reach * spread if spread > 0 else 1.0
+    return REACH * spread if spread > 0 else 1.0
 
 
-def closeness(distance: np.ndarray, fade: float = FADE) -> np.ndarray:
+def closeness(distance: np.ndarray) -> np.ndarray:
     """0.7 to the power of a frame's rank by its distance to a view.
 
     Ranks follow the density of the capture around each view, and have no unit. Equally distant
@@ -116,20 +88,19 @@ def closeness(distance: np.ndarray, fade: float = FADE) -> np.ndarray:
 
     Args:
         distance: (n, T), see `look_distance`.
-        fade: what takes the place of 0.7.
 
     Returns:
         (n, T) float64 in 0..1; each view's closest frame has 1.
     """
     columns = zip(np.sort(distance, axis=0).T, distance.T, strict=True)
     rank = np.stack([np.searchsorted(few, all_ - EQUAL) for few, all_ in columns], axis=1)
-    return np.where(rank < LAST, fade ** np.minimum(rank, LAST), 0.0)
+    return np.where(rank < LAST, FADE ** np.minimum(rank, LAST), 0.0)
 
 
-def remoteness(distance: np.ndarray, far: float = FAR) -> np.ndarray:
+def remoteness(distance: np.ndarray) -> np.ndarray:
     """(n,) distance of each frame's closest view, in what a target gain is worth.
 
     It counts where the views see a part of the capture only: there, frames far from all of them
     are novel, and of no use.
     """
-    return distance.min(axis=1) / far
+    return distance.min(axis=1) / FAR

@@ -15,6 +15,7 @@ points of a capture, with their tracks, gained no more.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from fsel.geometry import directions, viewing_angles
 
 GRID = (6, 5)  # points across and down an image
 DEPTHS = (0.5, 1.0, 2.0, 4.0)  # where they lie, over the depth of the scene
-ANGLE = np.radians(40.0)  # at a point, from the view: there a frame counts 1/e of the view itself
+ANGLE = math.radians(40.0)  # at a point, from the view: there a frame counts 1/e of the view itself
 NEAREST = 256  # frames of a view that are asked what they see; the others are taken to see nothing
 
 
@@ -43,9 +44,7 @@ class Visibility(NamedTuple):
 NOTHING = Visibility(np.empty((0, 0), np.int64), np.empty((0, 0, 0)))
 
 
-def visibility(
-    frames: Views, views: Views, distance: np.ndarray, depth: float, angle: float = ANGLE
-) -> Visibility:
+def visibility(frames: Views, views: Views, distance: np.ndarray, depth: float) -> Visibility:
     """What the nearest frames of each view see of its points.
 
     Args:
@@ -53,7 +52,6 @@ def visibility(
         views: (O,) that are asked for.
         distance: (n, O) of frame and view, see `fsel.features.conditioned.look_distance`.
         depth: of the scene, world units.
-        angle: see `ANGLE`.
     """
     points = view_points(views, depth)
     nearest = np.argsort(distance, axis=0, kind="stable")[:NEAREST].T
@@ -65,7 +63,7 @@ def visibility(
             frames.centers.take(rows[place], axis=0), points[view].take(point, axis=0)
         )
         to_view = directions(views.centers[view], points[view]).take(point, axis=0)
-        seen[view][inside] = np.exp(-viewing_angles(to_frame, to_view) / angle)
+        seen[view][inside] = np.exp(-viewing_angles(to_frame, to_view) / ANGLE)
     return Visibility(nearest, seen)
 
 

@@ -19,7 +19,7 @@ from fsel.features.columns import (
     SPREAD,
     TARGET_GAIN_INPUT,
 )
-from fsel.features.conditioned import SHIPPED, Constants
+from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
 from fsel.features.visibility import sights, visibility_gain
 from fsel.geometry import viewing_angles
 from fsel.selector.greedy import Prepared, check_budget, standardise
@@ -29,14 +29,11 @@ LARGEST = 200_000  # rows times picks; beyond, the compiled loop is faster even 
 TIE = 450  # roundings of a score: a matrix product may part equal rows in their last bits
 
 
-def greedy(
-    prepared: Prepared, scorer: Scorer, k: int, constants: Constants = SHIPPED
-) -> tuple[np.ndarray, np.ndarray]:
+def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
     """Pick k rows, the best-scored remaining one at each step (paper, Eq. 1 and 2).
 
     Arguments, returned arrays, ties and errors are those of `fsel.selector.greedy.greedy`. The
     arithmetic is that of `prepared.static`: float64, or float32 to see what that would cost.
-    `constants` are those that the problem was prepared with.
     """
     check_budget(prepared, k)
     n, precision = len(prepared.pool), prepared.static.dtype
@@ -44,7 +41,7 @@ def greedy(
     free = np.ones(n, bool)
     tie = TIE * np.finfo(precision).eps
     raw = np.zeros((n, FOLLOWING), precision)
-    memory = _Memory(prepared, constants)
+    memory = _Memory(prepared)
     raw[:, GAIN] = memory.gain()
     inputs = prepared.static.copy()
     remote = prepared.static[:, TARGET_GAIN_INPUT]
@@ -66,12 +63,12 @@ def greedy(
 class _Memory:
     """What the picks leave behind; arrays are of the arithmetic's precision."""
 
-    def __init__(self, prepared: Prepared, constants: Constants) -> None:
-        self.rows, self.constants = prepared.rows, constants
+    def __init__(self, prepared: Prepared) -> None:
+        self.rows = prepared.rows
         (n, views), precision = self.rows.closeness.shape, prepared.static.dtype
         self.covered = np.zeros(views, precision)
         self.rates = sights(self.rows.visible, np.empty(0, np.int64))
-        self.apart = np.full(n, constants.novel, precision)
+        self.apart = np.full(n, NOVEL, precision)
         self.squares = np.empty((len(SPREAD), 0, n), precision)
 
     def fold(self, picks: np.ndarray, free: np.ndarray, raw: np.ndarray) -> None:
@@ -93,7 +90,7 @@ class _Memory:
         """(n,) see `compiled.target_gain`."""
         gain = self.rows.closeness @ (1 / (1 + self.covered)) / max(len(self.covered), 1)
         seen = visibility_gain(self.rows.visible, self.rates, len(gain))
-        return gain * (self.apart / self.constants.novel) + self.constants.points * seen
+        return gain * (self.apart / NOVEL) + POINTS * seen
 
     def _nearest(self, row: int, first: bool, raw: np.ndarray) -> None:
         rows = self.rows
@@ -111,13 +108,13 @@ class _Memory:
         new = [np.sum((points - points[row]) ** 2, axis=1) for points in given]
         self.squares = np.concatenate([self.squares, np.array(new)[:, None]], axis=1)
         picked = self.squares.shape[1]
-        if picked < self.constants.few:
-            nth = int(min(picked, self.constants.group)) - 1
+        if picked < FEW:
+            nth = min(picked, GROUP) - 1
             distance = np.sqrt(np.sort(self.squares, axis=1)[:, nth])
         else:
             with np.errstate(divide="ignore"):  # a pick's own distance is zero, and so is its sum
                 distance = 1 / np.sqrt((1 / self.squares).sum(axis=1))
         ceiling = np.zeros(len(SPREAD))
         if free.any():
-            ceiling = self.constants.enough * distance[:, free].mean(axis=1)
+            ceiling = ENOUGH * distance[:, free].mean(axis=1)
         raw[:, SPREAD] = np.minimum(distance, ceiling[:, None]).T

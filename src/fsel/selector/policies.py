@@ -22,8 +22,6 @@ from fsel.features.columns import (
 )
 from fsel.features.conditioned import (
     LASTING,
-    SHIPPED,
-    Constants,
     closeness,
     look_depth,
     look_distance,
@@ -90,12 +88,11 @@ class Policy:
     def _read(self, names: Iterable[str]) -> bool:
         return not set(names).isdisjoint(self.inputs)
 
-    def prepare(self, problem: Problem, constants: Constants = SHIPPED) -> Prepared:
+    def prepare(self, problem: Problem) -> Prepared:
         """Compute what no pick changes.
 
         Args:
             problem: the selection problem.
-            constants: of the target gain.
         """
         frames, references = problem.pool(self.pool), self._references(problem)
         static = np.zeros((len(frames), INPUTS))
@@ -108,13 +105,13 @@ class Policy:
         centers, axes = capture.centers[frames], capture.axes[frames]
         close, visible = np.zeros((len(frames), 0)), NOTHING
         if self._read([TARGET_GAIN]):
-            distance = look_distance(centers, axes, references, constants)
-            close = closeness(distance, constants.fade)
-            static[:, TARGET_GAIN_INPUT] = -remoteness(distance, constants.far)
+            distance = look_distance(centers, axes, references)
+            close = closeness(distance)
+            static[:, TARGET_GAIN_INPUT] = -remoteness(distance)
             if self.points:
-                depth = look_depth(centers, constants.reach)
+                depth = look_depth(centers)
                 seeing = capture.view(frames)
-                visible = visibility(seeing, references, distance, depth, constants.angle)
+                visible = visibility(seeing, references, distance, depth)
         # angular novelty is measured from the mean of the views' reference points
         common = proxy_points(problem, references).mean(axis=0)
         rows = Rows(
@@ -123,7 +120,7 @@ class Policy:
             bearings=directions(centers, common),
             descriptors=problem.descriptors[frames][:, : None if appearance else 0],
             closeness=close,
-            looks=looks(centers, axes, constants),
+            looks=looks(centers, axes),
             visible=visible,
             lasting=LASTING if problem.whole else np.inf,
         )
