@@ -1,4 +1,4 @@
-"""Selection times, speed against error, and the sweep of FisherRF's lambda."""
+"""Selection times, and speed against error."""
 
 from dataclasses import replace
 
@@ -9,25 +9,19 @@ from described_scene import write_scene
 from selection_problems import random_capture, random_problem, with_points
 
 from fsel.baselines import METHODS
-from fsel.baselines.fisher_rf import SWEEP
 from fsel.capture import Capture, Views
-from fsel.evaluation import Evaluator
 from fsel.experiments.bench import Bench, depth_error, halved, rendered_inverse_depth
 from fsel.experiments.economy import SAVINGS, economy
-from fsel.experiments.fisher_damping import evaluate_damping, fisher_damping, select_damping
 from fsel.experiments.selection_time import problem_of_size, refilmed, selection_time, timed
 from fsel.experiments.speed_error import progress, speed_error
 from fsel.experiments.speed_settings import speed_settings
 from fsel.experiments.true_depth import true_depth
 from fsel.metrics import METRICS
-from fsel.problem import Problem
-from fsel.reconstruct import reconstructor_of
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import SplatModel
 from fsel.reconstruct.splats.culling import seen_by
 from fsel.report.latex import plain_table
 from fsel.report.speed import gaps
-from fsel.split import Split
 from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
@@ -278,26 +272,6 @@ def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
     assert r"\textbf{partners 4}" in text
     panels = pd.read_csv(tmp_path / "a.csv").groupby("panel")
     assert panels["gap"].count().to_dict() == {"methods": 2, "search": 12, "settings": 0}
-
-
-def test_the_default_lambda_of_the_sweep_is_the_comparisons_fisherrf(scene, tmp_path):
-    paths = [tmp_path / "f.tex", tmp_path / "f.csv"]
-    picked, measured = tmp_path / "p.parquet", tmp_path / "m.parquet"
-    split = scene / "split.parquet"
-    select_damping(scene, split, picked, budgets=[6, 12], config="c")
-    settings = {"reconstruction": RECONSTRUCTION, "config": "c"}
-    evaluate_damping(scene, split, picked, measured, **settings)
-    fisher_damping([measured], *paths, scenes=[("d", "s")], budgets=[6, 12])
-    table = pd.read_csv(paths[1])
-    assert table["damping"].unique().tolist() == list(SWEEP)
-    problem = Problem.load(scene, scene / "split.parquet")
-    targets = Split.load(scene / "split.parquet").targets
-    evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, RECONSTRUCTION), targets)
-    picks = METHODS["fisher_rf"].select(problem, 12, np.random.default_rng(0))
-    found = table[table["damping"] == SWEEP[0]].set_index("k")["psnr"]
-    assert found[12] == pytest.approx(evaluate(picks)[0], abs=1e-6)
-    assert found[6] == pytest.approx(evaluate(picks[:6])[0], abs=1e-6)
-    assert f"$10^{{-6}}$ & {found[6]:.2f} & {found[12]:.2f}" in paths[0].read_text()
 
 
 def test_a_plain_table():

@@ -28,15 +28,15 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
-ASIDE = ("fisher_damping", "economy", "budget")
+ASIDE = ("economy", "budget")
 
 
-def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
+def test_tables_of_speed_are_made_when_asked_for(tmp_path):
     results = "results/smoke"
     targets = [f"{results}/figures/speed_error.pdf"]
     targets += [f"{results}/tables/{name}.tex" for name in ASIDE]
     asked = planned(dry_run(tmp_path, changed(tmp_path), *targets))
-    assert asked["selection_time"] == asked["speed_error"] == asked["fisher_damping"] == 1
+    assert asked["selection_time"] == asked["speed_error"] == 1
     assert asked["speed_settings"] == asked["economy"] == 1
     assert (
         asked["select_curves"]
@@ -46,7 +46,6 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
         == 1
     )
     assert asked["select_budgets"] == asked["evaluate_budgets"] == 2
-    assert asked["select_damping"] == asked["evaluate_damping"] == 2
     usual = planned(dry_run(tmp_path, changed(tmp_path)))
     assert usual["ksweep"] == 1
     assert not {
@@ -54,7 +53,6 @@ def test_speed_and_lambda_are_made_when_asked_for(tmp_path):
         "speed_settings",
         "speed_error",
         "economy",
-        "fisher_damping",
         "budget",
         "fit_budget",
     } & set(usual)

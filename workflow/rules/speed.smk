@@ -1,7 +1,7 @@
 """What selection costs, beside what it is worth.
 
 Inputs: a canonical capture, problems, trained selectors and their evaluations.
-Outputs: <tables>/{selection_time,speed_error,economy,fisher_damping}.{tex,csv},
+Outputs: <tables>/{selection_time,speed_error,economy}.{tex,csv},
 <figures>/speed_error.{pdf,png}, <results>/speed_settings.csv.
 """
 
@@ -177,96 +177,3 @@ rule speed_error:
         "Drawing speed against error"
     script:
         "../scripts/speed_error.py"
-
-
-rule select_damping:
-    input:
-        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
-        frames="<results>/{dataset}/{scene}/frames.parquet",
-        points="<results>/{dataset}/{scene}/points.parquet",
-        images="<results>/{dataset}/{scene}/images.npy",
-        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        lib=library("select_damping"),
-    output:
-        picks="<results>/{dataset}/{scene}/draw{draw}/damping_picks.parquet",
-    log:
-        "<results>/logs/select_damping/{dataset}/{scene}/draw{draw}.log",
-    benchmark:
-        "<results>/benchmarks/select_damping/{dataset}/{scene}/draw{draw}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=per_capture(2000),
-        runtime=per_capture(30),
-    params:
-        budgets=config["budgets"],
-    message:
-        "Selecting frames of {wildcards.dataset}/{wildcards.scene} under every lambda of FisherRF"
-    script:
-        "../scripts/select_damping.py"
-
-
-rule evaluate_damping:
-    input:
-        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
-        frames="<results>/{dataset}/{scene}/frames.parquet",
-        points="<results>/{dataset}/{scene}/points.parquet",
-        images="<results>/{dataset}/{scene}/images.npy",
-        picks="<results>/{dataset}/{scene}/draw{draw}/damping_picks.parquet",
-        lib=library("evaluate_damping"),
-    output:
-        evaluation="<results>/{dataset}/{scene}/draw{draw}/damping.parquet",
-    log:
-        "<results>/logs/evaluate_damping/{dataset}/{scene}/draw{draw}.log",
-    benchmark:
-        "<results>/benchmarks/evaluate_damping/{dataset}/{scene}/draw{draw}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=per_reconstruction(4000),
-        runtime=per_reconstruction(30),
-        gpu=GPU,
-    params:
-        reconstruction=config["reconstruction"],
-    message:
-        "Reconstructing {wildcards.dataset}/{wildcards.scene} under every lambda of FisherRF"
-    script:
-        "../scripts/evaluate_damping.py"
-
-
-rule fisher_damping:
-    input:
-        evaluations=collect("<results>/{problem}/damping.parquet", problem=SWEPT),
-        lib=library("fisher_damping"),
-    output:
-        table=report(
-            "<tables>/fisher_damping.tex",
-            caption="../report/fisher_damping.rst",
-            category="Tables",
-            labels={"table": "FisherRF's lambda", "form": "LaTeX"},
-        ),
-        numbers=report(
-            "<tables>/fisher_damping.csv",
-            caption="../report/fisher_damping.rst",
-            category="Tables",
-            labels={"table": "FisherRF's lambda", "form": "numbers"},
-        ),
-    log:
-        "<results>/logs/fisher_damping.log",
-    benchmark:
-        "<results>/benchmarks/fisher_damping.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=growing(1000),
-        runtime=growing(10),
-    params:
-        scenes=evaluation_scenes(),
-        budgets=config["budgets"],
-    message:
-        "Writing the sweep of FisherRF's lambda"
-    script:
-        "../scripts/fisher_damping.py"

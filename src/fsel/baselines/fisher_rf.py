@@ -9,7 +9,6 @@ from fsel.baselines.splat_views import Blends, greedy_on_splats
 from fsel.problem import Method, Problem
 
 DAMPING = 1e-6  # the released default of lambda
-SWEEP = (1e-6, 1e-3, 1e-1, 2.0)  # from that default to the released value for four views
 
 
 class _Information:
@@ -42,14 +41,11 @@ def _information(start, index, square, per_known):
     return total
 
 
-def fisher_rf(damping: float, name: str, label: str) -> Method:
-    """The method with one lambda."""
-
-    def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-        """See `greedy_on_splats`."""
-        return greedy_on_splats(problem, k, lambda blends: _Information(blends, damping))
-
-    return Method(name, label, "observed", nested=True, seeds=1, select=select, tracks=True)
+def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """See `greedy_on_splats`."""
+    return greedy_on_splats(problem, k, lambda blends: _Information(blends, DAMPING))
 
 
-METHOD = fisher_rf(DAMPING, "fisher_rf", "FisherRF")
+METHOD = Method(
+    "fisher_rf", "FisherRF", "observed", nested=True, seeds=1, select=select, tracks=True
+)
