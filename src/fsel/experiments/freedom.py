@@ -11,6 +11,7 @@ import pandas as pd
 from fsel import measuring
 from fsel.baselines import METHODS, PAPER
 from fsel.capture import Capture
+from fsel.evaluation import Evaluator
 from fsel.files import read_table, write_table, write_text
 from fsel.measuring import Run
 from fsel.problem import Problem
@@ -21,6 +22,7 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
 from fsel.report.sweep import BASELINES, LEARNED, place_of
 from fsel.selector.policies import POLICIES
+from fsel.split import Split
 
 OURS = POLICIES["ours"]
 FREEDOMS = {
@@ -100,8 +102,11 @@ def evaluate_freedom(
         config: digest of the parameters.
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    table = measuring.measure_draws(reconstructor, splits, read_table(picks), BY)
-    write_table(table, evaluation, units=measuring.measured_units(), config=config)
+    tables = []
+    for draw, part in read_table(picks).groupby("draw"):
+        targets = Split.load(splits[int(draw)]).targets
+        tables.append(measuring.measure(Evaluator.on_frames(reconstructor, targets), part, BY))
+    write_table(pd.concat(tables), evaluation, units=measuring.measured_units(), config=config)
 
 
 def freedom(
