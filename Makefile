@@ -16,18 +16,18 @@ test: .venv/dev
 WEIGHTS = results/selector/fsel/seed0.json results/selector/budget.json
 weights: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)
-	.venv/bin/python -m fsel.stages.ship $(WEIGHTS)
+	.venv/bin/python -m fsel.workflow.ship $(WEIGHTS)
 
 # the paper's selector inside the package, made anew from labels with the paper's numbers
 LABELS = results/labels/selector
 OURS = $(LABELS)/seed0.safetensors $(LABELS)/no_appearance/seed0.safetensors
 labels: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(OURS) --configfile config/labels.yaml
-	.venv/bin/python -m fsel.stages.ship $(OURS)
+	.venv/bin/python -m fsel.workflow.ship $(OURS)
 
 # the numbers in README.md and docs/, from the tables that this checkout has: docs/results.yaml
 docs: .venv/installed
-	.venv/bin/python -m fsel.stages.docs
+	.venv/bin/python -m fsel.workflow.docs
 
 # compiled to bytecode at the first import: of torch and what it brings little is ever imported
 .venv/installed: pyproject.toml

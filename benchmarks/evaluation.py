@@ -12,10 +12,10 @@ import time
 
 import numpy as np
 
-from fsel.capture import Capture, SparsePoints
+from fsel.data.capture import Capture, SparsePoints
+from fsel.data.split import evaluation_split
 from fsel.metrics import score_views
 from fsel.reconstruct.splats import Splats, stereo
-from fsel.split import evaluation_split
 from fsel.synthesis import record
 from fsel.training.search import genetic_search
 

@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 import fsel
-from fsel.capture import Capture, SparsePoints
+from fsel.data.capture import Capture, SparsePoints
 from fsel.metrics import score_views
 from fsel.reconstruct.gaussians import (
     GaussianModel,

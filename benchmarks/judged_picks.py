@@ -19,14 +19,14 @@ import numpy as np
 
 import fsel
 from fsel.api import described
-from fsel.capture import Capture
-from fsel.features.sharpness import sharpness
+from fsel.data.capture import Capture
+from fsel.data.problem import Problem, checked_select
+from fsel.data.split import coverage_split
+from fsel.images.sharpness import sharpness
 from fsel.metrics import score_views
-from fsel.problem import Problem, checked_select
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
-from fsel.split import coverage_split
 
 METHODS = ("uniform", "fvs", "kmedoids", "nearest", "fsel")
 

@@ -20,14 +20,14 @@ from pathlib import Path
 import numpy as np
 
 import fsel
-from fsel.capture import Capture
+from fsel.data.capture import Capture
+from fsel.data.points import SparsePoints
+from fsel.data.split import coverage_split
+from fsel.data.subsets import evenly
 from fsel.metrics import score_views
-from fsel.points import SparsePoints
 from fsel.reconstruct import Model
 from fsel.reconstruct.radiance_field import RadianceField, passes, training
 from fsel.reconstruct.splats import Splats
-from fsel.split import coverage_split
-from fsel.subsets import evenly
 from fsel.synthesis import record
 
 FAMILIES = ("mipnerf360", "tanks_and_temples", "seven_scenes")  # filmed without distortion

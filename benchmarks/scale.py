@@ -29,9 +29,9 @@ import numpy as np
 from ingestion import write_capture
 
 from fsel.baselines import METHODS
-from fsel.capture import Capture
-from fsel.layouts import read_folder
-from fsel.points import SparsePoints
+from fsel.data.capture import Capture
+from fsel.data.points import SparsePoints
+from fsel.ingest.read import read_folder
 from fsel.reconstruct import reconstructor_of
 from fsel.stages.describe import describe
 from fsel.stages.evaluate import evaluate

@@ -25,13 +25,13 @@ from scipy.spatial.transform import Rotation
 
 from fsel.baselines.dpp import greedy_map
 from fsel.baselines.kmedoids import distances, fasterpam
-from fsel.capture import Capture
+from fsel.data.capture import Capture
+from fsel.data.geometry import farthest_views
+from fsel.data.problem import Problem
 from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.columns import CONDITIONED_INPUTS, FOLLOWING_INPUTS, INPUTS, TARGET_GAIN_INPUT
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
 from fsel.features.visibility import NOTHING, sights, visibility_gain
-from fsel.geometry import farthest_views
-from fsel.problem import Problem
 from fsel.selector import plain, pretrained
 from fsel.selector.greedy import Prepared, Rows, greedy, standardise
 from fsel.selector.policies import POLICIES

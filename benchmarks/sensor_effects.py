@@ -15,7 +15,7 @@ from importlib import import_module
 import numpy as np
 from gaussians import fitted, generated, scores, split
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
 from fsel.synthesis import sensor
 
 recording = import_module("fsel.synthesis.record")  # its function has the module's name

@@ -14,15 +14,15 @@ from pathlib import Path
 import numpy as np
 
 import fsel
-from fsel.evaluation import Evaluator
+from fsel.data.geometry import pairwise_distances, pose_distance
+from fsel.data.problem import Problem, checked_select
+from fsel.data.split import evaluation_split
+from fsel.evaluation.evaluator import Evaluator
 from fsel.features.appearance import descriptors
-from fsel.features.sharpness import sharpness
-from fsel.geometry import pairwise_distances, pose_distance
-from fsel.problem import Problem, checked_select
+from fsel.images.sharpness import sharpness
 from fsel.selector.policies import POLICIES
+from fsel.selector.rollout import Rollout, follow
 from fsel.selector.scorer import Network
-from fsel.selector.walk import Walk, follow
-from fsel.split import evaluation_split
 from fsel.synthesis import record
 from fsel.training.imitation import Trajectory, train
 from fsel.training.ordering import order_subset, trajectory_weights
@@ -30,7 +30,7 @@ from fsel.training.search import GeneticSettings, genetic_search
 
 K, TARGETS, KEPT = 6, 6, 2
 SEARCH = GeneticSettings(population=8, farthest=3, uniform=2, generations=3)
-POLICY = POLICIES["ours"]  # what the scorer may see and pick: the paper's
+POLICY = POLICIES["less_is_more"]  # what the scorer may see and pick: the paper's
 
 
 def captures():
@@ -70,7 +70,7 @@ def labelled(capture):
         to_proxies = pairwise_distances(centers[subset], centers[split.proxies])
         ordered = subset[order_subset(to_proxies, apart)]
         picks = np.searchsorted(prepared.pool, ordered)
-        features, selectable = follow(Walk(prepared), picks)
+        features, selectable = follow(Rollout(prepared), picks)
         yield Trajectory(features, selectable, picks, weight)
 
 

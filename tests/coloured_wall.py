@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
+from fsel.data.points import SparsePoints
 from fsel.metrics import score_views
-from fsel.points import SparsePoints
 
 
 def wall(frames=8, size=(40, 30), depth=4.0, step=0.25, seed=0):

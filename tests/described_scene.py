@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
 from fsel.stages.describe import describe
 from fsel.stages.split import split
 from fsel.synthesis import record

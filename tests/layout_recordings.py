@@ -7,12 +7,14 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.geometry import invert_pose
-from fsel.layouts import LAYOUTS, colmap, images
-from fsel.layouts.base import natural
-from fsel.layouts.recording import Camera, Recording
-from fsel.sparse_model import write_binary
+from fsel.colmap.camera import Camera
+from fsel.colmap.model import write_binary
+from fsel.data.geometry import invert_pose
+from fsel.images import files as image_files
+from fsel.layouts import LAYOUTS, colmap
+from fsel.layouts.contract import Recording
 from fsel.synthesis.lens import project
+from fsel.utils.names import natural
 
 PINHOLE = Camera("PINHOLE", 64, 48, (60.0, 60.0, 32.0, 24.0))
 OPENCV = Camera("OPENCV", 64, 48, (60.0, 60.5, 32.4, 23.8, -0.05, 0.01, 3e-4, -4e-4))
@@ -126,7 +128,7 @@ def full(pose):
 
 def write_colmap(made, folder, names=None, text=True, camera=PINHOLE):
     names = names or [f"{name}.png" for name in made.names]
-    images.write(made.images, folder / "images", names)
+    image_files.write(made.images, folder / "images", names)
     model = colmap.build_model(made, camera, names, np.ones(len(names), bool))
     (colmap.write_text if text else write_binary)(model, folder / "sparse" / "0")
     return names

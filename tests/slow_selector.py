@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fsel.experiments.hard_cases.worlds import random_weights
+from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.features.columns import APPEARANCE, FEATURES, INPUTS, NAMES, STATIC, TARGET_GAIN
 from fsel.features.static import static_features
 from fsel.selector.policies import POLICIES as SHIPPED
@@ -10,8 +10,8 @@ from fsel.selector.policies import Policy
 from fsel.selector.scorer import WIDTH, Linear, Network
 
 POLICIES = {
-    "ours": SHIPPED["ours"],
-    "no_appearance": SHIPPED["ours_no_appearance"],
+    "less_is_more": SHIPPED["less_is_more"],
+    "no_appearance": SHIPPED["less_is_more_no_appearance"],
     "every": Policy("every", "every", "observed", "targets", NAMES, Network, points=True),
     "fsel": SHIPPED["fsel"],
     "fsel_rule": SHIPPED["fsel_rule"],

@@ -43,7 +43,7 @@ def test_train_a_selector(tmp_path):
     assert len(set(picked.split(", "))) == 6
     assert 5 < float(psnr) < 60
     scorer = Network.load(tmp_path / "mine.safetensors")
-    assert scorer.provenance["policy"] == "ours"
+    assert scorer.provenance["policy"] == "less_is_more"
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/cli.md"])

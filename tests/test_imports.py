@@ -23,12 +23,12 @@ import fsel
 from fsel.selector.greedy import greedy
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Network
-from fsel.experiments.hard_cases.worlds import random_weights, world
+from fsel.experiments.studies.hard_cases.worlds import random_weights, world
 
 problem = world()
 fsel.select(problem.capture, 6)
 fsel.select(problem.capture, 6, method="untrained")
-greedy(POLICIES["ours"].prepare(problem), Network(random_weights(0)), 6)
+greedy(POLICIES["less_is_more"].prepare(problem), Network(random_weights(0)), 6)
 print(*{"torch", "cma", "snakemake", "matplotlib"} & set(sys.modules))
 """
 COMMAND = """

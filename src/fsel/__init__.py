@@ -18,8 +18,9 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from typing import Any
 
     from fsel.api import Selection, evaluate, fit, select
-    from fsel.layouts import LAYOUTS, read_capture
-    from fsel.methods import METHODS
+    from fsel.evaluation.methods import METHODS
+    from fsel.ingest.read import read_capture
+    from fsel.layouts import LAYOUTS
     from fsel.reconstruct import RECONSTRUCTORS
     from fsel.request.budget import Auto
     from fsel.request.refine import Refine
@@ -33,7 +34,7 @@ _HOMES = {
     "Refine": "fsel.request.refine",
     "fit": "fsel.api",
     "evaluate": "fsel.api",
-    "METHODS": "fsel.methods",
+    "METHODS": "fsel.evaluation.methods",
     "RECONSTRUCTORS": "fsel.reconstruct",
 }
 

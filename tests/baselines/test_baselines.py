@@ -10,10 +10,10 @@ from selection_problems import capture_of, permuted, random_problem, with_points
 from slow_selector import POLICIES, random_scorer, slow_inputs
 
 from fsel.baselines import METHODS
-from fsel.experiments.hard_cases.worlds import moved
+from fsel.data.geometry import pose_distance
+from fsel.data.problem import checked_select
+from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.static import SIGNS
-from fsel.geometry import pose_distance
-from fsel.problem import checked_select
 
 EVERY = {**METHODS} | {
     name: replace(policy.method(random_scorer(policy, 1)), name=name)
@@ -255,7 +255,7 @@ def test_the_untrained_sum_against_a_slow_loop(seed):
     problem = random_problem(40, seed)
     picked = []
     for _ in range(8):
-        left, inputs = slow_inputs(problem, picked, POLICIES["ours"])
+        left, inputs = slow_inputs(problem, picked, POLICIES["less_is_more"])
         picked.append(int(left[np.argmax(inputs[:, :18] @ list(SIGNS.values()))]))
     got = select(METHODS["untrained"], problem, 8)
     np.testing.assert_array_equal(got, problem.candidates[picked])

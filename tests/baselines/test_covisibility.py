@@ -16,7 +16,7 @@ from fsel.baselines.covisibility import (
     shared_points,
     tracks,
 )
-from fsel.points import SparsePoints
+from fsel.data.points import SparsePoints
 
 
 def select(name, problem, k):

@@ -17,8 +17,8 @@ from fsel.baselines.dpp import greedy_map
 from fsel.baselines.greedy import lazy_greedy, locate, most_central
 from fsel.baselines.kmedoids import distances, fasterpam
 from fsel.baselines.long_lrm import lloyd, snapped
+from fsel.data.geometry import pairwise_angles, pairwise_distances
 from fsel.features.appearance import KERNEL_JITTER
-from fsel.geometry import pairwise_angles, pairwise_distances
 
 
 def select(name, problem, k):

@@ -12,10 +12,10 @@ from fsel.baselines import METHODS
 from fsel.baselines.cover import BINS, _Coverage, fibonacci_sphere
 from fsel.baselines.fisher_rf import _Information
 from fsel.baselines.splat_views import START, Blends, blend, greedy_on_splats
-from fsel.capture import Capture
-from fsel.experiments.hard_cases.worlds import moved
-from fsel.points import SparsePoints
-from fsel.problem import checked_select
+from fsel.data.capture import Capture
+from fsel.data.points import SparsePoints
+from fsel.data.problem import checked_select
+from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.synthesis import record
 
 K = np.array([[4.0, 4, 4, 3]], np.float32)  # principal point in the middle of 8x6 pixels

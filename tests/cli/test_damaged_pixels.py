@@ -4,7 +4,7 @@ import pytest
 from small_captures import damage_pixels, record_of, select, write_ring
 
 from fsel.cli import main
-from fsel.layouts import read_capture
+from fsel.ingest.read import read_capture
 
 NAME = "frame_008.jpg"
 SAID = f"{NAME}: not a readable image: its "

@@ -12,7 +12,7 @@ import fsel
 from fsel.cli import main, scoring
 from fsel.cli.optimising import WRITE_PLY
 from fsel.cli.scoring import file_names
-from fsel.layouts import images
+from fsel.images import files as image_files
 from fsel.metrics import REGISTERED, Metric
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.gaussians import GaussianModel
@@ -104,7 +104,7 @@ def test_ctrl_c_twice_gives_up(capture, listed, tmp_path, capsys, monkeypatch):
 def test_a_reconstructor_is_refused_before_any_image_is_opened(
     asked, said, capture, listed, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(images, "load", lambda *_: pytest.fail("an image was opened"))
+    monkeypatch.setattr(image_files, "load", lambda *_: pytest.fail("an image was opened"))
     assert run("reconstruct", capture, "--frames", listed, *asked, "-o", tmp_path / "x.ply") == 1
     assert said in capsys.readouterr().err
     assert not (tmp_path / "x.ply").exists()

@@ -14,8 +14,8 @@ from small_captures import write_ring
 import fsel
 from fsel.cli import console, main
 from fsel.cli.console import Console
-from fsel.layouts import images
-from fsel.points import SparsePoints
+from fsel.data.points import SparsePoints
+from fsel.images import files as image_files
 from fsel.request.scene_depth import viewing_distance
 
 
@@ -138,7 +138,7 @@ def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
 def test_compare_refuses_before_it_opens_an_image(
     asked, said, capture, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(images, "load", lambda *_: pytest.fail("an image was opened"))
+    monkeypatch.setattr(image_files, "load", lambda *_: pytest.fail("an image was opened"))
     assert run("compare", capture, "-k", 5, *asked, "-o", tmp_path / "out") == 1
     assert said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -12,7 +12,7 @@ import pytest
 from small_captures import record_of, state_orientation
 
 from fsel.cli import main, posing
-from fsel.layouts import images
+from fsel.images import files as image_files
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "layouts"))
 
@@ -71,7 +71,7 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
 
 def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, monkeypatch):
     photos = tmp_path / "photos"
-    images.write(np.stack(shots[:6]), photos, [f"{i}.jpg" for i in range(6)])
+    image_files.write(np.stack(shots[:6]), photos, [f"{i}.jpg" for i in range(6)])
 
     def cut_off(*_, **__):
         raise KeyboardInterrupt
@@ -102,7 +102,7 @@ def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
 def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, capsys, monkeypatch):
     photos, posed = tmp_path / "photos", []
     monkeypatch.setattr(posing, "_find", lambda source, files, *_: posed.append(files) or 1 / 0)
-    images.write(np.zeros((4, 24, 32, 3), np.uint8), photos, [f"{x}.jpg" for x in "abcd"])
+    image_files.write(np.zeros((4, 24, 32, 3), np.uint8), photos, [f"{x}.jpg" for x in "abcd"])
     (photos / "b.jpg").write_bytes((photos / "b.jpg").read_bytes()[:50])
     with pytest.raises(ZeroDivisionError):
         run("poses", photos, "--skip-unreadable", "-o", tmp_path / "out")
@@ -122,7 +122,7 @@ def test_photos_of_formats_that_are_not_read_are_named(cache, tmp_path, capsys):
 
 def test_photos_that_show_nothing_in_common_are_refused_by_their_folder(cache, tmp_path, capsys):
     photos = tmp_path / "photos"
-    images.write(np.full((3, 48, 64, 3), 99, np.uint8), photos, ["a.jpg", "b.jpg", "c.jpg"])
+    image_files.write(np.full((3, 48, 64, 3), 99, np.uint8), photos, ["a.jpg", "b.jpg", "c.jpg"])
     assert run("poses", photos, "-o", tmp_path / "out") == 1
     assert f"fsel: {photos}: COLMAP placed 0 of 3 frames; at least 3" in capsys.readouterr().err
 
@@ -132,7 +132,7 @@ def test_photos_held_upright_and_across_have_a_camera_each(shots, cache, tmp_pat
     photos, names = tmp_path / "photos", [f"{i}.png" for i in range(8)]
     turned = [np.rot90(shot) if i % 4 == 1 else shot for i, shot in enumerate(shots[:8])]
     for shot, name in zip(turned, names, strict=True):
-        images.write(shot[None], photos, [name])
+        image_files.write(shot[None], photos, [name])
     assert run("poses", photos, "-o", tmp_path / "out") == 0
     assert "COLMAP placed 8 of 8 frames" in capsys.readouterr().out
     model = pycolmap.Reconstruction(str(tmp_path / "out" / "sparse" / "0"))
@@ -145,7 +145,7 @@ def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_pat
     ways = {0: (1, 0), 1: (6, 1), 2: (3, 2), 3: (8, 3)}  # value, quarter turns to the left
     for i, (shot, name) in enumerate(zip(shots, names, strict=False)):
         value, turns = ways[i % 4]
-        images.write(np.rot90(shot, turns)[None], photos, [name])
+        image_files.write(np.rot90(shot, turns)[None], photos, [name])
         if value > 1:
             state_orientation(photos / name, value)
     out = tmp_path / "out"
@@ -161,7 +161,7 @@ def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_pat
         found = cv2.imread(str(out / "images" / name))[..., ::-1]  # applies EXIF
         assert found.shape == (240, 320, 3)
         assert np.abs(found.astype(int) - shot).mean() < 12  # 40 and more where turned otherwise
-        np.testing.assert_array_equal(images.load(out / "images" / name), found)
+        np.testing.assert_array_equal(image_files.load(out / "images" / name), found)
     poses = {image.name: image.cam_from_world().rotation for image in model.images.values()}
     turn = poses["0.jpg"].inverse() * poses["1.jpg"]
     assert np.degrees(turn.angle()) < 5  # neighbours on the arc, 1.8 degrees apart

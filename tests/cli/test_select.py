@@ -13,11 +13,12 @@ import pytest
 from small_captures import camera_path, record_of, ring, select, state_orientation, write_ring
 
 import fsel
-from fsel.experiments.hard_cases.worlds import random_weights
+from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.export import subset
-from fsel.layouts import images, read_capture
-from fsel.layouts.opening import open_capture
-from fsel.layouts.previews import sharpness_of_files
+from fsel.images import files as image_files
+from fsel.images.previews import sharpness_of_files
+from fsel.ingest.lazy import open_capture
+from fsel.ingest.read import read_capture
 from fsel.selector.scorer import Network
 
 
@@ -43,18 +44,18 @@ def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):
 
 def test_weights_of_one_s_own_pick_and_are_recorded(capture, tmp_path, capsys):
     mine = tmp_path / "mine.safetensors"
-    scorer = Network(random_weights(1), {"policy": "ours", "made by": "a test"})
+    scorer = Network(random_weights(1), {"policy": "less_is_more", "made by": "a test"})
     scorer.save(mine)
     assert select(capture, "-k", 6, "--weights", mine, "-o", tmp_path / "out") == 0
     content = record_of(tmp_path / "out")
     assert content["scorer"] == scorer.provenance
-    assert content["settings"]["method"] == "ours"
+    assert content["settings"]["method"] == "less_is_more"
     assert content["settings"]["weights"] == str(mine)
     assert content["settings"]["appearance"] == "lab_hog"
     assert all(isinstance(entry["score"], float) for entry in content["frames"])
     arguments = ("-k", 6, "--weights", mine, "--method", "fsel", "-o", tmp_path / "no")
     assert select(capture, *arguments) == 1
-    assert "made for the policy 'ours', not 'fsel'" in capsys.readouterr().err
+    assert "made for the policy 'less_is_more', not 'fsel'" in capsys.readouterr().err
     assert not (tmp_path / "no").exists()
 
 
@@ -212,19 +213,19 @@ def test_frames_of_a_video_are_measured_and_written(capture, tmp_path):
     path = tmp_path / "film.mkv"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 30, (64, 48), True)
     opened = open_capture(capture)
-    shots = [images.load(file) for file in opened.raw.images]
+    shots = [image_files.load(file) for file in opened.raw.images]
     for shot in shots:
         writer.write(np.ascontiguousarray(shot[..., ::-1]))
     writer.release()
-    video = images.Video(path)
-    film = [images.VideoFrame(video, i) for i in range(24)]
+    video = image_files.Video(path)
+    film = [image_files.VideoFrame(video, i) for i in range(24)]
     np.testing.assert_allclose(
         sharpness_of_files(film, 64), sharpness_of_files(opened.raw.images, 64), rtol=0.05
     )
     shown = replace(opened, raw=replace(opened.raw, images=film))
     subset.write(tmp_path, shown, np.array([7, 2]), np.array([3]), subset.Form())
     for i, folder in ((2, "train"), (3, "test"), (7, "train")):
-        written = images.load(tmp_path / folder / "images" / f"frame_{i:03d}.jpg")
+        written = image_files.load(tmp_path / folder / "images" / f"frame_{i:03d}.jpg")
         assert np.abs(written.astype(int) - shots[i]).mean() < 3
 
 
@@ -240,8 +241,8 @@ def test_frames_of_a_video_are_measured_and_written(capture, tmp_path):
 def test_geometry_only_opens_the_picks_alone(model, method, tmp_path, monkeypatch):
     write_ring(tmp_path / "capture", model=model)
     opened = []
-    load = images.load
-    monkeypatch.setattr(images, "load", lambda *a: opened.append(a) or load(*a))
+    load = image_files.load
+    monkeypatch.setattr(image_files, "load", lambda *a: opened.append(a) or load(*a))
     asked = ("-k", 4, "--geometry-only", "--method", method)
     assert select(tmp_path / "capture", *asked, "-o", tmp_path / "out") == 0
     written = record_of(tmp_path / "out")["frames"]

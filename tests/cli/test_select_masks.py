@@ -8,7 +8,9 @@ import pytest
 from layout_recordings import recording, write_film, write_video
 from small_captures import record_of, select
 
-from fsel.layouts import LAYOUTS, images, read_capture
+from fsel.images import files as image_files
+from fsel.ingest.read import read_capture
+from fsel.layouts import LAYOUTS
 
 
 def bands(frames, width=64):
@@ -28,7 +30,7 @@ def exported(out, layout):
 def test_a_captures_masks_come_with_the_subset(capture, tmp_path, layout):
     masks, out = bands(24), tmp_path / "out"
     names = [f"frame_{i:03d}.jpg.png" for i in range(24)]
-    images.write(masks, capture / "masks", names)
+    image_files.write(masks, capture / "masks", names)
     assert select(capture, "-k", 5, "--targets", "every:8", "-o", out) == 0
     for folder, count in (("train", 5), ("test", 3)):
         back, frames = exported(out / folder, layout)
@@ -39,11 +41,11 @@ def test_a_captures_masks_come_with_the_subset(capture, tmp_path, layout):
 
 
 def test_an_objects_masks_win_and_frames_without_one_are_black(capture, tmp_path):
-    images.write(bands(24), capture / "masks", [f"frame_{i:03d}.jpg.png" for i in range(24)])
+    image_files.write(bands(24), capture / "masks", [f"frame_{i:03d}.jpg.png" for i in range(24)])
     shapes, out = tmp_path / "shapes", tmp_path / "out"
     mask = np.zeros((24, 32), np.uint8)  # half the images' size
     mask[8:16, 10:20] = 255
-    images.write([mask] * 12, shapes, [f"frame_{2 * i:03d}.png" for i in range(12)])
+    image_files.write([mask] * 12, shapes, [f"frame_{2 * i:03d}.png" for i in range(12)])
     assert select(capture, "-k", 8, "--masks", shapes, "-o", out) == 0
     back, frames = exported(out, "nerfstudio")
     whole = np.zeros((48, 64), bool)
@@ -67,7 +69,9 @@ def test_only_the_chosen_values_of_a_mask_are_white(tmp_path):
     assert select(tmp_path / "scene", "-k", 4, "-o", tmp_path / "out") == 0
     for entry in record_of(tmp_path / "out")["frames"]:
         at = made.names.index(entry["name"].removesuffix(".JPG"))
-        found = images.load_mask(tmp_path / "out" / "masks" / f"{entry['name']}.png", (255, 255))
+        found = image_files.load_mask(
+            tmp_path / "out" / "masks" / f"{entry['name']}.png", (255, 255)
+        )
         np.testing.assert_array_equal(found, made.masks[at])
 
 
@@ -79,7 +83,7 @@ def test_captures_without_masks_export_none(capture, tmp_path):
 
 
 def test_masks_of_an_earlier_run_are_replaced(capture, tmp_path):
-    images.write(bands(24), capture / "masks", [f"frame_{i:03d}.jpg.png" for i in range(24)])
+    image_files.write(bands(24), capture / "masks", [f"frame_{i:03d}.jpg.png" for i in range(24)])
     assert select(capture, "-k", 6, "-o", tmp_path / "out") == 0
     assert select(capture, "-k", 3, "-o", tmp_path / "out", "--force") == 0
     assert len(list((tmp_path / "out" / "masks").iterdir())) == 3
@@ -102,8 +106,8 @@ def test_frames_of_a_video_become_images(tmp_path, more):
     assert [content[key] for key in ("w", "h")] == [64, 48]
     for name in listed:
         at = int(name[6:12])
-        shown = images.load(folder / "images" / name)
+        shown = image_files.load(folder / "images" / name)
         assert np.abs(shown.astype(int) - made.images[at]).mean() < 3
-        found = images.load_mask(folder / "masks" / f"{name}.png", (255, 255))
+        found = image_files.load_mask(folder / "masks" / f"{name}.png", (255, 255))
         np.testing.assert_array_equal(found, masks[at, ..., 0] > 0)
     assert "data:image/jpeg" in (out / "report.html").read_text() or "--geometry-only" in more

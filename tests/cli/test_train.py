@@ -39,7 +39,7 @@ def test_trained_weights_select_and_say_where_they_come_from(captures, tmp_path,
     assert "4 problems of up to 10 reconstructions: about" in said
     assert "4 of 4" in said
     method = pretrained.own(out)
-    assert method.name == "ours"
+    assert method.name == "less_is_more"
     assert method.scorer.provenance["made by"].startswith(
         "fsel train: behaviour cloning of 8 searched subsets of 2 captures, 3 epochs"
     )
@@ -85,7 +85,10 @@ def test_a_run_that_was_cut_off_goes_on(captures, tmp_path, monkeypatch, capsys)
     ("words", "said"),
     [
         (["-o", "mine.json"], "written as .safetensors"),
-        (["-o", "x.safetensors", "--method", "fsel"], "allowed: ours_no_appearance, ours"),
+        (
+            ["-o", "x.safetensors", "--method", "fsel"],
+            "allowed: less_is_more_no_appearance, less_is_more",
+        ),
         (["-o", "x.safetensors", "--reconstructor", "nerf"], "allowed: splats"),
         (["-o", "a/x.safetensors"], "may not be, hold or lie in what is read"),
     ],

@@ -11,7 +11,8 @@ from plyfile import PlyData
 from small_captures import record_of, select, write_ring
 
 from fsel.export import placing
-from fsel.layouts import images, read_capture
+from fsel.images import files as image_files
+from fsel.ingest.read import read_capture
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "layouts"))
 
@@ -77,7 +78,7 @@ def test_images_and_cameras_are_reduced_together(asked, tmp_path):
         *(30, 30.5, 16, 12),
     ]
     assert content["k1"] == -0.05
-    assert all(images.load(path).shape == (24, 32, 3) for path in (out / "images").iterdir())
+    assert all(image_files.load(path).shape == (24, 32, 3) for path in (out / "images").iterdir())
     model = model_of(out)  # its points lie where its reduced cameras see them
     for image in model.images.values():
         for seen in image.get_observation_points2D():

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from small_captures import select, write_ring
 
-from fsel.geometry import OPENGL_TO_OPENCV, invert_pose
-from fsel.layouts import read_capture
+from fsel.data.geometry import OPENGL_TO_OPENCV, invert_pose
+from fsel.ingest.read import read_capture
 
 GSPLAT = os.environ.get("GSPLAT_EXAMPLES", "")
 NERFSTUDIO = os.environ.get("FSEL_NERFSTUDIO", "")

@@ -8,7 +8,7 @@ from scipy.ndimage import convolve, gaussian_filter
 
 from fsel.features import appearance
 from fsel.features.appearance import descriptors
-from fsel.features.sharpness import sharpness
+from fsel.images.sharpness import sharpness
 
 
 def pictures(n=4, height=24, width=32, seed=0):

@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, random_problem
 
-from fsel.experiments.hard_cases.worlds import moved
+from fsel.data.problem import Problem
+from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.columns import CONDITIONED, FEATURES, STATIC
 from fsel.features.static import SIGNS, mvsnet_score, static_features
-from fsel.problem import Problem
 
 
 def proxies_of(problem):

@@ -8,8 +8,10 @@ import pytest
 from layout_recordings import full, recording, write_colmap, write_film
 from scipy.spatial.transform import Rotation
 
-from fsel.geometry import invert_pose
-from fsel.layouts import LAYOUTS, images, read_capture, read_raw, recognise
+from fsel.data.geometry import invert_pose
+from fsel.images import files as image_files
+from fsel.ingest.read import read_capture, read_raw, recognise
+from fsel.layouts import LAYOUTS
 from fsel.layouts.seven_scenes import DEPTH_TO_COLOR
 
 
@@ -57,7 +59,7 @@ def test_dl3dv_of_the_ten_thousand(tmp_path, inner):
 
 
 def write_log(made, folder, lost=(3, 8)):
-    images.write(made.images, folder, [f"{i + 1:06d}.jpg" for i in range(22)])
+    image_files.write(made.images, folder, [f"{i + 1:06d}.jpg" for i in range(22)])
     lines = []
     for i, pose in enumerate(made.world_to_camera):
         matrix = np.eye(4) if i in lost else full(pose)
@@ -96,7 +98,7 @@ def test_nerfpp_release(made, tmp_path):
     k[:2, :3] = [[60, 0, 31.5], [0, 60, 23.5]]  # OpenCV's pixel centres
     for i, pose in enumerate(made.world_to_camera):
         split = tmp_path / ("test" if i % 8 == 0 else "train")
-        images.write(made.images[i : i + 1], split / "rgb", [f"{i:05d}.png"])
+        image_files.write(made.images[i : i + 1], split / "rgb", [f"{i:05d}.png"])
         for name, matrix in (("pose", full(pose)), ("intrinsics", k)):
             (split / name).mkdir(exist_ok=True)
             text = " ".join(repr(float(v)) for v in matrix.ravel())
@@ -142,7 +144,7 @@ def test_iphone_frames_come_from_the_video_when_none_were_extracted(tmp_path):
     assert raw.names[0] == "frame_000000.jpg"
     for i in (0, 5, 2):
         row = raw.names.index(f"frame_{i:06d}.jpg")
-        np.testing.assert_array_equal(images.load(raw.images[row]), made.images[i])
+        np.testing.assert_array_equal(image_files.load(raw.images[row]), made.images[i])
 
 
 # 7-Scenes

@@ -9,7 +9,8 @@ import pycolmap
 import pytest
 from layout_recordings import recording, write_colmap
 
-from fsel.layouts import LAYOUTS, read_capture, read_raw
+from fsel.ingest.read import read_capture, read_raw
+from fsel.layouts import LAYOUTS
 
 
 @pytest.mark.parametrize(

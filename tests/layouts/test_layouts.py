@@ -9,13 +9,14 @@ import pandas as pd
 import pytest
 from layout_recordings import DROPPED, MASKED, READING, WRITERS, recording
 
-from fsel.capture import Capture
-from fsel.layouts import LAYOUTS, read_capture, read_raw
-from fsel.layouts.base import natural
-from fsel.layouts.ingest import ingest
-from fsel.layouts.recording import Camera
+from fsel.colmap.camera import Camera
+from fsel.data.capture import Capture
+from fsel.ingest.canonical import ingest
+from fsel.ingest.read import read_capture, read_raw
+from fsel.layouts import LAYOUTS
 from fsel.stages.ingest import ingest as save
 from fsel.synthesis.lens import project, unproject
+from fsel.utils.names import natural
 
 CAPTURES = Path(__file__).parents[3] / "shared" / "captures"
 

@@ -8,8 +8,10 @@ import pycolmap
 import pytest
 from layout_recordings import OPENCV, PINHOLE, full, recording, write_colmap
 
-from fsel.geometry import OPENGL_TO_OPENCV
-from fsel.layouts import LAYOUTS, colmap, images, read_capture, read_raw, recognise
+from fsel.data.geometry import OPENGL_TO_OPENCV
+from fsel.images import files as image_files
+from fsel.ingest.read import read_capture, read_raw, recognise
+from fsel.layouts import LAYOUTS, colmap
 
 
 @pytest.fixture
@@ -62,7 +64,7 @@ def test_masks_beside_a_colmap_model(made, tmp_path):
     names = write_colmap(made, tmp_path)
     masks = np.zeros((22, 48, 64), np.uint8)
     masks[:, :, :20] = 255
-    images.write(masks, tmp_path / "masks", [f"{name}.png" for name in names])
+    image_files.write(masks, tmp_path / "masks", [f"{name}.png" for name in names])
     capture = read_capture(tmp_path, long_side=64)
     np.testing.assert_array_equal(capture.masks, masks > 0)
 
@@ -95,7 +97,7 @@ def transforms(made, camera=PINHOLE, **content):
 
 
 def write_nerfstudio(made, folder, content):
-    images.write(made.images, folder / "images", [f"{name}.png" for name in made.names])
+    image_files.write(made.images, folder / "images", [f"{name}.png" for name in made.names])
     (folder / "transforms.json").write_text(json.dumps(content))
 
 
@@ -185,7 +187,7 @@ def test_masks_of_nerfstudio(made, tmp_path):
     content = transforms(made)
     masks = np.full((22, 48, 64), 7, np.uint8)
     masks[:, 10:20] = 0
-    images.write(masks, tmp_path / "masks", [f"{name}.png" for name in made.names])
+    image_files.write(masks, tmp_path / "masks", [f"{name}.png" for name in made.names])
     for frame in content["frames"]:
         frame["mask_path"] = frame["file_path"].replace("images", "masks")
     write_nerfstudio(made, tmp_path, content)

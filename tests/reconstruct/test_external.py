@@ -14,8 +14,8 @@ import pytest
 from selection_problems import capture_of
 from small_captures import ring
 
-from fsel.evaluation import Evaluator
-from fsel.points import SparsePoints
+from fsel.data.points import SparsePoints
+from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import check_needs
 from fsel.reconstruct.external import External
 from fsel.reconstruct.outcome import Unfinished

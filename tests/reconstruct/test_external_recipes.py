@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from selection_problems import capture_of
 from small_captures import ring
 
-from fsel.geometry import invert_pose
+from fsel.data.geometry import invert_pose
 from fsel.reconstruct.external import External, ExternalSettings
 from fsel.reconstruct.outcome import Unfinished
 

@@ -19,7 +19,7 @@ except (ImportError, RuntimeError) as error:  # a torchvision for another torch 
 
 from feed_forward_toy import Toy, ToyProcessor
 
-from fsel.geometry import invert_pose
+from fsel.data.geometry import invert_pose
 from fsel.reconstruct import check_needs, reconstructor_of
 from fsel.reconstruct.feed_forward import FeedForward
 from fsel.reconstruct.gaussians.model import GaussianModel

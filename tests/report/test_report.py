@@ -33,7 +33,7 @@ def grid(seed: int = 0, scenes: int = 3, draws: int = 2) -> pd.DataFrame:
             ("d", f"s{s}", d, method, k): rng.normal(20, 2)
             for s in range(scenes)
             for d in range(draws)
-            for method in ("random", "ours")
+            for method in ("random", "less_is_more")
             for k in (10, 20)
         }
     )
@@ -67,14 +67,14 @@ def test_unequal_draws_are_refused():
 
 def test_summary_mean_interval_and_count():
     table = summarise(grid(), METRICS)
-    source = grid().query("method == 'ours' and k == 20")["psnr"]
-    row = table.query("method == 'ours' and k == 20 and metric == 'psnr'").iloc[0]
+    source = grid().query("method == 'less_is_more' and k == 20")["psnr"]
+    row = table.query("method == 'less_is_more' and k == 20 and metric == 'psnr'").iloc[0]
     assert row["mean"] == pytest.approx(source.mean())
-    means = grid().query("method == 'ours' and k == 20").groupby("scene")["psnr"].mean()
+    means = grid().query("method == 'less_is_more' and k == 20").groupby("scene")["psnr"].mean()
     wanted = stats.ttest_1samp(means, 0).confidence_interval(0.95)
     np.testing.assert_allclose(row[["ci_low", "ci_high"]].astype(float), wanted)
     assert row["n"] == 3
-    assert list(table["method"].unique()) == ["random", "ours"]
+    assert list(table["method"].unique()) == ["random", "less_is_more"]
 
 
 def test_one_draw_of_one_scene_has_no_interval():
@@ -92,8 +92,8 @@ def test_equal_scenes_have_an_interval_without_width():
 def test_scenes_of_one_place_are_one_place():
     table = grid(scenes=4).assign(place=lambda t: t["scene"].map({"s0": "a", "s1": "a"}))
     table["place"] = table["place"].fillna(table["scene"])
-    row = summarise(table, ["psnr"]).query("method == 'ours' and k == 10").iloc[0]
-    own = table.query("method == 'ours' and k == 10")
+    row = summarise(table, ["psnr"]).query("method == 'less_is_more' and k == 10").iloc[0]
+    own = table.query("method == 'less_is_more' and k == 10")
     scenes = own.groupby(["place", "scene"])["psnr"].mean()
     assert row["n"] == 3
     assert row["mean"] == pytest.approx(scenes.groupby("place").mean().mean())
@@ -106,37 +106,37 @@ def test_training_seeds_move_the_interval_and_not_the_mean():
         for s, up in seeds.items()
     ]
     table = pd.concat(parts)
-    apart, alike = summarise(table, ["psnr"], trained=["ours"]), summarise(table, ["psnr"])
+    apart, alike = summarise(table, ["psnr"], trained=["less_is_more"]), summarise(table, ["psnr"])
     np.testing.assert_allclose(apart["mean"], alike["mean"])
     wider = (apart["ci_high"] - apart["ci_low"]) / (alike["ci_high"] - alike["ci_low"])
-    assert (wider[apart["method"] == "ours"] > 1.2).all()
+    assert (wider[apart["method"] == "less_is_more"] > 1.2).all()
     np.testing.assert_allclose(wider[apart["method"] == "random"], 1)
 
 
 def test_all_datasets_are_one_more():
     two = pd.concat([grid(0), grid(1).assign(dataset="e")], ignore_index=True)
     table = summarise(with_all_datasets(two), ["psnr"]).set_index(["dataset", "method", "k"])
-    assert table.loc[("all", "ours", 10), "n"] == 6
-    halves = table.loc[[("d", "ours", 10), ("e", "ours", 10)], "mean"]
-    assert table.loc[("all", "ours", 10), "mean"] == pytest.approx(halves.mean())
-    lacking = two[(two["dataset"] == "d") | (two["method"] == "ours")]
+    assert table.loc[("all", "less_is_more", 10), "n"] == 6
+    halves = table.loc[[("d", "less_is_more", 10), ("e", "less_is_more", 10)], "mean"]
+    assert table.loc[("all", "less_is_more", 10), "mean"] == pytest.approx(halves.mean())
+    lacking = two[(two["dataset"] == "d") | (two["method"] == "less_is_more")]
     assert "random" not in with_all_datasets(lacking).query("dataset == 'all'")["method"].to_numpy()
     assert len(with_all_datasets(grid())) == len(grid())
 
 
 def test_a_method_missing_in_a_scene_is_refused():
     table = grid()
-    gap = (table["scene"] == "s0") & (table["method"] == "ours")
+    gap = (table["scene"] == "s0") & (table["method"] == "less_is_more")
     with pytest.raises(ValueError, match=r"d: a mean over unequal sets.*2 of 3 scenes"):
         summarise(table[~gap], METRICS)
 
 
 def test_a_method_of_fewer_draws_is_summarised_over_those():
     table = grid()
-    table = table[(table["method"] != "ours") | (table["draw"] == 0)]
+    table = table[(table["method"] != "less_is_more") | (table["draw"] == 0)]
     summary = summarise(table, ["psnr"])
-    row = summary.query("method == 'ours' and k == 10").iloc[0]
-    kept = table.query("method == 'ours' and k == 10")["psnr"]
+    row = summary.query("method == 'less_is_more' and k == 10").iloc[0]
+    kept = table.query("method == 'less_is_more' and k == 10")["psnr"]
     assert row["mean"] == pytest.approx(kept.mean())
     assert row["n"] == 3
 
@@ -146,17 +146,22 @@ def test_paired_differences_are_narrower_than_their_parts():
     for s in range(10):
         hard = rng.normal(0, 5)
         values["d", f"s{s}", 0, "random", 10] = 20 + hard
-        values["d", f"s{s}", 0, "ours", 10] = 21 + hard
-    table = differences(cells(values), ["ours"], ["psnr"])
+        values["d", f"s{s}", 0, "less_is_more", 10] = 21 + hard
+    table = differences(cells(values), ["less_is_more"], ["psnr"])
     row = table.iloc[0]
-    assert (row["method"], row["reference"], row["k"], row["n"]) == ("ours", "random", 10, 10)
+    assert (row["method"], row["reference"], row["k"], row["n"]) == (
+        "less_is_more",
+        "random",
+        10,
+        10,
+    )
     np.testing.assert_allclose(row[["mean", "ci_low", "ci_high"]].astype(float), 1)
 
 
 def test_every_budget_is_compared_with_all_frames():
-    values = {("d", "s", 0, "ours", k): 20.0 + k for k in (10, 20)}
+    values = {("d", "s", 0, "less_is_more", k): 20.0 + k for k in (10, 20)}
     values["d", "s", 0, "all", ALL_FRAMES] = 25.0
-    table = differences(cells(values), ["ours"], ["psnr"])
+    table = differences(cells(values), ["less_is_more"], ["psnr"])
     assert table[["reference", "k", "mean"]].to_numpy().tolist() == [
         ["all", 10, 5.0],
         ["all", 20, 15.0],
@@ -184,8 +189,8 @@ def table_of(summary: pd.DataFrame, datasets: dict) -> str:
     return sweep_table(
         summary,
         datasets=datasets,
-        groups=[{"random": "Random", "ours": "Ours"}, {"all": "All frames"}],
-        ranked=["random", "ours"],
+        groups=[{"random": "Random", "less_is_more": "Ours"}, {"all": "All frames"}],
+        ranked=["random", "less_is_more"],
         budgets=[10, 20],
         higher_is_better={"psnr": True, "ssim": True},
         caption="Text.",
@@ -196,8 +201,8 @@ def table_of(summary: pd.DataFrame, datasets: dict) -> str:
 def test_table_cells_bold_and_counts():
     values = {
         ("d", "s", 0, "random", 10): 20.0,
-        ("d", "s", 0, "ours", 10): 21.0,
-        ("d", "s", 0, "ours", 20): 22.0,
+        ("d", "s", 0, "less_is_more", 10): 21.0,
+        ("d", "s", 0, "less_is_more", 20): 22.0,
         ("d", "s", 0, "all", ALL_FRAMES): 30.0,
     }
     text = table_of(summarise(cells(values), METRICS), {"d": "D"})
@@ -208,7 +213,7 @@ def test_table_cells_bold_and_counts():
 
 
 def test_equal_prints_share_the_lead():
-    values = {("d", "s", 0, "random", 10): 20.001, ("d", "s", 0, "ours", 10): 20.002}
+    values = {("d", "s", 0, "random", 10): 20.001, ("d", "s", 0, "less_is_more", 10): 20.002}
     text = table_of(summarise(cells(values), METRICS), {"d": "D"})
     assert text.count(r"\textbf{20.00}") == 2
 
@@ -238,15 +243,15 @@ def test_seven_datasets_go_on_on_a_second_page():
     assert text.count(r"\begin{") == text.count(r"\end{")
 
 
-def panel(method: str = "ours") -> pd.DataFrame:
+def panel(method: str = "less_is_more") -> pd.DataFrame:
     values = {}
     for s in range(6):
         values["d", f"s{s}", 0, "random", 10] = 20.0 + s
         values["d", f"s{s}", 0, "nearest", 10] = 21.0 + s
-        values["d", f"s{s}", 0, "ours", 10] = 21.5 + s
+        values["d", f"s{s}", 0, "less_is_more", 10] = 21.5 + s
         values["d", f"s{s}", 0, "random", 20] = 24.0 + s
         values["d", f"s{s}", 0, "nearest", 20] = 23.0 + s
-        values["d", f"s{s}", 0, "ours", 20] = 24.0 + s + (-1) ** s
+        values["d", f"s{s}", 0, "less_is_more", 20] = 24.0 + s + (-1) ** s
     table = cells(values)
     return gains(
         summarise(table, METRICS),

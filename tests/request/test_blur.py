@@ -5,8 +5,8 @@ import pytest
 from selection_problems import capture_of
 
 import fsel
-from fsel.layouts import previews
-from fsel.problem import Problem
+from fsel.data.problem import Problem
+from fsel.images import previews
 from fsel.request import blur, swaps
 from fsel.request.blur import blurred, exchanged
 from fsel.request.refine import Swapped

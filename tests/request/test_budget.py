@@ -11,8 +11,8 @@ from selection_problems import capture_of, random_problem, with_points
 from small_captures import write_ring
 
 import fsel
-from fsel.experiments.hard_cases.worlds import moved
-from fsel.points import SparsePoints
+from fsel.data.points import SparsePoints
+from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.request.budget import Auto, enough, find, most, predicted, shifts, view_shift
 from fsel.request.memory import NEEDS, within
 

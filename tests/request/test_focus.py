@@ -6,9 +6,9 @@ import pytest
 from selection_problems import around
 from small_captures import ring
 
-from fsel.capture import Views
+from fsel.data.capture import Views
+from fsel.data.problem import Problem
 from fsel.features.static import proxy_points
-from fsel.problem import Problem
 from fsel.request import focus
 from fsel.request.targets import sees, targets_of
 

@@ -3,7 +3,7 @@
 import numpy as np
 from selection_problems import capture_of
 
-from fsel.points import SparsePoints
+from fsel.data.points import SparsePoints
 from fsel.request.hidden import behind
 
 

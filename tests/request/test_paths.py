@@ -8,7 +8,7 @@ import pytest
 from selection_problems import around, capture_of
 from small_captures import ring
 
-from fsel.geometry import directions
+from fsel.data.geometry import directions
 from fsel.request import paths
 from fsel.request.targets import targets_of
 

@@ -8,7 +8,7 @@ import pytest
 from selection_problems import capture_of
 from small_captures import ring
 
-from fsel.capture import Views
+from fsel.data.capture import Views
 from fsel.request import focus
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of

@@ -10,14 +10,14 @@ from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, random_problem
 from slow_selector import POLICIES, random_scorer, slow_inputs, spelled
 
-from fsel.experiments.hard_cases.worlds import moved, random_weights
+from fsel.data.problem import checked_select
+from fsel.experiments.studies.hard_cases.worlds import moved, random_weights
 from fsel.features.columns import CONDITIONED_INPUTS, INPUTS, NAMES, TARGET_GAIN, TARGET_GAIN_INPUT
-from fsel.problem import checked_select
 from fsel.selector import plain, pretrained
 from fsel.selector.greedy import greedy, standardise
 from fsel.selector.policies import POLICIES as SHIPPED
+from fsel.selector.rollout import Rollout, follow, pick
 from fsel.selector.scorer import Linear, Network, Scorer
-from fsel.selector.walk import Walk, follow, pick
 
 LOOPS = {"compiled": greedy, "plain": plain.greedy}
 loops = pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
@@ -80,8 +80,8 @@ def test_what_is_not_read_may_be_anything():
     np.testing.assert_array_equal(again, rows)
     np.testing.assert_array_equal(same, scores)
     assert policy.reads == ()
-    assert SHIPPED["ours_no_appearance"].reads == ("sharpness",)
-    assert SHIPPED["ours"].reads == ("appearance", "sharpness")
+    assert SHIPPED["less_is_more_no_appearance"].reads == ("sharpness",)
+    assert SHIPPED["less_is_more"].reads == ("appearance", "sharpness")
 
 
 @policies
@@ -89,7 +89,7 @@ def test_training_sees_what_greedy_sees(policy):
     problem = random_problem(40, 2)
     prepared, scorer = policy.prepare(problem), random_scorer(policy, 2)
     rows, scores = greedy(prepared, scorer, 10)
-    features, selectable = follow(Walk(prepared), rows)
+    features, selectable = follow(Rollout(prepared), rows)
     assert features.shape == (10, len(prepared.pool), INPUTS)
     assert features.dtype == np.float32
     read = np.isin(NAMES, policy.inputs)
@@ -105,20 +105,20 @@ def test_training_sees_what_greedy_sees(policy):
 @policies
 def test_picking_by_any_score_is_the_same_loop(policy):
     prepared, scorer = policy.prepare(random_problem(40, 6)), random_scorer(policy, 6)
-    rows = pick(Walk(prepared), lambda features, left, past: scorer.scores(features[-1]), 12)
+    rows = pick(Rollout(prepared), lambda features, left, past: scorer.scores(features[-1]), 12)
     np.testing.assert_array_equal(rows, greedy(prepared, scorer, 12)[0])
 
 
 def test_the_first_step_has_no_selection_conditioned_input():
     prepared = POLICIES["every"].prepare(random_problem(30))
-    features, _ = follow(Walk(prepared), np.array([4, 2]))
+    features, _ = follow(Rollout(prepared), np.array([4, 2]))
     np.testing.assert_array_equal(features[0][:, CONDITIONED_INPUTS], 0)
     assert (features[1][:, CONDITIONED_INPUTS].std(axis=0) > 0.5).all()
 
 
 @policies
 def test_the_target_gain_is_zero_where_it_is_not_read(policy):
-    features, _ = follow(Walk(policy.prepare(random_problem(30))), np.array([4, 2]))
+    features, _ = follow(Rollout(policy.prepare(random_problem(30))), np.array([4, 2]))
     assert features[..., TARGET_GAIN_INPUT].any() == (TARGET_GAIN in policy.inputs)
 
 
@@ -134,7 +134,7 @@ def test_budgets_are_nested(policy):
 def test_a_constant_scorer_takes_the_lowest_rows(loop):
     weights = {name: np.zeros_like(array) for name, array in random_weights(0).items()}
     weights["layer3.bias"][0] = 3
-    rows, scores = loop(POLICIES["ours"].prepare(random_problem(30)), Network(weights), 5)
+    rows, scores = loop(POLICIES["less_is_more"].prepare(random_problem(30)), Network(weights), 5)
     np.testing.assert_array_equal(rows, np.arange(5))
     np.testing.assert_array_equal(scores, 3)
     rows, scores = loop(POLICIES["sum"].prepare(random_problem(30)), Linear({"c_vis": 0.0}), 5)
@@ -148,13 +148,16 @@ def test_rounding_never_decides_between_near_ties(loop, make):
     problem = random_problem(60, 12)
     sharpness = np.where(np.isin(np.arange(60), problem.candidates[[3, 30, 41]]), 900.0, 10.0)
     sharpness[problem.candidates[41]] += 1e-9
-    prepared = POLICIES["ours"].prepare(replace(problem, sharpness=sharpness))
+    prepared = POLICIES["less_is_more"].prepare(replace(problem, sharpness=sharpness))
     rows, _ = loop(prepared, make({"sharpness": 1.0}), 3)
     np.testing.assert_array_equal(rows, [41, 3, 30])
 
 
 def test_weights_read_from_a_file_pick_the_same(tmp_path):
-    prepared, scorer = POLICIES["ours"].prepare(random_problem(40)), Network(random_weights(4))
+    prepared, scorer = (
+        POLICIES["less_is_more"].prepare(random_problem(40)),
+        Network(random_weights(4)),
+    )
     scorer.save(tmp_path / "s.safetensors")
     again = greedy(prepared, Scorer.load(tmp_path / "s.safetensors"), 10)
     for got, want in zip(again, greedy(prepared, scorer, 10), strict=True):
@@ -215,7 +218,7 @@ def test_z_scores_by_hand():
 @loops
 @pytest.mark.parametrize("k", [0, -1, 1000])
 def test_an_impossible_budget_is_refused(loop, k):
-    prepared = POLICIES["ours"].prepare(random_problem(30))
+    prepared = POLICIES["less_is_more"].prepare(random_problem(30))
     with pytest.raises(ValueError, match=f"got {k}"):
         loop(prepared, Network(random_weights(0)), k)
 
@@ -234,7 +237,7 @@ def test_a_policy_takes_scorers_of_its_kind_and_inputs_only():
     with pytest.raises(ValueError, match="fsel has a scorer of the kind Linear, not Network"):
         SHIPPED["fsel"].method(Network(random_weights(0)))
     with pytest.raises(ValueError, match="ours has a scorer of the kind Network, not Linear"):
-        SHIPPED["ours"].method(pretrained.method().scorer)
+        SHIPPED["less_is_more"].method(pretrained.method().scorer)
     with pytest.raises(ValueError, match="fsel does not read sharpness; allowed: d_min_s"):
         SHIPPED["fsel"].method(Linear({"d_min_s": 1.0, "sharpness": 1.0}))
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import save_file
 
-from fsel.experiments.hard_cases.worlds import random_weights
+from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.features.columns import FOLLOWING_INPUTS, INPUTS, NAMES
 from fsel.selector.scorer import (
     SHAPES,

@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 from small_sweep import SEARCH
 
-from fsel.capture import Capture
-from fsel.evaluation import Evaluator
+from fsel.data.capture import Capture
+from fsel.data.split import Split
+from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
-from fsel.split import Split
 from fsel.stages.label import label
 
 GAUSSIANS = {"name": "gaussians", "long_side": 24, "settings": {"steps": 3, "gaussians": 100}}

@@ -3,8 +3,8 @@
 import pandas as pd
 
 from fsel.baselines import METHODS
-from fsel.problem import Problem
-from fsel.split import Split
+from fsel.data.problem import Problem
+from fsel.data.split import Split
 
 
 def test_selections_nest_and_spare_the_targets(scene, swept):

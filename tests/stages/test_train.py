@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 
-from fsel.capture import Capture
-from fsel.files import read_table, write_table
-from fsel.split import coverage_split
+from fsel.data.capture import Capture
+from fsel.data.split import coverage_split
 from fsel.stages.train import train
 from fsel.training import labelled as reading
+from fsel.utils.files import read_table, write_table
 
 
 def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelled, tmp_path):
@@ -19,7 +19,7 @@ def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelle
             [tmp_path / f"{name}{seed}.safetensors" for seed in range(seeds)],
             [tmp_path / f"{name}{seed}.parquet" for seed in range(seeds)],
             scenes=["s"],
-            policy="ours",
+            policy="less_is_more",
             epochs=1,
             learning_rate=1e-3,
             config="c",

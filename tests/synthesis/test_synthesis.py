@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from fsel.geometry import camera_centers
-from fsel.layouts.recording import SUBJECT, Camera
+from fsel.colmap.camera import Camera
+from fsel.data.geometry import camera_centers
+from fsel.layouts.contract import SUBJECT
 from fsel.synthesis import FAMILIES, record, trajectories
 from fsel.synthesis.families import FAMILY
 from fsel.synthesis.lens import project, unproject

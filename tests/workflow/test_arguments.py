@@ -13,7 +13,7 @@ import pytest
 from dry_runs import ROOT
 from snakemake.iocontainers import Namedlist
 
-from fsel.stages.job import arguments
+from fsel.workflow.job import arguments
 
 RULES = """
 import json, sys

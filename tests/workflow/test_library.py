@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from dry_runs import ROOT
 
-from fsel.stages.dependencies import Library
+from fsel.workflow.dependencies import Library
 
 RULE = re.compile(r"^(?:rule (\w+):|use rule (\w+) as (\w+) with:)(.*?)(?=^\S|\Z)", re.M | re.S)
 WRITTEN, MADE, EDITED = 1_400_000_000, 1_500_000_000, 1_600_000_000
@@ -125,11 +125,13 @@ def test_an_edit_of_a_module_reruns_the_rules_that_need_it(clone, after, needs, 
 def test_an_unknown_name_is_refused_before_any_job(clone):
     script = clone / "workflow" / "scripts" / "select.py"
     text = script.read_text()
-    script.write_text(f"{text}\nfrom fsel.geometry import nowhere\nnowhere()\n")
+    script.write_text(f"{text}\nfrom fsel.data.geometry import nowhere\nnowhere()\n")
     try:
         result = snakemake(clone, "--dry-run")
     finally:
         script.write_text(text)
         os.utime(script, (WRITTEN, WRITTEN))
     assert result.returncode != 0
-    assert "select.py: fsel.geometry does not define 'nowhere'" in result.stdout + result.stderr
+    assert (
+        "select.py: fsel.data.geometry does not define 'nowhere'" in result.stdout + result.stderr
+    )

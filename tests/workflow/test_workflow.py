@@ -123,13 +123,13 @@ SHIPPED = ROOT / "src" / "fsel" / "selector" / "weights"
 
 
 def test_scorers_made_elsewhere_are_measured_and_nothing_is_trained(tmp_path):
-    names = ("ours", "ours_no_appearance")
+    names = ("less_is_more", "less_is_more_no_appearance")
     weights = {name: [str(SHIPPED / f"{name}.safetensors")] for name in names}
     smoke = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())["training"]
     both = planned(dry_run(tmp_path, changed(tmp_path, training=smoke | {"weights": weights})))
     assert both["select"] == both["ksweep"] + 1 == 2
     assert not {"label", "order", "train", "train_no_appearance"} & set(both)
-    weights.pop("ours_no_appearance")
+    weights.pop("less_is_more_no_appearance")
     one = planned(dry_run(tmp_path, changed(tmp_path, training=smoke | {"weights": weights})))
     assert one["train_no_appearance"] == 1
     assert "train" not in one
@@ -140,8 +140,8 @@ def test_scorers_made_elsewhere_are_measured_and_nothing_is_trained(tmp_path):
     [("nowhere.safetensors", "nowhere.safetensors"), (str(SHIPPED / "fsel.json"), "made for")],
 )
 def test_scorers_that_are_not_there_or_of_another_policy_are_refused(tmp_path, path, part):
-    text = refusal(tmp_path, changed(tmp_path, training={"weights": {"ours": [path]}}))
-    for said in ("training.weights.ours", part, "Hint: "):
+    text = refusal(tmp_path, changed(tmp_path, training={"weights": {"less_is_more": [path]}}))
+    for said in ("training.weights.less_is_more", part, "Hint: "):
         assert said in text
 
 

@@ -1,6 +1,6 @@
 """Damaged artefacts are refused before a job starts: Snakemake removes outputs of jobs that fail."""
 
-from fsel.checksums import damages, remade
+from fsel.utils.checksums import damages, remade
 
 
 def check_artefacts(dag):

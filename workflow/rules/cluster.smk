@@ -29,7 +29,7 @@ def per_reconstruction(amount):
 
 def captured(files):
     """Frames of the largest capture that is there, over those that a rule's numbers are for."""
-    from fsel.files import mapped_array
+    from fsel.utils.files import mapped_array
 
     there = [path for path in files if Path(path).name == "images.npy"]
     frames = [len(mapped_array(f)) for f in there if os.path.exists(f)]
@@ -40,7 +40,7 @@ def start_on_cluster():
     """Before Slurm gets jobs: refuse a run without a lock, end the jobs of a run that was killed."""
     if not workflow.is_main_process or workflow.executor_plugin.name != "slurm":
         return
-    from fsel.stages.slurm import end_earlier_jobs
+    from fsel.workflow.slurm import end_earlier_jobs
 
     if not workflow.execution_settings.lock:
         refuse(

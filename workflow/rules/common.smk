@@ -539,7 +539,7 @@ def scorers(policy, folder):
     return named or collect(f"{folder}/seed{{seed}}.safetensors", seed=SEEDS)
 
 
-OURS = scorers("ours", "<results>/selector")
+OURS = scorers("less_is_more", "<results>/selector")
 
 
 def shipped(name):
@@ -556,7 +556,7 @@ FSEL = collect(
 ]
 SCORERS = [
     *OURS,
-    *scorers("ours_no_appearance", "<results>/selector/no_appearance"),
+    *scorers("less_is_more_no_appearance", "<results>/selector/no_appearance"),
     *FSEL,
     shipped("fsel_rule.json"),
 ]

@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(workflow.basedir, "src")))
 from fsel.features import appearance
 from fsel.metrics import lpips
 from fsel.reconstruct import check_needs
-from fsel.reconstruct.outcome import Lacking
+from fsel.reconstruct.outcome import MissingRequirement
 
 # a cluster's nodes have the GPUs that its login node lacks
 ELSEWHERE = shutil.which("sbatch") is not None
@@ -27,7 +27,7 @@ def absent(where, name, reconstruction):
     """
     try:
         check_needs(reconstruction, devices=not ELSEWHERE)
-    except Lacking as error:
+    except MissingRequirement as error:
         return f"{where}, {name}: {error}".replace("\n", "\n  ").splitlines()
     except ValueError as error:
         refuse(f"{where}, {name}: {error}", KEYS)

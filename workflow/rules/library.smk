@@ -4,7 +4,7 @@ from functools import cache
 
 from fsel.reconstruct import needs_gpu
 from fsel.selector import pretrained
-from fsel.stages.dependencies import dependencies
+from fsel.workflow.dependencies import dependencies
 
 LIBRARY = Path(os.path.relpath(Path(workflow.basedir, "src", "fsel")))
 

@@ -243,11 +243,11 @@ use rule train as train_geometry with:
         ),
         logs=collect("<results>/selector/geometry/seed{seed}.parquet", seed=SEEDS),
     log:
-        "<results>/logs/train/ours_geometry.log",
+        "<results>/logs/train/less_is_more_geometry.log",
     benchmark:
-        "<results>/benchmarks/train/ours_geometry.jsonl"
+        "<results>/benchmarks/train/less_is_more_geometry.jsonl"
     params:
-        policy="ours_geometry",
+        policy="less_is_more_geometry",
         scenes=list(LABELLED),
         epochs=config["training"]["epochs"],
         learning_rate=config["training"]["learning_rate"],

@@ -5,7 +5,7 @@ Outputs: <results>/{dataset}/{scene}/pictures/ (canonical captures),
 <figures>/{teaser,real_world,qualitative_{dataset}}.{pdf,png,csv}.
 """
 
-VIEWED = ("all", "uniform", "strongest", "ours", "fsel")
+VIEWED = ("all", "uniform", "strongest", "less_is_more", "fsel")
 
 
 use rule generate as generate_pictures with:

@@ -1,7 +1,7 @@
 """The learned selectors.
 
 Inputs: trajectories, and canonical captures of all train scenes.
-Outputs: <results>/selector/seed{seed}.safetensors (`ours`),
+Outputs: <results>/selector/seed{seed}.safetensors (`less_is_more`),
 <results>/selector/no_appearance/seed{seed}.safetensors, <results>/selector/fsel/seed{seed}.json,
 each with a log of its training beside it.
 """
@@ -21,9 +21,9 @@ rule train:
         weights=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
         logs=collect("<results>/selector/seed{seed}.parquet", seed=SEEDS),
     log:
-        "<results>/logs/train/ours.log",
+        "<results>/logs/train/less_is_more.log",
     benchmark:
-        "<results>/benchmarks/train/ours.jsonl"
+        "<results>/benchmarks/train/less_is_more.jsonl"
     conda:
         "../envs/fsel.yaml"
     threads: 1
@@ -31,7 +31,7 @@ rule train:
         mem_mb=growing(4000),
         runtime=growing(60),
     params:
-        policy="ours",
+        policy="less_is_more",
         scenes=list(LABELLED),
         epochs=config["training"]["epochs"],
         learning_rate=config["training"]["learning_rate"],
@@ -48,11 +48,11 @@ use rule train as train_no_appearance with:
         ),
         logs=collect("<results>/selector/no_appearance/seed{seed}.parquet", seed=SEEDS),
     log:
-        "<results>/logs/train/ours_no_appearance.log",
+        "<results>/logs/train/less_is_more_no_appearance.log",
     benchmark:
-        "<results>/benchmarks/train/ours_no_appearance.jsonl"
+        "<results>/benchmarks/train/less_is_more_no_appearance.jsonl"
     params:
-        policy="ours_no_appearance",
+        policy="less_is_more_no_appearance",
         scenes=list(LABELLED),
         epochs=config["training"]["epochs"],
         learning_rate=config["training"]["learning_rate"],

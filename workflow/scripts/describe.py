@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from fsel.stages.describe import describe
-from fsel.stages.job import run
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

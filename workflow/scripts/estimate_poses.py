@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.estimate_poses import estimate_poses
-from fsel.stages.job import run
+from fsel.experiments.paper.estimate_poses import estimate_poses
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

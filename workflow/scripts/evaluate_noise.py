@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.pose_trials import evaluate_noise
-from fsel.stages.job import run
+from fsel.experiments.paper.pose_trials import evaluate_noise
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

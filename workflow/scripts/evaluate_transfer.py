@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.transfer import evaluate_transfer
-from fsel.stages.job import run
+from fsel.experiments.paper.transfer import evaluate_transfer
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

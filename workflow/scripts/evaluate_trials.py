@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.ablation.trials import evaluate_trials
-from fsel.stages.job import run
+from fsel.experiments.paper.ablation.trials import evaluate_trials
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.ablation.tables import feature_sweep
-from fsel.stages.job import run
+from fsel.experiments.paper.ablation.tables import feature_sweep
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.budget_curves import fit_budget
-from fsel.stages.job import run
+from fsel.experiments.studies.budget_curves import fit_budget
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

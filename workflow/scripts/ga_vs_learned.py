@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.ga_vs_learned import ga_vs_learned
-from fsel.stages.job import run
+from fsel.experiments.paper.ga_vs_learned import ga_vs_learned
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.costs import measure_costs
-from fsel.stages.job import run
+from fsel.experiments.paper.costs import measure_costs
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

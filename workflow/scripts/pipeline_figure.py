@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.pipeline_figure import pipeline_figure
-from fsel.stages.job import run
+from fsel.experiments.paper.pipeline_figure import pipeline_figure
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.budget_curves import select_curves
-from fsel.stages.job import run
+from fsel.experiments.studies.budget_curves import select_curves
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

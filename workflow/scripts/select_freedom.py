@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.freedom import select_freedom
-from fsel.stages.job import run
+from fsel.experiments.studies.candidate_pools import select_freedom
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.selection_time import selection_time
-from fsel.stages.job import run
+from fsel.experiments.studies.selection_time import selection_time
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

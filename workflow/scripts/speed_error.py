@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.speed_error import speed_error
-from fsel.stages.job import run
+from fsel.experiments.studies.speed_error import speed_error
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

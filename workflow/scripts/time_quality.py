@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.experiments.time_quality import time_quality
-from fsel.stages.job import run
+from fsel.experiments.paper.time_quality import time_quality
+from fsel.workflow.job import run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel.api.asked import checked_request, method_of, number_of
-from fsel.capture import Capture, Views
-from fsel.features.sharpness import sharpness as measure_sharpness
-from fsel.problem import Method, Problem, checked_select
+from fsel.api.request import checked_request, method_of, number_of
+from fsel.data.capture import Capture, Views
+from fsel.data.problem import Method, Problem, checked_select
+from fsel.data.subsets import evenly
+from fsel.images.sharpness import sharpness as measure_sharpness
 from fsel.request import budget
 from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
@@ -21,7 +22,6 @@ from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
-from fsel.subsets import evenly
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -76,7 +76,7 @@ def select(
         targets: what will be rendered. None: anything that the capture saw. `every:8`: the frames
             0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
             by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
-            camera path. `fsel.capture.Views`: poses. `Targets`: what `checked_request` returned.
+            camera path. `fsel.Views`: poses. `Targets`: what `checked_request` returned.
         method: a key of `METHODS`, or a method of your own; None for `fsel`, or what `weights` were
             trained for.
         seed: of methods that draw at random.

@@ -1,7 +1,7 @@
-"""Selection methods without training: one file each, one contract (see `fsel.problem`)."""
+"""Selection methods without training: one file each, one contract (see `fsel.data.problem`)."""
 
-from fsel.problem import Method
-from fsel.registry import Registry
+from fsel.data.problem import Method
+from fsel.utils.registry import Registry
 
 PAPER: Registry[Method] = Registry(
     "method",

@@ -6,8 +6,8 @@ import numba
 import numpy as np
 
 from fsel.baselines.splat_views import Blends, greedy_on_splats, held_by
-from fsel.geometry import camera_centers
-from fsel.problem import Method, Problem
+from fsel.data.geometry import camera_centers
+from fsel.data.problem import Method, Problem
 
 BINS = 128  # directions on the sphere
 EMPTY = -2.0  # score of a view that no splat reaches: below that of full coverage

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from fsel.data.geometry import directions, reference_points, viewing_angles
+from fsel.data.problem import Problem
 from fsel.features.static import MVSNET_ANGLE, MVSNET_SPREAD
-from fsel.geometry import directions, reference_points, viewing_angles
-from fsel.problem import Problem
 
 PREDICTED = 256  # points at most that stand in for missing ones
 

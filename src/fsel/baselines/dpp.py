@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.data.problem import Method, Problem
 from fsel.features.appearance import KERNEL_JITTER
-from fsel.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.baselines.greedy import locate
-from fsel.problem import Method, Problem
+from fsel.data.problem import Method, Problem
 
 ROUNDING = 1e-4  # relative error of sums in float32, at most
 

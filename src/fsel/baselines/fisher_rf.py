@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from fsel.baselines.splat_views import Blends, greedy_on_splats
-from fsel.problem import Method, Problem
+from fsel.data.problem import Method, Problem
 
 DAMPING = 1e-6  # the released default of lambda
 

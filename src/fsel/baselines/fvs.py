@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.geometry import farthest_views
-from fsel.problem import Method, Problem
+from fsel.data.geometry import farthest_views
+from fsel.data.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:

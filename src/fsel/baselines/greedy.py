@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numba
 import numpy as np
 
-from fsel.geometry import centered
+from fsel.data.geometry import centered
 
 TIE = 1e-5  # gains closer than this share are equal: sums of float32 values are not more exact
 BLOCK = 256  # rows whose values are held at a time

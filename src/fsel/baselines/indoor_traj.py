@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.baselines.greedy import most_central
-from fsel.geometry import centered
-from fsel.problem import Method, Problem
+from fsel.data.geometry import centered
+from fsel.data.problem import Method, Problem
 
 POSITION, ROTATION = 0.7, 0.2  # shares of the similarity; appearance has the rest
 SPREAD = 0.5  # of the Gaussian over positions, in the cameras' root mean square radius

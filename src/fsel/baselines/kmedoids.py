@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from fsel.baselines.greedy import BLOCK, locate
-from fsel.problem import Method, Problem
+from fsel.data.problem import Method, Problem
 
 ROUNDING = 1e-6  # of a distance in float32
 HELD = 2048  # frames up to which all distances are held: 16 MB

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.baselines.greedy import most_central
-from fsel.geometry import centered, farthest_views
-from fsel.problem import Method, Problem
+from fsel.data.geometry import centered, farthest_views
+from fsel.data.problem import Method, Problem
 
 ROUNDS = 300  # Lloyd's iterations at most
 ROUNDING = 1e-9  # of distances between points of about unit size

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.baselines.covisibility import scores_with, tracks
-from fsel.problem import Method, Problem
+from fsel.data.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 
 from fsel.baselines.covisibility import score_rows, score_sums, tracks
 from fsel.baselines.greedy import locate
-from fsel.problem import Method, Problem
+from fsel.data.problem import Method, Problem
 
 ROUNDING = 1e-4  # relative error of sums in float32, at most
 

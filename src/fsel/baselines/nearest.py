@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.geometry import pose_distance
-from fsel.problem import Method, Problem
+from fsel.data.geometry import pose_distance
+from fsel.data.problem import Method, Problem
 
 
 def nearest(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:

@@ -6,8 +6,8 @@ import numpy as np
 
 from fsel.baselines.covisibility import most_shared, shared_points, tracks
 from fsel.baselines.greedy import most_central
-from fsel.geometry import centered
-from fsel.problem import Method, Problem
+from fsel.data.geometry import centered
+from fsel.data.problem import Method, Problem
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:

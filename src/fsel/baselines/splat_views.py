@@ -14,9 +14,9 @@ import numpy as np
 
 from fsel.baselines.covisibility import grouped
 from fsel.baselines.greedy import most_central
-from fsel.capture import Capture
-from fsel.geometry import centered, farthest_views, pose_matrices
-from fsel.problem import Problem
+from fsel.data.capture import Capture
+from fsel.data.geometry import centered, farthest_views, pose_matrices
+from fsel.data.problem import Problem
 from fsel.reconstruct.splats import Splats
 
 FIT_SIDE = 32  # pixels of the longer side, of fitted images and of views

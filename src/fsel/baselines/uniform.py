@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.problem import Method, Problem
-from fsel.subsets import evenly
+from fsel.data.problem import Method, Problem
+from fsel.data.subsets import evenly
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:

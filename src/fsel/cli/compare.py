@@ -10,28 +10,28 @@ import cv2
 import numpy as np
 
 from fsel import api
-from fsel.capture import Capture
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
-from fsel.counted import counted
-from fsel.evaluation import Evaluator
+from fsel.data.capture import Capture
+from fsel.data.problem import Method
+from fsel.data.subsets import evenly, subset_key
+from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.measuring import Run, picks_at, runs
 from fsel.export.compared import Cell, Compared, differences
-from fsel.export.records import FolderRecord
-from fsel.export.staging import staged
 from fsel.export.versus import comparison
-from fsel.layouts.previews import sharpness_among
-from fsel.measuring import Run, picks_at, runs
+from fsel.images.previews import sharpness_among
 from fsel.metrics import Metrics
-from fsel.problem import Method
+from fsel.outputs.records import FolderRecord
+from fsel.outputs.staging import staged
 from fsel.reconstruct import Model, Reconstructor
 from fsel.request.blur import SharpnessOf, blurred
 from fsel.request.focus import Focus
 from fsel.request.problem import request_problem
 from fsel.request.targets import Targets
-from fsel.subsets import evenly, subset_key
+from fsel.utils.wording import counted
 
 SHOWN = 6  # held-out frames that are rendered side by side
 BAND = 14  # pixels of a caption

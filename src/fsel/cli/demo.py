@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from fsel.cli.console import Console
-from fsel.export.records import FolderRecord
-from fsel.export.staging import staged
 from fsel.layouts import colmap
+from fsel.outputs.records import FolderRecord
+from fsel.outputs.staging import staged
 
 SCENES = {"garden": ("mipnerf360", 5)}  # family and seed; COLMAP places every frame of it
 FRAMES, SIZE = 80, (320, 240)

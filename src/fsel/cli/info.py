@@ -9,21 +9,22 @@ from pathlib import Path
 import numpy as np
 
 from fsel import api
-from fsel.capture import Capture
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import reasons
-from fsel.counted import counted
+from fsel.data.capture import Capture
+from fsel.data.geometry import lengths
 from fsel.export.record import reason
-from fsel.geometry import lengths
-from fsel.layouts import bare, images
-from fsel.layouts.base import natural
-from fsel.layouts.opening import Opened
-from fsel.layouts.previews import sharpness_of_files
+from fsel.images import files as image_files
+from fsel.images.previews import sharpness_of_files
+from fsel.ingest.lazy import LazyCapture
+from fsel.layouts import bare
 from fsel.request.blur import blurred
 from fsel.request.focus import scene_bounds
 from fsel.request.paths import attention
 from fsel.request.scene_depth import viewing_distance
+from fsel.utils.names import natural
+from fsel.utils.wording import counted
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:
@@ -62,7 +63,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     console.give(result | {"agreement": str(opened.agreement)})
 
 
-def described(opened: Opened, capture: Capture, sharpness: np.ndarray) -> dict:
+def described(opened: LazyCapture, capture: Capture, sharpness: np.ndarray) -> dict:
     """What the command prints, with names in full.
 
     Args:
@@ -111,7 +112,7 @@ def _worth_keeping(capture: Capture) -> tuple[list[str], str]:
     return sorted(chosen.names, key=natural), "" if found is None else reason(found)
 
 
-def _unregistered(files: Sequence[images.Image], skipped: Collection[str]) -> list[str]:
+def _unregistered(files: Sequence[image_files.Image], skipped: Collection[str]) -> list[str]:
     """Names of images that lie beside the frames' and are none of them, nor of those skipped."""
     known = {file for file in files if isinstance(file, Path)}
     posed = {Path(name).name for name in skipped}

@@ -11,8 +11,8 @@ from types import FrameType
 
 import numpy as np
 
-from fsel.capture import Capture
 from fsel.cli.console import Console
+from fsel.data.capture import Capture
 from fsel.reconstruct import RECONSTRUCTORS, Model, Reconstructor, check_needs
 
 KEPT = "interrupted: the model so far is written; again to give up"

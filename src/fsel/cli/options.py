@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from fsel.bounds import MAX_ERROR
 from fsel.cli.values import positive, whole
+from fsel.utils.limits import MAX_ERROR
 
 LARGEST = 16384  # pixels of a working image's longer side
 

@@ -160,7 +160,9 @@ def _add_train(commands) -> None:
     command.add_argument("capture", type=Path, nargs="+", help="folders of captures")
     add_reading(command)
     command.add_argument(
-        "--method", default="ours", help="ours (by default), or ours_no_appearance"
+        "--method",
+        default="less_is_more",
+        help="less_is_more (by default), or less_is_more_no_appearance",
     )
     command.add_argument(
         "--coverages",

@@ -8,8 +8,8 @@ import shutil
 from fsel.cli.console import Console
 from fsel.cli.posing import CAPTURE, FOUND, found_poses
 from fsel.cli.request import inputs_of
-from fsel.export.records import FolderRecord
-from fsel.export.staging import staged
+from fsel.outputs.records import FolderRecord
+from fsel.outputs.staging import staged
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:

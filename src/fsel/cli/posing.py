@@ -14,11 +14,14 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from fsel.cli.console import Console
-from fsel.counted import counted
-from fsel.held import pycolmap
-from fsel.layouts import bare, film, images, orientation, sfm
-from fsel.layouts.colmap_runs import MIN_PLACED, Work
-from fsel.layouts.opening import LONG_SIDE, Opened, open_capture
+from fsel.colmap.bindings import pycolmap
+from fsel.colmap.runs import MIN_PLACED, Work
+from fsel.images import files as image_files
+from fsel.images import orientation, video
+from fsel.ingest import sfm
+from fsel.ingest.lazy import LONG_SIDE, LazyCapture, open_capture
+from fsel.layouts import bare
+from fsel.utils.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed
@@ -27,7 +30,7 @@ ENVIRONMENT = "FSEL_CACHE"
 MADE = 3  # of what is kept: counted up where the same files are placed otherwise than before
 
 
-def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> Opened:
+def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> LazyCapture:
     """The capture of a command line, or the one that COLMAP makes of its video or photos.
 
     Args:
@@ -66,10 +69,10 @@ def warn_of(skipped: dict[str, str], console: Console) -> None:
 
 def needed(asked: argparse.Namespace) -> bool:
     """Whether poses are to be found; refuses options that would have no effect."""
-    video = film.is_video(asked.capture)
-    if not video and (asked.video_frames is not None or asked.rate is not None):
+    filmed = video.is_video(asked.capture)
+    if not filmed and (asked.video_frames is not None or asked.rate is not None):
         raise ValueError(f"{asked.capture}: is no video, which --video-frames and --rate are for")
-    return video or asked.poses == "colmap"
+    return filmed or asked.poses == "colmap"
 
 
 def found_poses(asked: argparse.Namespace, console: Console) -> Path:
@@ -84,7 +87,7 @@ def found_poses(asked: argparse.Namespace, console: Console) -> Path:
     """
     source = asked.capture
     settings = {"frames": asked.video_frames, "rate": asked.rate}
-    files = [source] if film.is_video(source) else _photos(asked, console)
+    files = [source] if video.is_video(source) else _photos(asked, console)
     place = cache() / _digest(files, settings)
     place.mkdir(parents=True, exist_ok=True)
     with _held(place / "lock"):
@@ -109,7 +112,7 @@ def _photos(asked: argparse.Namespace, console: Console) -> list[Path]:
         raise ValueError(f"{source}: {why}")
     files = bare.find(source)
     if asked.skip_unreadable:
-        faults = {file.name: images.fault(file) for file in files}
+        faults = {file.name: image_files.fault(file) for file in files}
         warn_of({name: why for name, why in faults.items() if why}, console)
         files = [file for file in files if not faults[file.name]]
     if other := sorted(file.name for file in source.iterdir() if file.suffix.lower() in UNREAD):
@@ -124,7 +127,7 @@ def _photos(asked: argparse.Namespace, console: Console) -> list[Path]:
         )
     if not asked.skip_unreadable:
         for file in files:
-            images.size_of(file)
+            image_files.size_of(file)
     return files
 
 
@@ -147,17 +150,17 @@ def _find(
     """Fill a folder of the cache; `poses.json` comes last."""
     folder = place / CAPTURE / "images"
     report: dict[str, object] = {"source": str(source), "settings": settings}
-    video = film.is_video(source)
-    if video:
+    filmed = video.is_video(source)
+    if filmed:
         shutil.rmtree(folder, ignore_errors=True)
-        kept = film.thin(source, folder, **settings, progress=console.bar("video"))
+        kept = video.thin(source, folder, **settings, progress=console.bar("video"))
         console.say("video", f"the sharpest of each of {len(kept)} stretches of {source.name}")
         report["video"] = [asdict(shot) for shot in kept]
     else:
         report["turned"] = _put(files, folder, console)
     raw = bare.read(place / CAPTURE)
     threads = len(os.sched_getaffinity(0))
-    work = Work(place / "matching", threads, ordered=video, watch=console.bar)
+    work = Work(place / "matching", threads, ordered=filmed, watch=console.bar)
     try:
         model = sfm.place(raw, work=work)
     except sfm.NotPlaced as error:
@@ -190,10 +193,10 @@ def _put(files: Sequence[Path], folder: Path, console: Console) -> list[str]:
         if orientation.of_file(file) == orientation.UPRIGHT:
             place.symlink_to(file.resolve())
         else:
-            images.write_upright(file, place)
+            image_files.write_upright(file, place)
             turned.append(file.name)
     if turned:
-        how = f"as their EXIF says; JPEGs encoded again at quality {images.QUALITY}"
+        how = f"as their EXIF says; JPEGs encoded again at quality {image_files.QUALITY}"
         console.say("turned", f"{len(turned)} of {len(files)} photos upright, {how}")
     return turned
 

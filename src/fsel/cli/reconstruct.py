@@ -11,10 +11,10 @@ from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.cli.request import inputs_of
-from fsel.counted import counted
-from fsel.export.records import PlyRecord
-from fsel.export.staging import staged
+from fsel.outputs.records import PlyRecord
+from fsel.outputs.staging import staged
 from fsel.request.targets import named_in
+from fsel.utils.wording import counted
 
 ENDING = ".ply"
 

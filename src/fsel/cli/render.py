@@ -12,9 +12,9 @@ from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
-from fsel.export.records import FolderRecord
-from fsel.export.staging import staged
 from fsel.metrics import Metrics, score_views
+from fsel.outputs.records import FolderRecord
+from fsel.outputs.staging import staged
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.request.targets import targets_of
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.capture import Capture
-from fsel.counted import counted
-from fsel.layouts.opening import Opened
+from fsel.data.capture import Capture
+from fsel.ingest.lazy import LazyCapture
 from fsel.request import silhouettes
 from fsel.request.focus import Focus, check_within, from_box, from_masks, scene_bounds
+from fsel.utils.wording import counted
 
 
-def focus_of(asked: argparse.Namespace, opened: Opened) -> Focus | None:
+def focus_of(asked: argparse.Namespace, opened: LazyCapture) -> Focus | None:
     """The object of `--masks` or `--box`; a box outside of the scene is refused."""
     if asked.masks is not None:
         return from_masks(opened.capture, asked.masks)

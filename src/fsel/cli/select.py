@@ -9,28 +9,28 @@ import time
 import numpy as np
 
 from fsel import api
-from fsel.capture import Capture
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.refining import refining
 from fsel.cli.request import focus_of, inputs_of, reasons
 from fsel.cli.select_content import selection_content
-from fsel.counted import counted
+from fsel.data.capture import Capture
+from fsel.data.problem import Method
 from fsel.export import record, subset
 from fsel.export.page import page
-from fsel.export.records import FolderRecord
-from fsel.export.staging import staged
 from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
-from fsel.layouts.opening import LONG_SIDE, Opened
-from fsel.layouts.previews import check_pixels, sharpness_among, thumbnails
-from fsel.problem import Method
+from fsel.images.previews import check_pixels, sharpness_among, thumbnails
+from fsel.ingest.lazy import LONG_SIDE, LazyCapture
+from fsel.outputs.records import FolderRecord
+from fsel.outputs.staging import staged
 from fsel.request.blur import SharpnessOf
 from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.focus import Focus
 from fsel.request.hidden import behind
 from fsel.request.memory import SPLATS
 from fsel.request.targets import ALL, ORBIT, Targets
+from fsel.utils.wording import counted
 
 SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described
 THUMBNAIL = 240  # pixels of the longer side, in the report
@@ -92,7 +92,7 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
 
 
 def _checked(
-    asked: argparse.Namespace, console: Console, opened: Opened, method: Method
+    asked: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
 ) -> tuple[int | Auto, Focus | None, Targets]:
     """The number of frames, the object and the targets that are asked for.
 
@@ -125,7 +125,7 @@ def _checked(
 def _select(
     asked: argparse.Namespace,
     console: Console,
-    opened: Opened,
+    opened: LazyCapture,
     method: Method,
     seconds: dict[str, float],
 ) -> record.Outcome:
@@ -153,7 +153,7 @@ def _select(
     return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
 
 
-def _measuring(opened: Opened, console: Console, seconds: dict[str, float]) -> SharpnessOf:
+def _measuring(opened: LazyCapture, console: Console, seconds: dict[str, float]) -> SharpnessOf:
     """What measures the sharpness of some frames, and adds the time that it takes."""
     measure = sharpness_among(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = 0.0
@@ -168,7 +168,7 @@ def _measuring(opened: Opened, console: Console, seconds: dict[str, float]) -> S
 
 
 def _warn_of_walls(
-    asked: argparse.Namespace, console: Console, opened: Opened, targets: Targets
+    asked: argparse.Namespace, console: Console, opened: LazyCapture, targets: Targets
 ) -> None:
     """Say how many views of an orbit lie behind what the cameras saw."""
     if asked.targets != ORBIT:
@@ -183,7 +183,9 @@ def _warn_of_walls(
             )
 
 
-def _read(asked: argparse.Namespace, console: Console, opened: Opened, method: Method) -> Capture:
+def _read(
+    asked: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
+) -> Capture:
     """The capture with what is read of it.
 
     Swaps, and methods that compare frames by appearance, look at pixels. Some methods look at
@@ -225,7 +227,7 @@ def _described(
     return found
 
 
-def _budget(asked: argparse.Namespace, opened: Opened) -> int | Auto:
+def _budget(asked: argparse.Namespace, opened: LazyCapture) -> int | Auto:
     """The number of frames, or how it is to be found."""
     if asked.k != api.AUTO:
         return asked.k
@@ -251,7 +253,7 @@ def _check_budget(asked: argparse.Namespace) -> None:
         raise ValueError("--vram and --trainer go together, as --vram 8GB --trainer gsplat")
 
 
-def _form(asked: argparse.Namespace, opened: Opened) -> subset.Form:
+def _form(asked: argparse.Namespace, opened: LazyCapture) -> subset.Form:
     """How the subset is written."""
     side = asked.long_side
     if asked.downscale is not None:
@@ -262,7 +264,7 @@ def _form(asked: argparse.Namespace, opened: Opened) -> subset.Form:
 
 
 def _pictures(
-    asked: argparse.Namespace, opened: Opened, picks: np.ndarray, held: np.ndarray
+    asked: argparse.Namespace, opened: LazyCapture, picks: np.ndarray, held: np.ndarray
 ) -> list[bytes]:
     """Of the picks, in pick order; opened in capture order, since some may be of one video.
 

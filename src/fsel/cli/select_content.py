@@ -6,16 +6,16 @@ import argparse
 from dataclasses import asdict
 from pathlib import Path
 
+from fsel.data.problem import Method
 from fsel.export import record
-from fsel.layouts.opening import Opened
-from fsel.problem import Method
+from fsel.ingest.lazy import LazyCapture
 from fsel.selector.policies import Learned
 from fsel.selector.scorer import Linear
 
 
 def selection_content(
     asked: argparse.Namespace,
-    opened: Opened,
+    opened: LazyCapture,
     outcome: record.Outcome,
     method: Method,
     seconds: dict[str, float],

@@ -66,7 +66,9 @@ def _add_budget(command: argparse.ArgumentParser) -> None:
 
 def _add_method(command: argparse.ArgumentParser) -> None:
     """What selects, and the appearance that it compares frames by."""
-    command.add_argument("--method", help="fsel (by default), ours, uniform, fvs, nearest, ...")
+    command.add_argument(
+        "--method", help="fsel (by default), less_is_more, uniform, fvs, nearest, ..."
+    )
     command.add_argument(
         "--weights",
         type=Path,

@@ -16,15 +16,15 @@ from fsel import api
 from fsel.cli.console import Console
 from fsel.cli.optimising import checked
 from fsel.cli.posing import warn_of
-from fsel.counted import counted
-from fsel.export.staging import refuse_overlap
-from fsel.files import digest
-from fsel.layouts.opening import LONG_SIDE, open_capture
-from fsel.layouts.previews import sharpness_of_files
+from fsel.images.previews import sharpness_of_files
+from fsel.ingest.lazy import LONG_SIDE, open_capture
+from fsel.outputs.staging import refuse_overlap
 from fsel.reconstruct import reconstructor_of
 from fsel.selector import pretrained
 from fsel.selector.policies import POLICIES, Policy
 from fsel.selector.scorer import Network
+from fsel.utils.files import digest
+from fsel.utils.wording import counted
 
 if TYPE_CHECKING:
     from fsel.training.imitation import Trajectory

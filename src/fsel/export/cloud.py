@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsel.layouts import sfm
-from fsel.layouts.base import RawCapture, RawPoints
-from fsel.layouts.opening import Opened, open_images
+from fsel.data.points import RawPoints
+from fsel.ingest import sfm
+from fsel.ingest.lazy import LazyCapture, open_images
+from fsel.layouts.contract import RawCapture
 
 SEEN, ALL, NONE = "seen", "all", "none"
 POINTS = (SEEN, ALL, NONE)
@@ -24,7 +25,7 @@ NO_POINTS = RawPoints(
 
 
 def cloud_of(
-    opened: Opened, frames: list[int], picks: list[int], points: str, matched: bool = True
+    opened: LazyCapture, frames: list[int], picks: list[int], points: str, matched: bool = True
 ) -> RawPoints:
     """Points with their tracks in some frames, those kept that the picks see.
 
@@ -93,7 +94,7 @@ def _held(raw: RawCapture, xyz: np.ndarray) -> np.ndarray:
     return count
 
 
-def _triangulated(opened: Opened, frames: list[int], picks: list[int]) -> RawPoints:
+def _triangulated(opened: LazyCapture, frames: list[int], picks: list[int]) -> RawPoints:
     """Points from matches of the picks' images and their known poses."""
     found = sfm.triangulate(open_images(opened, picks, MATCHED_SIDE))
     if found is None:

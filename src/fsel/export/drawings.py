@@ -6,9 +6,9 @@ from html import escape
 
 import numpy as np
 
+from fsel.data.subsets import evenly
 from fsel.export.record import Outcome
 from fsel.request.paths import plane_basis, upwards
-from fsel.subsets import evenly
 
 SIDE = 640  # of the top view, in units of its view box
 MARGIN = 30

@@ -9,11 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.layouts.base import RawPoints
+from fsel.colmap.camera import Camera
+from fsel.colmap.model import build_model, write_capture_model
+from fsel.data.points import RawPoints, grouped_rows
 from fsel.layouts.nerfstudio import matrix_of
-from fsel.layouts.recording import Camera
-from fsel.points import grouped_rows
-from fsel.sparse_model import build_model, write_capture_model
 
 SIMPLE = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE")
 STRAIGHT = ("SIMPLE_PINHOLE", "PINHOLE")  # cameras without distortion

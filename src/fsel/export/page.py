@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-from fsel.counted import counted
+from fsel.data.points import SparsePoints
 from fsel.export.drawings import SHOWN, service_chart, sharpness_chart, shown, top_view
 from fsel.export.record import Outcome, reason
 from fsel.export.scene import turning_view
-from fsel.points import SparsePoints
 from fsel.request.targets import ALL
+from fsel.utils.wording import counted
 
 STYLE = files("fsel.export") / "page.css"
 NOTE = (

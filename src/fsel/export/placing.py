@@ -10,8 +10,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.layouts import images, orientation
-from fsel.layouts.base import RawCapture
+from fsel.images import files as image_files
+from fsel.images import orientation
+from fsel.layouts.contract import RawCapture
 from fsel.request.focus import load_white, mask_file
 
 FILM = ".jpg"  # ending of images that are frames of a video
@@ -22,7 +23,7 @@ WRITABLE = (".png", ".jpg", ".jpeg")  # what is resized into another file of its
 def file_name(raw: RawCapture, frame: int, resized: bool) -> str:
     """Name of the frame's image below `images`, with the ending that its file has."""
     name, file = raw.names[frame], raw.images[frame]
-    ending = FILM if isinstance(file, images.VideoFrame) else file.suffix
+    ending = FILM if isinstance(file, image_files.VideoFrame) else file.suffix
     if resized and ending.lower() not in WRITABLE:
         ending = ".png"
     return name if Path(name).suffix.lower() == ending.lower() else f"{name}{ending}"
@@ -40,7 +41,7 @@ def inside(folder: Path, name: str) -> Path:
     return path
 
 
-def place(file: images.Image, path: Path, link: bool, size: tuple[int, int] | None) -> None:
+def place(file: image_files.Image, path: Path, link: bool, size: tuple[int, int] | None) -> None:
     """Put an image at a path.
 
     Args:
@@ -53,11 +54,11 @@ def place(file: images.Image, path: Path, link: bool, size: tuple[int, int] | No
         size: (width, height) that it is reduced to; None as it is.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if size is not None or isinstance(file, images.VideoFrame):
-        image = np.ascontiguousarray(images.load(file))
+    if size is not None or isinstance(file, image_files.VideoFrame):
+        image = np.ascontiguousarray(image_files.load(file))
         if size is not None:
             image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-        images.write(image[None], path.parent, [path.name])
+        image_files.write(image[None], path.parent, [path.name])
         return
     if orientation.of_file(file) != orientation.UPRIGHT:
         path.write_bytes(orientation.taken_out(file.read_bytes()))
@@ -90,5 +91,5 @@ def mask(raw: RawCapture, frame: int, shapes: Path | None, size: tuple[int, int]
         file = mask_file(shapes, raw.names[frame])
         white = load_white(file) if file else white
     elif raw.masks is not None:
-        white = images.load_mask(raw.masks[frame], raw.mask_values)
+        white = image_files.load_mask(raw.masks[frame], raw.mask_values)
     return cv2.resize(white.astype(np.uint8) * 255, size, interpolation=cv2.INTER_NEAREST_EXACT)

@@ -10,12 +10,12 @@ from importlib.metadata import version
 import numpy as np
 
 from fsel.api import Selection
-from fsel.capture import Capture
+from fsel.data.capture import Capture
+from fsel.data.subsets import evenly
 from fsel.export.service import Service, closest_pick, service_of
 from fsel.request.blur import SHARPER, blurred
 from fsel.request.budget import Budget
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
-from fsel.subsets import evenly
 
 PACKAGES = ("fsel", "numpy", "pycolmap")
 

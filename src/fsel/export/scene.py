@@ -7,10 +7,10 @@ from importlib.resources import files
 
 import numpy as np
 
+from fsel.data.points import SparsePoints
+from fsel.data.subsets import evenly
 from fsel.export.record import Outcome
-from fsel.points import SparsePoints
 from fsel.request.paths import plane_basis, upwards
-from fsel.subsets import evenly
 
 SCRIPT = files("fsel.export") / "scene.js"
 MOST_POINTS = 4000

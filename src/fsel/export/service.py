@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.capture import Capture, Views
+from fsel.data.capture import Capture, Views
+from fsel.data.geometry import pose_distance
 from fsel.features.conditioned import closeness, look_distance
-from fsel.geometry import pose_distance
 
 RANKS = 8  # closest frames that count for a view
 SHARES = 0.5 ** np.arange(RANKS)

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.colmap.camera import Camera
+from fsel.data.points import RawPoints, SparsePoints
 from fsel.export import cloud, placing
 from fsel.export.forms import DISTORTION, Subset, transforms, write_forms, write_json
-from fsel.layouts import images
-from fsel.layouts.base import RawCapture, RawPoints
-from fsel.layouts.opening import Opened
-from fsel.layouts.recording import Camera
-from fsel.points import SparsePoints
+from fsel.images import files as image_files
+from fsel.ingest.lazy import LazyCapture
+from fsel.layouts.contract import RawCapture
 
 TRAIN, TEST = "train", "test"
 SPLIT = "transforms_split.json"  # of both folders, for nerfstudio, which reads the lists in it
@@ -55,7 +55,7 @@ def check_cameras(raw: RawCapture) -> None:
 
 
 def write(
-    stage: Path, opened: Opened, picks: np.ndarray, held: np.ndarray, form: Form
+    stage: Path, opened: LazyCapture, picks: np.ndarray, held: np.ndarray, form: Form
 ) -> SparsePoints:
     """Write the picks as a capture; with held-out frames, `train` and `test`, a capture each.
 
@@ -118,7 +118,7 @@ def _written(
     masked = form.shapes is not None or raw.masks is not None
     for i, name in zip(frames, names, strict=True) if masked else ():
         mask = placing.mask(raw, i, form.shapes, (cameras[i].width, cameras[i].height))
-        images.write(mask[None], folder / "masks", [f"{name}.png"])
+        image_files.write(mask[None], folder / "masks", [f"{name}.png"])
     return Subset(
         names=names,
         cameras=[cameras[i] for i in frames],
@@ -143,7 +143,7 @@ def true_cameras(
     for i in frames:
         camera = raw.cameras[i]
         if camera not in true:
-            width, height = images.size_of(raw.images[i])
+            width, height = image_files.size_of(raw.images[i])
             scale = min(1.0, (long_side or np.inf) / max(width, height))
             size = max(1, round(width * scale)), max(1, round(height * scale))
             scaled = camera.colmap

@@ -8,8 +8,8 @@ from importlib.resources import files
 
 import numpy as np
 
-from fsel.counted import counted
 from fsel.export.compared import Cell, Compared, differences
+from fsel.utils.wording import counted
 
 ROOM = files("fsel.export")
 LABELS = {"psnr": "PSNR", "ssim": "SSIM", "gmsd": "GMSD", "lpips": "LPIPS"}

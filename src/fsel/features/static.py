@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.capture import Views
-from fsel.features.columns import FEATURES
-from fsel.geometry import (
+from fsel.data.capture import Views
+from fsel.data.geometry import (
     directions,
     lengths,
     pairwise_angles,
@@ -14,7 +13,8 @@ from fsel.geometry import (
     reference_points,
     viewing_angles,
 )
-from fsel.problem import Problem
+from fsel.data.problem import Problem
+from fsel.features.columns import FEATURES
 
 LOWER_IS_BETTER = (
     *("d_min_o", "d_mean_o", "d_p25_o", "gamma_min_o", "gamma_mean_o"),

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, natural
-from fsel.layouts.recording import Camera
+from fsel.colmap.camera import Camera
+from fsel.images import files as image_files
+from fsel.layouts.contract import Layout, RawCapture
+from fsel.utils.names import natural
 
 ENDINGS = (".jpg", ".jpeg", ".png")
 FOLDERS = ("images", "input", ".")
@@ -29,7 +30,7 @@ def read(folder: Path) -> RawCapture:
     files = find(folder)
     if not files:
         raise FileNotFoundError(f"{folder}: no images in it, in images or in input")
-    height, width = images.load(files[0]).shape[:2]
+    height, width = image_files.load(files[0]).shape[:2]
     guess = Camera("SIMPLE_PINHOLE", width, height, (max(width, height), width / 2, height / 2))
     return RawCapture(
         names=[file.name for file in files],

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, inside, member, number, numbers, regular, text
-from fsel.layouts.recording import Camera, Recording
+from fsel.colmap.camera import Camera
+from fsel.images import files as image_files
+from fsel.layouts.contract import Layout, RawCapture, Recording
+from fsel.utils.parsing import inside, member, number, numbers, regular, text
 
 FRAMES = "frame_annotations.jgz"
 SEQUENCES = "sequence_annotations.jgz"
@@ -140,12 +141,12 @@ def write(recording: Recording, folder: Path) -> None:
     """Write a recording as a dataset of one sequence; frames whose pose was lost lack one."""
     category, sequence = "object", "1_1_1"
     home = f"{category}/{sequence}"
-    images.write(
+    image_files.write(
         recording.images, folder, [f"{home}/images/{name}.jpg" for name in recording.names]
     )
     if recording.masks is not None:
         names = [f"{home}/masks/{name}.png" for name in recording.names]
-        images.write(recording.masks.astype(np.uint8) * 255, folder, names)
+        image_files.write(recording.masks.astype(np.uint8) * 255, folder, names)
     frames = []
     for at, name in enumerate(recording.names):
         frame = {

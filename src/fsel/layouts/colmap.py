@@ -10,22 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel import sparse_model
-from fsel.held import pycolmap
-from fsel.layouts import images
-from fsel.layouts.base import (
-    Layout,
-    RawCapture,
-    RawPoints,
-    check_turn,
-    inside,
-    matched,
-    read_text,
-)
-from fsel.layouts.binary import check_files, check_whole, is_binary
-from fsel.layouts.observations import observed, points_of
-from fsel.layouts.recording import Camera, Recording
-from fsel.points import grouped_rows
+from fsel.colmap import model as colmap_model
+from fsel.colmap.binary import check_files, check_whole, is_binary
+from fsel.colmap.bindings import pycolmap
+from fsel.colmap.camera import Camera
+from fsel.colmap.observations import observed, points_of
+from fsel.data.points import RawPoints, grouped_rows
+from fsel.images import files as image_files
+from fsel.layouts.contract import Layout, RawCapture, Recording
+from fsel.utils.names import matched
+from fsel.utils.parsing import check_turn, inside, read_text
 
 MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0", "colmap", "dense/sparse", ".")
 IMAGE_FOLDERS = ("images", "images_2", "images_4", "images_8", "input")
@@ -224,7 +218,7 @@ def build_model(recording: Recording, camera: Camera, names: list[str], keep: np
     scale = camera.width / recording.camera.width
     observed, kept = grouped_rows(recording.track_frame, len(names)), np.flatnonzero(keep).tolist()
     rows = [observed[i] for i in kept]
-    return sparse_model.build_model(
+    return colmap_model.build_model(
         [names[i] for i in kept],
         [camera.colmap] * len(kept),
         recording.world_to_camera[kept],
@@ -253,7 +247,7 @@ def write_text(model: pycolmap.Reconstruction, folder: Path) -> None:
 def write(recording: Recording, folder: Path) -> None:
     """images/ and the text model sparse/0; frames whose pose was lost are absent from it."""
     names = [f"{name}.png" for name in recording.names]
-    images.write(recording.images, folder / "images", names)
+    image_files.write(recording.images, folder / "images", names)
     model = build_model(recording, recording.camera, names, ~recording.lost)
     write_text(model, folder / "sparse" / "0")
 

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.layouts import colmap, images, nerfstudio
-from fsel.layouts.base import Layout, RawCapture
-from fsel.layouts.recording import Recording
-from fsel.sparse_model import write_binary
+from fsel.colmap.model import write_binary
+from fsel.images import files as image_files
+from fsel.layouts import colmap, nerfstudio
+from fsel.layouts.contract import Layout, RawCapture, Recording
 
 FACTOR = 4
 COPIES = ("images_4", "images_8")  # of images in 4K, which take half a second each to open
@@ -58,7 +58,7 @@ def write(recording: Recording, folder: Path) -> None:
     """Write a recording as the benchmark's nerfstudio folder; frames in arbitrary order."""
     root = folder / "nerfstudio"
     names = [f"{name}.png" for name in recording.names]
-    images.write(recording.images, root / "images_4", names)
+    image_files.write(recording.images, root / "images_4", names)
     camera = colmap.scaled(recording.camera, FACTOR)
     content = nerfstudio.scene_of(recording, camera, names, nerfstudio.OLD_APPLIED_TRANSFORM)
     (root / "transforms.json").write_text(json.dumps(content))

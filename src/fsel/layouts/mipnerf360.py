@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.layouts import colmap, images
-from fsel.layouts.base import Layout, RawCapture
-from fsel.layouts.binary import check_files
-from fsel.layouts.recording import Recording
-from fsel.sparse_model import write_binary
+from fsel.colmap.binary import check_files
+from fsel.colmap.model import write_binary
+from fsel.images import files as image_files
+from fsel.layouts import colmap
+from fsel.layouts.contract import Layout, RawCapture, Recording
 
 FACTOR = 4
 COPIES = ("images_4", "images_2", "images")
@@ -50,7 +50,7 @@ def _files(folder: Path) -> list[Path]:
 def write(recording: Recording, folder: Path) -> None:
     """images_4 and sparse/0, whose camera is four times as large."""
     names = [f"{name}.jpg" for name in recording.names]
-    images.write(recording.images, folder / "images_4", names)
+    image_files.write(recording.images, folder / "images_4", names)
     camera = colmap.scaled(recording.camera, FACTOR)
     model = colmap.build_model(recording, camera, names, np.ones(len(names), bool))
     write_binary(model, folder / "sparse" / "0")

@@ -8,21 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.geometry import OPENGL_TO_OPENCV, invert_pose
-from fsel.layouts import colmap, images, ply_points
-from fsel.layouts.base import (
-    Layout,
-    RawCapture,
-    RawPoints,
-    check_number,
-    inside,
-    member,
-    number,
-    numbers,
-    read_json,
-    text,
-)
-from fsel.layouts.recording import Camera, Recording
+from fsel.colmap.camera import Camera
+from fsel.data import ply_points
+from fsel.data.geometry import OPENGL_TO_OPENCV, invert_pose
+from fsel.data.points import RawPoints
+from fsel.images import files as image_files
+from fsel.layouts import colmap
+from fsel.layouts.contract import Layout, RawCapture, Recording
+from fsel.utils.parsing import check_number, inside, member, number, numbers, read_json, text
 
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
 """World rotation of nerfstudio's COLMAP import before January 2024."""
@@ -285,7 +278,7 @@ def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np
 def write(recording: Recording, folder: Path) -> None:
     """images/ and transforms.json."""
     names = [f"{name}.png" for name in recording.names]
-    images.write(recording.images, folder / "images", names)
+    image_files.write(recording.images, folder / "images", names)
     content = scene_of(recording, recording.camera, names, NEW_APPLIED_TRANSFORM)
     (folder / "transforms.json").write_text(json.dumps(content))
 

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.geometry import invert_pose
-from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, read_matrix
-from fsel.layouts.recording import Camera, Recording
-from fsel.layouts.undistortion import HALF
+from fsel.colmap.camera import Camera
+from fsel.colmap.undistortion import HALF
+from fsel.data.geometry import invert_pose
+from fsel.images import files as image_files
+from fsel.layouts.contract import Layout, RawCapture, Recording
+from fsel.utils.parsing import read_matrix
 
 ORTHONORMAL = 1e-3
 
@@ -72,7 +73,7 @@ def _tracked(pose: np.ndarray) -> bool:
 def _camera(root: Path, file: Path) -> Camera:
     """The colour camera; the export's pixel centres are at whole numbers."""
     k = read_matrix(root / "intrinsic" / "intrinsic_color.txt")
-    height, width = images.load(file).shape[:2]
+    height, width = image_files.load(file).shape[:2]
     return Camera("PINHOLE", width, height, (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF))
 
 
@@ -90,12 +91,12 @@ def _masks(folder: Path, stems: list[str]) -> list[Path]:
 def write(recording: Recording, folder: Path) -> None:
     """Write a recording as an export, poses of lost frames -inf; objects keep their numbers."""
     stems = [str(i) for i in range(len(recording.names))]
-    images.write(recording.images, folder / "color", [f"{stem}.jpg" for stem in stems])
+    image_files.write(recording.images, folder / "color", [f"{stem}.jpg" for stem in stems])
     depth = np.rint(np.maximum(recording.depth, 0) * 1000).clip(0, 65535).astype(np.uint16)
-    images.write(depth, folder / "depth", [f"{stem}.png" for stem in stems])
+    image_files.write(depth, folder / "depth", [f"{stem}.png" for stem in stems])
     if recording.objects is not None:
         names = [f"{stem}.png" for stem in stems]
-        images.write(recording.objects, folder / "instance-filt", names)
+        image_files.write(recording.objects, folder / "instance-filt", names)
     for name in ("pose", "intrinsic"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     for stem, pose, lost in zip(stems, recording.world_to_camera, recording.lost, strict=True):

@@ -8,17 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.geometry import invert_pose
-from fsel.layouts import colmap, images, nerfstudio
-from fsel.layouts.base import (
-    Layout,
-    RawCapture,
-    member,
-    numbers,
-    read_json,
-    text,
-)
-from fsel.layouts.recording import Recording
+from fsel.data.geometry import invert_pose
+from fsel.images import files as image_files
+from fsel.layouts import colmap, nerfstudio
+from fsel.layouts.contract import Layout, RawCapture, Recording
+from fsel.utils.parsing import member, numbers, read_json, text
 
 VALID_MASK = 250  # a mask video is compressed: 255 does not survive exactly
 ROTATION = nerfstudio.OLD_APPLIED_TRANSFORM  # carried by the poses though the file does not say so
@@ -53,7 +47,7 @@ def write_dslr(recording: Recording, folder: Path) -> None:
     """Write a recording as a DSLR capture, every 20th frame a test frame."""
     root = folder / "dslr"
     names = [f"{name}.JPG" for name in recording.names]
-    images.write(recording.images, root / "resized_images", names)
+    image_files.write(recording.images, root / "resized_images", names)
     frames = [
         {
             "file_path": name,
@@ -64,7 +58,9 @@ def write_dslr(recording: Recording, folder: Path) -> None:
     ]
     if recording.masks is not None:
         masks = [f"{name}.png" for name in recording.names]
-        images.write(recording.masks.astype(np.uint8) * 255, root / "resized_anon_masks", masks)
+        image_files.write(
+            recording.masks.astype(np.uint8) * 255, root / "resized_anon_masks", masks
+        )
         for frame, mask in zip(frames, masks, strict=True):
             frame["mask_path"] = mask
     content = nerfstudio.to_json(recording.camera, "OPENCV_FISHEYE")
@@ -116,14 +112,14 @@ def _aligned(entry: dict, stem: str, path: Path) -> np.ndarray:
     return invert_pose(numbers(pose, (4, 4), path, f"aligned_pose of {stem}"))
 
 
-def _extracted(root: Path, names: list[str]) -> list[images.Image]:
+def _extracted(root: Path, names: list[str]) -> list[image_files.Image]:
     """The images that were extracted, or else the video's own frames."""
     if (root / "rgb").is_dir():
         return [root / "rgb" / Path(name).name for name in names]
     return _video_frames(root / "rgb.mkv", [Path(name).stem for name in names])
 
 
-def _video_masks(root: Path, stems: list[str]) -> list[images.Image] | None:
+def _video_masks(root: Path, stems: list[str]) -> list[image_files.Image] | None:
     """Anonymisation masks, extracted or in their video, where they were downloaded."""
     if (root / "rgb_masks").is_dir():
         return [root / "rgb_masks" / f"{stem}.png" for stem in stems]
@@ -132,19 +128,19 @@ def _video_masks(root: Path, stems: list[str]) -> list[images.Image] | None:
     return None
 
 
-def _video_frames(path: Path, stems: list[str]) -> list[images.Image]:
+def _video_frames(path: Path, stems: list[str]) -> list[image_files.Image]:
     """Frame n of the video is called frame_00000n."""
     if not path.is_file():
         raise FileNotFoundError(f"{path}: missing, and so is the folder rgb with its frames")
-    video = images.Video(path)
-    return [images.VideoFrame(video, int(stem.rsplit("_", 1)[-1])) for stem in stems]
+    video = image_files.Video(path)
+    return [image_files.VideoFrame(video, int(stem.rsplit("_", 1)[-1])) for stem in stems]
 
 
 def write_iphone(recording: Recording, folder: Path) -> None:
     """Write a recording as an iPhone capture whose lost frames COLMAP did not register."""
     root = folder / "iphone"
     names = [f"{name}.jpg" for name in recording.names]
-    images.write(recording.images, root / "rgb", names)
+    image_files.write(recording.images, root / "rgb", names)
     fx, fy, cx, cy = recording.camera.params[:4]
     metric = {}
     for name, pose in zip(recording.names, recording.world_to_camera, strict=True):

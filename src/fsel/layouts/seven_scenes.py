@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.geometry import invert_pose
-from fsel.layouts import images
-from fsel.layouts.base import Layout, RawCapture, check_turn, numbers, read_matrix, read_text
-from fsel.layouts.recording import Camera, Recording
+from fsel.colmap.camera import Camera
+from fsel.data.geometry import invert_pose
+from fsel.images import files as image_files
+from fsel.layouts.contract import Layout, RawCapture, Recording
+from fsel.utils.parsing import check_turn, numbers, read_matrix, read_text
 
 SIZE = (640, 480)
 DEPTH_FOCAL = 585.0  # of the depth camera, whose poses the dataset gives
@@ -125,10 +126,10 @@ def _pgt(folder: Path) -> dict[str, tuple[np.ndarray, float]]:
 
 def write(recording: Recording, folder: Path) -> None:
     """Write a recording with millimetre depth; the last pass is the test split."""
-    images.write(recording.images, folder, [f"{name}.color.png" for name in recording.names])
+    image_files.write(recording.images, folder, [f"{name}.color.png" for name in recording.names])
     depth = np.where(recording.depth > 0, recording.depth * 1000, NO_DEPTH)
     depth = np.clip(np.rint(depth), 0, NO_DEPTH).astype(np.uint16)
-    images.write(depth, folder, [f"{name}.depth.png" for name in recording.names])
+    image_files.write(depth, folder, [f"{name}.depth.png" for name in recording.names])
     for name, pose in zip(recording.names, recording.world_to_camera, strict=True):
         full = np.vstack([invert_pose(pose), [0, 0, 0, 1]])
         np.savetxt(folder / f"{name}.pose.txt", full, fmt="%.17g")

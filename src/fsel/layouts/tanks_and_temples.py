@@ -6,20 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.geometry import invert_pose
-from fsel.layouts import colmap, images
-from fsel.layouts.base import (
-    Layout,
-    RawCapture,
-    natural,
-    numbers,
-    read_matrix,
-    read_text,
-)
-from fsel.layouts.matching import choose_pairs, focal_from_poses, match
-from fsel.layouts.recording import Camera, Recording
-from fsel.layouts.undistortion import HALF
-from fsel.sparse_model import write_binary
+from fsel.colmap.camera import Camera
+from fsel.colmap.model import write_binary
+from fsel.colmap.undistortion import HALF
+from fsel.data.geometry import invert_pose
+from fsel.images import files as image_files
+from fsel.images.matching import choose_pairs, focal_from_poses, match
+from fsel.layouts import colmap
+from fsel.layouts.contract import Layout, RawCapture, Recording
+from fsel.utils.names import natural
+from fsel.utils.parsing import numbers, read_matrix, read_text
 
 FACTOR = 2
 PAIRS = 12
@@ -50,7 +46,7 @@ def read(folder: Path, focal: float | None = None) -> RawCapture:
     if path is None:
         return colmap.read(folder)
     files, poses, dropped = _read_log(path, _images_of(folder))
-    height, width = images.load(files[0]).shape[:2]
+    height, width = image_files.load(files[0]).shape[:2]
     f = width * focal if focal else _estimated(files, poses, path)
     camera = Camera("SIMPLE_PINHOLE", width, height, (f, width / 2, height / 2))
     return RawCapture(
@@ -104,7 +100,7 @@ def _estimated(files: list[Path], poses: np.ndarray, path: Path) -> float:
     """Focal length in pixels from matches of some pairs."""
     found, size = [], (0, 0)
     for i, j in choose_pairs(poses, PAIRS):
-        first, second = images.load(files[i]), images.load(files[j])
+        first, second = image_files.load(files[i]), image_files.load(files[j])
         size = first.shape[1::-1]
         xa, xb = match(first, second)
         if len(xa):
@@ -124,7 +120,7 @@ def _read_nerfpp(folder: Path) -> RawCapture:
         for file in sorted((folder / split / "rgb").glob("*")):
             pose = read_matrix(folder / split / "pose" / f"{file.stem}.txt")
             k = read_matrix(folder / split / "intrinsics" / f"{file.stem}.txt")
-            height, width = images.load(file).shape[:2]
+            height, width = image_files.load(file).shape[:2]
             params = (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)
             names.append(file.name)
             files.append(file)
@@ -138,7 +134,7 @@ def _read_nerfpp(folder: Path) -> RawCapture:
 def write(recording: Recording, folder: Path) -> None:
     """images/ at half size, sparse/0; frames whose pose was lost are absent from the model."""
     names = [f"{name}.jpg" for name in recording.names]
-    images.write(recording.images, folder / "images", names)
+    image_files.write(recording.images, folder / "images", names)
     camera = colmap.scaled(recording.camera, FACTOR)
     model = colmap.build_model(recording, camera, names, ~recording.lost)
     write_binary(model, folder / "sparse" / "0")

@@ -7,9 +7,9 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from fsel.capture import Capture, Views
-from fsel.reconstruct.outcome import Lacking, NoDevice
-from fsel.registry import Registry
+from fsel.data.capture import Capture, Views
+from fsel.reconstruct.outcome import MissingRequirement, NoDevice
+from fsel.utils.registry import Registry
 
 
 class Model(Protocol):
@@ -100,8 +100,8 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
 
     Raises:
         ValueError: for an unknown name, or a setting that the reconstructor does not take.
-        Lacking: for what it needs and does not find: a package, a device, weights. The message
-            names both.
+        MissingRequirement: for what it needs and does not find: a package, a device, weights.
+            The message names both.
     """
     name = reconstruction["name"]
     lacking: Sequence[Exception] = []
@@ -117,7 +117,7 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
         lacking = group.exceptions
     if found := [error for error in lacking if devices or not isinstance(error, NoDevice)]:
         said = "\n".join(map(str, found))
-        raise Lacking(f"reconstructor {name!r}: {said}") from found[0]
+        raise MissingRequirement(f"reconstructor {name!r}: {said}") from found[0]
 
 
 def needs_gpu(reconstruction: Mapping[str, Any]) -> bool:

@@ -15,7 +15,7 @@ class NoDevice(OSError):
     """A GPU is asked for, and there is none here."""
 
 
-class Lacking(ValueError):
+class MissingRequirement(ValueError):
     """What a reconstructor needs is not here; each thing is on a line of the message."""
 
 

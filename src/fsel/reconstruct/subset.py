@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsel.capture import Capture
-from fsel.points import SparsePoints
+from fsel.data.capture import Capture
+from fsel.data.points import SparsePoints
 
 
 def distinct(frames: np.ndarray) -> np.ndarray:

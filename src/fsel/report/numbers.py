@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.files import atomic
 from fsel.report.summary import ALL_FRAMES
+from fsel.utils.files import atomic
 
 DECIMALS = 6
 

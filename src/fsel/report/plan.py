@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
 from fsel.request.paths import plane_basis, upwards
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pandas as pd
 
 from fsel.baselines import FURTHER, METHODS, PAPER
-from fsel.files import read_table
 from fsel.report.summary import ALL_DATASETS, ALL_FRAMES, draw_means
 from fsel.selector.policies import POLICIES
+from fsel.utils.files import read_table
 
 BASELINES = {name: method.label for name, method in {**PAPER, **FURTHER}.items()}
 LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.items()}

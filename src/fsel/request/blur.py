@@ -10,9 +10,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fsel.capture import Capture
-from fsel.geometry import pose_distance
-from fsel.problem import Problem
+from fsel.data.capture import Capture
+from fsel.data.geometry import pose_distance
+from fsel.data.problem import Problem
 
 NEAR = 4  # frames closest to a pick by pose
 SHARPER = 2.5  # times a pick's sharpness that one of them has where the pick is blurred

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from fsel.capture import Capture, Views, check_poses
-from fsel.geometry import OPENGL_TO_OPENCV, invert_pose
-from fsel.layouts.base import member, number, numbers, read_json
-from fsel.layouts.ingest import rigid
+from fsel.data.capture import Capture, Views, check_poses
+from fsel.data.geometry import OPENGL_TO_OPENCV, invert_pose
+from fsel.ingest.canonical import rigid
 from fsel.layouts.nerfstudio import world_transform
+from fsel.utils.parsing import member, number, numbers, read_json
 
 
 def camera_path(path: Path, capture: Capture) -> Views:

@@ -10,11 +10,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.capture import Capture
-from fsel.counted import counted
-from fsel.geometry import directions, line_equations
-from fsel.layouts import images
+from fsel.data.capture import Capture
+from fsel.data.geometry import directions, line_equations
+from fsel.images import files as image_files
 from fsel.request.scene_depth import viewing_distance
+from fsel.utils.wording import counted
 
 WHITE = 128  # least value of a mask's pixels that count
 TINT = 32  # difference of a pixel's channels from which it is in colour: JPEG tints grey by less
@@ -148,7 +148,7 @@ def load_white(file: Path) -> np.ndarray:
     Raises:
         ValueError: for an image in colour, or an unreadable one, named.
     """
-    image = np.ascontiguousarray(images.load(file))
+    image = np.ascontiguousarray(image_files.load(file))
     channels = cv2.split(image)
     spread = np.maximum.reduce(channels) - np.minimum.reduce(channels)
     if (spread > TINT).mean() > COLOURED:

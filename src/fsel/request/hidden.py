@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.capture import Views
-from fsel.points import SparsePoints
+from fsel.data.capture import Views
+from fsel.data.points import SparsePoints
 
 NEAR = np.radians(4)  # from a camera, points this close to a view's direction tell the depth
 FEWEST = 4  # such points

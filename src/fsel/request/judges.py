@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.geometry import pairwise_angles, pairwise_distances, pose_distance
+from fsel.data.geometry import pairwise_angles, pairwise_distances, pose_distance
+from fsel.data.problem import Problem
 from fsel.metrics import score_views
-from fsel.problem import Problem
 from fsel.reconstruct import Model, Reconstructor
 
 JUDGING = 7  # frames nearest to each target, which judge

@@ -6,9 +6,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from fsel.capture import Capture, Views
-from fsel.geometry import line_equations, moved_aside, pose_distance, poses_at
-from fsel.subsets import evenly
+from fsel.data.capture import Capture, Views
+from fsel.data.geometry import line_equations, moved_aside, pose_distance, poses_at
+from fsel.data.subsets import evenly
 
 GAP = np.radians(60)  # an arc as wide without a camera was not filmed: an orbit leaves it out
 LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the horizon

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.capture import Capture
-from fsel.geometry import pose_distance
-from fsel.problem import Problem
+from fsel.data.capture import Capture
+from fsel.data.geometry import pose_distance
+from fsel.data.problem import Problem
 from fsel.request.focus import Focus
 from fsel.request.paths import with_views_beside
 from fsel.request.targets import ALL, Targets

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.capture import Views
-from fsel.geometry import lengths
-from fsel.points import SparsePoints
+from fsel.data.capture import Views
+from fsel.data.geometry import lengths
+from fsel.data.points import SparsePoints
 from fsel.request.paths import attention
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
 from fsel.request.focus import Focus, load_white, mask_file
 
 

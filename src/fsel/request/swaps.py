@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fsel.counted import counted
-from fsel.problem import Problem
+from fsel.data.problem import Problem
+from fsel.data.subsets import subset_key
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.request.judges import Judges
 from fsel.request.refine import Refine, Swapped
-from fsel.subsets import subset_key
+from fsel.utils.wording import counted
 
 SHARE = 0.5  # of the swaps that bring a neighbour in capture order of the frame that leaves
 NEIGHBOURS = 6  # free frames around it

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from fsel.capture import Capture, Views
-from fsel.counted import counted
-from fsel.geometry import pairwise_distances
-from fsel.layouts.base import read_text
+from fsel.data.capture import Capture, Views
+from fsel.data.geometry import pairwise_distances
+from fsel.data.subsets import evenly
 from fsel.request.camera_path import camera_path
 from fsel.request.paths import orbit, trajectory, whole
-from fsel.subsets import evenly
+from fsel.utils.parsing import read_text
+from fsel.utils.wording import counted
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from fsel.data.geometry import SAME_AXIS
 from fsel.features.columns import (
     D_MIN_S,
     FOLLOWING,
@@ -23,7 +24,6 @@ from fsel.features.columns import (
 )
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
 from fsel.features.static import FLAT
-from fsel.geometry import SAME_AXIS
 from fsel.selector.screening import best_of, best_row, highest, screen
 
 UNSCORED = 1e30  # what a row could have whose score was never computed
@@ -33,7 +33,7 @@ _fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
 class Memory(NamedTuple):
-    """What `fold` remembers of the picks.
+    """What `update` remembers of the picks.
 
     Attributes:
         squares: (3, n) squared distance and chords to the nearest pick, used without a target gain.
@@ -82,7 +82,7 @@ def begin(rows):
 
 
 @_jit
-def fold(row, selectable, rows, memory, raw):
+def update(row, selectable, rows, memory, raw):
     """Fold one pick into what follows the selection.
 
     Args:
@@ -289,7 +289,7 @@ def run_linear(k, fixed, coefficients, rows, picks, scores):
         row = best_of(total, selectable)
         picks[step], scores[step] = row, total[row]
         selectable[row] = False
-        fold(row, selectable, rows, memory, raw)
+        update(row, selectable, rows, memory, raw)
 
 
 @_jit
@@ -318,4 +318,4 @@ def run_network(k, static, base, rows, layers, picks, scores):
         row, scores[step] = best_row(open_rows, approximate, static, inputs, layers.wide)
         picks[step] = row
         selectable[row] = False
-        fold(row, selectable, rows, memory, raw)
+        update(row, selectable, rows, memory, raw)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.data.geometry import viewing_angles
 from fsel.features.columns import (
     CONDITIONED_INPUTS,
     D_MIN_S,
@@ -21,7 +22,6 @@ from fsel.features.columns import (
 )
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
 from fsel.features.visibility import sights, visibility_gain
-from fsel.geometry import viewing_angles
 from fsel.selector.greedy import Prepared, check_budget, standardise
 from fsel.selector.scorer import Scorer
 
@@ -56,7 +56,7 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
             picks[step] = np.argmax(value >= best - tie * abs(best))
         scores[step] = value[picks[step]]
         free[picks[step]] = False
-        memory.fold(picks[: step + 1], free, raw)
+        memory.update(picks[: step + 1], free, raw)
     return picks, scores
 
 
@@ -71,7 +71,7 @@ class _Memory:
         self.apart = np.full(n, NOVEL, precision)
         self.squares = np.empty((len(SPREAD), 0, n), precision)
 
-    def fold(self, picks: np.ndarray, free: np.ndarray, raw: np.ndarray) -> None:
+    def update(self, picks: np.ndarray, free: np.ndarray, raw: np.ndarray) -> None:
         """Update the columns d_min_s, gamma_min_s, rho_max_s, phi_nov and target gain."""
         described, row, first = self.rows.descriptors, picks[-1], len(picks) == 1
         likeness = np.einsum("nd,d->n", described, described[row], dtype=np.float64)

@@ -8,7 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fsel.capture import Views
+from fsel.data.capture import Views
+from fsel.data.geometry import centered, directions
+from fsel.data.problem import Method, Problem
 from fsel.features.columns import (
     APPEARANCE,
     FEATURES,
@@ -30,8 +32,6 @@ from fsel.features.conditioned import (
 )
 from fsel.features.static import proxy_points, static_features
 from fsel.features.visibility import NOTHING, visibility
-from fsel.geometry import centered, directions
-from fsel.problem import Method, Problem
 from fsel.selector.greedy import Prepared, Rows, greedy, standardise
 from fsel.selector.scorer import Linear, Network, Scorer
 
@@ -191,7 +191,7 @@ POLICIES: dict[str, Policy] = {
     policy.name: policy
     for policy in (
         Policy(
-            name="ours_no_appearance",
+            name="less_is_more_no_appearance",
             label="Ours, no appearance",
             pool="candidates",
             reference="proxies",
@@ -199,7 +199,7 @@ POLICIES: dict[str, Policy] = {
             kind=Network,
         ),
         Policy(
-            name="ours",
+            name="less_is_more",
             label="Ours",
             pool="candidates",
             reference="proxies",
@@ -210,10 +210,10 @@ POLICIES: dict[str, Policy] = {
         replace(FSEL, name="fsel_rule", label="fsel, without points", points=False),
     )
 }
-"""In the order of the tables. `ours` is the paper's; `fsel` also sees the targets' poses."""
+"""Policies in the order of the tables; `less_is_more` is the paper's, `fsel` knows the targets."""
 
 GEOMETRY = Policy(
-    name="ours_geometry",
+    name="less_is_more_geometry",
     label="Ours, no appearance, no sharpness",
     pool="candidates",
     reference="proxies",

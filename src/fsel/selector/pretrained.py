@@ -16,8 +16,8 @@ FOLDER = Path(__file__).parent / "weights"
 FILES = {
     "fsel": "fsel.json",
     "fsel_rule": "fsel_rule.json",
-    "ours": "ours.safetensors",
-    "ours_no_appearance": "ours_no_appearance.safetensors",
+    "less_is_more": "less_is_more.safetensors",
+    "less_is_more_no_appearance": "less_is_more_no_appearance.safetensors",
 }
 """Policy -> file in `FOLDER`; `make weights` remakes them."""
 DEFAULT = "fsel"

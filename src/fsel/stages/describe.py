@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
 from fsel.features import appearance
-from fsel.features.sharpness import sharpness
-from fsel.files import write_table
+from fsel.images.sharpness import sharpness
+from fsel.utils.files import write_table
 
 
 def describe(

@@ -6,13 +6,13 @@ import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from fsel import measuring
-from fsel.capture import Capture
-from fsel.evaluation import Evaluator
-from fsel.files import read_table, write_table
+from fsel.data.capture import Capture
+from fsel.data.split import Split
+from fsel.evaluation import measuring
+from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics
 from fsel.reconstruct import reconstructor_of
-from fsel.split import Split
+from fsel.utils.files import read_table, write_table
 
 logger = logging.getLogger(__name__)
 
@@ -35,7 +35,7 @@ def evaluate(
         folder: a canonical capture.
         splits: split.parquet, one a draw.
         selections: what `select` wrote, one a draw.
-        evaluations: one a draw, see `fsel.measuring.measure`.
+        evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
         reconstruction: the config's section.
         metrics: names, or name -> settings.
         config: digest of the parameters.

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pandas as pd
 
+from fsel.data.problem import Problem
 from fsel.features.columns import STATIC
 from fsel.features.static import UNITS, static_features
-from fsel.files import write_table
-from fsel.problem import Problem
+from fsel.utils.files import write_table
 
 
 def features(

@@ -6,9 +6,9 @@ import logging
 import shutil
 from pathlib import Path
 
-from fsel.files import unfinished
 from fsel.layouts import LAYOUTS
 from fsel.synthesis import record
+from fsel.utils.files import unfinished
 
 logger = logging.getLogger(__name__)
 

@@ -14,7 +14,7 @@ from fsel.report.numbers import read_csv, write_csv
 from fsel.report.sweep import BASELINES, with_all_label
 from fsel.selector.policies import POLICIES
 
-PANELS = ("fsel", "ours")
+PANELS = ("fsel", "less_is_more")
 EXTERNAL = [name for name in PAPER if name != "untrained"]  # that is the paper's own control
 RIVALS = {"paper": EXTERNAL, "all": list(BASELINES)}
 WORDS = {"paper": f"the paper's {len(EXTERNAL)}", "all": f"all {len(BASELINES)}"}

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Mapping
 from pathlib import Path
 
-from fsel.layouts import read_folder
+from fsel.ingest.read import read_folder
 
 logger = logging.getLogger(__name__)
 
@@ -22,7 +22,7 @@ def ingest(
             points.parquet, images.npy and, of captures with masks, masks.npy.
         long_side: of the images stored, pixels.
         at_least: frames that the experiment needs: its targets, their proxies, the largest budget.
-        reading: further keywords of `fsel.layouts.read_folder`.
+        reading: further keywords of `fsel.ingest.read.read_folder`.
 
     Raises:
         ValueError: when the capture has fewer usable frames.

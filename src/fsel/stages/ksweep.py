@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from fsel.files import write_text
+from fsel.data.problem import MOST_FRAMES
 from fsel.metrics import Metrics, directions, headings
-from fsel.problem import MOST_FRAMES
 from fsel.report.captions import made_by
 from fsel.report.latex import sweep_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences as paired
 from fsel.report.summary import summarise, with_all_datasets
 from fsel.report.sweep import BASELINES, LEARNED, named, row_groups, sweep_cells, with_all_label
+from fsel.utils.files import write_text
 
 
 def ksweep(

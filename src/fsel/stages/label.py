@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fsel.capture import Capture
-from fsel.evaluation import Evaluator
-from fsel.files import fingerprint, read_table, write_table
+from fsel.data.capture import Capture
+from fsel.data.problem import Problem
+from fsel.data.split import coverage_split
+from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
-from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
-from fsel.split import coverage_split
 from fsel.training.journal import Journal
 from fsel.training.labelling import search_subsets, search_table
+from fsel.utils.files import fingerprint, read_table, write_table
 
 logger = logging.getLogger(__name__)
 

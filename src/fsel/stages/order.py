@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.capture import Capture
-from fsel.files import read_table, write_table
-from fsel.split import Split
+from fsel.data.capture import Capture
+from fsel.data.split import Split
 from fsel.training.ordering import ordered_item
+from fsel.utils.files import read_table, write_table
 
 
 def order(

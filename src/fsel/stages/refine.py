@@ -8,21 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.capture import Capture
-from fsel.evaluation import Evaluator
+from fsel.data.capture import Capture
+from fsel.data.problem import Problem
+from fsel.data.split import evaluation_split
+from fsel.evaluation.evaluator import Evaluator
 from fsel.features.columns import TARGET_GAIN
-from fsel.files import fingerprint, read_table, write_table
-from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared, greedy
 from fsel.selector.policies import POLICIES, Policy
 from fsel.selector.scorer import Linear
-from fsel.split import evaluation_split
 from fsel.training import refinement
 from fsel.training.journal import Journal
 from fsel.training.refinement import Coefficients, Objective, RefineSettings
 from fsel.training.scorers import save_scorer
 from fsel.training.search import Evaluate
+from fsel.utils.files import fingerprint, read_table, write_table
 
 logger = logging.getLogger(__name__)
 

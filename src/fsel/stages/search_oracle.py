@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fsel import measuring
-from fsel.evaluation import Evaluator
-from fsel.files import fingerprint, write_table
+from fsel.data.problem import Problem
+from fsel.data.split import Split
+from fsel.evaluation import measuring
+from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
-from fsel.problem import Problem
 from fsel.reconstruct import reconstructor_of
-from fsel.seeds import name_seed
-from fsel.split import Split
 from fsel.training.journal import Journal
 from fsel.training.labelling import search_subsets, search_table
+from fsel.utils.files import fingerprint, write_table
+from fsel.utils.seeds import name_seed
 
 
 def search_oracle(

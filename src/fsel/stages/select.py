@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from fsel import measuring
 from fsel.baselines import METHODS
-from fsel.files import write_table
-from fsel.problem import Problem
+from fsel.data.problem import Problem
+from fsel.evaluation import measuring
+from fsel.utils.files import write_table
 
 
 def select(
@@ -29,12 +29,12 @@ def select(
     Args:
         folder: a canonical capture with its descriptors.
         splits: split.parquet, one a draw.
-        weights: of the learned methods, see `fsel.measuring.runs`.
-        selections: one a draw, see `fsel.measuring.select`.
+        weights: of the learned methods, see `fsel.evaluation.measuring.runs`.
+        selections: one a draw, see `fsel.evaluation.measuring.select`.
         budgets: frames to pick.
         seeds: one a draw.
         methods: without training, keys of `fsel.baselines.METHODS`.
-        proxies_free: see `fsel.problem.Problem`.
+        proxies_free: see `fsel.data.problem.Problem`.
         config: digest of the parameters.
     """
     contenders = measuring.runs([METHODS[name] for name in methods], weights)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fsel.capture import Capture
-from fsel.files import write_table
-from fsel.split import evaluation_split
+from fsel.data.capture import Capture
+from fsel.data.split import evaluation_split
+from fsel.utils.files import write_table
 
 
 def split(
@@ -17,7 +17,7 @@ def split(
 
     Args:
         folder: a canonical capture.
-        splits: one a draw, see `fsel.split.Split.table`.
+        splits: one a draw, see `fsel.data.split.Split.table`.
         targets: how many target views a draw.
         seed: of the scene.
         config: digest of the parameters.

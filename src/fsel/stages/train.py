@@ -6,12 +6,12 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-from fsel.files import read_table, write_table
 from fsel.selector.policies import KNOWN
 from fsel.selector.scorer import Network
 from fsel.training import imitation
 from fsel.training.labelled import training_data
 from fsel.training.scorers import save_scorer
+from fsel.utils.files import read_table, write_table
 
 logger = logging.getLogger(__name__)
 

@@ -9,8 +9,8 @@ import zipfile
 import zlib
 from pathlib import Path, PurePosixPath
 
-from fsel.files import unfinished
 from fsel.stages.download import CHUNK, check_room
+from fsel.utils.files import unfinished
 
 
 def unpack(archive: str | Path, inside: str, folder: str | Path) -> None:

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fsel.layouts.recording import SUBJECT, Camera
+from fsel.colmap.camera import Camera
+from fsel.layouts.contract import SUBJECT
 from fsel.synthesis import outdoors, things, trajectories
 from fsel.synthesis.rooms import living_room, pedestal, room, shell
 from fsel.synthesis.setting import Setting

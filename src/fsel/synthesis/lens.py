@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.geometry import pixel_centers
-from fsel.layouts.recording import Camera
+from fsel.colmap.camera import Camera
+from fsel.data.geometry import pixel_centers
 
 
 def unproject(camera: Camera) -> np.ndarray:

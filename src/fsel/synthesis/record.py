@@ -9,8 +9,8 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.geometry import camera_centers, pose_matrices
-from fsel.layouts.recording import SUBJECT, Recording
+from fsel.data.geometry import camera_centers, pose_matrices
+from fsel.layouts.contract import SUBJECT, Recording
 from fsel.synthesis.caster import Caster
 from fsel.synthesis.families import FAMILY
 from fsel.synthesis.lens import unproject

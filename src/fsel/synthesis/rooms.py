@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.layouts.recording import SUBJECT
+from fsel.layouts.contract import SUBJECT
 from fsel.synthesis import solids, things
 from fsel.synthesis import textures as tx
 from fsel.synthesis.solids import Scene

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.layouts.recording import Camera
+from fsel.colmap.camera import Camera
 from fsel.synthesis.caster import Caster, lengths
 from fsel.synthesis.lens import project
 from fsel.synthesis.shot import Shot

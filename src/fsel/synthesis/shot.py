@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.layouts.recording import Camera
+from fsel.colmap.camera import Camera
 from fsel.synthesis import trajectories
 from fsel.synthesis.trajectories import Path
 

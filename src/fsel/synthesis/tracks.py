@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from fsel.layouts.recording import Camera
+from fsel.colmap.camera import Camera
 from fsel.synthesis.lens import project
 
 POINTS = 1500

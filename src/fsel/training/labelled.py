@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fsel.capture import Capture
-from fsel.files import read_table
-from fsel.problem import Problem
+from fsel.data.capture import Capture
+from fsel.data.problem import Problem
+from fsel.data.split import Split
 from fsel.selector.policies import Policy
-from fsel.selector.walk import Walk, follow
-from fsel.split import Split
+from fsel.selector.rollout import Rollout, follow
 from fsel.training.imitation import Trajectory
+from fsel.utils.files import read_table
 
 Scenes = Mapping[str, tuple[str | Path, str | Path]]
 """Scene -> folder of its canonical capture, and path of the splits of all its coverage levels."""
@@ -60,5 +60,5 @@ def as_seen(problem: Problem, rows: Iterable[Mapping], policy: Policy) -> Iterat
     prepared = policy.prepare(problem)
     for row in rows:
         picks = np.searchsorted(prepared.pool, np.array(row["picks"]))
-        features, selectable = follow(Walk(prepared), picks)
+        features, selectable = follow(Rollout(prepared), picks)
         yield Trajectory(features, selectable, picks, row["weight"])

@@ -9,10 +9,9 @@ import numpy as np
 import pandas as pd
 
 from fsel.baselines.nearest import nearest
-from fsel.files import subsets_column
+from fsel.data.problem import Problem
+from fsel.data.split import Split
 from fsel.metrics import METRICS, Metrics
-from fsel.problem import Problem
-from fsel.split import Split
 from fsel.training.search import (
     Evaluate,
     GeneticSettings,
@@ -21,6 +20,7 @@ from fsel.training.search import (
     random_search,
     swap_search,
 )
+from fsel.utils.files import subsets_column
 
 GENETIC = (
     "population",

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from fsel.capture import Capture
-from fsel.evaluation import Evaluator
-from fsel.problem import Problem
+from fsel.data.capture import Capture
+from fsel.data.problem import Problem
+from fsel.data.split import COVERAGES, Split, coverage_split, targets_at
+from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import Reconstructor
 from fsel.selector.policies import Policy
-from fsel.split import COVERAGES, Split, coverage_split, targets_at
 from fsel.training.imitation import Trajectory
 from fsel.training.journal import Journal
 from fsel.training.labelled import as_seen

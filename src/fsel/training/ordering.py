@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel.capture import Capture
-from fsel.geometry import pairwise_distances, pose_distance
-from fsel.split import Split
+from fsel.data.capture import Capture
+from fsel.data.geometry import pairwise_distances, pose_distance
+from fsel.data.split import Split
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
+from fsel.data.points import SparsePoints
 from fsel.metrics import score_views
-from fsel.points import SparsePoints
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.radiance_field import RadianceField
 

@@ -9,9 +9,9 @@ import trimesh
 from scipy.spatial.transform import Rotation
 from watched_images import Watched
 
-from fsel.capture import Capture
-from fsel.evaluation import Evaluator
-from fsel.points import SparsePoints
+from fsel.data.capture import Capture
+from fsel.data.points import SparsePoints
+from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.splats import Splats, consistency, fusion, reconstructor, stereo
 from fsel.reconstruct.splats import frames as frames_module

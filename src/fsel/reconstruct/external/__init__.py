@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.capture import Capture, Views
+from fsel.data.capture import Capture, Views
 from fsel.reconstruct.external import command, folder, nvml
 from fsel.reconstruct.external.settings import ExternalSettings
 from fsel.reconstruct.keywords import settings_from

@@ -21,12 +21,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.capture import Capture, Views
-from fsel.geometry import invert_pose
-from fsel.held import pycolmap
-from fsel.points import SparsePoints, grouped_rows
+from fsel.colmap.bindings import pycolmap
+from fsel.colmap.model import build_model, write_capture_model
+from fsel.data.capture import Capture, Views
+from fsel.data.geometry import invert_pose
+from fsel.data.points import SparsePoints, grouped_rows
 from fsel.reconstruct.outcome import MISSING, SIZE, Unfinished
-from fsel.sparse_model import build_model, write_capture_model
 
 RENDERINGS, CLOUD = "renderings", "sparse_pc.ply"
 OPENGL = np.diag([1.0, -1, -1, 1])

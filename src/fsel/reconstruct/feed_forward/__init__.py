@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
 from fsel.reconstruct import gpu
 from fsel.reconstruct.feed_forward import loading
 from fsel.reconstruct.feed_forward.model import FeedForwardModel, frame_for, inputs_of, table_of

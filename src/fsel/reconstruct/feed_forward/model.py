@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fsel.capture import Capture, Views
-from fsel.geometry import invert_pose
+from fsel.data.capture import Capture, Views
+from fsel.data.geometry import invert_pose
 from fsel.reconstruct import gpu
 from fsel.reconstruct.feed_forward.loading import package
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
 from fsel.reconstruct import gpu
 from fsel.reconstruct.gaussians import initial
 from fsel.reconstruct.gaussians.model import GaussianModel

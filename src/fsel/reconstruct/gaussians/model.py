@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.capture import Views
+from fsel.data.capture import Views
 from fsel.reconstruct import ply
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, degree_of, width_of

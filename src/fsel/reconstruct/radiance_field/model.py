@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.capture import Views
+from fsel.data.capture import Views
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid

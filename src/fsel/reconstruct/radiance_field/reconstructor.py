@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from fsel.capture import Capture
+from fsel.data.capture import Capture
 from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame

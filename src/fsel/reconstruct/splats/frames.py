@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.capture import Capture
-from fsel.geometry import pixel_centers
+from fsel.data.capture import Capture
+from fsel.data.geometry import pixel_centers
 from fsel.reconstruct.splats import stereo
 from fsel.reconstruct.splats.cache import make_room
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.capture import Capture, Views
-from fsel.geometry import invert_pose
+from fsel.data.capture import Capture, Views
+from fsel.data.geometry import invert_pose
 from fsel.reconstruct import ply
 from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.memory import Peak

@@ -1,0 +1,102 @@
+"""What a call asks for: the number of frames, the method, the targets; refused before any work."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fsel.data.capture import Capture
+from fsel.data.problem import Method
+from fsel.request.budget import Auto
+from fsel.request.focus import Focus
+from fsel.request.memory import within
+from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
+from fsel.selector import pretrained
+from fsel.selector.policies import Learned
+from fsel.utils.wording import counted
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+LEAST_FRAMES = 3
+AUTO = "auto"
+ALL_FRAMES = "all"  # the method that takes the whole sequence
+
+
+def number_of(k: int | str | Auto) -> int | Auto:
+    """The number of frames, or how it is to be found.
+
+    Raises:
+        ValueError: for another word than `auto`.
+    """
+    if not isinstance(k, str):
+        return k
+    if k != AUTO:
+        raise ValueError(f"k is {k!r}; allowed: a number of frames, or {AUTO!r}")
+    return Auto()
+
+
+def method_of(method: str | Method | None = None, weights: str | Path | None = None) -> Method:
+    """The method that is asked for; arguments and errors are those of `select`."""
+    if isinstance(method, Method):
+        if weights is not None:
+            raise ValueError(f"{weights}: weights go with the name of a method, not with {method}")
+        return method
+    if weights is not None:
+        return pretrained.own(weights, method)
+    name = pretrained.DEFAULT if method is None else method
+    if name in pretrained.FILES:
+        return pretrained.method(name)
+    from fsel.evaluation.methods import METHODS  # here: it imports all baselines
+
+    return METHODS.checked(name)
+
+
+def checked_request(
+    capture: Capture,
+    k: int | str | Auto,
+    request: Request,
+    method: Method,
+    focus: Focus | None = None,
+    always: Wish = None,
+    never: Wish = None,
+) -> Targets:
+    """What a request means; all that `select` may refuse is refused here, before images are read.
+
+    Arguments and errors are those of `select`; the method is what `method_of` returned.
+    """
+    asked = number_of(k)
+    if len(capture) < LEAST_FRAMES:
+        raise ValueError(
+            f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; "
+            f"at least {LEAST_FRAMES} are needed"
+        )
+    targets = targets_of(capture, request)
+    if focus is not None:
+        targets = targets.seeing(focus.corners, capture)
+    targets = targets.wished(capture, always, never)
+    if len(targets.always) and (isinstance(asked, Auto) or not isinstance(method, Learned)):
+        number = AUTO if isinstance(asked, Auto) else asked
+        raise ValueError(
+            "frames that are always to be selected go with a number of frames, and with a method "
+            f"that scores them ({', '.join(pretrained.FILES)}); k is {number}, and the method "
+            f"{method.name}"
+        )
+    if isinstance(asked, Auto):
+        _check_auto(asked, method, capture)
+        return targets
+    check_count(asked, targets, capture, everything=method.name == ALL_FRAMES)
+    return targets
+
+
+def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
+    """Refuse a memory that nothing fits, and methods whose picks are not nested."""
+    if auto.memory is not None:
+        within(auto.memory, auto.size or capture.size, auto.trainer)
+    if not method.nested:
+        from fsel.evaluation.methods import METHODS
+
+        nested = ", ".join(name for name, found in METHODS.items() if found.nested)
+        raise ValueError(
+            f"method is {method.name!r}, whose selection of fewer frames is not the beginning of "
+            f"that of more, as finding k needs; allowed: {nested}. Hint: state k"
+        )

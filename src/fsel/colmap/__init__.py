@@ -1,0 +1,1 @@
+"""COLMAP: its cameras, binary models, runs and undistortion."""

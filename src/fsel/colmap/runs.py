@@ -1,0 +1,175 @@
+"""COLMAP's steps through pycolmap, in parts that are watched, interrupted and gone on with."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fsel.colmap import pairs
+from fsel.colmap.bindings import pycolmap
+from fsel.images import files as image_files
+from fsel.images.headers import Size
+from fsel.images.previews import Progress, in_silence
+
+THREADS = 1  # with more, COLMAP gives other bytes each time
+SEED = 0
+MIN_PLACED = 3
+EXHAUSTIVE = 150  # images up to which all pairs of a set without order are matched
+FEW = 40  # and of a video: sequential matching saves nothing below
+IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
+
+
+@dataclass(frozen=True)
+class Work:
+    """How structure from motion runs.
+
+    Attributes:
+        folder: keeps the database, so that a run that was cut off goes on; None for none.
+        threads: of extraction, matching and bundle adjustment.
+        ordered: the images are frames of a video in order: neighbours are matched, and images
+            that look alike; else all pairs are, of up to 150 images.
+        watch: a step's name -> what wraps its loop.
+    """
+
+    folder: Path | None = None
+    threads: int = THREADS
+    ordered: bool = False
+    watch: Callable[[str], Progress] = lambda label: in_silence
+
+    @contextmanager
+    def place(self) -> Iterator[Path]:
+        """The folder to work in."""
+        if self.folder is not None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            yield self.folder
+            return
+        with TemporaryDirectory() as name:
+            yield Path(name)
+
+
+def linked(files: Sequence[image_files.Image], folder: Path) -> list[str]:
+    """The images under plain names: links to files, copies of frames of a video."""
+    folder.mkdir(exist_ok=True)
+    names = []
+    for i, file in enumerate(files):
+        if isinstance(file, image_files.VideoFrame):
+            names.append(f"{i:06d}.png")
+            image_files.write(image_files.load(file)[None], folder, names[-1:])
+        else:
+            names.append(f"{i:06d}{file.suffix}")
+            (folder / names[-1]).unlink(missing_ok=True)
+            (folder / names[-1]).symlink_to(file.resolve())
+    return names
+
+
+def extract(
+    database: Path, folder: Path, names: Sequence[str], work: Work, *, one_camera: bool
+) -> None:
+    """SIFT features of the images that the database does not have yet.
+
+    Args:
+        database: made when it is not there.
+        folder: of the images.
+        names: below it.
+        work: how.
+        one_camera: all images of one size are of one camera; else each has its own.
+    """
+    mode = pycolmap.CameraMode.SINGLE if one_camera else pycolmap.CameraMode.PER_IMAGE
+    with pycolmap.Database.open(str(database)) as stored:
+        known = {image.name for image in stored.read_all_images()}
+    wanted = [name for name in names if name not in known]
+    alike = _by_size(folder, wanted) if one_camera else {None: wanted}
+    most = IMAGES if work.folder is not None else len(names)
+    parts = [(size, part) for size, group in alike.items() for part in _parts(group, most)]
+    for size, part in work.watch("features")(parts, len(parts)):
+        reader = pycolmap.ImageReaderOptions()
+        if one_camera and (camera := _camera_of(database, size)) is not None:
+            reader.existing_camera_id = camera
+        pycolmap.extract_features(
+            database,
+            folder,
+            image_names=part,
+            camera_mode=mode,
+            reader_options=reader,
+            extraction_options=pycolmap.FeatureExtractionOptions(num_threads=work.threads),
+            device=pycolmap.Device.cpu,
+        )
+
+
+def _by_size(folder: Path, names: Sequence[str]) -> dict[Size | None, list[str]]:
+    """Names of images by their (width, height): a photo held upright is of no camera of the others.
+
+    Those that cannot be read are together, for COLMAP to pass over.
+    """
+    found: dict[Size | None, list[str]] = {}
+    for name in names:
+        try:
+            size = image_files.size_of(folder / name)
+        except ValueError:
+            size = None
+        found.setdefault(size, []).append(name)
+    return found
+
+
+def _camera_of(database: Path, size: Size | None) -> int | None:
+    """The camera of the images of a (width, height), where one was stored."""
+    with pycolmap.Database.open(str(database)) as stored:
+        cameras = stored.read_all_cameras()
+    return next((c.camera_id for c in cameras if (c.width, c.height) == size), None)
+
+
+def match(database: Path, names: Sequence[str], work: Work) -> None:
+    """Match and verify pairs of images; pairs that the database has are passed over."""
+    if len(names) <= (FEW if work.ordered else EXHAUSTIVE):
+        chosen = pairs.every_pair(len(names))
+    else:
+        near = pairs.in_sequence(len(names))
+        chosen = near + pairs.alike(pairs.described(database, names), near)
+    if work.folder is None and not work.ordered and len(names) <= EXHAUSTIVE:
+        options = pycolmap.FeatureMatchingOptions(num_threads=work.threads)
+        pycolmap.match_exhaustive(database, options, device=pycolmap.Device.cpu)
+        return
+    parts = _parts(chosen, PAIRS)
+    for part in work.watch("matching")(parts, len(parts)):
+        match_pairs(database, [(names[i], names[j]) for i, j in part], work.threads)
+
+
+def match_pairs(database: Path, asked: Sequence[tuple[str, str]], threads: int) -> None:
+    """Match and verify some pairs of images, by name."""
+    listed = database.with_name("pairs.txt")
+    listed.write_text("".join(f"{one} {other}\n" for one, other in asked), encoding="utf-8")
+    pycolmap.match_image_pairs(
+        database,
+        matching_options=pycolmap.FeatureMatchingOptions(num_threads=threads),
+        pairing_options=pycolmap.ImportedPairingOptions(match_list_path=str(listed)),
+        device=pycolmap.Device.cpu,
+    )
+
+
+def build(
+    database: Path, folder: Path, count: int, work: Work, *, refine: bool
+) -> dict[int, pycolmap.Reconstruction]:
+    """COLMAP's models; whether cameras are refined is up to `refine`."""
+    options = pycolmap.IncrementalPipelineOptions(
+        num_threads=work.threads,
+        random_seed=SEED,
+        min_model_size=MIN_PLACED,
+        ba_refine_focal_length=refine,
+        ba_refine_extra_params=refine,
+    )
+    options.mapper.abs_pose_refine_focal_length = refine
+    options.mapper.abs_pose_refine_extra_params = refine
+    placed = iter(work.watch("poses")(itertools.count(), count))
+    output = folder / "models"
+    output.mkdir(exist_ok=True)
+    return pycolmap.incremental_mapping(
+        database, folder / "images", output, options, next_image_callback=lambda: next(placed)
+    )
+
+
+def _parts(items: Sequence, size: int) -> list[list]:
+    return [list(items[at : at + size]) for at in range(0, len(items), max(size, 1))]

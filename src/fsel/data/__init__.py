@@ -1,0 +1,1 @@
+"""A capture, its parts and a selection problem, as arrays."""

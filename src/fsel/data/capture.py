@@ -1,0 +1,291 @@
+"""The one in-memory model of a posed sequence, and its canonical form on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import cv2
+import numpy as np
+
+from fsel.data.geometry import camera_centers, merged
+from fsel.data.points import SparsePoints, points_from_table, points_table
+from fsel.utils.files import atomic, mapped_array, read_table
+
+ROTATION_TOLERANCE = 1e-6
+LEAST_LENGTH, MOST_LENGTH = 1e-60, 1e60  # of the longest translation, world units
+
+
+@dataclass(frozen=True)
+class Views:
+    """Camera poses without images: what a selector may know of its targets.
+
+    Attributes:
+        world_to_camera: (T, 3, 4) float64, OpenCV axes (x right, y down, z forward).
+        intrinsics: (T, 4) float64, fx, fy, cx, cy in pixels at `size`; the top-left pixel's centre
+            is (0.5, 0.5).
+        size: (width, height) in pixels.
+    """
+
+    world_to_camera: np.ndarray
+    intrinsics: np.ndarray
+    size: tuple[int, int]
+
+    @cached_property
+    def centers(self) -> np.ndarray:
+        """(T, 3) camera centres, world units."""
+        return merged(camera_centers(self.world_to_camera))
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(T, 3) unit optical axes in the world."""
+        return self.world_to_camera[:, 2, :3]
+
+    @property
+    def half_fov(self) -> np.ndarray:
+        """(T,) half of the larger field of view, radians."""
+        return np.arctan(np.max(np.asarray(self.size) / (2 * self.intrinsics[:, :2]), axis=1))
+
+    def __len__(self) -> int:
+        return len(self.world_to_camera)
+
+    def subset(self, rows: np.ndarray | slice) -> Views:
+        """The views at some rows, in that order."""
+        return Views(self.world_to_camera[rows], self.intrinsics[rows], self.size)
+
+    def joined(self, others: Views) -> Views:
+        """These, then others of the same size."""
+        poses = np.concatenate([self.world_to_camera, others.world_to_camera])
+        return Views(poses, np.concatenate([self.intrinsics, others.intrinsics]), self.size)
+
+
+@dataclass(frozen=True)
+class Capture:
+    """A posed image sequence, validated once on construction.
+
+    Attributes:
+        names: N frame names in natural order, distinct.
+        world_to_camera: (N, 3, 4) float64, OpenCV axes.
+        intrinsics: (N, 4) float64, fx, fy, cx, cy in pixels at the working size;
+            the top-left pixel's centre is (0.5, 0.5).
+        images: (N, h, w, 3) uint8, undistorted, RGB; may be a read-only memory map, or a
+            sequence that opens files when indexed (`fsel.ingest.canonical.LazyImages`).
+        sequences: N labels of the recording pass each frame belongs to.
+        points: sparse points, or None.
+        masks: (N, h, w) bool, True where a pixel counts, or None.
+        source: what was read, in words (layout and folder).
+
+    Raises:
+        ValueError: for sizes that disagree, values that are not finite, or a pose that is no
+            rotation.
+    """
+
+    names: tuple[str, ...]
+    world_to_camera: np.ndarray
+    intrinsics: np.ndarray
+    images: np.ndarray
+    sequences: tuple[str, ...]
+    points: SparsePoints | None = None
+    masks: np.ndarray | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        n = len(self.names)
+        _expect(n > 0, "a capture needs at least one frame", self.source)
+        _expect(len(set(self.names)) == n, "frame names must be distinct", self.source)
+        _shape("world_to_camera", self.world_to_camera, (n, 3, 4), self.source)
+        _shape("intrinsics", self.intrinsics, (n, 4), self.source)
+        _expect(
+            self.images.ndim == 4 and len(self.images) == n and self.images.dtype == np.uint8,
+            f"images must be ({n}, h, w, 3) uint8, got {self.images.shape} {self.images.dtype}",
+            self.source,
+        )
+        _expect(len(self.sequences) == n, f"sequences must name {n} frames", self.source)
+        if self.masks is not None:
+            _shape("masks", self.masks, self.images.shape[:3], self.source)
+        check_poses(self.names, self.world_to_camera, self.source)
+        k = self.intrinsics
+        for i in np.flatnonzero(~(np.isfinite(k).all(axis=1) & (k[:, :2] > 0).all(axis=1)))[:1]:
+            _expect(
+                False,
+                f"intrinsics must be finite with positive focal lengths, got {k[i].tolist()}",
+                f"{self.source}: frame {self.names[i]!r}",
+            )
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) of the working images, pixels."""
+        return self.images.shape[2], self.images.shape[1]
+
+    @cached_property
+    def views(self) -> Views:
+        """Every frame's pose and intrinsics."""
+        return Views(self.world_to_camera, self.intrinsics, self.size)
+
+    @property
+    def centers(self) -> np.ndarray:
+        """(N, 3) camera centres, world units."""
+        return self.views.centers
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(N, 3) unit optical axes."""
+        return self.views.axes
+
+    def view(self, frames: np.ndarray) -> Views:
+        """Poses of the given frames, without their images."""
+        return self.views.subset(frames)
+
+    def subset(self, frames: np.ndarray, images: np.ndarray | None = None) -> Capture:
+        """A capture of some of the frames, in the given order, and of what they observe.
+
+        Args:
+            frames: (n,) distinct frames.
+            images: (n, h, w, 3) uint8 of theirs, where they are in memory already.
+        """
+        return replace(
+            self,
+            names=tuple(self.names[frame] for frame in frames),
+            world_to_camera=self.world_to_camera[frames],
+            intrinsics=self.intrinsics[frames],
+            images=np.asarray(self.images[frames]) if images is None else images,
+            sequences=tuple(self.sequences[frame] for frame in frames),
+            points=None if self.points is None else self.points.seen_from(frames, len(self)),
+            masks=None if self.masks is None else np.asarray(self.masks[frames]),
+        )
+
+    def resized(self, long_side: int) -> Capture:
+        """The same capture with its images reduced to `long_side` pixels, by area means."""
+        width, height = self.size
+        scale = long_side / max(width, height)
+        if scale >= 1:
+            return self
+        new = (max(1, round(width * scale)), max(1, round(height * scale)))
+        factors = np.array([new[0] / width, new[1] / height])
+        masks = None
+        if self.masks is not None:
+            masks = np.stack([_shrink(m.astype(np.float32), new) > 0.5 for m in self.masks])
+        return replace(
+            self,
+            intrinsics=self.intrinsics * np.tile(factors, 2),
+            images=np.stack([_shrink(np.asarray(image), new) for image in self.images]),
+            masks=masks,
+        )
+
+    def save(self, folder: str | Path, **found: Any) -> None:
+        """Write frames.parquet, points.parquet, images.npy (and masks.npy) into `folder`.
+
+        Arrays that already are those files, streamed there while they were made, stay as they are.
+        What was `found` while the capture was read goes into the metadata of frames.parquet.
+        """
+        pd = _pandas()
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        frames = pd.DataFrame({"frame": np.arange(len(self)), "name": self.names})
+        frames["sequence"] = self.sequences
+        for row in range(3):
+            for column in range(4):
+                frames[f"w2c_{row}{column}"] = self.world_to_camera[:, row, column]
+        for column, label in enumerate(("fx", "fy", "cx", "cy")):
+            frames[label] = self.intrinsics[:, column]
+        frames.attrs |= {"source": self.source, **found}
+        points = points_table(self.points)
+        for table, name in ((frames, "frames.parquet"), (points, "points.parquet")):
+            with atomic(folder / name) as temporary:
+                table.to_parquet(temporary, index=False)
+        _save_array(self.images, folder / "images.npy")
+        if self.masks is not None:
+            _save_array(self.masks, folder / "masks.npy")
+        else:
+            (folder / "masks.npy").unlink(missing_ok=True)  # of a capture saved here before
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Capture:
+        """Read what `save` wrote; images stay on disk until touched."""
+        _pandas()
+        folder = Path(folder)
+        frames = read_table(folder / "frames.parquet")
+        poses = frames[[f"w2c_{r}{c}" for r in range(3) for c in range(4)]].to_numpy(np.float64)
+        masks = folder / "masks.npy"
+        return cls(
+            names=tuple(frames["name"]),
+            world_to_camera=poses.reshape(-1, 3, 4),
+            intrinsics=frames[["fx", "fy", "cx", "cy"]].to_numpy(np.float64),
+            images=mapped_array(folder / "images.npy"),
+            sequences=tuple(frames["sequence"]),
+            points=points_from_table(read_table(folder / "points.parquet")),
+            masks=mapped_array(masks) if masks.exists() else None,
+            source=frames.attrs.get("source", str(folder)),
+        )
+
+
+def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) -> None:
+    """Refuse (N, 3, 4) poses that are not finite or no rotations, naming the frame.
+
+    Raises:
+        ValueError: with the pose's determinant and what it usually means.
+    """
+    finite = np.isfinite(world_to_camera).all(axis=(1, 2))
+    for i in np.flatnonzero(~finite)[:1]:
+        where = f"{source}: frame {names[i]!r}"
+        _expect(False, f"pose is not finite: {world_to_camera[i].tolist()}", where)
+    reach = np.abs(world_to_camera[:, :, 3]).max(axis=1).astype(np.float64)
+    # of each frame, not of the farthest: a few of the frames are refused as all of them are
+    for i in np.flatnonzero(reach * ((reach < LEAST_LENGTH) | (reach > MOST_LENGTH)))[:1]:
+        _expect(
+            False,
+            f"translation is {world_to_camera[i, :, 3].tolist()}; allowed: zero, or a largest part "
+            f"of {LEAST_LENGTH:g} to {MOST_LENGTH:g}, whose squares are still numbers",
+            f"{source}: frame {names[i]!r}",
+        )
+    rotation = world_to_camera[:, :, :3]
+    with np.errstate(over="ignore", invalid="ignore"):  # huge numbers are no rotation either
+        off = np.abs(rotation @ rotation.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+        determinant = np.linalg.det(rotation)
+    for i in np.flatnonzero(~((off < ROTATION_TOLERANCE) & (determinant > 0)))[:1]:
+        _expect(
+            False,
+            f"rotation has determinant {determinant[i]:.6g} and is {off[i]:.2g} from orthonormal; "
+            "a determinant of -1 is a reflection (wrong axis convention), another value an "
+            "unnormalised quaternion",
+            f"{source}: frame {names[i]!r}",
+        )
+
+
+def _pandas() -> ModuleType:
+    """pandas; imported here since that takes longer than a selection, which does not need it."""
+    try:
+        import pandas
+    except ImportError as error:
+        raise ImportError(
+            "a saved capture consists of Parquet files, and pandas is not installed. "
+            "Hint: pip install 'fsel[workflow]', or pandas and pyarrow"
+        ) from error
+    return pandas
+
+
+def _save_array(array: np.ndarray, path: Path) -> None:
+    stored = getattr(array, "filename", None)
+    if stored is None or Path(stored) != path.resolve():
+        with atomic(path) as temporary, temporary.open("wb") as file:
+            np.save(file, np.ascontiguousarray(array))
+
+
+def _shrink(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    return cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+
+
+def _shape(name: str, array: np.ndarray, wanted: tuple[int, ...], where: str) -> None:
+    _expect(array.shape == wanted, f"{name} must be {wanted}, got {array.shape}", where)
+
+
+def _expect(holds: bool, message: str, where: str) -> None:
+    if not holds:
+        raise ValueError(f"{where}: {message}" if where else message)

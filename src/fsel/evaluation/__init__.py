@@ -1,0 +1,1 @@
+"""Evaluators, runs of methods, and what their picks are worth: the one way to measure."""

@@ -1,0 +1,163 @@
+"""How good a subset is: reconstruct from it, render, compare."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from fsel.data.capture import Views
+from fsel.data.subsets import subset_key
+from fsel.metrics import METRICS, Metrics, checked, score_views
+from fsel.reconstruct import FitsMany, Model, Reconstructor
+from fsel.reconstruct.outcome import FINISHED, RANGE, Unfinished
+
+logger = logging.getLogger(__name__)
+
+
+class Measured(NamedTuple):
+    """What a subset is worth on the views of an `Evaluator`, and what it cost.
+
+    Attributes:
+        scores: (T, M) float64, a row a view, a column a metric of the evaluator; NaN where the
+            reconstruction did not finish.
+        fit_seconds, render_seconds: of the reconstruction, and of rendering all views.
+        primitives, bytes, peak_bytes, device: of the model, see `fsel.reconstruct.Model`.
+        outcome: a word of `fsel.reconstruct.outcome`; empty where it finished.
+        log: of what did not finish, the last lines.
+    """
+
+    scores: np.ndarray
+    fit_seconds: float
+    render_seconds: float
+    primitives: int
+    bytes: int
+    peak_bytes: int
+    device: str
+    outcome: str = FINISHED
+    log: str = ""
+
+
+COSTS = Measured._fields[1:]
+
+
+@dataclass(frozen=True)
+class Evaluator:
+    """Scores subsets of one capture on frames of it, reconstructing each distinct subset once.
+
+    Attributes:
+        reconstructor: bound to the capture; its caches serve every subset.
+        frames: (T,) int64 the frames to render.
+        views: their poses.
+        truth: (T, h, w, 3) uint8 their images, at the reconstruction size.
+        masks: (T, h, w) bool, the pixels that count; None for all.
+        metrics: M keys of `fsel.metrics.REGISTERED`, or key -> settings.
+    """
+
+    reconstructor: Reconstructor
+    frames: np.ndarray
+    views: Views
+    truth: np.ndarray
+    masks: np.ndarray | None = None
+    metrics: Metrics = METRICS
+    _known: dict[tuple[int, ...], Measured] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def on_frames(
+        cls,
+        reconstructor: Reconstructor,
+        frames: np.ndarray,
+        masked: bool = False,
+        metrics: Metrics = METRICS,
+    ) -> Evaluator:
+        """Score on frames of the reconstructor's capture: proxies in a search, else targets.
+
+        Args:
+            reconstructor: bound to the capture.
+            frames: (T,) int64.
+            masked: compare inside the capture's masks alone.
+            metrics: keys of `fsel.metrics.REGISTERED`, or key -> settings.
+
+        Raises:
+            ValueError: for `masked` and a capture without masks, or an unknown metric.
+            FileNotFoundError: for weights of a metric that are not there.
+        """
+        chosen = checked(metrics)
+        capture = reconstructor.capture
+        truth = np.asarray(capture.images[frames])
+        masks = None
+        if masked:
+            if capture.masks is None:
+                raise ValueError(f"{capture.source}: has no masks to compare inside of")
+            masks = np.asarray(capture.masks[frames])
+        return cls(reconstructor, frames, capture.view(frames), truth, masks, chosen)
+
+    def measure(self, subset: np.ndarray) -> Measured:
+        """Scores and costs of (K,) distinct frames, in any order; or how they came to no end."""
+        key = subset_key(subset)
+        if key not in self._known:
+            self._known[key] = self._reconstructed(np.array(key))
+        return self._known[key]
+
+    def measure_together(self, subsets: Sequence[np.ndarray]) -> None:
+        """Measure subsets before they are asked for, where the reconstructor fits several at once.
+
+        Elsewhere nothing happens. What does not finish is measured when it is asked for. The costs
+        of each are its share of what all took.
+        """
+        reconstructor = self.reconstructor
+        if not isinstance(reconstructor, FitsMany) or reconstructor.together == 1:
+            return
+        asked = {subset_key(subset) for subset in subsets} - self._known.keys()
+        new = sorted(asked)
+        logger.info("%d subsets, %d at once", len(new), reconstructor.together)
+        try:
+            models = reconstructor.fit_many([np.array(key) for key in new])
+            for key, model in zip(new, models, strict=True):
+                self._known[key] = self._scored(model)
+        except Unfinished as end:
+            logger.warning("%d subsets together: %s: %s", len(new), end.outcome, end)
+
+    def scores(self, subset: np.ndarray) -> np.ndarray:
+        """(T, M) metrics, a row a view.
+
+        Raises:
+            Unfinished: when the reconstruction does not finish: a search cannot rank it.
+        """
+        found = self.measure(subset)
+        if found.outcome:
+            raise Unfinished(found.outcome, f"frames {np.sort(subset).tolist()}", found.log)
+        return found.scores
+
+    def __call__(self, subset: np.ndarray) -> np.ndarray:
+        """(M,) metrics averaged over the views; errors as of `scores`."""
+        return self.scores(subset).mean(axis=0)
+
+    def _reconstructed(self, subset: np.ndarray) -> Measured:
+        try:
+            return self._scored(self.reconstructor.fit(subset))
+        except Unfinished as end:
+            logger.error("frames %s: %s: %s", subset.tolist(), end.outcome, end)
+            nothing = np.full((len(self.frames), len(self.metrics)), np.nan)
+            return Measured(nothing, np.nan, np.nan, 0, 0, 0, "", end.outcome, end.log)
+
+    def _scored(self, model: Model) -> Measured:
+        started = time.perf_counter()
+        rendered = model.render(self.views)
+        seconds = time.perf_counter() - started
+        if not np.isfinite(rendered).all():
+            raise Unfinished(RANGE, "the images have values that are not finite")
+        scores = score_views(rendered, self.truth, self.masks, self.metrics)
+        return Measured(
+            scores,
+            model.seconds,
+            seconds,
+            model.primitives,
+            model.bytes,
+            model.peak_bytes,
+            model.device,
+        )

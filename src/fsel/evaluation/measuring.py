@@ -1,0 +1,208 @@
+"""Runs of methods, their picks at every budget, and what the picks are worth.
+
+The one way to measure: `runs` lists who picks, `select` writes down what they pick, `measure`
+scores what was written down. Other tables and other reconstructors measure the same picks again;
+nothing is selected anew.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from fsel.data.problem import Method, Problem, checked_select
+from fsel.evaluation.evaluator import COSTS, Evaluator
+from fsel.metrics import METRICS, Metrics, units
+from fsel.selector import pretrained
+from fsel.selector.policies import KNOWN
+from fsel.utils.seeds import name_seed
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+logger = logging.getLogger(__name__)
+
+PICK_UNITS = {"seconds": "s, of the whole run that these picks are a prefix of"}
+COST_UNITS = {"fit_seconds": "s", "render_seconds": "s", "bytes": "bytes", "peak_bytes": "bytes"}
+SELECTION = ("method", "seed", "k")  # what tells one selection of a problem from another
+
+
+class Run(NamedTuple):
+    """A method, and the number of its seed: 0, 1, ..."""
+
+    method: Method
+    seed: int
+
+
+class Picks(NamedTuple):
+    """What a run picks at one budget.
+
+    Attributes:
+        k: the budget.
+        frames: (k,) int64 in pick order.
+        seconds: of the whole run that these picks are a prefix of.
+    """
+
+    k: int
+    frames: np.ndarray
+    seconds: float
+
+
+Chance = Callable[[Run, int], np.random.Generator]
+"""(run, k) -> the only source of chance of a run that picks k frames."""
+
+
+def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[Run]:
+    """Every method with each of its seeds; then the learned methods, one scorer a training seed.
+
+    Args:
+        methods: values of a registry, in order.
+        weights: scorers that the workflow trained; each names its policy. Those of one policy are
+            in the order of their seeds.
+
+    Raises:
+        ValueError: for a scorer of none of `fsel.selector.policies.KNOWN`.
+    """
+    found = [Run(method, seed) for method in methods for seed in range(method.seeds)]
+    return found + learned_runs(weights)
+
+
+def learned_runs(weights: Iterable[str | Path]) -> list[Run]:
+    """One run a scorer, in the order of `KNOWN`, then of the files; arguments as in `runs`."""
+    learned: list[Run] = []
+    seeds: Counter[str] = Counter()
+    for path in weights:
+        method = pretrained.own(path)
+        learned.append(Run(method, seeds[method.name]))
+        seeds[method.name] += 1
+    order = list(KNOWN)
+    return sorted(learned, key=lambda run: order.index(run.method.name))
+
+
+def chance(seed: int) -> Chance:
+    """Seeds made from names, so that one method more changes no other.
+
+    Args:
+        seed: of the problem.
+    """
+
+    def of(run: Run, k: int) -> np.random.Generator:
+        return np.random.default_rng(name_seed(seed, run.method.name, run.seed, k))
+
+    return of
+
+
+def draw_chance(seed: int, draw: int) -> Chance:
+    """Seeds made from numbers: all methods of one seed and budget start alike.
+
+    Args:
+        seed: of the scene.
+        draw: of its targets.
+    """
+
+    def of(run: Run, k: int) -> np.random.Generator:
+        return np.random.default_rng([seed, draw, run.seed, k])
+
+    return of
+
+
+def picks_at(problem: Problem, run: Run, budgets: Sequence[int], chance: Chance) -> Iterator[Picks]:
+    """What a run picks at every budget, in the order of the budgets.
+
+    A nested method runs once, at the largest budget; its other picks are the beginning of those.
+
+    Args:
+        problem: the selection problem.
+        run: the method and its seed.
+        budgets: frames to pick.
+        chance: see `Chance`.
+    """
+    made = {}
+    for k in [max(budgets)] if run.method.nested else budgets:
+        rng = chance(run, k)
+        started = time.perf_counter()
+        frames = checked_select(run.method, problem, k, rng)
+        made[k] = frames, time.perf_counter() - started
+    for k in budgets:
+        frames, seconds = made[max(budgets) if run.method.nested else k]
+        yield Picks(k, frames[:k], seconds)
+
+
+def select(
+    problem: Problem, runs: Iterable[Run], budgets: Sequence[int], chance: Chance
+) -> pd.DataFrame:
+    """The picks of every run at every budget, one row a pick.
+
+    Args:
+        problem: the selection problem.
+        runs: see `runs`.
+        budgets: frames to pick; the method `all` takes those of `Problem.sequence`.
+        chance: see `Chance`.
+
+    Returns:
+        method, pool, seed, k, order, frame, name, seconds; `pool` is where the method may pick
+        from, `candidates` (P) or `observed` (P and O). Units are `PICK_UNITS`.
+    """
+    import pandas as pd  # here: `fsel compare` does without
+
+    tables = []
+    for run in runs:
+        method = run.method
+        asked = [len(problem.sequence)] if method.name == "all" else budgets
+        for k, frames, seconds in picks_at(problem, run, asked, chance):
+            head = {"method": method.name, "pool": method.pool, "seed": run.seed, "k": k}
+            table = pd.DataFrame({**head, "order": range(k), "frame": frames})
+            table["name"] = [problem.capture.names[frame] for frame in frames]
+            tables.append(table.assign(seconds=seconds))
+    return pd.concat(tables)
+
+
+def measure(
+    evaluator: Evaluator, picks: pd.DataFrame, by: Sequence[str] = SELECTION
+) -> pd.DataFrame:
+    """What picks are worth, one row a selection and view.
+
+    Args:
+        evaluator: on the targets.
+        picks: what `select` returned, or any table with its columns `frame` and those of `by`.
+        by: columns that tell one selection from another.
+
+    Returns:
+        The columns of `by`, in order of their values; then `measured`'s.
+    """
+    import pandas as pd
+
+    tables = []
+    for key, part in picks.groupby(list(by)):
+        table = measured(evaluator, part["frame"].to_numpy(np.int64))
+        first = next(iter(evaluator.metrics))
+        logger.info("%s: %s %.3f", key, first, table[first].mean())
+        head = pd.DataFrame(dict(zip(by, key, strict=True)), index=table.index)
+        tables.append(pd.concat([head, table], axis=1))
+    return pd.concat(tables)
+
+
+def measured(evaluator: Evaluator, subset: np.ndarray) -> pd.DataFrame:
+    """What one subset is worth, one row a view.
+
+    Returns:
+        target (the frame rendered), the evaluator's metrics, fit_seconds, render_seconds,
+        primitives, bytes, peak_bytes, device. Units are `measured_units`.
+    """
+    import pandas as pd
+
+    found = evaluator.measure(subset)
+    table = pd.DataFrame({"target": evaluator.frames})
+    table[list(evaluator.metrics)] = found.scores
+    return table.assign(**{cost: getattr(found, cost) for cost in COSTS})
+
+
+def measured_units(metrics: Metrics = METRICS) -> dict[str, str]:
+    """Column -> unit of what `measured` returns."""
+    return {**units(metrics), **COST_UNITS}

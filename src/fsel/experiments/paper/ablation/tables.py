@@ -1,0 +1,189 @@
+"""Tables of the features and of the scorers that the paper tried (Appendix A.1 and D.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from fsel.experiments.paper.ablation.extras import EXTRAS
+from fsel.features.columns import FEATURES
+from fsel.report.captions import made_by
+from fsel.report.latex import difference, plain_table, tex
+from fsel.report.numbers import write_csv
+from fsel.report.summary import differences, summarise
+from fsel.report.sweep import of_scenes
+from fsel.utils.files import read_table, write_text
+
+OURS = "less_is_more"  # the scorer that others are compared with
+VALIDATION = "validation"  # all scenes together, whatever their dataset
+SYMBOLS = {
+    "d_min_o": r"$d_{\min}^{\mathcal{O}}$",
+    "d_mean_o": r"$d_{\mathrm{mean}}^{\mathcal{O}}$",
+    "d_p25_o": r"$d_{25}^{\mathcal{O}}$",
+    "gamma_min_o": r"$\gamma_{\min}^{\mathcal{O}}$",
+    "gamma_mean_o": r"$\gamma_{\mathrm{mean}}^{\mathcal{O}}$",
+    "rho_max_o": r"$\rho_{\max}^{\mathcal{O}}$",
+    "rho_mean_o": r"$\rho_{\mathrm{mean}}^{\mathcal{O}}$",
+    "rho_std_o": r"$\sigma_{\rho}$",
+    "tau_tri": r"$\tau_{\mathrm{tri}}$",
+    "alpha_mean": r"$\alpha_{\mathrm{mean}}$",
+    "b_perp": r"$b_{\perp}$",
+    "b_par": r"$b_{\parallel}$",
+    "c_vis": r"$c_{\mathrm{vis}}$",
+    "d_min_s": "$d_{\\min}^{S}$",
+    "gamma_min_s": r"$\gamma_{\min}^{S}$",
+    "rho_max_s": r"$\rho_{\max}^{S}$",
+    "phi_nov": r"$\phi_{\mathrm{nov}}$",
+    "sharpness": r"$\kappa_{\mathrm{sharp}}$",
+}
+MARK = r"$\bullet$"
+
+
+def feature_sweep(
+    evaluations: Sequence[str | Path],
+    trials: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    scenes: Sequence[tuple[str, str]],
+    cases: Mapping[str, Mapping],
+    facts: Mapping,
+) -> None:
+    """PSNR of every feature configuration minus that of the first (paper, "Tested features").
+
+    Args:
+        evaluations: what `trials.evaluate_trials` wrote, one a validation scene.
+        trials: what `trials.trial` wrote, one a case.
+        table, numbers: receive LaTeX, and the columns of `compare_trials`.
+        scenes: dataset and scene of each evaluation.
+        cases: name -> its `shown` and `added`, in the table's order.
+        facts: see `captions.made_by`; and `epochs` of the training.
+    """
+    every, reference = dict(zip(cases, trials, strict=True)), next(iter(cases))
+    result = compare_trials(trial_cells(evaluations, scenes), every, reference)
+    write_csv(result, numbers)
+    text = (
+        r"\textbf{Tested features.} Each row is one feature configuration: a mark means that the "
+        "feature is available to the network, a blank that its column is zeroed (width and "
+        "parameter count are unchanged); an extra group takes columns of relative geometry that "
+        "are blank, rank-normalized ones those of the distances and angles that they encode. "
+        f"{_protocol(result, facts)} Rows are in the paper's order."
+    )
+    head = [r"\#", *(SYMBOLS[name] for name in FEATURES), "extra", r"$\Delta$PSNR (dB)"]
+    rows = []
+    for name, change in zip(result["method"], _changes(result), strict=True):
+        marks = [MARK if feature in cases[name]["shown"] else "" for feature in FEATURES]
+        added = cases[name]["added"]
+        rows.append([name, *marks, "" if added is None else EXTRAS[added].label, change])
+    groups = [
+        ("relation to the optimization views", 13),
+        ("relation to the selected frames", 4),
+        ("quality", 1),
+    ]
+    columns = "r" + "c" * len(FEATURES) + "|l|r"
+    label = "tab:sppfeaturesweep"
+    made = plain_table(head, rows, caption=text, label=label, columns=columns, groups=groups)
+    write_text(made, table)
+
+
+def scorer_arch(
+    evaluations: Sequence[str | Path],
+    trials: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    scenes: Sequence[tuple[str, str]],
+    labels: Mapping[str, str],
+    facts: Mapping,
+) -> None:
+    """PSNR of every scorer minus that of ours (paper, "Scorer-architecture comparison").
+
+    Args:
+        evaluations, trials, table, numbers, scenes, facts: as in `feature_sweep`.
+        labels: name -> how to print it, in the table's order.
+    """
+    every = dict(zip(labels, trials, strict=True))
+    result = compare_trials(trial_cells(evaluations, scenes), every, OURS)
+    write_csv(result, numbers)
+    text = (
+        r"\textbf{Scorer architectures.} All are trained by the same loop on the same "
+        f"trajectories and features. {_protocol(result, facts)} Rows are in the paper's order."
+    )
+    changes = _changes(result)
+    rows = [
+        [tex(labels[row.method]), f"{row.parameters:,}", change]
+        for row, change in zip(result.itertuples(), changes, strict=True)
+    ]
+    head = ["Scorer", "Parameters", r"$\Delta$PSNR (dB) $\uparrow$"]
+    write_text(plain_table(head, rows, caption=text, label="tab:scorer_arch"), table)
+
+
+def trial_cells(
+    evaluations: Sequence[str | Path], scenes: Sequence[tuple[str, str]]
+) -> pd.DataFrame:
+    """dataset (one for all), scene, draw, method, k, psnr: means over seeds; and seeds."""
+    tables, keys = [], ["method", "draw", "k"]
+    for item in of_scenes(scenes, evaluations):
+        by_seed = read_table(item["path"]).groupby([*keys, "seed"], sort=False)["psnr"].mean()
+        runs = by_seed.groupby(keys, sort=False)
+        cells = runs.agg(psnr="mean", seeds="size").reset_index()
+        scene = f"{item['dataset']}/{item['scene']}"
+        tables.append(cells.assign(scene=scene, dataset=VALIDATION))
+    return pd.concat(tables, ignore_index=True)
+
+
+def compare_trials(
+    cells: pd.DataFrame,
+    trials: Mapping[str, str | Path],
+    reference: str,
+) -> pd.DataFrame:
+    """Every trial beside a reference.
+
+    Args:
+        cells: see `trial_cells`.
+        trials: name -> what `trials.trial` wrote, in order.
+        reference: name of a trial.
+
+    Returns:
+        method, k, mean, difference, difference_low, difference_high (NaN for the reference
+        itself), parameters, loss, agreement (means over seeds), seeds, draws, n (scenes).
+    """
+    gaps = []
+    for name in trials:
+        if name != reference:
+            pair = cells[cells["method"].isin([name, reference])]
+            gaps.append(differences(pair, [name], ["psnr"]))
+    names = {"mean": "difference", "ci_low": "difference_low", "ci_high": "difference_high"}
+    gaps = pd.concat(gaps).set_index("method").rename(columns=names)[list(names.values())]
+    result = summarise(cells, ["psnr"]).set_index("method")[["k", "mean", "n"]]
+    result = result.join(gaps)
+    for name, path in trials.items():
+        record = read_table(path)[["parameters", "loss", "agreement"]].mean()
+        result.loc[name, list(record.index)] = record.to_numpy()
+    counts = cells.groupby("method").agg(seeds=("seeds", "first"), draws=("draw", "nunique"))
+    result = result.join(counts).loc[list(trials)].astype({"parameters": int})
+    ends = ["parameters", "loss", "agreement", "seeds", "draws", "n"]
+    return result[["k", "mean", *names.values(), *ends]].rename_axis("method").reset_index()
+
+
+def _changes(result: pd.DataFrame) -> list[str]:
+    columns = ["difference", "difference_low", "difference_high"]
+    return [
+        "$0$" if pd.isna(value) else difference(value, low, high)
+        for value, low, high in result[columns].to_numpy()
+    ]
+
+
+def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
+    """What was compared, how, and on what, in LaTeX."""
+    base = result[result["difference"].isna()].iloc[0]
+    sure = int(((result["difference_low"] > 0) | (result["difference_high"] < 0)).sum())
+    return (
+        rf"PSNR at $K{{=}}{base['k']}$ on {base['n']} validation scenes, {base['draws']} target "
+        f"draws each, mean of {base['seeds']} training seeds ({facts['epochs']} passes), minus "
+        f"that of the scorer marked $0$ (${base['mean']:.2f}$\\,dB). In brackets: paired 95\\% "
+        "intervals over scenes and draws, each for its row alone; bold where they exclude zero "
+        f"(${sure}$ of ${len(result) - 1}$). {made_by(facts)}"
+    )

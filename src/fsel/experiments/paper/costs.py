@@ -1,0 +1,148 @@
+"""Quality, time and memory against the number of frames (paper, Table 5)."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.baselines import METHODS
+from fsel.data.problem import Method, Problem, checked_select
+from fsel.data.split import Split
+from fsel.evaluation.measuring import learned_runs
+from fsel.experiments.studies.footprint import measure_alone
+from fsel.experiments.studies.selection_time import timed
+from fsel.features.appearance import descriptors
+from fsel.images.sharpness import sharpness
+from fsel.report import curves
+from fsel.report.captions import note
+from fsel.report.numbers import write_csv
+from fsel.utils.files import read_table, write_table
+
+logger = logging.getLogger(__name__)
+
+SHARES = (0.5, 0.75)  # of the candidates, beyond the budgets
+EVERY = "all"
+DRAWN = {"less_is_more": "Ours", "uniform": "Uniform"}
+UNITS = {
+    "psnr": "dB",
+    "fit_seconds": "s, of the processor",
+    "render_seconds": "s, of the processor",
+    "peak_bytes": "bytes",
+}
+
+
+def measure_costs(
+    folder: str | Path,
+    split: str | Path,
+    weights: Sequence[str | Path],
+    costs: str | Path,
+    times: str | Path,
+    *,
+    budgets: Sequence[int],
+    appearance: Mapping,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What reconstruction costs from ever more frames, and what selecting them does.
+
+    Args:
+        folder: a canonical capture with its descriptors.
+        split: split.parquet of a draw.
+        weights: one scorer of each variant: ours, and ours denied some features.
+        costs: receives method, step (budget, share of the candidates, or `all`), k, psnr,
+            fit_seconds, render_seconds, peak_bytes.
+        times: receives variant, k, seconds: descriptors of all observed frames, where the variant
+            reads them, and the selection.
+        budgets: frames to pick.
+        appearance, reconstruction: the config's sections.
+        config: digest of the parameters.
+    """
+    problem = Problem.load(folder, split)
+    targets = Split.load(split).targets
+    variants = {run.method.name: run.method for run in learned_runs(weights)}
+    methods = {"less_is_more": variants["less_is_more"], "uniform": METHODS["uniform"]}
+    rows = []
+    for step, k in steps(len(problem.candidates), budgets).items():
+        for name, method in methods.items():
+            frames = checked_select(method, problem, k, np.random.default_rng(0))
+            cost = measure_alone(folder, frames, targets, reconstruction)
+            rows.append({"method": name, "step": step, "k": k, **cost})
+            logger.info("%s", rows[-1])
+    cost = measure_alone(folder, problem.candidates, targets, reconstruction)
+    every = {"step": EVERY, "k": len(problem.candidates), **cost}
+    rows += [{"method": name, **every} for name in methods]
+    write_table(pd.DataFrame(rows), costs, units=UNITS, config=config)
+    seconds = selection_seconds(problem, variants, budgets, appearance)
+    write_table(seconds, times, units={"seconds": "s"}, config=config)
+
+
+def steps(candidates: int, budgets: Sequence[int]) -> dict[str, int]:
+    """Name -> frames: the budgets, and greater shares of the candidates."""
+    found = {str(k): k for k in budgets}
+    for share in SHARES:
+        k = round(share * candidates)
+        if k > max(budgets):
+            found[f"{share:.0%}"] = k
+    return found
+
+
+def selection_seconds(
+    problem: Problem,
+    variants: Mapping[str, Method],
+    budgets: Sequence[int],
+    appearance: Mapping,
+) -> pd.DataFrame:
+    """variant, k, seconds of one thread; see `measure_costs`."""
+    images = np.asarray(problem.capture.images[problem.observed])
+    a_pool = {
+        "appearance": timed(lambda: descriptors(images, appearance["kind"], appearance["weights"])),
+        "sharpness": timed(lambda: sharpness(images)),
+    }
+    rows = []
+    for name, method in variants.items():
+        before = sum(a_pool[read] for read in method.reads)
+        for k in budgets:
+            run = partial(checked_select, method, problem, k, np.random.default_rng(0))
+            run()  # compiles
+            rows.append((name, k, before + timed(run)))
+    return pd.DataFrame(rows, columns=["variant", "k", "seconds"])
+
+
+def mean_costs(costs: Sequence[str | Path]) -> pd.DataFrame:
+    """method, step, k, psnr, seconds (fitting and rendering), peak_mb, n: means over scenes.
+
+    Args:
+        costs: what `measure_costs` wrote, one a scene.
+    """
+    table = pd.concat([read_table(path) for path in costs])
+    table["seconds"] = table["fit_seconds"] + table["render_seconds"]
+    table["peak_mb"] = table["peak_bytes"] / 1e6
+    groups = table.groupby(["method", "step"], sort=False)
+    columns = ["k", "psnr", "seconds", "peak_mb"]
+    return groups[columns].mean().assign(n=groups.size()).reset_index()
+
+
+def saturation(
+    costs: Sequence[str | Path],
+    figures: Sequence[str | Path],
+    numbers: str | Path,
+    *,
+    facts: Mapping,
+) -> None:
+    """PSNR, time and memory against K up to all frames.
+
+    Args:
+        costs: what `measure_costs` wrote, one a scene.
+        figures: paths; their endings choose the format.
+        numbers: receives what `mean_costs` returns.
+        facts: see `captions.note`.
+    """
+    means = mean_costs(costs)
+    write_csv(means, numbers)
+    text = f"scenes: {len(costs)}, first draw; last point: every candidate. {note(facts)}"
+    curves.saturation(means, DRAWN, figures, text)

@@ -1,0 +1,80 @@
+"""A capture's poses as COLMAP finds them in its images, beside the given ones."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pandas as pd
+
+from fsel.data.capture import Capture
+from fsel.data.subsets import evenly
+from fsel.experiments.paper.pose_errors import pose_errors
+from fsel.ingest import sfm
+from fsel.ingest.read import read_folder
+from fsel.utils.files import write_table
+
+logger = logging.getLogger(__name__)
+
+
+def estimate_poses(
+    source: str | Path,
+    given_folder: str | Path,
+    estimated_folder: str | Path,
+    errors: str | Path,
+    *,
+    frames: int,
+    matching_side: int,
+    long_side: int,
+    at_least: int,
+    reading: Mapping,
+    config: str,
+) -> None:
+    """Two canonical captures of the frames that COLMAP places: given poses, and its own.
+
+    Both hold the same images, straightened by the given lens, and its intrinsics; COLMAP finds
+    poses and points from them. Points come with the poses.
+
+    Args:
+        source: folder as the dataset distributes it.
+        given_folder, estimated_folder: receive the captures.
+        errors: receives name, placed, degrees, percent: of every frame, see `pose_errors`.
+        frames: how many of the source's are used, evenly spaced.
+        matching_side: longer side in pixels of the images matched.
+        long_side: of the images stored.
+        at_least: frames that the experiment needs.
+        reading: further keywords of `fsel.ingest.read.read_folder`.
+        config: digest of the parameters.
+
+    Raises:
+        ValueError: when COLMAP places fewer frames than are needed.
+    """
+    capture = _straight(source, frames, matching_side, reading)
+    kept, poses, points = sfm.estimate(capture)
+    if len(kept) < at_least:
+        raise ValueError(
+            f"{source}: COLMAP placed {len(kept)} of {len(capture)} frames, {at_least} are needed "
+            "(targets, as many proxies, and the largest budget tried). Hint: raise `poses.frames`, "
+            "or `poses.width` and `poses.height`, or lower `targets`"
+        )
+    placed = capture.subset(kept)
+    found = replace(placed, world_to_camera=poses, points=points)
+    placed.resized(long_side).save(given_folder)
+    found.resized(long_side).save(estimated_folder)
+    table = pd.DataFrame({"name": placed.names, "placed": True})
+    table["degrees"], table["percent"] = pose_errors(poses, placed.world_to_camera)
+    lost = [name for name in capture.names if name not in set(placed.names)]
+    table = pd.concat([table, pd.DataFrame({"name": lost, "placed": False})])
+    units = {"degrees": "degrees", "percent": "per cent of the scene's size"}
+    write_table(table, errors, units=units, config=config)
+    logger.info("%s: %d of %d frames\n%s", source, len(kept), len(capture), table.describe())
+
+
+def _straight(source: str | Path, frames: int, long_side: int, reading: Mapping) -> Capture:
+    """Frames of a capture, evenly spaced, undistorted, in memory."""
+    with TemporaryDirectory() as store:
+        whole = read_folder(source, long_side=long_side, store=Path(store), **reading).capture
+        return whole.subset(evenly(len(whole), frames))

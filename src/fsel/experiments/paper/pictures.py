@@ -1,0 +1,148 @@
+"""Rendered views of several selections beside the truth: what all figures of views share."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.baselines import METHODS, PAPER
+from fsel.data.capture import Capture
+from fsel.data.subsets import evenly
+from fsel.metrics import METRICS, score_views
+from fsel.reconstruct import reconstructor_of
+from fsel.report.numbers import write_csv
+from fsel.report.plan import plan_positions
+from fsel.report.views import Shown, draw
+from fsel.selector.policies import POLICIES
+
+LABELS = {name: method.label for name, method in {**METHODS, **POLICIES}.items()}
+STRONGEST = "strongest"  # stands for a method that `strongest_baseline` names
+WARM_FRAMES, WARM_SIDE = 4, 32  # of a reconstruction that only compiles
+
+
+def strongest_baseline(evaluation: pd.DataFrame, k: int, but: Sequence[str]) -> str:
+    """The paper's baseline with the highest mean PSNR at a budget, some left out.
+
+    Args:
+        evaluation: method, seed, k, target, psnr.
+        k: the budget.
+        but: baselines that have columns of their own.
+    """
+    external = [name for name in PAPER if name not in {*but, "untrained"}]
+    asked = evaluation[(evaluation["k"] == k) & evaluation["method"].isin(external)]
+    if asked.empty:
+        raise ValueError(f"no baseline of {external} was evaluated at a budget of {k}")
+    return str(asked.groupby("method")["psnr"].mean().idxmax())
+
+
+def resolved(methods: Sequence[str], evaluation: pd.DataFrame, k: int) -> list[str]:
+    """The methods, `STRONGEST` replaced by the name of the strongest that is not among them."""
+    return [strongest_baseline(evaluation, k, methods) if m == STRONGEST else m for m in methods]
+
+
+def frames_named(capture: Capture, names: Sequence[str]) -> np.ndarray:
+    """(K,) int64 numbers of frames in a capture that may hold others, larger or fewer.
+
+    Raises:
+        ValueError: for a name that the capture does not have.
+    """
+    number = {name: i for i, name in enumerate(capture.names)}
+    if missing := [name for name in names if name not in number]:
+        raise ValueError(
+            f"{capture.source}: no frames {missing[:3]}, which were selected. Hint: the capture "
+            "was read with another setting than the one that frames were selected from"
+        )
+    return np.array([number[name] for name in names], np.int64)
+
+
+def draw_views(
+    capture: Capture,
+    chosen: Mapping[str, np.ndarray],
+    targets: np.ndarray,
+    figures: Sequence[str | Path],
+    numbers: str | Path,
+    *,
+    views: int,
+    reconstruction: Mapping,
+    note: str,
+) -> None:
+    """Targets rendered from each selection, its cameras from above below them.
+
+    Args:
+        capture: at the pictures' size or larger.
+        chosen: method -> (K,) frames, a column each.
+        targets: (T,) held-out frames.
+        figures: paths; their endings choose the format.
+        numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units and,
+            of targets, the metrics; of each method, the processor's seconds of its reconstruction
+            and of rendering all targets.
+        views: targets drawn, evenly spaced in capture order; one is the middle one.
+        reconstruction: the config's section.
+        note: what made the numbers.
+    """
+    places, drawn = plan_positions(capture), spaced(len(targets), views)
+    tiny = reconstructor_of(capture, {**reconstruction, "long_side": WARM_SIDE})
+    tiny.fit(targets[:WARM_FRAMES]).render(tiny.capture.view(targets[:1]))
+    columns, tables = [], []
+    for method, frames in chosen.items():
+        rendered, scores, seconds = render_cold(capture, frames, targets, reconstruction)
+        cost = f"{len(frames)} frames, {seconds:.{0 if seconds >= 10 else 2}f} s"
+        title = f"{LABELS[method]}\n{cost}\nmean {scores[:, 0].mean():.2f} dB"
+        columns.append(Shown(title, rendered[drawn], scores[drawn, 0], frames))
+        tables.append(_table(method, frames, targets, scores, seconds, places))
+    write_csv(pd.concat(tables), numbers)
+    small = capture.resized(reconstruction["long_side"])
+    truth = np.asarray(small.images[targets[drawn]])
+    text = (
+        "Heading: frames, processor seconds to reconstruct and to render "
+        f"{len(targets)} held-out views, their mean PSNR. Inset: mean absolute error of the "
+        "colours. Below: cameras from above, selected ones red, held-out views as diamonds. "
+        f"{note}"
+    )
+    draw(truth, columns, places, targets, figures, text)
+
+
+def spaced(count: int, views: int) -> np.ndarray:
+    """(views,) evenly spaced numbers below `count`, ends included; one is the middle one."""
+    if views == 1:
+        return np.array([count // 2])
+    return evenly(count, views)
+
+
+def render_cold(
+    capture: Capture, frames: np.ndarray, targets: np.ndarray, reconstruction: Mapping
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Targets rendered from frames by a reconstructor that has cached nothing yet.
+
+    Args:
+        capture: the capture.
+        frames: (K,) to reconstruct from.
+        targets: (T,) to render.
+        reconstruction: the config's section.
+
+    Returns:
+        (T, h, w, 3) float32 views, (T, 3) metrics as `METRICS`, and the processor's seconds of
+        fitting and rendering.
+    """
+    reconstructor = reconstructor_of(capture, reconstruction)
+    views = reconstructor.capture.view(targets)
+    started = time.process_time()
+    rendered = reconstructor.fit(np.sort(frames)).render(views)
+    seconds = time.process_time() - started
+    truth = np.asarray(reconstructor.capture.images[targets])
+    return rendered, score_views(rendered, truth), seconds
+
+
+def _table(method, frames, targets, scores, seconds, places) -> pd.DataFrame:
+    selected = pd.DataFrame({"role": "selected", "frame": frames})
+    held_out = pd.DataFrame({"role": "target", "frame": targets})
+    held_out[list(METRICS)] = scores
+    table = pd.concat([held_out, selected], ignore_index=True)
+    table[["x", "y"]] = places[table["frame"]]
+    head = {"method": method, "k": len(frames), "seconds": seconds}
+    columns = [*head, "role", "frame", "x", "y", *METRICS]
+    return table.assign(**head)[columns]

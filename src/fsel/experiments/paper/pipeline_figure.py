@@ -1,0 +1,76 @@
+"""How labels are made: the population of a search, and the labels it leads to (paper, Figure 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.data.capture import Capture
+from fsel.data.split import Split
+from fsel.report import curves
+from fsel.report.captions import note
+from fsel.report.numbers import write_csv
+from fsel.report.plan import plan_positions
+from fsel.training.search import fittest_so_far
+from fsel.utils.files import read_table
+
+
+def pipeline_figure(
+    folder: str | Path,
+    splits: str | Path,
+    labels: Sequence[str | Path],
+    trajectories: str | Path,
+    figures: Sequence[str | Path],
+    numbers: str | Path,
+    *,
+    coverages: Sequence[int],
+    scene: str,
+    facts: Mapping,
+) -> None:
+    """The search's population over generations, and the fittest labels on the plan.
+
+    Drawn are the labels of the narrowest, the middle and the widest coverage level.
+
+    Args:
+        folder: canonical capture of a labelled scene.
+        splits: its splits at all coverage levels.
+        labels: the searched subsets of each coverage level; the population of the widest is drawn.
+        trajectories: of all scenes.
+        figures: paths; their endings choose the format.
+        numbers: receives panel, coverage and, of `population`, generation, psnr, fitness, best; of
+            `plan`, order, frame, x, y in world units.
+        coverages: the levels.
+        scene: its name among the trajectories.
+        facts: see `captions.note`.
+    """
+    searched = dict(zip(coverages, labels, strict=True))
+    levels = sorted(searched)
+    widest, shown = levels[-1], {levels[0], levels[len(levels) // 2], levels[-1]}
+    population = met_until(read_table(searched[widest]))
+    parts = [population.assign(panel="population", coverage=widest)]
+    ordered = read_table(trajectories).query("scene == @scene and rank == 0")
+    ordered = ordered[ordered["coverage"].isin(shown)]
+    capture, table = Capture.load(folder), read_table(splits)
+    places, plans = plan_positions(capture), {}
+    for coverage, picks in zip(ordered["coverage"], ordered["picks"], strict=True):
+        split = Split.from_table(table[table["coverage"] == coverage])
+        picks = np.array(picks)
+        title = f"coverage {coverage} %"
+        plans[title] = {"places": places, "targets": split.targets, "picks": picks}
+        plan = pd.DataFrame({"order": range(len(picks)), "frame": picks})
+        plan[["x", "y"]] = places[picks]
+        parts.append(plan.assign(panel="plan", coverage=coverage))
+    columns = ["panel", "coverage", "generation", "psnr", "fitness", "best"]
+    write_csv(pd.concat(parts)[[*columns, "order", "frame", "x", "y"]], numbers)
+    text = f"{scene}, population of {widest} %; open diamonds: targets. {note(facts)}"
+    curves.search_and_labels(population, plans, figures, text)
+
+
+def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
+    """generation, psnr, fitness of each subset, and the PSNR of the fittest met until then."""
+    table = subsets[["generation", "psnr", "fitness"]].reset_index(drop=True)
+    fittest = fittest_so_far(table["fitness"].to_numpy())
+    return table.assign(best=table["psnr"].to_numpy()[fittest])

@@ -1,0 +1,173 @@
+"""What each reconstructor makes of few frames and of all (paper, `tab:reconchoice`)."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.data.split import Split
+from fsel.experiments.studies.footprint import measure_alone
+from fsel.metrics import Metrics, headings, units
+from fsel.reconstruct.outcome import FINISHED, MEMORY, Unfinished
+from fsel.report.captions import captures_of
+from fsel.report.latex import number, plain_table, tex
+from fsel.report.numbers import write_csv
+from fsel.report.summary import ALL_FRAMES
+from fsel.utils.files import read_table, write_table, write_text
+
+logger = logging.getLogger(__name__)
+
+METHOD = "less_is_more"
+SEED = 0
+
+
+def evaluate_reconchoice(
+    folder: str | Path,
+    split: str | Path,
+    selections: str | Path,
+    evaluation: str | Path,
+    *,
+    reconstruction: Mapping,
+    metrics: Metrics,
+    budgets: Sequence[int],
+    memory: int,
+    config: str,
+) -> None:
+    """Quality, seconds and memory with the picks of ours and with all frames, each on its own.
+
+    Args:
+        folder: a canonical capture.
+        split, selections: split.parquet and what `select` wrote of one draw.
+        evaluation: receives k (`ALL_FRAMES` for all), the metrics, fit_seconds, render_seconds,
+            peak_bytes, device, outcome; numbers are NaN where a reconstruction did not finish.
+        reconstruction, metrics: the config's sections.
+        budgets: whose picks are reconstructed.
+        memory: bytes that one reconstruction may take.
+        config: digest of the parameters.
+    """
+    picks = read_table(selections)
+    own = picks[(picks["method"] == METHOD) & (picks["seed"] == SEED)]
+    subsets = {k: own["frame"][own["k"] == k] for k in budgets}
+    subsets[ALL_FRAMES] = picks["frame"][picks["method"] == "all"]
+    targets = Split.load(split).targets
+    rows = []
+    for k, frames in subsets.items():
+        try:
+            cost = measure_alone(
+                folder,
+                frames.to_numpy(np.int64),
+                targets,
+                reconstruction,
+                repeats=1,
+                metrics=metrics,
+                memory=memory,
+            )
+        except MemoryError as error:
+            logger.warning("%s", error)
+            cost = {"outcome": MEMORY}
+        except Unfinished as end:
+            logger.warning("%s", end)
+            cost = {"outcome": end.outcome}
+        rows.append({"k": k, "device": "", "outcome": FINISHED, **cost})
+        logger.info("%s", rows[-1])
+    columns = ["k", *metrics, "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
+    found = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[1:-2], float))
+    told = {**units(metrics), "fit_seconds": "s", "render_seconds": "s", "peak_bytes": "bytes"}
+    write_table(found, evaluation, units=told, config=config)
+
+
+def reconchoice(
+    evaluations: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    judges: Mapping[str, Mapping],
+    metrics: Metrics,
+    memory: int,
+    facts: Mapping,
+) -> None:
+    """The table "Comparison across reconstructors".
+
+    Args:
+        evaluations: what `evaluate_reconchoice` wrote: all scenes of the first judge, then of the
+            next.
+        table, numbers: receive LaTeX, and the columns of `choice_means`.
+        judges: name -> `reconstructor` and `long_side` to print, one block of columns each.
+        metrics: of a cell, in order.
+        memory: bytes that one reconstruction may take.
+        facts: see `captions.captures_of`.
+    """
+    scenes = len(evaluations) // len(judges)
+    means = pd.concat(
+        choice_means(evaluations[at * scenes : (at + 1) * scenes], name, metrics)
+        for at, name in enumerate(judges)
+    )
+    write_csv(means, numbers)
+    inputs = list(dict.fromkeys(means["k"]))
+    rows = [
+        [
+            "all frames" if k == ALL_FRAMES else f"$K{{=}}{k}$",
+            *(text for name in judges for text in _cells(means, name, k, metrics)),
+        ]
+        for k in inputs
+    ]
+    head = ["Input", *["/".join(headings(metrics)), "s", "MB"] * len(judges)]
+    groups = [
+        (rf"\texttt{{{tex(j['reconstructor'])}}} at {j['long_side']} pixels", 3)
+        for j in judges.values()
+    ]
+    text = (
+        r"\textbf{Comparison across reconstructors.} The picks of ours (one training seed, first "
+        f"draw of targets) and all observed frames of {scenes} scenes. Processor seconds of "
+        "fitting and rendering, and the peak of memory above the idle process; each in a "
+        f"process of its own, which may take {memory / 1e9:.3g}~GB. {_on_gpus(means)}"
+        f"Captures: {captures_of(facts)}."
+    )
+    made = plain_table(head, rows, caption=text, label="tab:reconchoice", groups=groups)
+    write_text(made, table)
+
+
+def choice_means(evaluations: Sequence[str | Path], name: str, metrics: Metrics) -> pd.DataFrame:
+    """reconstructor, k, the metrics, seconds, peak_mb, n (scenes), device, outcome.
+
+    Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
+
+    Args:
+        evaluations: of one reconstructor, one a scene.
+        name: of the reconstructor.
+        metrics: their columns.
+    """
+    table = pd.concat([read_table(path) for path in evaluations])
+    table["seconds"] = table["fit_seconds"] + table["render_seconds"]
+    table["peak_mb"] = table["peak_bytes"] / 1e6
+    groups = table.groupby("k", sort=False)
+    columns = [*metrics, "seconds", "peak_mb"]
+    means = groups[columns].agg(lambda values: values.mean(skipna=False))
+    means["n"] = groups.size()
+    means["device"] = groups["device"].max()
+    means["outcome"] = groups["outcome"].max()
+    means = means.reset_index()
+    means.insert(0, "reconstructor", name)
+    return means
+
+
+def _on_gpus(means: pd.DataFrame) -> str:
+    """What is said of the reconstructors that work on GPUs."""
+    own = means[~means["device"].isin(["cpu", ""])]
+    if own.empty:
+        return ""
+    told = own.groupby("reconstructor", sort=False)["device"].max()
+    names = ", ".join(rf"\texttt{{{tex(name)}}} ({tex(device)})" for name, device in told.items())
+    return f"On a GPU, seconds by the clock and memory of the GPU: {names}. "
+
+
+def _cells(means: pd.DataFrame, name: str, k: int, metrics: Metrics) -> list[str]:
+    row = means[(means["reconstructor"] == name) & (means["k"] == k)].iloc[0]
+    if row["outcome"]:
+        return [rf"\textit{{{row['outcome']}}}", "", ""]
+    quality = "/".join(number(row[metric], metric) for metric in metrics)
+    return [quality, f"{row['seconds']:.1f}", f"{row['peak_mb']:.0f}"]

@@ -1,0 +1,78 @@
+"""How far the scorer's training seeds spread (paper, Table 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from fsel.report.captions import made_by
+from fsel.report.latex import MISSING, dataset_table
+from fsel.report.numbers import write_csv
+from fsel.report.summary import ALL_FRAMES, seed_spread, summarise
+from fsel.report.sweep import BASELINES, named, sweep_cells
+from fsel.utils.files import read_table, write_text
+
+LEARNED = "less_is_more"
+
+
+def seedvar(
+    evaluations: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    problems: Sequence[str],
+    datasets: Mapping[str, str],
+    budgets: Sequence[int],
+    facts: Mapping,
+) -> None:
+    """Spread of the dataset mean over training seeds, in dB.
+
+    Args:
+        evaluations: what `fsel.stages.evaluate` wrote, one a problem.
+        table, numbers: receive LaTeX, and dataset, k, std, seeds, n (scenes), and margin:
+            how far the method's mean is from that of the strongest baseline, which the spread is to
+            be read against.
+        problems: `dataset/scene/draw0` of each.
+        datasets: name -> printed label, in order.
+        budgets: columns.
+        facts: see `captions.made_by`.
+    """
+    runs = [_by_seed(item) for item in named(problems, evaluations)]
+    spread = seed_spread(pd.concat(runs), "psnr")
+    means = summarise(sweep_cells(named(problems, evaluations), facts=facts), ["psnr"])
+    spread["margin"] = _margins(means, spread)
+    write_csv(spread, numbers)
+    texts = {
+        (row.dataset, row.k): MISSING if pd.isna(row.std) else f"{row.std:.3f}"
+        for row in spread.itertuples()
+    }
+    inside = int((spread["std"] < spread["margin"].abs()).sum())
+    text = (
+        r"\textbf{Seed variability.} Standard deviation (dB) of the dataset-mean PSNR across "
+        f"training seeds (${spread['seeds'].max()}$), which differ only in initialization and in "
+        "the order training items are presented. It is smaller than the distance to the strongest "
+        f"baseline, whichever is ahead, in ${inside}$ of ${len(spread)}$ cells. $n$: evaluation "
+        f"scenes. {made_by(facts)}"
+    )
+    counts = spread.groupby("dataset")["n"].first()
+    made = dataset_table(texts, counts, datasets, budgets, caption=text, label="tab:seedvar")
+    write_text(made, table)
+
+
+def _by_seed(item: Mapping) -> pd.DataFrame:
+    """The learned scorer's rows of one evaluation: dataset, scene, draw, seed, k, psnr."""
+    runs = read_table(item["path"]).query("method == @LEARNED")
+    means = runs.groupby(["seed", "k"])["psnr"].mean().reset_index()
+    return means.assign(dataset=item["dataset"], scene=item["scene"], draw=item["draw"])
+
+
+def _margins(means: pd.DataFrame, spread: pd.DataFrame) -> list[float]:
+    """The learned scorer's mean minus the strongest baseline's, for every row of `spread`."""
+    psnr = means.set_index(["dataset", "k", "method"])["mean"]
+    best = means[means["method"].isin(BASELINES) & (means["k"] != ALL_FRAMES)]
+    best = best.groupby(["dataset", "k"])["mean"].max()
+    return [
+        psnr[row.dataset, row.k, LEARNED] - best[row.dataset, row.k] for row in spread.itertuples()
+    ]

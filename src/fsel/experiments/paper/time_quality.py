@@ -1,0 +1,132 @@
+"""Quality, runtime and memory of the selector and its cheaper variants (paper, Table 5)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.experiments.paper.costs import EVERY, mean_costs
+from fsel.report.captions import made_by
+from fsel.report.latex import MISSING, number, plain_table
+from fsel.report.numbers import write_csv
+from fsel.report.summary import ALL_FRAMES, differences, summarise
+from fsel.report.sweep import named, sweep_cells
+from fsel.utils.files import read_table, write_text
+
+ALL = "all"
+VARIANTS = {
+    "less_is_more": r"\textbf{Ours}",
+    "less_is_more_no_appearance": r"\shortstack{w/o\\appear.}",
+    "less_is_more_geometry": r"\shortstack{w/o appear.\\\& sharp.}",
+}
+
+
+def time_quality(
+    evaluations: Sequence[str | Path],
+    variant: Sequence[str | Path],
+    costs: Sequence[str | Path],
+    times: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    problems: Sequence[str],
+    budgets: Sequence[int],
+    facts: Mapping,
+) -> None:
+    """PSNR, seconds and memory of ours and its variants at every budget, and of the whole pool.
+
+    Args:
+        evaluations, variant: what `fsel.stages.evaluate` wrote of the sweep's selections and of the
+            variant's, with those of the whole candidate pool, one a problem.
+        costs, times: what `costs.measure_costs` wrote, one a scene.
+        table, numbers: receive LaTeX, and the columns of `joined`.
+        problems: `dataset/scene/draw0` of each.
+        budgets: rows.
+        facts: see `captions.made_by`.
+    """
+    swept, further = (
+        sweep_cells(named(problems, paths), facts=facts) for paths in (evaluations, variant)
+    )
+    swept = swept[swept["method"] != ALL]  # which is of P and O; the variant's is of P
+    cells = pd.concat([swept, further], ignore_index=True)
+    cells = cells[cells["method"].isin([*VARIANTS, ALL])]
+    result = joined(cells, mean_costs(costs), pd.concat(map(read_table, times)))
+    write_csv(result, numbers)
+    text = (
+        r"\textbf{Quality, runtime and memory per scene}, scenes: "
+        f"{result['n'].max():.0f}. Selection: seconds on one thread for the descriptors of "
+        "all observed frames that a variant reads and for the selection. Reconstruction (processor "
+        "seconds, nothing cached, rendering of all targets included) and its peak memory, measured "
+        "in a process of its own on the first draw, are shared by all variants. Last row: the "
+        "whole candidate pool. "
+        "Bold PSNR: ahead of both other variants, each paired 95\\% interval excluding zero. "
+        f"{made_by(facts)}"
+    )
+    labels = list(VARIANTS.values())
+    head = ["$K$", *labels, *labels, "(s)", *labels, "(MB)"]
+    groups = [
+        (r"PSNR$\uparrow$", 3),
+        (r"Selection time (s)$\downarrow$", 3),
+        (r"Recon.$\downarrow$", 1),
+        (r"Selec. + recon. (s)$\downarrow$", 3),
+        (r"Peak mem.$\downarrow$", 1),
+    ]
+    rows = [_row(result, str(k), k) for k in budgets] + [_row(result, "All", ALL_FRAMES)]
+    made = plain_table(head, rows, caption=text, label="tab:time_quality", groups=groups)
+    write_text(made, table)
+
+
+def joined(
+    cells: pd.DataFrame,
+    costs: pd.DataFrame,
+    times: pd.DataFrame,
+) -> pd.DataFrame:
+    """One row a method and budget.
+
+    Args:
+        cells: dataset, scene, draw, method, k, psnr of one dataset.
+        costs: see `costs.mean_costs`.
+        times: variant, k, seconds; one row a scene.
+
+    Returns:
+        method, k (`ALL_FRAMES` for all), psnr, ci_low, ci_high, leads (ahead of every other
+        variant, all intervals excluding zero), selection_s (0 for all), reconstruction_s, peak_mb,
+        n (scenes).
+    """
+    result = summarise(cells, ["psnr"])
+    result = result.rename(columns={"mean": "psnr"}).drop(columns=["dataset", "metric"])
+    gaps = differences(cells, list(VARIANTS), ["psnr"])
+    gaps = gaps[gaps["reference"].isin(VARIANTS)].assign(sure=gaps["ci_low"] > 0)
+    leads = gaps.groupby(["method", "k"])["sure"].all()
+    selecting = times.groupby(["variant", "k"])["seconds"].mean()
+    keys = list(zip(result["method"], result["k"], strict=True))
+    result["leads"] = [bool(leads.get(key, False)) for key in keys]
+    result["selection_s"] = [selecting.get(key, 0.0) for key in keys]
+    shared = costs[costs["method"] == "less_is_more"].set_index("step")
+    steps = [EVERY if k == ALL_FRAMES else str(k) for k in result["k"]]
+    result["reconstruction_s"] = shared.loc[steps, "seconds"].to_numpy()
+    result["peak_mb"] = shared.loc[steps, "peak_mb"].to_numpy()
+    return result
+
+
+def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
+    part = result[result["k"] == k].set_index("method")
+    shared = part.iloc[0]
+    fit, peak = f"{shared['reconstruction_s']:.3f}", f"{shared['peak_mb']:.0f}"
+    if k == ALL_FRAMES:
+        blank = [MISSING] * (len(VARIANTS) - 1)
+        quality = [number(shared["psnr"], "psnr"), *blank]
+        return [title, *quality, MISSING, *blank, fit, fit, *blank, peak]
+    variants = [part.loc[name] for name in VARIANTS]
+    quality = [number(v["psnr"], "psnr") for v in variants]
+    quality = [
+        rf"\textbf{{{text}}}" if v["leads"] else text
+        for text, v in zip(quality, variants, strict=True)
+    ]
+    selecting = np.array([v["selection_s"] for v in variants])
+    totals = selecting + shared["reconstruction_s"]
+    seconds = [[f"{value:.3f}" for value in values] for values in (selecting, totals)]
+    return [title, *quality, *seconds[0], fit, *seconds[1], peak]

@@ -1,0 +1,160 @@
+"""Frozen picks under other reconstructors (paper, Table 2, `tab:transferwopt`)."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.baselines import METHODS
+from fsel.data.capture import Capture
+from fsel.data.split import Split
+from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.measuring import measure, measured_units
+from fsel.metrics import Metrics, headings
+from fsel.reconstruct import reconstructor_of
+from fsel.report.captions import captures_of
+from fsel.report.latex import difference, number, plain_table, tex
+from fsel.report.numbers import write_csv
+from fsel.report.summary import OUTCOME, summarise
+from fsel.report.summary import differences as paired
+from fsel.report.sweep import LEARNED, named, sweep_cells
+from fsel.utils.files import read_table, write_table, write_text
+
+logger = logging.getLogger(__name__)
+
+BASELINES = ("random", "uniform", "fvs", "nerf_director", "dpp", "kmedoids", "cover", "nearest")
+OURS = ("less_is_more", "fsel")
+SHOWN = {
+    **{name: METHODS[name].label for name in BASELINES},
+    **{name: LEARNED[name] for name in OURS},
+}
+SEED = 0  # the one seed whose picks are reconstructed
+
+
+def evaluate_transfer(
+    folder: str | Path,
+    splits: Sequence[str | Path],
+    selections: Sequence[str | Path],
+    evaluations: Sequence[str | Path],
+    *,
+    reconstruction: Mapping,
+    metrics: Metrics,
+    budgets: Sequence[int],
+    config: str,
+) -> None:
+    """Reconstruct what some methods picked; nothing is selected anew.
+
+    Args:
+        folder: a canonical capture.
+        splits, selections: split.parquet and what `select` wrote, one a draw.
+        evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
+        reconstruction, metrics: the config's sections.
+        budgets: whose picks are reconstructed.
+        config: digest of the parameters.
+    """
+    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
+    for split, selected, path in zip(splits, selections, evaluations, strict=True):
+        picks = read_table(selected)
+        asked = picks["method"].isin(SHOWN) & picks["k"].isin(budgets) & (picks["seed"] == SEED)
+        evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets, metrics=metrics)
+        table = measure(evaluator, picks[asked])
+        write_table(table, path, units=measured_units(metrics), config=config)
+        logger.info("%s", path)
+
+
+def transfer(
+    evaluations: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    differences: str | Path,
+    *,
+    problems: Sequence[str],
+    judges: Mapping[str, Mapping],
+    budgets: Sequence[int],
+    metrics: Metrics,
+    facts: Mapping,
+) -> None:
+    """The table "Cross-reconstructor transfer of selected views".
+
+    Args:
+        evaluations: what `evaluate_transfer` wrote: all problems of the first judge, then of the
+            next.
+        table, numbers: receive LaTeX, and reconstructor, method, k, metric, mean, ci_low, ci_high.
+        differences: receives ours and fsel minus every other method, paired, with intervals.
+        problems: `dataset/scene/draw0` of each evaluation of one judge.
+        judges: name -> `reconstructor` and `long_side` to print, one block of rows each.
+        budgets: one group of columns each.
+        metrics: of a cell, in order.
+        facts: see `captions.captures_of`.
+    """
+    count = len(problems)
+    means, gaps = [], []
+    for at, name in enumerate(judges):
+        own = evaluations[at * count : (at + 1) * count]
+        cells = sweep_cells(named(problems, own), metrics, facts=facts)
+        for found, tables in (
+            (summarise(cells, metrics), means),
+            (paired(cells, list(OURS), metrics), gaps),
+        ):
+            found.insert(0, "reconstructor", name)
+            tables.append(found.drop(columns="dataset"))
+    every, ahead = pd.concat(means), pd.concat(gaps)
+    write_csv(every, numbers)
+    write_csv(ahead, differences)
+    rows = []
+    for name, judge in judges.items():
+        heading = rf"\texttt{{{tex(judge['reconstructor'])}}} at {judge['long_side']} pixels"
+        rows.append([heading, *[""] * (3 * len(budgets))])
+        for method, label in SHOWN.items():
+            rows.append([label, *_cells(every, ahead, method, name, budgets, metrics)])
+    head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(budgets)]
+    groups = [(rf"$K{{=}}{k}$", 3) for k in budgets]
+    text = caption(judges, len({p.rpartition("/")[0] for p in problems}), count, facts)
+    made = plain_table(head, rows, caption=text, label="tab:transferwopt", groups=groups)
+    write_text(made, table)
+
+
+def _cells(
+    means: pd.DataFrame,
+    gaps: pd.DataFrame,
+    method: str,
+    name: str,
+    budgets: Sequence[int],
+    metrics: Metrics,
+) -> Iterator[str]:
+    """A row's cells of one reconstructor and every budget."""
+    keyed = means.set_index(["reconstructor", "method", "k", "metric"])
+    values, ended = keyed["mean"], keyed.get(OUTCOME)
+    gaps = gaps[(gaps["metric"] == "psnr") & (gaps["reference"] == method)]
+    found = gaps.set_index(["reconstructor", "method", "k"])[["mean", "ci_low", "ci_high"]]
+    for k in budgets:
+        if np.isnan(values[name, method, k, "psnr"]):
+            yield rf"\textit{{{ended[name, method, k, 'psnr']}}}"
+        else:
+            yield "/".join(number(values[name, method, k, metric], metric) for metric in metrics)
+        for ours in OURS:
+            yield "" if ours == method else difference(*found.loc[(name, ours, k)])
+
+
+def caption(judges: Mapping[str, Mapping], scenes: int, problems: int, facts: Mapping) -> str:
+    """Which captures and reconstructors made the table, in LaTeX.
+
+    Args:
+        judges, facts: see `transfer`.
+        scenes, problems: how many.
+    """
+    names = ", ".join(
+        rf"\texttt{{{tex(judge['reconstructor'])}}} at {judge['long_side']} pixels"
+        for judge in judges.values()
+    )
+    return (
+        r"\textbf{Cross-reconstructor transfer of selected views.} The same picks under each "
+        f"reconstructor ({names}); nothing is selected anew for any. Right of each cell: PSNR (dB) "
+        "of ours and of fsel minus the row's, paired, with 95\\% intervals, bold where they "
+        f"exclude zero. Means over {scenes} scenes, {problems} draws of targets in all, and one "
+        f"seed of the methods that have several. Captures: {captures_of(facts)}."
+    )

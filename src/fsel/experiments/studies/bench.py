@@ -1,0 +1,129 @@
+"""What a setting of the reconstructor costs, and what it is worth against exact depth."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from fsel.baselines.nearest import nearest
+from fsel.data.capture import Capture, Views
+from fsel.data.problem import Problem
+from fsel.data.split import Split
+from fsel.experiments.studies.true_depth import true_depth
+from fsel.metrics import score_views
+from fsel.reconstruct import RECONSTRUCTORS
+from fsel.reconstruct.splats import SplatModel
+
+REPEATS = 3  # the least of three times: other work on the machine only adds
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A capture, frames to reconstruct it from, and views to judge it at.
+
+    Attributes:
+        capture: at the size that it is stored at.
+        picks: (K,) int64 frames to reconstruct from.
+        views: T held-out targets at the size of comparison.
+        truth: (T, h, w, 3) uint8 their images.
+        depth: (T, h, w) float64 their exact depth, 0 where none; None for real captures.
+    """
+
+    capture: Capture
+    picks: np.ndarray
+    views: Views
+    truth: np.ndarray
+    depth: np.ndarray | None
+
+
+def bench_of(
+    folder: str | Path, split: str | Path, generated: Mapping | None, *, k: int, long_side: int
+) -> Bench:
+    """The frames nearest to a draw's proxies, judged at its targets.
+
+    Args:
+        folder: a canonical capture with its descriptors.
+        split: split.parquet of a draw.
+        generated: keywords of `true_depth`; None where depth is not known.
+        k: frames to reconstruct from.
+        long_side: pixels at which images are compared.
+    """
+    posed, targets = Problem.load(folder, split), Split.load(split).targets
+    small = posed.capture.resized(long_side)
+    return Bench(
+        capture=posed.capture,
+        picks=np.sort(nearest(posed, posed.observed, k)),
+        views=small.view(targets),
+        truth=np.asarray(small.images[targets]),
+        depth=None if generated is None else true_depth(small, targets, **generated),
+    )
+
+
+def measure_cold(bench: Bench, reconstruction: Mapping, **changes) -> tuple[dict, SplatModel]:
+    """Reconstruct with nothing cached and judge.
+
+    Args:
+        bench: what from and where.
+        reconstruction: the config's section.
+        changes: settings, or `long_side` of the images reconstructed from, that differ from it.
+
+    Returns:
+        psnr in dB, depth_error (median over pixels, share of the depth; NaN without truth),
+        fit_seconds, render_seconds, primitives and bytes; and the model.
+    """
+    long_side = changes.pop("long_side", reconstruction["long_side"])
+    settings = {**reconstruction["settings"], **changes}
+    capture = bench.capture.resized(long_side)
+    factory = RECONSTRUCTORS[reconstruction["name"]]
+    models = [factory(capture, **settings).fit(bench.picks) for _ in range(REPEATS)]
+    seconds = min(model.seconds for model in models)
+    return {"fit_seconds": seconds, **measure_model(bench, models[0])}, models[0]
+
+
+def measure_model(bench: Bench, model: SplatModel) -> dict:
+    """The numbers of `measure_cold` for a model, but the fit's seconds."""
+    taken = []
+    for _ in range(REPEATS):
+        started = time.perf_counter()
+        rendered = model.render(bench.views)
+        taken.append(time.perf_counter() - started)
+    return {
+        "psnr": float(score_views(rendered, bench.truth)[:, 0].mean()),
+        "depth_error": depth_error(model, bench),
+        "render_seconds": min(taken),
+        "primitives": model.primitives,
+        "bytes": model.bytes,
+    }
+
+
+def depth_error(model: SplatModel, bench: Bench) -> float:
+    """Median over the targets' pixels of |depth / exact depth - 1|, sky apart."""
+    if bench.depth is None:
+        return float("nan")
+    seen = bench.depth > 0
+    inverse = rendered_inverse_depth(model, bench.views)[seen]
+    return float(np.median(np.abs(1 / (inverse * bench.depth[seen]) - 1)))
+
+
+def rendered_inverse_depth(model: SplatModel, views: Views) -> np.ndarray:
+    """(T, h, w) inverse depth as a model shows it: every splat painted with its own."""
+    width, height = views.size
+    out = np.empty((len(views), height, width))
+    for t, pose in enumerate(model.frame.local_poses(views.world_to_camera)):
+        depth = pose[2, :3] @ model.splats[:3] + pose[2, 3]
+        share = np.clip(model.near / np.maximum(depth, model.near), 0, 1)
+        paint = np.repeat(255 * share[:, None].astype(np.float32), 3, axis=1)
+        alone = views.subset(slice(t, t + 1))
+        out[t] = replace(model, colors=paint).render(alone)[0, :, :, 0] / (
+            model.near * model.frame.unit
+        )
+    return np.maximum(out, np.finfo(np.float32).tiny)
+
+
+def halved(model: SplatModel) -> SplatModel:
+    """The model with positions, opacities and depths rounded to float16."""
+    return replace(model, splats=model.splats.astype(np.float16).astype(np.float32))

@@ -1,0 +1,139 @@
+"""What modelling only what a scene needs removes, and what it costs."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.data.capture import Capture
+from fsel.experiments.studies.bench import Bench, bench_of, measure_cold, measure_model
+from fsel.experiments.studies.selection_time import timed
+from fsel.features.appearance import descriptors
+from fsel.images.sharpness import sharpness
+from fsel.reconstruct.splats import SplatSettings
+from fsel.reconstruct.splats.culling import seen_by
+from fsel.report.latex import MISSING, plain_table
+from fsel.utils.files import atomic, write_text
+
+logger = logging.getLogger(__name__)
+
+SAVINGS = {
+    "planes": "planes from one pixel of disparity",
+    "opacity": "splats only where opaque",
+    "views": "splats only where a requested view sees them",
+    "view": "the same, one view being requested",
+    "descriptors": "descriptors only for methods that read them",
+}
+COSTS = ("primitives", "bytes", "seconds", "psnr")
+
+
+def economy(
+    folders: Sequence[str | Path],
+    splits: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    generated: Sequence[Mapping | None],
+    k: int,
+    reconstruction: Mapping,
+    appearance: Mapping,
+) -> None:
+    """Switch off each saving in turn.
+
+    Args:
+        folders: canonical captures with their descriptors.
+        splits: split.parquet of a draw, one a capture.
+        table, numbers: receive LaTeX, and saving and primitives, bytes, seconds and psnr with it
+            (`with_*`) and without it (`without_*`), means over the problems.
+        generated: see `bench.bench_of`.
+        k: frames reconstructed from.
+        reconstruction, appearance: the config's sections.
+    """
+    rows = []
+    for folder, split, made in zip(folders, splits, generated, strict=True):
+        place = bench_of(folder, split, made, k=k, long_side=reconstruction["long_side"])
+        measure_cold(place, reconstruction)  # compiles
+        rows += _of_reconstruction(place, reconstruction)
+        rows.append(_of_descriptors(place.capture, appearance))
+        logger.info("%s: %d savings", folder, len(SAVINGS))
+    means = pd.DataFrame(rows).groupby("saving", sort=False).mean().reset_index()
+    with atomic(numbers) as temporary:
+        means.to_csv(temporary, index=False, float_format="%.6f")
+    write_text(_table(means, k), table)
+
+
+def _of_reconstruction(place: Bench, reconstruction: Mapping) -> list[dict]:
+    """Planes, opacity and views; the default has the first two."""
+    most = asdict(SplatSettings(**reconstruction["settings"]))["planes"][1]
+    usual, model = measure_cold(place, reconstruction)
+    every, _ = measure_cold(place, reconstruction, planes=(most, most))
+    clear, _ = measure_cold(place, reconstruction, opacity=0.0)
+    rows = [_row("planes", usual, every), _row("opacity", usual, clear)]
+    for saving, few in (("views", place), ("view", first_view(place))):
+        fitted = {"fit_seconds": usual["fit_seconds"]}
+        culled = {"fit_seconds": usual["fit_seconds"] + timed(partial(seen_by, model, few.views))}
+        whole, part = measure_model(few, model), measure_model(few, seen_by(model, few.views))
+        rows.append(_row(saving, culled | part, fitted | whole))
+    return rows
+
+
+def first_view(place: Bench) -> Bench:
+    """The bench with its first target alone."""
+    return replace(
+        place,
+        views=place.views.subset(slice(1)),
+        truth=place.truth[:1],
+        depth=None if place.depth is None else place.depth[:1],
+    )
+
+
+def _of_descriptors(capture: Capture, appearance: Mapping) -> dict:
+    """A method that reads sharpness alone does without the appearance of every frame."""
+    images = np.asarray(capture.images)
+    sharp = timed(lambda: sharpness(images))
+    described = descriptors(images, appearance["kind"], appearance["weights"])
+    seconds = timed(lambda: descriptors(images, appearance["kind"], appearance["weights"]))
+    few = {"bytes": 8 * len(images), "seconds": sharp}
+    both = {"bytes": few["bytes"] + described.nbytes, "seconds": sharp + seconds}
+    return {"saving": "descriptors"} | {
+        f"{side}_{name}": found.get(name, np.nan)
+        for side, found in (("with", few), ("without", both))
+        for name in COSTS
+    }
+
+
+def _row(saving: str, with_it: Mapping, without: Mapping) -> dict:
+    row = {"saving": saving}
+    for side, found in (("with", with_it), ("without", without)):
+        seconds = found["fit_seconds"] + found["render_seconds"]
+        row |= {f"{side}_{name}": {**found, "seconds": seconds}[name] for name in COSTS}
+    return row
+
+
+def _table(means: pd.DataFrame, k: int) -> str:
+    rows = []
+    for row in means.to_dict("records"):
+        cells = [SAVINGS[row["saving"]]]
+        for name, unit in (("primitives", 1), ("bytes", 1e-3), ("seconds", 1e3)):
+            with_it, without = row[f"with_{name}"], row[f"without_{name}"]
+            known = np.isfinite(with_it)
+            cells.append(f"{unit * without:,.0f} / {unit * with_it:,.0f}" if known else MISSING)
+        cost = row["without_psnr"] - row["with_psnr"]
+        # what a method does not read cannot change what it picks
+        cells.append(f"{round(cost, 2) + 0.0:+.2f}" if np.isfinite(cost) else "none")
+        rows.append(cells)
+    return plain_table(
+        ["Saving", "splats", "kB", "ms", "PSNR lost (dB)"],
+        rows,
+        caption=r"\textbf{Modelling only what a scene needs.} Each saving switched off / on, the "
+        rf"others as by default; negative: the saving gains. {k} frames, nothing cached, one "
+        "thread, means over scenes. Descriptors: of a whole capture, for a method that reads "
+        "sharpness alone.",
+        label="tab:economy",
+    )

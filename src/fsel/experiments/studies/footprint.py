@@ -1,0 +1,158 @@
+"""What one reconstruction costs, measured in a process of its own (Linux).
+
+`python -m fsel.experiments.studies.footprint` reads a request as JSON from its input and prints
+the answer.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsel.data.capture import Capture, Views
+from fsel.metrics import Metrics, score_views
+from fsel.reconstruct import Model, Reconstructor, needs_gpu, reconstructor_of
+from fsel.reconstruct.memory import Peak
+from fsel.reconstruct.outcome import Unfinished
+
+REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
+WARM = 4  # frames of a reconstruction that only compiles
+STATUS = Path("/proc/self/status")
+
+
+def measure_alone(
+    folder: str | Path,
+    frames: np.ndarray,
+    targets: np.ndarray,
+    reconstruction: Mapping,
+    *,
+    repeats: int = REPEATS,
+    metrics: Metrics = ("psnr",),
+    memory: int | None = None,
+) -> dict[str, Any]:
+    """One reconstruction in a fresh process, so that no other's memory counts.
+
+    Args:
+        folder: a canonical capture.
+        frames: (K,) to reconstruct from; targets: (T,) to render.
+        reconstruction: the config's section.
+        repeats: fresh reconstructors, of whose seconds the median is taken.
+        metrics: keys of `fsel.metrics.REGISTERED`.
+        memory: bytes that it may take beyond what the process holds before it; None for no limit.
+
+    Returns:
+        fit_seconds and render_seconds, of the processor with nothing cached, the metrics, and
+        peak_bytes: of the resident set, above what the process held with everything compiled and
+        the reconstructor bound to the capture. Programs that it started count. Where a GPU is used:
+        seconds by the clock, and the GPU's memory. device: `cpu`, or the GPU's name.
+
+    Raises:
+        Unfinished: when the reconstruction does not finish.
+        MemoryError: when the memory does not suffice.
+        RuntimeError: when the process fails otherwise; its last output is in the message.
+    """
+    request = {
+        "folder": str(folder),
+        "frames": np.sort(frames).tolist(),
+        "targets": np.asarray(targets).tolist(),
+        "reconstruction": dict(reconstruction),
+        "repeats": repeats,
+        "metrics": dict(metrics) if isinstance(metrics, Mapping) else list(metrics),
+        "memory": memory,
+    }
+    command = [sys.executable, "-m", __spec__.name]
+    done = subprocess.run(command, input=json.dumps(request), capture_output=True, text=True)
+    if done.returncode:
+        words = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
+        full = done.returncode == -signal.SIGKILL or "MemoryError" in words
+        kind = MemoryError if full else RuntimeError
+        raise kind(f"{folder}: {len(frames)} frames: {words}")
+    answer = json.loads(done.stdout)
+    if "outcome" in answer:
+        raise Unfinished(answer["outcome"], f"{folder}: {len(frames)} frames", answer["log"])
+    return answer
+
+
+def footprint(
+    folder: str,
+    frames: list[int],
+    targets: list[int],
+    reconstruction: Mapping,
+    repeats: int = REPEATS,
+    metrics: Metrics = ("psnr",),
+    memory: int | None = None,
+) -> dict[str, Any]:
+    """What `measure_alone` returns, of this process."""
+    capture = Capture.load(folder)
+    views = capture.resized(reconstruction["long_side"]).view(np.array(targets))
+    reconstructor_of(capture, reconstruction).fit(np.array(targets[:WARM])).render(views)
+    reconstructor = reconstructor_of(capture, reconstruction)
+    truth = np.asarray(reconstructor.capture.images[np.array(targets)])
+    ctypes.CDLL(None).malloc_trim(0)  # or the freed memory of compiling would serve the fit
+    gpu = needs_gpu(reconstruction)
+    if memory is not None and not gpu:  # drivers of GPUs map far more than they use
+        most = 1024 * _kilobytes("VmData") + memory
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+    peak = Peak()
+    rendered, model, *first = _run(reconstructor, frames, views, gpu)
+    taken = model.peak_bytes if gpu else max(peak.bytes, model.peak_bytes)
+    runs = [first]
+    for _ in range(repeats - 1):
+        runs.append(_run(reconstructor_of(capture, reconstruction), frames, views, gpu)[2:])
+    fitting, rendering = np.median(runs, axis=0)
+    scores = score_views(rendered, truth, None, metrics)
+    return {
+        "fit_seconds": fitting,
+        "render_seconds": rendering,
+        "peak_bytes": taken,
+        "device": model.device,
+        **dict(zip(metrics, scores.mean(axis=0).tolist(), strict=True)),
+    }
+
+
+def _run(
+    reconstructor: Reconstructor, frames: list[int], views: Views, gpu: bool
+) -> tuple[np.ndarray, Model, float, float]:
+    """The rendered views, the model, and the seconds of fitting and of rendering."""
+    started = _clock(gpu)
+    model = reconstructor.fit(np.array(frames))
+    fitted = _clock(gpu)
+    rendered = model.render(views)
+    return rendered, model, fitted - started, _clock(gpu) - fitted
+
+
+def _clock(gpu: bool) -> float:
+    """Seconds of the processor, in this process and those it waited for; with a GPU, the clock's.
+
+    Another process on the same cores lengthens the processor's time less than the clock's.
+    """
+    if gpu:
+        return time.perf_counter()
+    others = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + others.ru_utime + others.ru_stime
+
+
+def _answer(request: Mapping[str, Any]) -> dict[str, Any]:
+    try:
+        return footprint(**request)
+    except Unfinished as end:
+        return {"outcome": end.outcome, "log": end.log}
+
+
+def _kilobytes(field: str) -> int:
+    line = next(line for line in STATUS.read_text().splitlines() if line.startswith(field + ":"))
+    return int(line.split()[1])
+
+
+if __name__ == "__main__":
+    print(json.dumps(_answer(json.load(sys.stdin))))

@@ -1,0 +1,83 @@
+"""What a hard case is, and how it is run."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from fsel.data.problem import Problem
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What came out of a case.
+
+    Attributes:
+        observed: in words.
+        error: largest deviation from the float64 or exact answer; its meaning is the case's.
+        allowed: the deviation that rounding explains.
+    """
+
+    observed: str
+    error: float
+    allowed: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the answer is right to rounding; never for an error that is NaN."""
+        return self.error <= self.allowed
+
+
+@dataclass(frozen=True)
+class Case:
+    """A hard case.
+
+    Attributes:
+        name: as the table prints it.
+        asked: what must hold, in words, beside finite numbers and no warning.
+        run: makes the input, asks the library, and compares.
+        make: its selection problem, where it has one.
+    """
+
+    name: str
+    asked: str
+    run: Callable[[], Finding]
+    make: Callable[[], Problem] | None = None
+
+
+@contextmanager
+def strict() -> Iterator[None]:
+    """Every warning, overflow, division by zero and invalid operation raises.
+
+    Underflow does not: the exponential of a large negative number is zero to all digits.
+    """
+    with warnings.catch_warnings(), np.errstate(divide="raise", over="raise", invalid="raise"):
+        warnings.simplefilter("error")
+        yield
+
+
+def observe(case: Case) -> Finding:
+    """Run a case under `strict`; what it raises is its finding, with an infinite error."""
+    try:
+        with strict():
+            return case.run()
+    except (ArithmeticError, RuntimeError, ValueError, Warning) as fault:
+        return Finding(f"{type(fault).__name__}: {fault}", np.inf, 0.0)
+
+
+def finite(*arrays: np.ndarray) -> None:
+    """Refuse a NaN or an infinity, which compiled code makes silently.
+
+    Raises:
+        FloatingPointError: with how many there are.
+    """
+    for array in arrays:
+        bad = np.size(array) - int(np.isfinite(array).sum())
+        if bad:
+            raise FloatingPointError(f"{bad} of {np.size(array)} numbers are not finite")

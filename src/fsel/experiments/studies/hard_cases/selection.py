@@ -1,0 +1,260 @@
+"""Hard cameras and hard columns, on which a selection could fail."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from statistics import fmean
+
+import numpy as np
+
+from fsel.data.geometry import lengths
+from fsel.data.problem import Problem, checked_select
+from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.methods import METHODS
+from fsel.experiments.studies.hard_cases import problems, worlds
+from fsel.experiments.studies.hard_cases.case import Case, Finding, finite
+from fsel.features.columns import STATIC
+from fsel.features.static import proxy_points, static_features
+from fsel.reconstruct.splats import Splats
+from fsel.selector import plain, pretrained
+from fsel.selector.greedy import greedy, standardise
+from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Network, Scorer
+
+K = 8
+LENGTHS = [STATIC.index(name) for name in ("d_min_o", "d_mean_o", "d_p25_o", "b_perp", "b_par")]
+Exact = Callable[[Problem], float]
+
+
+def scorers() -> dict[str, Scorer]:
+    """Policy -> scorer: the paper's inputs through a fresh network, and the shipped rule."""
+    return {"less_is_more": Network(worlds.random_weights(0)), "fsel": pretrained.method().scorer}
+
+
+def compare_picks(problem: Problem, reference: Problem, k: int) -> tuple[int, int, float]:
+    """Picks of the compiled loop that the plain float64 loop makes on the reference, picks, and
+    the largest difference of their scores, relative."""
+    same, total, error = 0, 0, 0.0
+    for name, scorer in scorers().items():
+        prepared = POLICIES[name].prepare(problem)
+        *arrays, visible, _ = prepared.rows  # the last is a number, which may be infinite
+        finite(prepared.static, *arrays, visible.seen)
+        rows, got = greedy(prepared, scorer, k)
+        wanted, want = plain.greedy(POLICIES[name].prepare(reference), scorer, k)
+        finite(got, want)
+        same += int((rows == wanted).sum())
+        total += k
+        error = max(error, float(np.abs(got - want).max() / (1 + np.abs(want).max())))
+    return same, total, error
+
+
+def rendered(problem: Problem) -> float:
+    """PSNR in dB on the proxies of a reconstruction from the first candidates."""
+    reconstructor = Splats(problem.capture)
+    scores = Evaluator.on_frames(reconstructor, problem.proxies)(problem.candidates[:K])
+    finite(scores)
+    return float(scores[0])
+
+
+def run(
+    problem: Problem, reference: Problem | None, k: int, exact: Exact | None, allowed: float
+) -> Finding:
+    """Every method, the learned ones against the reference, and a reconstruction."""
+    for method in METHODS.values():
+        for budget in (k, len(problem.pool(method.pool))):
+            checked_select(method, problem, budget, np.random.default_rng(0))
+    same, total, error = compare_picks(problem, reference or problem, k)
+    told = f"{same} of {total} picks; {len(METHODS)} methods return; PSNR {rendered(problem):.2f}"
+    change = 0.0
+    if reference is not None:
+        change = rendered(problem) - rendered(reference)
+        told += f", {change:+.3f} dB from the reference"
+    if same < total or abs(change) > 0.02:
+        error = np.inf
+    return Finding(told, max(error, exact(problem) if exact else 0.0), allowed)
+
+
+def case(
+    name: str,
+    asked: str,
+    make: Callable[[], Problem],
+    *,
+    reference: Callable[[], Problem] | None = None,
+    k: int = K,
+    exact: Exact | None = None,
+    allowed: float = 1e-9,
+) -> Case:
+    """A case of `run`."""
+
+    def observe() -> Finding:
+        return run(make(), reference() if reference else None, k, exact, allowed)
+
+    return Case(name, asked, observe, make)
+
+
+def raw(problem: Problem) -> np.ndarray:
+    """(n, 14) static features of the candidates."""
+    views = problem.capture.view(problem.proxies)
+    return static_features(problem, problem.candidates, views)
+
+
+def no_lengths(problem: Problem) -> float:
+    return float(np.abs(standardise(raw(problem)[:, LENGTHS])).max())
+
+
+def exact_distances(problem: Problem) -> float:
+    """Relative error of d_mean_o against correctly rounded distances of the exact centres."""
+    centers, _ = worlds.cloud()
+    if np.ptp(problem.capture.centers, axis=0).max() > 1e5:
+        centers[::2] += [1e6, 0, 0]
+    wanted = np.array(
+        [
+            fmean(math.dist(centers[i], centers[j]) for j in problem.proxies)
+            for i in problem.candidates
+        ]
+    )
+    got = raw(problem)[:, STATIC.index("d_mean_o")]
+    return float(np.abs(got / wanted - 1).max())
+
+
+def exact_angles(problem: Problem) -> float:
+    """Radians between the extremes of gamma_min_o and the only angles there are, 0 and pi."""
+    gamma = raw(problem)[:, STATIC.index("gamma_min_o")]
+    return float(np.minimum(gamma, np.pi - gamma).max())
+
+
+def constant_is_zero(problem: Problem) -> float:
+    return float(np.abs(standardise(raw(problem)[:, -1:])).max())
+
+
+def exact_z_scores(problem: Problem) -> float:
+    """Error of the sharpness column's z-scores against sums without rounding."""
+    column = raw(problem)[:, -1]
+    mean = fmean(column)
+    deviation = math.sqrt(math.fsum((v - mean) ** 2 for v in column) / len(column))
+    wanted = np.array([(v - mean) / deviation for v in column])
+    return float(np.abs(standardise(column[:, None])[:, 0] - wanted).max())
+
+
+def zero_distance(problem: Problem) -> float:
+    """World units between a candidate and the proxy that it coincides with."""
+    return float(raw(problem)[3, STATIC.index("d_min_o")])
+
+
+def reference_gap(problem: Problem) -> float:
+    """Distance from the candidate to the reference point that it was put on, world units."""
+    points = proxy_points(problem, problem.capture.view(problem.proxies))
+    return float(lengths(points - problem.capture.centers[problem.candidates[5]]).min())
+
+
+def distinct_first(problem: Problem) -> float:
+    """How many of the first five picks of DPP and k-medoids repeat an image."""
+    repeats = 0
+    for name in ("dpp", "kmedoids"):
+        picks = checked_select(METHODS[name], problem, 5, np.random.default_rng(0))
+        repeats += 5 - len(np.unique(problem.descriptors[picks], axis=0))
+    return float(repeats)
+
+
+def loud() -> Finding:
+    """Scores of 10^4: the compiled loop against the plain one."""
+    problem = worlds.world()
+    prepared, network = (
+        POLICIES["less_is_more"].prepare(problem),
+        Network(worlds.random_weights(1, 60.0)),
+    )
+    rows, got = greedy(prepared, network, K)
+    wanted, want = plain.greedy(prepared, network, K)
+    finite(got, want)
+    same = int((rows == wanted).sum())
+    error = float(np.abs(got / want - 1).max()) if same == K else np.inf
+    return Finding(f"{same} of {K} picks; scores to {np.abs(want).max():.2g}", error, 1e-9)
+
+
+SAME = "the picks of the plain float64 loop"
+CASES = (
+    case(
+        "all cameras at one point",
+        f"{SAME}; no column of lengths",
+        problems.one_point,
+        exact=no_lengths,
+    ),
+    case("all cameras on a line", SAME, problems.line),
+    case(
+        "two clusters 1e6 apart",
+        f"{SAME}; exact distances",
+        problems.clusters,
+        exact=exact_distances,
+    ),
+    case(
+        "UTM: coordinates of 1e7, baselines of millimetres",
+        "the picks and views of the same cameras near the origin",
+        lambda: problems.displaced(problems.UTM, 1e-3),
+        reference=worlds.world,
+        allowed=1e-4,
+    ),
+    case(
+        "coordinates of 1e7, baselines of a unit",
+        "the same; exact distances",
+        lambda: problems.displaced(problems.UTM, 1.0),
+        reference=worlds.world,
+        exact=exact_distances,
+        allowed=1e-7,
+    ),
+    *(
+        case(
+            f"world scaled by 1e{power}",
+            "the picks and views of the unscaled world",
+            lambda power=power: problems.displaced(np.zeros(3), 10.0**power),
+            reference=worlds.world,
+        )
+        for power in (-6, 6)
+    ),
+    case(
+        "exactly parallel axes",
+        f"{SAME}; angles 0",
+        lambda: problems.parallel(1),
+        exact=exact_angles,
+    ),
+    case(
+        "exactly opposite axes",
+        f"{SAME}; angles 0 or pi",
+        lambda: problems.parallel(-1),
+        exact=exact_angles,
+    ),
+    case(
+        "a proxy that coincides with a candidate",
+        f"{SAME}; distance 0",
+        problems.proxy_on_candidate,
+        exact=zero_distance,
+    ),
+    case(
+        "a reference point that coincides with a camera",
+        SAME,
+        problems.reference_on_camera,
+        exact=reference_gap,
+    ),
+    case("one proxy", SAME, lambda: worlds.world(targets=1)),
+    case("one candidate more than K", SAME, worlds.world, k=worlds.FRAMES - 2 * 5 - 1),
+    case(
+        "a constant feature column",
+        f"{SAME}; z-scores 0",
+        lambda: problems.changed(sharpness=lambda values: np.full_like(values, 0.1)),
+        exact=constant_is_zero,
+    ),
+    case(
+        "a column with one outlier of 1e12",
+        f"{SAME}; z-scores of exact sums",
+        lambda: problems.changed(sharpness=problems.outlier),
+        exact=exact_z_scores,
+    ),
+    case(
+        "duplicate frames by the dozen",
+        f"{SAME}; DPP and k-medoids repeat no image before they must",
+        problems.dozens,
+        exact=distinct_first,
+    ),
+    case("frames that see nothing in common", SAME, problems.nothing_in_common),
+    Case("logits of 1e4, selection", SAME, loud),
+)

@@ -1,0 +1,252 @@
+"""What arithmetic is worth: float64, float32 and the compiled loop; training in either."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import torch
+
+from fsel.data.capture import Views
+from fsel.data.problem import Problem
+from fsel.data.split import Split
+from fsel.evaluation.evaluator import Evaluator
+from fsel.experiments.studies.hard_cases import CASES
+from fsel.experiments.studies.selection_time import timed
+from fsel.reconstruct import reconstructor_of
+from fsel.reconstruct.splats import Splats
+from fsel.report.captions import made_by
+from fsel.report.latex import MISSING, plain_table, tex
+from fsel.selector import plain
+from fsel.selector.greedy import Prepared, Rows, greedy
+from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Network, Scorer
+from fsel.training.imitation import train
+from fsel.training.labelled import Scenes, training_data
+from fsel.utils.files import atomic, read_table, write_text
+
+logger = logging.getLogger(__name__)
+
+ARITHMETIC = ("float64", "float32", "kernel")
+DTYPES = {"float64": torch.float64, "float32": torch.float32}
+TRAINED = "less_is_more"  # the policy whose training is compared
+FEW = 8  # picks in a hard case
+HARD, TRAINING, LOSS = "Hard cases", "Training in float32", "loss"
+COLUMNS = ["part", "name", "method", "arithmetic", "agreement", "psnr", "psnr_change"]
+
+
+def single(problem: Problem) -> Problem:
+    """The same problem with poses, intrinsics and sharpness in float32."""
+
+    def views(given: Views) -> Views:
+        pair = (given.world_to_camera, given.intrinsics)
+        return Views(*(array.astype(np.float32) for array in pair), given.size)
+
+    low = views(problem.capture.views)
+    capture = replace(
+        problem.capture, world_to_camera=low.world_to_camera, intrinsics=low.intrinsics
+    )
+    sharp = problem.sharpness.astype(np.float32)
+    return replace(problem, capture=capture, targets=views(problem.targets), sharpness=sharp)
+
+
+def selections(
+    problem: Problem, policy: str, scorer: Scorer, k: int
+) -> dict[str, tuple[np.ndarray, Callable[[], object]]]:
+    """Arithmetic -> (k,) frames, and the greedy loop that picks them, features given."""
+    exact, low = (POLICIES[policy].prepare(p) for p in (problem, single(problem)))
+    loops = {
+        "float64": partial(plain.greedy, exact, scorer, k),
+        "float32": partial(plain.greedy, _cast(low), scorer, k),
+        "kernel": partial(greedy, exact, scorer, k),
+    }
+    return {name: (exact.pool[loop()[0]], loop) for name, loop in loops.items()}
+
+
+def _cast(prepared: Prepared) -> Prepared:
+    """Every float64 array in float32."""
+    *arrays, visible, lasting = prepared.rows
+    visible = visible._replace(seen=visible.seen.astype(np.float32))
+    rows = Rows(*(array.astype(np.float32) for array in arrays), visible, lasting)
+    return replace(prepared, static=prepared.static.astype(np.float32), rows=rows)
+
+
+def agreement(picks: np.ndarray, reference: np.ndarray) -> float:
+    """Share of picks that the reference also makes, in whatever order."""
+    return float(np.isin(picks, reference).mean())
+
+
+def compare_arithmetic(
+    problem: Problem, scorers: Mapping[str, Scorer], k: int, evaluate: Evaluator
+) -> list[dict]:
+    """One row a policy and arithmetic: agreement, PSNR in dB and its change, seconds."""
+    rows = []
+    for policy, scorer in scorers.items():
+        found = selections(problem, policy, scorer, k)
+        reference, _ = found["float64"]
+        before = evaluate(reference)[0]
+        for name, (picks, loop) in found.items():
+            share = agreement(picks, reference)
+            after = before if share == 1 else evaluate(picks)[0]
+            row = {"method": policy, "arithmetic": name, "agreement": share}
+            rows.append(
+                row | {"psnr": after, "psnr_change": after - before, "seconds": timed(loop)}
+            )
+    return rows
+
+
+def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
+    """`compare_arithmetic` on every hard case that has a selection problem."""
+    rows = []
+    for case in CASES.values():
+        if case.make is not None:
+            problem = case.make()
+            evaluate = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
+            found = compare_arithmetic(problem, scorers, k, evaluate)
+            rows += [{"part": HARD, "name": case.name, **row} for row in found]
+    return rows
+
+
+def trainings(
+    scenes: Scenes, trajectories: str | Path, **settings
+) -> tuple[dict[str, Network], list[dict], dict[str, float]]:
+    """Train on the same labels in both precisions: networks, loss curves, seconds."""
+    table = read_table(trajectories)
+    data = {
+        role: training_data(part, scenes, POLICIES[TRAINED])
+        for role, part in table.groupby("role", sort=True)
+    }
+    sets = data["train"], data.get("validation", [])
+    train(*sets, **{**settings, "epochs": 0})  # what torch does once is not timed
+    networks, curves, seconds = {}, [], {}
+    for name, dtype in DTYPES.items():
+
+        def run(name=name, dtype=dtype) -> None:
+            arrays, log = train(*sets, dtype=dtype, **settings)
+            networks[name] = Network(arrays)
+            for row in log.itertuples():
+                place = {"part": LOSS, "name": f"{row.split} epoch {row.epoch}"}
+                place |= {"method": TRAINED, "arithmetic": name}
+                curves.append(place | {"loss": row.loss, "agreement": row.agreement})
+
+        seconds[name] = timed(run, repeats=1)
+    return networks, curves, seconds
+
+
+def precision(
+    folders: Sequence[str | Path],
+    splits: Sequence[str | Path],
+    weights: Sequence[str | Path],
+    trajectories: str | Path,
+    trained_folders: Sequence[str | Path],
+    trained_splits: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    labels: Sequence[str],
+    problems: Sequence[str],
+    scenes: Sequence[str],
+    training: Mapping,
+    k: int,
+    reconstruction: Mapping,
+    facts: Mapping,
+) -> None:
+    """Compare arithmetics on every scene, on hard cases, and in training.
+
+    Args:
+        folders: canonical captures with their descriptors.
+        splits: split.parquet of a draw, one a capture.
+        weights: one scorer of each policy.
+        trajectories: what `fsel.stages.order` wrote.
+        trained_folders, trained_splits: captures of the labelled scenes, and their splits.
+        table, numbers: receive LaTeX, and part, name, method, arithmetic, agreement, psnr,
+            psnr_change, seconds, loss.
+        labels: of each capture's dataset.
+        problems: `dataset/scene/draw0` of each capture.
+        scenes: names of the labelled scenes.
+        training: seed, epochs, learning_rate.
+        k: frames to pick.
+        reconstruction: the config's section.
+        facts: see `captions.made_by`.
+    """
+    loaded = [Scorer.load(path) for path in weights]
+    scorers = {scorer.provenance["policy"]: scorer for scorer in loaded}
+    labelled = dict(zip(scenes, zip(trained_folders, trained_splits, strict=True), strict=True))
+    trained, curves, seconds = trainings(labelled, trajectories, **training)
+    rows, retrained = [], []
+    for label, name, folder, split in zip(labels, problems, folders, splits, strict=True):
+        problem, targets = Problem.load(folder, split), Split.load(split).targets
+        evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, reconstruction), targets)
+        place = {"part": label, "name": name}
+        rows += [place | row for row in compare_arithmetic(problem, scorers, k, evaluate)]
+        place = {"part": TRAINING, "name": name}
+        retrained += [place | row for row in _retrained(problem, trained, seconds, k, evaluate)]
+        logger.info("%s: %s", name, rows[-1])
+    rows += [*hard_cases(scorers, min(k, FEW)), *retrained, *curves]
+    result = pd.DataFrame(rows)[[*COLUMNS, "seconds", "loss"]]
+    with atomic(numbers) as temporary:
+        result.to_csv(temporary, index=False, float_format="%.6g")
+    write_text(_table(result, k, facts), table)
+
+
+def _retrained(problem, trained: Mapping[str, Network], seconds, k, evaluate) -> list[dict]:
+    """What the scorers trained in both precisions pick, with the same loop."""
+    prepared = POLICIES[TRAINED].prepare(problem)
+    picks = {
+        name: prepared.pool[greedy(prepared, network, k)[0]] for name, network in trained.items()
+    }
+    psnr = {name: evaluate(frames)[0] for name, frames in picks.items()}
+    return [
+        {
+            "method": TRAINED,
+            "arithmetic": name,
+            "agreement": agreement(picks[name], picks["float64"]),
+            "psnr": psnr[name],
+            "psnr_change": psnr[name] - psnr["float64"],
+            "seconds": seconds[name],
+        }
+        for name in DTYPES
+    ]
+
+
+def loss_gap(result: pd.DataFrame) -> float:
+    """Largest relative difference of the two loss curves."""
+    curves = result[result["part"] == LOSS].pivot(index="name", columns="arithmetic", values="loss")
+    return float((curves["float32"] / curves["float64"] - 1).abs().max())
+
+
+def _table(result: pd.DataFrame, k: int, facts: Mapping) -> str:
+    body, rows = result[result["part"] != LOSS], []
+    for (part, method), group in body.groupby(["part", "method"], sort=False):
+        means = group.groupby("arithmetic")[["agreement", "psnr_change", "seconds"]].mean()
+        means = means.reindex(ARITHMETIC)
+        cells = [
+            *(_cell(means.loc[name, "agreement"], "{:.3f}") for name in ARITHMETIC[1:]),
+            *(_cell(means.loc[name, "psnr_change"], "${:+.3f}$") for name in ARITHMETIC[1:]),
+            *(_cell(1e3 * means.loc[name, "seconds"], "{:,.2f}") for name in ARITHMETIC),
+        ]
+        rows.append([tex(part), tex(POLICIES[method].label), *cells])
+    return plain_table(
+        [
+            *("Captures", "Scorer", "float32", "kernel"),
+            *(r"$\Delta$ float32", r"$\Delta$ kernel"),
+            *("float64 (ms)", "float32 (ms)", "kernel (ms)"),
+        ],
+        rows,
+        caption=rf"\textbf{{Arithmetic.}} Share of ${k}$ picks that the float64 selection also "
+        r"makes, change in PSNR (dB), and time of the greedy loop on one thread, features given; "
+        f"means over scenes, hard cases with {min(k, FEW)} picks. Training on the same labels, all "
+        f"picks being made by the kernel: loss curves differ by at most "
+        f"{100 * loss_gap(result):.2g}\\%, time is that of a training. {made_by(facts)}",
+        label="tab:precision",
+        columns="ll" + "r" * 7,
+    )
+
+
+def _cell(value: float, form: str) -> str:
+    return MISSING if np.isnan(value) else form.format(value)

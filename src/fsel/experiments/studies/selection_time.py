@@ -1,0 +1,206 @@
+"""How long every method takes to select."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.spatial.transform import Rotation, Slerp
+
+from fsel.baselines import METHODS
+from fsel.data.capture import Capture
+from fsel.data.geometry import poses_at
+from fsel.data.points import grouped_rows
+from fsel.data.problem import Method, Problem, checked_select
+from fsel.data.split import evaluation_split
+from fsel.evaluation.measuring import learned_runs
+from fsel.features.appearance import descriptors
+from fsel.images.sharpness import sharpness
+from fsel.report.latex import plain_table, tex
+from fsel.report.sweep import BASELINES, LEARNED
+from fsel.utils.files import atomic, write_text
+
+logger = logging.getLogger(__name__)
+
+LABELS = {**BASELINES, **LEARNED}
+ENOUGH = 1.0  # seconds of measured runs after which a method is not run again
+REPEATS = 5
+
+
+class _Repeated:
+    """Images of frames that are shown more than once, without copies."""
+
+    dtype, ndim = np.dtype(np.uint8), 4
+
+    def __init__(self, images: np.ndarray, index: np.ndarray) -> None:
+        self._images, self._index = images, index
+        self.shape = (len(index), *images.shape[1:])
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def __getitem__(self, frames) -> np.ndarray:
+        return np.asarray(self._images[self._index[frames]])
+
+
+def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
+    """The capture's path at another frame rate.
+
+    Poses are interpolated between frames; each new frame has the image and the tracks of the
+    nearest old one.
+
+    Args:
+        capture: filmed in one pass.
+        frames: of the new capture.
+
+    Returns:
+        The new capture, and (frames,) int64 the old frame of each.
+    """
+    when = np.linspace(0, len(capture) - 1, frames)
+    nearest, before = np.round(when).astype(np.int64), np.floor(when).astype(np.int64)
+    after = np.minimum(before + 1, len(capture) - 1)
+    share = (when - before)[:, None]
+    centers = (1 - share) * capture.centers[before] + share * capture.centers[after]
+    turns = Rotation.from_matrix(capture.world_to_camera[:, :, :3])
+    rotations = Slerp(np.arange(len(capture)), turns)(when).as_matrix()
+    dense = replace(
+        capture,
+        names=tuple(f"{i:06d}" for i in range(frames)),
+        world_to_camera=poses_at(centers, rotations),
+        intrinsics=capture.intrinsics[nearest],
+        images=_Repeated(capture.images, nearest),
+        sequences=tuple(capture.sequences[i] for i in nearest),
+        points=_tracked(capture, nearest),
+        masks=None,
+    )
+    return dense, nearest
+
+
+def _tracked(capture: Capture, nearest: np.ndarray):
+    """The sparse points, every new frame seeing what its old one saw."""
+    points = capture.points
+    if points is None:
+        return None
+    rows = grouped_rows(points.track_frame, len(capture))
+    seen = [points.track_point[rows[i]] for i in nearest]
+    frame = np.repeat(np.arange(len(nearest)), [len(part) for part in seen])
+    return replace(points, track_point=np.concatenate(seen), track_frame=frame)
+
+
+def problem_of_size(
+    capture: Capture, described: np.ndarray, sharp: np.ndarray, pool: int, targets: int
+) -> Problem:
+    """A problem with `pool` observed frames on a refilmed capture.
+
+    Args:
+        capture: filmed in one pass.
+        described: (N, D) descriptors of its frames; sharp: (N,) their sharpness.
+        pool: frames that a baseline may pick.
+        targets: views to serve, and as many proxies within the pool.
+    """
+    dense, old = refilmed(capture, pool + targets)
+    split = evaluation_split(dense, 0, 0, targets=targets)
+    return Problem(
+        capture=dense,
+        candidates=split.candidates,
+        proxies=split.proxies,
+        targets=dense.view(split.targets),
+        descriptors=described[old],
+        sharpness=sharp[old],
+    )
+
+
+def timed(run: Callable[[], object], repeats: int = REPEATS) -> float:
+    """Median seconds of some runs at most; of one alone where it takes a second."""
+    taken: list[float] = []
+    while len(taken) < repeats and sum(taken) < ENOUGH:
+        started = time.perf_counter()
+        run()
+        taken.append(time.perf_counter() - started)
+    return float(np.median(taken))
+
+
+def selection_time(
+    folder: str | Path,
+    weights: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    *,
+    pools: Sequence[int],
+    k: int,
+    targets: int,
+    appearance: Mapping,
+) -> None:
+    """Seconds of every method over pools of several sizes, descriptors apart.
+
+    Args:
+        folder: a canonical capture, refilmed at other frame rates to make the pools.
+        weights: scorers of the learned methods; the first of each is timed.
+        table, numbers: receive LaTeX, and method, k, pool, descriptors, selection in seconds.
+        pools: frames that a baseline may pick.
+        k: frames to pick.
+        targets: of each problem.
+        appearance: the config's section.
+    """
+    capture = Capture.load(folder)
+    images = np.asarray(capture.images)
+    described = descriptors(images, appearance["kind"], appearance["weights"])
+    sharp = sharpness(images)
+    a_frame = {
+        "appearance": timed(lambda: descriptors(images, appearance["kind"], appearance["weights"])),
+        "sharpness": timed(lambda: sharpness(images)),
+    }
+    problems = [problem_of_size(capture, described, sharp, pool, targets) for pool in sorted(pools)]
+    rows = []
+    for pool, problem in zip(sorted(pools), problems, strict=True):
+        for method in _methods(weights):
+            checked_select(method, problems[0], k, np.random.default_rng(0))  # compiles
+            seconds = timed(partial(checked_select, method, problem, k, np.random.default_rng(0)))
+            share = pool / len(capture)
+            before = share * sum(a_frame[name] for name in method.reads)
+            rows.append((method.name, k, pool, before, seconds))
+            logger.info("%s of %d: %.4f + %.4f s", method.name, pool, before, seconds)
+    result = pd.DataFrame(rows, columns=["method", "k", "pool", "descriptors", "selection"])
+    with atomic(numbers) as temporary:
+        result.to_csv(temporary, index=False, float_format="%.6f")
+    write_text(_time_table(result, targets, appearance["kind"]), table)
+
+
+def _methods(weights: Sequence[str | Path]) -> list[Method]:
+    """All that select: not `all`."""
+    learned = [run.method for run in learned_runs(weights) if run.seed == 0]
+    return [*(METHODS[name] for name in BASELINES), *learned]
+
+
+def _time_table(result: pd.DataFrame, targets: int, kind: str) -> str:
+    pools, k = result["pool"].unique().tolist(), result["k"].iloc[0]
+    cells = result.set_index(["method", "pool"])[["descriptors", "selection"]]
+    rows = [
+        [LABELS[method], *(_milliseconds(*cells.loc[(method, pool)]) for pool in pools)]
+        for method in result["method"].unique()
+    ]
+    return plain_table(
+        ["Selection", *(f"{pool:,} frames" for pool in pools)],
+        rows,
+        caption=rf"\textbf{{Selection time}} in milliseconds on one thread, $K={k}$, {targets} "
+        f"targets: where a method reads them, descriptors of the whole pool ({tex(kind)}, "
+        "sharpness) plus the selection itself. FisherRF and COVER count the reconstructions that "
+        "they make. Pools are one evaluation capture, its path refilmed at other frame rates.",
+        label="tab:selection_time",
+    )
+
+
+def _milliseconds(*seconds: float) -> str:
+    """The parts that are not zero, two significant digits each."""
+    texts = []
+    for value in seconds:
+        if value > 0:
+            digits = max(0, 1 - int(np.floor(np.log10(1e3 * value))))
+            texts.append(f"{1e3 * value:,.{digits}f}")
+    return " + ".join(texts)

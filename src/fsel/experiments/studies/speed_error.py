@@ -1,0 +1,163 @@
+"""Speed against error: of the methods, of the reconstructor's settings, of the search."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.report import speed
+from fsel.report.latex import MISSING, plain_table
+from fsel.report.sweep import BASELINES, LEARNED, named, sweep_cells
+from fsel.selector.policies import POLICIES
+from fsel.training.search import fittest_so_far
+from fsel.utils.files import atomic, read_table, write_text
+
+COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
+STEP = 10  # evaluations between points of a curve
+
+
+def speed_error(
+    times: str | Path,
+    settings: str | Path,
+    evaluations: Sequence[str | Path],
+    oracles: Sequence[str | Path],
+    subsets: Sequence[str | Path],
+    labels: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    figures: Sequence[str | Path],
+    *,
+    problems: Sequence[str],
+    k: int,
+) -> None:
+    """The figure of three panels and the table of the same numbers.
+
+    Args:
+        times: what `fsel.experiments.studies.selection_time` wrote; its smallest pool is drawn.
+        settings: what `speed_settings` wrote.
+        evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote, one a problem.
+        subsets, labels: searched subsets, of those problems and of training scenes.
+        table, numbers: receive LaTeX, and the numbers of every panel.
+        figures: paths; their endings choose the format.
+        problems: `dataset/scene/draw0` of each.
+        k: budget of the search.
+    """
+    timed = pd.read_csv(times)
+    timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
+    cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]), facts={})
+    methods = speed.gaps(cells[cells["k"] == k], reference="search", methods=list(timed.index))
+    methods["seconds"] = methods["method"].map(timed["descriptors"] + timed["selection"])
+    swept = pd.read_csv(settings, dtype={"value": str})
+    curves = progress(subsets, labels)
+    timed_k, pool = timed[["k", "pool"]].iloc[0]
+    plain = {name: label.replace(r"\textbf{", "").rstrip("}") for name, label in LEARNED.items()}
+    speed.draw(
+        methods,
+        swept,
+        curves,
+        figures,
+        labels=BASELINES | plain,
+        ours=list(POLICIES),
+        selected=f"{timed_k} of {pool} frames",
+        k=k,
+    )
+    every = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
+    every = every.droplevel(1).rename_axis("panel").reset_index()
+    with atomic(numbers) as temporary:
+        every.to_csv(temporary, index=False, float_format="%.6f")
+    write_text(_tables(methods, swept, curves, f"{timed_k} of {pool} frames", k), table)
+
+
+def progress(subsets: Sequence[str | Path], labels: Sequence[str | Path]) -> pd.DataFrame:
+    """What stopping a search early costs.
+
+    Args:
+        subsets: paths of searched subsets of evaluation problems, with a column `method`.
+        labels: of training scenes.
+
+    Returns:
+        search, evaluations, generations, gap: mean PSNR in dB, on the proxies, of the fittest
+        subset of the genetic search at its end minus that of the fittest after so many evaluations.
+    """
+    found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {name: [] for name in speed.SEARCHES}
+    for path in subsets:
+        runs = dict(list(read_table(path).groupby("method")))
+        best = _incumbent(runs["search"])
+        for name, run in runs.items():
+            found[name].append((best[-1] - _incumbent(run), run["generation"].to_numpy()))
+    for path in labels:
+        run = read_table(path)
+        best = _incumbent(run)
+        found["labels"].append((best[-1] - best, run["generation"].to_numpy()))
+    tables = []
+    for name, runs in found.items():
+        length = max(len(gap) for gap, _ in runs)
+        at = np.unique(np.append(np.arange(STEP, length + 1, STEP), length))
+        # a search that met fewer distinct subsets stays where it ended
+        last = [(gap, made, np.minimum(at, len(gap)) - 1) for gap, made in runs]
+        table = {"search": name, "evaluations": at}
+        table["generations"] = np.mean([made[rows] for _, made, rows in last], axis=0)
+        table["gap"] = np.mean([gap[rows] for gap, _, rows in last], axis=0)
+        tables.append(pd.DataFrame(table))
+    return pd.concat(tables, ignore_index=True)
+
+
+def _incumbent(run: pd.DataFrame) -> np.ndarray:
+    """(n,) PSNR of the fittest subset so far."""
+    return run["psnr"].to_numpy()[fittest_so_far(run["fitness"].to_numpy())]
+
+
+def _tables(
+    methods: pd.DataFrame, swept: pd.DataFrame, curves: pd.DataFrame, selected: str, k: int
+) -> str:
+    names = {**BASELINES, **LEARNED}
+    of_methods = plain_table(
+        ["Selection", "ms", "gap (dB)"],
+        [
+            [names[row.method], f"{1e3 * row.seconds:,.3g}", f"{row.gap:.2f}"]
+            for row in methods.sort_values("gap", kind="stable").itertuples()
+        ],
+        caption=rf"\textbf{{Speed against error: methods.}} Time to select {selected}, descriptors "
+        rf"included, and PSNR behind the genetic search at $K={k}$.",
+        label="tab:speed_methods",
+    )
+    of_settings = plain_table(
+        ["Setting", "PSNR (dB)", r"depth error (\%)", "ms", "splats", "kB"],
+        [_setting_row(row) for row in swept.itertuples()],
+        caption=r"\textbf{Speed against error: the reconstructor.} One setting changed at a time; "
+        rf"defaults in bold. {k} frames, nothing cached, one thread. Depth error: median over the "
+        r"target views' pixels of $|z/z^\ast-1|$ against exact depth. Means over scenes.",
+        label="tab:speed_settings",
+    )
+    searches = {"search": "Genetic search", "random_search": "Random search", "labels": "Labels"}
+    of_search = plain_table(
+        ["Search", *(f"{n} subsets" for n in COUNTS)],
+        [
+            [searches[name], *(_at(part.set_index("evaluations")["gap"], n) for n in COUNTS)]
+            for name, part in curves.groupby("search", sort=False)
+        ],
+        caption=r"\textbf{Speed against error: the search.} PSNR in dB, on the proxies, that the "
+        "fittest subset after so many evaluations lacks to the genetic search's at its end.",
+        label="tab:speed_search",
+    )
+    return "\n".join([of_methods, of_settings, of_search])
+
+
+def _setting_row(row) -> list[str]:
+    name = f"{row.setting} {row.value.replace('-', '--')}"
+    error = MISSING if np.isnan(row.depth_error) else f"{100 * row.depth_error:.1f}"
+    return [
+        rf"\textbf{{{name}}}" if row.default else name,
+        f"{row.psnr:.2f}",
+        error,
+        f"{1e3 * row.seconds:.0f}",
+        f"{row.primitives:,.0f}",
+        f"{row.bytes / 1e3:,.0f}",
+    ]
+
+
+def _at(gaps: pd.Series, count: int) -> str:
+    return f"{gaps[count]:.2f}" if count in gaps.index else MISSING

@@ -1,0 +1,83 @@
+"""What every setting of the reconstructor costs, and what it is worth."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import pandas as pd
+
+from fsel.experiments.studies.bench import bench_of, halved, measure_cold, measure_model
+from fsel.reconstruct.splats import SplatSettings
+from fsel.utils.files import atomic
+
+logger = logging.getLogger(__name__)
+
+PLANES = (8, 16, 32, 64, 96)
+PARTNERS = (1, 2, 3, 4)
+OPACITY = (0.0, 0.1, 0.25, 0.4, 0.6)
+RESOLUTION = (0.5, 0.75, 1.0, 1.5, 2.0)  # of the configured longer side
+
+
+def speed_settings(
+    folders: Sequence[str | Path],
+    splits: Sequence[str | Path],
+    numbers: str | Path,
+    *,
+    generated: Sequence[Mapping | None],
+    k: int,
+    reconstruction: Mapping,
+) -> None:
+    """Measure the reconstructor with one setting changed at a time.
+
+    Args:
+        folders: canonical captures with their descriptors.
+        splits: split.parquet of a draw, one a capture.
+        numbers: receives setting, value, default, and means over the problems of what
+            `bench.measure_cold` returns, `seconds` being fit and rendering together.
+        generated: see `bench.bench_of`.
+        k: frames reconstructed from.
+        reconstruction: the config's section.
+    """
+    rows = []
+    for folder, split, made in zip(folders, splits, generated, strict=True):
+        place = bench_of(folder, split, made, k=k, long_side=reconstruction["long_side"])
+        measure_cold(place, reconstruction)  # compiles
+        usual, model = measure_cold(place, reconstruction)
+        for setting, value, default, changes in settings_of(reconstruction, place.capture.size):
+            found = usual if default else measure_cold(place, reconstruction, **changes)[0]
+            rows.append({"setting": setting, "value": value, "default": default, **found})
+        rounded = {"setting": "precision", "value": "float16", "default": False}
+        rows.append(rounded | usual | measure_model(place, halved(model)))
+        logger.info("%s: %d settings", folder, len(rows))
+    table = pd.DataFrame(rows)
+    table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
+    means = table.groupby(["setting", "value", "default"], sort=False).mean().reset_index()
+    with atomic(numbers) as temporary:
+        means.to_csv(temporary, index=False, float_format="%.6f")
+
+
+def settings_of(
+    reconstruction: Mapping, size: tuple[int, int]
+) -> Iterator[tuple[str, str, bool, dict]]:
+    """(setting, printed value, whether it is the default, changes).
+
+    Args:
+        reconstruction: the config's section.
+        size: (width, height) of the stored images, which no variant enlarges.
+    """
+    usual = asdict(SplatSettings(**reconstruction["settings"]))
+    least, most = usual["planes"]
+    for count in PLANES:
+        yield "planes", str(count), False, {"planes": (count, count)}
+    yield "planes", f"{least}-{most}", True, {}
+    for setting, values in (("partners", PARTNERS), ("opacity", OPACITY)):
+        for value in sorted({*values, usual[setting]}):
+            yield setting, f"{value:g}", value == usual[setting], {setting: value}
+    for share in RESOLUTION:
+        side = round(share * reconstruction["long_side"])
+        if side <= max(size):
+            yield "resolution", str(side), share == 1, {"long_side": side}
+    yield "precision", "float32", True, {}

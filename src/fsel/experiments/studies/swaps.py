@@ -1,0 +1,118 @@
+"""What swaps of picks gain, against the seconds they take (not in the paper)."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fsel.data.problem import Problem
+from fsel.data.split import Split
+from fsel.evaluation.evaluator import Evaluator
+from fsel.reconstruct import reconstructor_of
+from fsel.report import curves
+from fsel.report.captions import captures_of
+from fsel.report.numbers import write_csv
+from fsel.report.statistics import of_places
+from fsel.request.swaps import JUDGE, problem_swaps
+from fsel.utils.files import read_table, write_table
+
+logger = logging.getLogger(__name__)
+
+METHOD = "fsel"
+TRIED = (1, 25, 50, 100, 200, 300, 450, 600)  # subsets, when the picks so far are measured
+METRIC = "psnr"
+UNITS = {"seconds": "s of processor time", "judged": "dB", METRIC: "dB"}
+
+
+def evaluate_swaps(
+    folder: str | Path,
+    split: str | Path,
+    selections: str | Path,
+    evaluation: str | Path,
+    *,
+    reconstruction: Mapping,
+    k: int,
+    seed: int,
+    config: str,
+) -> None:
+    """Swaps of the picks of `fsel`, measured on the targets as they go.
+
+    Args:
+        folder: a canonical capture.
+        split, selections: split.parquet and what `select` wrote of one draw.
+        evaluation: receives tried, seconds, judged (the swaps' estimate of the gain), psnr (of the
+            targets).
+        reconstruction: the config's section, of the reconstructor that measures.
+        k: budget of the picks.
+        seed: of the swaps.
+        config: digest of the parameters.
+    """
+    problem = Problem.load(folder, split)
+    picked = read_table(selections)
+    picks = picked[(picked["method"] == METHOD) & (picked["seed"] == 0) & (picked["k"] == k)]
+    start = picks.sort_values("order")["frame"].to_numpy(np.int64)
+    measuring = reconstructor_of(problem.capture, reconstruction)
+    evaluator = Evaluator.on_frames(measuring, Split.load(split).targets, metrics=(METRIC,))
+    rows, spent, began = [], 0.0, time.process_time()
+    rng = np.random.default_rng(seed)
+    reconstructor = reconstructor_of(problem.capture, JUDGE)
+    for best in problem_swaps(reconstructor, problem, start, rng):
+        if best.tried not in TRIED:
+            continue
+        spent += time.process_time() - began
+        rows.append((best.tried, spent, best.gain, float(evaluator(best.picks)[0])))
+        logger.info("%d subsets, %.1f s: %.3f dB", best.tried, spent, rows[-1][-1])
+        if best.tried == TRIED[-1]:
+            break
+        began = time.process_time()
+    table = pd.DataFrame(rows, columns=["tried", "seconds", "judged", METRIC])
+    write_table(table, evaluation, units=UNITS, config=config)
+
+
+def swaps(
+    evaluations: Sequence[str | Path],
+    figures: Sequence[str | Path],
+    numbers: str | Path,
+    *,
+    k: int,
+    facts: Mapping,
+) -> None:
+    """Gain in PSNR on the targets against seconds, over scenes.
+
+    Args:
+        evaluations: what `evaluate_swaps` wrote, one a scene.
+        figures: receive the figure, in the format of each one's ending.
+        numbers: receives `gains`.
+        k: budget of the picks.
+        facts: see `captions.captures_of`.
+    """
+    found = gains([read_table(path) for path in evaluations])
+    write_csv(found, numbers)
+    note = (
+        f"picks of fsel, K = {k}, {len(evaluations)} scenes; band: 95% interval of the mean; "
+        f"captures: {captures_of(facts)}"
+    )
+    curves.swaps(found, figures, note)
+
+
+def gains(scenes: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """tried; seconds, judged, gain: means over scenes; ci_low, ci_high of the gain; least; n.
+
+    Args:
+        scenes: what `evaluate_swaps` wrote; a scene whose swaps are exhausted keeps its last row.
+    """
+    whole = [scene.set_index("tried").reindex(TRIED).ffill() for scene in scenes]
+    rows = []
+    for tried in TRIED:
+        here = pd.DataFrame([scene.loc[tried] for scene in whole])
+        gain = np.array([scene[METRIC][tried] - scene[METRIC][TRIED[0]] for scene in whole])
+        found = of_places(gain)
+        spent = here[["seconds", "judged"]].mean()
+        rows.append((tried, *spent, found.mean, found.low, found.high, gain.min(), found.n))
+    columns = ["tried", "seconds", "judged", "gain", "ci_low", "ci_high", "least", "n"]
+    return pd.DataFrame(rows, columns=columns)

@@ -1,0 +1,238 @@
+"""Selecting without being told what will be rendered, on held-out frames and off the path."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from fsel.data.capture import Capture, Views
+from fsel.data.problem import Problem
+from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.measuring import draw_chance, picks_at, runs
+from fsel.evaluation.methods import METHODS
+from fsel.experiments.studies.beside import views_beside
+from fsel.reconstruct import Reconstructor, reconstructor_of
+from fsel.report.captions import made_by
+from fsel.report.figures import save
+from fsel.report.latex import plain_table
+from fsel.report.numbers import write_csv
+from fsel.report.statistics import of_places
+from fsel.report.sweep import place_of
+from fsel.request.problem import request_problem
+from fsel.request.targets import targets_of
+from fsel.utils.files import read_table, write_table, write_text
+
+logger = logging.getLogger(__name__)
+
+EVERY = 8  # one frame in so many is held out, as in the common protocol
+STARTS = (0, 2, 4, 6)  # the first of them, in turn
+BESIDE = 24  # true views off the path of an embedded capture
+REFERENCE = "uniform"
+COMPARED = (REFERENCE, "fvs", "kmedoids", "facility", "long_lrm", "fsel")
+TOLD = "told"  # `fsel` told of the held-out frames
+LABELS = {**{name: METHODS[name].label for name in COMPARED}, TOLD: "fsel, told"}
+HELD, OFF = "held_out", "off_path"
+TITLES = {HELD: "held-out frames", OFF: "views off the path"}
+UNITS = {"psnr": "dB"}
+SPREAD = 0.8  # frames between the lines of a figure, so that intervals stand side by side
+THIN: dict[str, Any] = {"linewidth": 0.8, "markersize": 2.5, "elinewidth": 0.8}
+BOLD: dict[str, Any] = {"linewidth": 2.0, "markersize": 4, "elinewidth": 1.6, "zorder": 3}
+
+
+def evaluate_untold(
+    folder: str | Path,
+    evaluation: str | Path,
+    *,
+    generated: Mapping | None,
+    budgets: Sequence[int],
+    seed: int,
+    reconstruction: Mapping,
+    config: str,
+) -> None:
+    """What every method's picks are worth where nobody said what will be rendered.
+
+    Args:
+        folder: a canonical capture with its descriptors.
+        evaluation: receives views (`held_out`, `off_path`), start, method, seed, k, psnr, ssim.
+        generated: family, seed and frames of an embedded capture, whose views off the path are
+            cast; None for others.
+        budgets: frames to pick; those that a capture has not enough frames for are left out.
+        seed: of the scene.
+        reconstruction: the config's section.
+        config: digest of the parameters.
+    """
+    capture = Capture.load(folder)
+    described = read_table(Path(folder) / "descriptors.parquet")
+    reconstructor = reconstructor_of(capture, reconstruction)
+    beside = None
+    if generated is not None:
+        beside = views_beside(reconstructor.capture, BESIDE, **generated)
+    rows = []
+    for start in STARTS:
+        held = np.arange(start, len(capture), EVERY)
+        judge, shares = _judge(reconstructor, held, beside)
+        made = list(_picks(capture, described, held, budgets, seed, start))
+        judge.measure_together([frames for *_, frames in made])
+        for method, number, k, frames in made:
+            head = {"start": start, "method": method, "seed": number, "k": k}
+            scores = judge.scores(frames)
+            for views, share in shares.items():
+                psnr, ssim, _ = scores[share].mean(axis=0)
+                rows.append({"views": views, **head, "psnr": psnr, "ssim": ssim})
+        logger.info("every eighth frame from %d held out: %d rows", start, len(rows))
+    write_table(pd.DataFrame(rows), evaluation, units=UNITS, config=config)
+
+
+def _judge(
+    reconstructor: Reconstructor, held: np.ndarray, beside: tuple[Views, np.ndarray] | None
+) -> tuple[Evaluator, dict[str, slice]]:
+    """What scores on the held-out frames and off the path, and which of its views are which."""
+    views, truth = reconstructor.capture.view(held), reconstructor.capture.images[held]
+    shares = {HELD: slice(len(held))}
+    if beside is not None:
+        views, truth = views.joined(beside[0]), np.concatenate([truth, beside[1]])
+        shares[OFF] = slice(len(held), None)
+    return Evaluator(reconstructor, np.arange(len(views)), views, truth), shares
+
+
+def _picks(
+    capture: Capture,
+    described: pd.DataFrame,
+    held: np.ndarray,
+    budgets: Sequence[int],
+    seed: int,
+    start: int,
+) -> Iterator[tuple[str, int, int, np.ndarray]]:
+    """method, seed, k and frames of the capture; what is held out is not in what is selected from,
+    but for `told`."""
+    seen = np.setdiff1d(np.arange(len(capture)), held)
+    left, known = capture.subset(seen), described.iloc[seen]
+    asked = [k for k in budgets if k < len(seen)]
+    problem = _problem(left, None, known)
+    for run in runs([METHODS[name] for name in COMPARED]):
+        for made in picks_at(problem, run, asked, draw_chance(seed, start)):
+            yield run.method.name, run.seed, made.k, seen[made.frames]
+    told = _problem(capture, held, described)
+    for made in picks_at(told, runs([METHODS["fsel"]])[0], asked, draw_chance(seed, start)):
+        yield TOLD, 0, made.k, made.frames
+
+
+def _problem(capture: Capture, held: np.ndarray | None, described: pd.DataFrame) -> Problem:
+    sharpness = described["sharpness"].to_numpy(np.float64)
+    descriptors = np.stack(described["descriptor"].to_list()).astype(np.float32)
+    return request_problem(capture, targets_of(capture, held), sharpness, None, descriptors)
+
+
+def untold(
+    evaluations: Sequence[str | Path],
+    table: str | Path,
+    numbers: str | Path,
+    figures: Sequence[str | Path],
+    *,
+    scenes: Sequence[tuple[str, str]],
+    facts: Mapping,
+) -> None:
+    """PSNR without a request, by method and budget, with the difference from every n-th frame.
+
+    Args:
+        evaluations: what `evaluate_untold` wrote, one a scene.
+        table, numbers: receive LaTeX, and the columns of `compared`.
+        figures: receive the differences against K.
+        scenes: dataset and scene of each.
+        facts: see `captions.made_by`.
+    """
+    names = [f"{dataset}/{scene}" for dataset, scene in scenes]
+    places = [place_of(name, facts) for name in names]
+    rows = pd.concat(
+        read_table(path).assign(scene=name, place=place)
+        for name, place, path in zip(names, places, evaluations, strict=True)
+    )
+    found = compared(rows)
+    write_csv(found, numbers)
+    parts = [_table(part, views, facts) for views, part in found.groupby("views", sort=True)]
+    write_text("\n".join(parts), table)
+    _draw(found, figures)
+
+
+def compared(rows: pd.DataFrame) -> pd.DataFrame:
+    """views, method, k, n (places), psnr, gain over uniform, its ci_low and ci_high, and least and
+    most gain of a place.
+
+    Args:
+        rows: of all scenes, what `evaluate_untold` wrote with the columns scene and place; scenes
+            of one place are averaged.
+    """
+    scenes = rows.groupby(["views", "k", "method", "place", "scene"])["psnr"].mean()
+    each = scenes.groupby(["views", "k", "method", "place"]).mean()
+    out = []
+    for (views, k), part in each.groupby(level=["views", "k"]):
+        cells = part.droplevel(["views", "k"]).unstack("method")
+        for method in [name for name in LABELS if name in cells]:
+            gain = (cells[method] - cells[REFERENCE]).to_numpy()
+            interval = of_places(gain)
+            out.append(
+                {
+                    "views": views,
+                    "method": method,
+                    "k": k,
+                    "n": len(cells),
+                    "psnr": cells[method].mean(),
+                    "gain": interval.mean,
+                    "ci_low": interval.low,
+                    "ci_high": interval.high,
+                    "least": gain.min(),
+                    "most": gain.max(),
+                }
+            )
+    return pd.DataFrame(out)
+
+
+def _table(found: pd.DataFrame, views: str, facts: Mapping) -> str:
+    budgets = sorted(found["k"].unique())
+    cells = []
+    for method, part in found.groupby("method", sort=False):
+        row = part.set_index("k")
+        texts = []
+        for k in budgets:
+            beyond = row.loc[k, "ci_low"] > 0
+            text = f"{row.loc[k, 'psnr']:.2f} ({row.loc[k, 'gain']:+.2f})"
+            texts.append(rf"\textbf{{{text}}}" if beyond else text)
+        cells.append([LABELS[str(method)], *texts, f"{part['least'].min():+.2f}"])
+    head = ["Selection", *(f"$K={k}$" for k in budgets), "worst"]
+    count = found.groupby("k")["n"].first()
+    by_budget = ", ".join(f"{n} at $K={k}$" for k, n in count.items())
+    counted = by_budget if count.nunique() > 1 else str(count.iloc[0])
+    caption = (
+        rf"\textbf{{Untold, {TITLES[views]}.}} PSNR in dB where nobody says what will be rendered, "
+        "and in brackets the difference from uniform, bold where its 95\\% interval over scenes "
+        f"is above zero; last the worst scene. One frame in {EVERY} is held out and not announced, "
+        f"with {len(STARTS)} beginnings; {TOLD}: \\texttt{{fsel}} is told of them. "
+        f"Scenes: {counted}. {made_by(facts)}"
+    )
+    return plain_table(head, cells, caption=caption, label=f"tab:untold_{views}")
+
+
+def _draw(found: pd.DataFrame, figures: Sequence[str | Path]) -> None:
+    from matplotlib.figure import Figure
+
+    kinds = [views for views in TITLES if (found["views"] == views).any()]
+    figure = Figure(figsize=(3.6 * len(kinds), 3.4), layout="constrained")
+    for axis, views in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
+        part = found[(found["views"] == views) & (found["method"] != REFERENCE)]
+        for number, (method, line) in enumerate(part.groupby("method", sort=False)):
+            beside = SPREAD * (number - (part["method"].nunique() - 1) / 2)
+            reach = [line["gain"] - line["ci_low"], line["ci_high"] - line["gain"]]
+            style = BOLD if method == "fsel" else THIN
+            at, label = line["k"] + beside, LABELS[str(method)]
+            axis.errorbar(at, line["gain"], np.nan_to_num(reach), label=label, marker="o", **style)
+        axis.axhline(0, color="0.6", linewidth=0.8)
+        title = f"{TITLES[views]}, {found.loc[found['views'] == views, 'n'].max()} scenes"
+        axis.set(title=title, xlabel="frames picked", ylabel="dB over uniform")
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=7, frameon=False)
+    save(figure, figures)

@@ -1,0 +1,1 @@
+"""Image files and videos: their headers, pixels, previews, sharpness and matches."""

@@ -1,0 +1,126 @@
+"""Reduced images of many files: decoded at reduced size where the format allows, in parallel."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import cv2
+import numpy as np
+
+from fsel.images import files as image_files
+from fsel.images.sharpness import variance_of_laplacian
+
+SHARPNESS_SIDE = 480  # pixels at least: half a 4K frame's motion blur is still seen there
+MANY = 10_000  # files from which on half that size is enough: decoding is all that takes time
+GREY = {
+    1: cv2.IMREAD_GRAYSCALE,
+    2: cv2.IMREAD_REDUCED_GRAYSCALE_2,
+    4: cv2.IMREAD_REDUCED_GRAYSCALE_4,
+    8: cv2.IMREAD_REDUCED_GRAYSCALE_8,
+}
+COLOR = {
+    1: cv2.IMREAD_COLOR,
+    2: cv2.IMREAD_REDUCED_COLOR_2,
+    4: cv2.IMREAD_REDUCED_COLOR_4,
+    8: cv2.IMREAD_REDUCED_COLOR_8,
+}
+
+Progress = Callable[[Iterable, int], Iterable]
+"""(items, how many) -> the same items, with a progress bar."""
+
+
+def in_silence(items: Iterable, count: int) -> Iterable:
+    """The progress that shows nothing."""
+    return items
+
+
+def sharpness_of_files(
+    files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
+) -> np.ndarray:
+    """Variance of the Laplacian of each file's grey image, see `fsel.images.sharpness`.
+
+    Args:
+        files: N images of one camera, so that all are reduced alike.
+        longest: pixels of the images' longer side, as their cameras state it.
+        progress: wraps the loop.
+
+    Returns:
+        (N,) float64; comparable within a call only, since it depends on the reduced size.
+
+    Raises:
+        ValueError: for an unreadable image, named.
+    """
+    side = SHARPNESS_SIDE if len(files) < MANY else SHARPNESS_SIDE // 2
+    flag = GREY[_factor(longest, side)]
+
+    def measure(at: int) -> float:
+        return variance_of_laplacian(image_files.load(files[at], flag))
+
+    return np.array(in_turn(measure, files, progress))
+
+
+def sharpness_among(
+    files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
+) -> Callable[[np.ndarray], np.ndarray]:
+    """What measures some of the files, given their numbers, each once; see `sharpness_of_files`."""
+    known: dict[int, float] = {}
+
+    def measured(frames: np.ndarray) -> np.ndarray:
+        new = [frame for frame in frames.tolist() if frame not in known]
+        found = sharpness_of_files([files[frame] for frame in new], longest, progress)
+        known.update(zip(new, found.tolist(), strict=True))
+        return np.array([known[frame] for frame in frames.tolist()])
+
+    return measured
+
+
+def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes]:
+    """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`."""
+    flag = COLOR[_factor(longest, side)]
+
+    def shrink(at: int) -> bytes:
+        image = image_files.load(files[at], flag)
+        scale = min(1.0, side / max(image.shape[:2]))
+        size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
+        small = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
+        return cv2.imencode(".jpg", small[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1].tobytes()
+
+    return in_turn(shrink, files)
+
+
+def check_pixels(files: Sequence[image_files.Image]) -> None:
+    """Decode files, JPEGs at an eighth of their size, to refuse one that no decoder takes.
+
+    Frames of a video, which are decoded to be copied, are passed over.
+
+    Raises:
+        ValueError: naming the file.
+    """
+    files = [file for file in files if not isinstance(file, image_files.VideoFrame)]
+    in_turn(lambda at: image_files.check_pixels(files[at]), files)
+
+
+def _factor(longest: int, side: int) -> int:
+    """The largest reduction that leaves `side` pixels."""
+    return max(f for f in GREY if f == 1 or longest // f >= side)
+
+
+def in_turn(
+    work: Callable[[int], object],
+    files: Sequence[image_files.Image],
+    progress: Progress = in_silence,
+) -> list:
+    """Results of work on the number of every file, in order.
+
+    Files are worked on by threads, since decoding leaves the interpreter's lock; frames of a
+    video one after the other, since reading backwards starts it again. An error or an interruption
+    ends the call after what is under way.
+    """
+    film = any(isinstance(file, image_files.VideoFrame) for file in files)
+    pool = ThreadPoolExecutor(1 if film else len(os.sched_getaffinity(0)))
+    try:
+        return list(progress(pool.map(work, range(len(files))), len(files)))
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)

@@ -1,0 +1,164 @@
+"""Whether poses, cameras and images of a capture agree, measured at ingestion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fsel.colmap.undistortion import Lens, prepared
+from fsel.data.geometry import OPENGL_TO_OPENCV, invert_pose
+from fsel.data.points import grouped_rows
+from fsel.images import files as image_files
+from fsel.images.matching import choose_pairs, epipolar_distances, match
+from fsel.layouts.contract import RawCapture
+from fsel.layouts.nerfstudio import NEW_APPLIED_TRANSFORM, OLD_APPLIED_TRANSFORM
+
+PAIRS = 8
+MATCHING_LONG_SIDE = 640
+MIN_MATCHES = 60  # over all pairs, below which nothing is concluded
+SCALES = (0.125, 0.25, 0.5, 2.0, 4.0, 8.0)
+UNKNOWN = "poses and images (or points) that belong to different reconstructions"
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How well a capture's parts agree.
+
+    Attributes:
+        kind: `reprojection` of sparse points, `epipolar` distance of matches, or `none`.
+        median: pixels; nan for none.
+        p95: 95th percentile, pixels.
+        long_side: longer side in pixels of the images that these pixels are of.
+        count: observations or matches measured.
+        cause: the mistake that would explain a large median, in words.
+    """
+
+    kind: str
+    median: float
+    p95: float
+    long_side: int
+    count: int
+    cause: str = ""
+
+    def __str__(self) -> str:
+        if not self.count:
+            return "no sparse points and too few matches to check the poses with"
+        return (
+            f"{self.kind} error of median {self.median:.2f} px and 95th percentile {self.p95:.2f} "
+            f"px over {self.count}, in images of {self.long_side} px"
+        )
+
+    @property
+    def share(self) -> float:
+        """The median as a share of the longer side."""
+        return self.median / self.long_side
+
+
+def measure(raw: RawCapture, bound: float) -> Agreement:
+    """Reproject the sparse points or, where there are none, match a few pairs of frames.
+
+    Args:
+        raw: with valid poses.
+        bound: share of the images' longer side; above it the cause is looked for.
+    """
+    points = raw.sparse()
+    if points is not None and len(points.track_xy):
+        side = max(max(camera.width, camera.height) for camera in raw.cameras)
+        return _judged("reprojection", reprojection_errors, raw, side, bound)
+    matches = list(_matches(raw))
+    side = max((max(m[6]) for m in matches), default=MATCHING_LONG_SIDE)
+    if sum(len(m[2]) for m in matches) < MIN_MATCHES:
+        return Agreement("none", float("nan"), float("nan"), side, 0)
+    return _judged("epipolar", lambda r: _epipolar(r, matches), raw, side, bound)
+
+
+def _judged(
+    kind: str,
+    errors: Callable[[RawCapture], np.ndarray],
+    raw: RawCapture,
+    side: int,
+    bound: float,
+) -> Agreement:
+    found = errors(raw)
+    # not interpolated: between a number and the infinity of a point behind its camera lies nan
+    median, p95 = (float(v) for v in np.percentile(found, [50, 95], method="higher"))
+    cause = ""
+    if median > bound * side:
+        trials = {name: float(np.median(errors(changed))) for name, changed in _mistakes(raw)}
+        best = min(trials, key=trials.get)
+        cause = best if trials[best] <= bound * side else UNKNOWN
+    return Agreement(kind, median, p95, side, len(found), cause)
+
+
+def reprojection_errors(raw: RawCapture) -> np.ndarray:
+    """(L,) pixels between each observation and its point's projection; inf behind the camera."""
+    points = raw.sparse()
+    errors = np.full(len(points.track_xy), np.inf)
+    for frame, rows in enumerate(grouped_rows(points.track_frame, len(raw.names))):
+        pose = raw.world_to_camera[frame]
+        local = points.xyz[points.track_point[rows]] @ pose[:, :3].T + pose[:, 3]
+        ahead = local[:, 2] > 0
+        if ahead.any():
+            seen = np.asarray(raw.cameras[frame].colmap.img_from_cam(local[ahead]))
+            # the squares of a damaged camera's positions may be no numbers
+            errors[rows[ahead]] = np.hypot(*(seen - points.track_xy[rows[ahead]]).T)
+    return np.where(np.isnan(errors), np.inf, errors)
+
+
+def _matches(raw: RawCapture) -> Iterator[tuple]:
+    """(i, j, pixels in i, in j, intrinsics of i, of j, size) of some pairs, undistorted."""
+
+    def show(i: int) -> tuple[np.ndarray, Lens]:
+        image = image_files.load_for(raw.images[i], MATCHING_LONG_SIDE)
+        lens = prepared(Lens, raw.cameras[i], image, MATCHING_LONG_SIDE, raw.images[i])
+        return lens.straighten(image), lens
+
+    pairs = choose_pairs(raw.world_to_camera, PAIRS)
+    # in order, so that a video is read once
+    shown = {i: show(i) for i in sorted({i for pair in pairs for i in pair})}
+    for i, j in pairs:
+        (first, a), (second, b) = shown[i], shown[j]
+        xa, xb = match(first, second)
+        if len(xa):
+            yield i, j, xa, xb, a.intrinsics, b.intrinsics, a.size
+
+
+def _epipolar(raw: RawCapture, matches: list[tuple]) -> np.ndarray:
+    poses = raw.world_to_camera
+    return np.concatenate(
+        [
+            epipolar_distances(xa, xb, poses[i], poses[j], ka, kb)
+            for i, j, xa, xb, ka, kb, _ in matches
+        ]
+    )
+
+
+def _mistakes(raw: RawCapture) -> Iterator[tuple[str, RawCapture]]:
+    """The capture with each common mistake undone, and the mistake's name."""
+    poses = raw.world_to_camera
+    full = np.concatenate([poses, np.tile([[[0.0, 0, 0, 1]]], (len(poses), 1, 1))], axis=1)
+    turned = np.array([OPENGL_TO_OPENCV @ pose for pose in poses])
+    inverted = np.array([invert_pose(pose) for pose in poses])
+    both = np.array([invert_pose(pose @ np.diag([1.0, -1, -1, 1])) for pose in full])
+    yield "camera axes of OpenGL (y up, z back) taken for OpenCV's", _posed(raw, turned)
+    yield "camera-to-world poses taken for world-to-camera", _posed(raw, inverted)
+    yield "camera-to-world poses with OpenGL axes taken for world-to-camera", _posed(raw, both)
+    worlds = {"before": OLD_APPLIED_TRANSFORM, "since": NEW_APPLIED_TRANSFORM}
+    for name, applied in worlds.items():
+        world = np.vstack([applied, [0, 0, 0, 1]])
+        for matrix in (world, world.T):
+            what = (
+                f"the applied_transform of nerfstudio {name} January 2024, kept or undone wrongly"
+            )
+            yield what, _posed(raw, (full @ matrix)[:, :3])
+    points = raw.sparse()
+    for scale in SCALES if points is not None else ():
+        scaled = replace(points, track_xy=points.track_xy * scale)
+        what = f"intrinsics {scale:g} times as large as the pixels that points were seen at"
+        yield what, replace(raw, points=lambda _, scaled=scaled: scaled)
+
+
+def _posed(raw: RawCapture, poses: np.ndarray) -> RawCapture:
+    return replace(raw, world_to_camera=poses)

@@ -1,0 +1,119 @@
+"""A capture opened for its poses: what its files say, with images left on disk until asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from fsel.data.capture import Capture
+from fsel.images.previews import Progress, in_silence, in_turn
+from fsel.ingest.agreement import Agreement
+from fsel.ingest.canonical import ingest
+from fsel.ingest.read import read_raw
+from fsel.ingest.validate import sample, validated
+from fsel.layouts import LAYOUTS
+from fsel.layouts.contract import RawCapture
+from fsel.utils.limits import MAX_ERROR
+
+LONG_SIDE = 128  # pixels of the images that descriptors are made from
+
+
+@dataclass(frozen=True)
+class LazyCapture:
+    """A capture and the files behind it, both in the capture's order of frames.
+
+    Attributes:
+        layout: what it was recognised as.
+        raw: what the files say.
+        capture: poses, and images that are opened when indexed.
+        agreement: how well poses, cameras and images agree.
+        skipped: frames left out since their images are missing or unreadable, with the fault.
+    """
+
+    layout: str
+    raw: RawCapture
+    capture: Capture
+    agreement: Agreement
+    skipped: dict[str, str]
+
+    @property
+    def longest(self) -> int:
+        """Pixels of the images' longer side, as the first camera states it."""
+        return max(self.raw.cameras[0].width, self.raw.cameras[0].height)
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Frames that the capture names and cannot use, with the reason, but for `skipped`."""
+        gone = self.raw.dropped.items()
+        return {name: why for name, why in gone if name not in self.skipped}
+
+    def loaded(self, frames: np.ndarray, progress: Progress = in_silence) -> Capture:
+        """A capture of some frames alone, with their images in memory and the points they see.
+
+        Args:
+            frames: (n,) distinct frames, in the order they shall have.
+            progress: wraps the loop over the images.
+        """
+        capture, points = self.capture, self.raw.subset(frames.tolist()).sparse()
+        files = [self.raw.images[i] for i in frames]
+        images = in_turn(lambda at: capture.images[frames[at]], files, progress)
+        known = None if points is None else points.without_pixels()
+        return replace(capture.subset(frames, np.stack(images)), points=known)
+
+    def with_all_points(self) -> Capture:
+        """The capture, its images unopened, with the points that its frames see."""
+        points = self.raw.sparse()
+        return replace(self.capture, points=None if points is None else points.without_pixels())
+
+    def with_points(self) -> Capture:
+        """The capture, its images unopened, with the points that a sample of its frames see."""
+        drawn, raw = sample(self.raw)
+        points = raw.sparse()
+        if points is None:
+            return self.capture
+        kept = points.without_pixels()
+        return replace(self.capture, points=replace(kept, track_frame=drawn[kept.track_frame]))
+
+
+def open_images(opened: LazyCapture, frames: list[int], long_side: int) -> Capture:
+    """Some frames of an opened capture at another size, undistorted and opened when indexed."""
+    known = LAYOUTS[opened.layout]
+    source = Path(opened.capture.source)
+    return ingest(opened.raw.subset(frames), known, source, long_side, lazy=True)
+
+
+def open_capture(
+    path: str | Path,
+    layout: str = "auto",
+    long_side: int = LONG_SIDE,
+    max_error: float = MAX_ERROR,
+    *,
+    skip_unreadable: bool = False,
+) -> LazyCapture:
+    """Open a capture without opening its images, refusing all that `read_folder` refuses.
+
+    Args:
+        path: its folder.
+        layout: a key of `LAYOUTS`, or `auto` to recognise it.
+        long_side: pixels of the longer side of images that are opened later.
+        max_error, skip_unreadable: see `fsel.ingest.validate.validated`.
+
+    Raises:
+        FileNotFoundError: when the folder or its model is not there.
+        ValueError: for an unknown layout, or files that contradict themselves.
+    """
+    folder = Path(path)
+    known, raw = read_raw(folder, layout)
+    known_gone = raw.dropped
+    raw, agreement = validated(
+        raw,
+        f"{known.name} at {folder}",
+        long_side,
+        max_error,
+        skip_unreadable=skip_unreadable,
+    )
+    capture = ingest(raw, known, folder, long_side, lazy=True)
+    skipped = {name: why for name, why in raw.dropped.items() if name not in known_gone}
+    return LazyCapture(known.name, raw, capture, agreement, skipped)

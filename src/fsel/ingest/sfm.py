@@ -1,0 +1,235 @@
+"""Structure from motion on the CPU through pycolmap: points from known poses, poses from images."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from fsel.colmap.bindings import pycolmap
+from fsel.colmap.camera import Camera
+from fsel.colmap.observations import observed, points_of
+from fsel.colmap.runs import (
+    MIN_PLACED,
+    SEED,
+    THREADS,
+    Work,
+    build,
+    extract,
+    linked,
+    match,
+    match_pairs,
+)
+from fsel.data.capture import Capture
+from fsel.data.geometry import viewing_angles
+from fsel.data.points import SparsePoints
+from fsel.images import files as image_files
+from fsel.layouts import colmap
+from fsel.layouts.contract import RawCapture
+from fsel.utils.names import matched
+
+NEAREST = 48
+NEIGHBOURS = 12  # frames that each is matched with when poses are known
+MAX_ANGLE = np.radians(60)
+log = logging.getLogger(__name__)
+
+
+class NotPlaced(ValueError):
+    """COLMAP placed too few frames.
+
+    Attributes:
+        said: how many, without the place.
+    """
+
+    def __init__(self, image: image_files.Image, said: str) -> None:
+        super().__init__(f"{image}: {said}")
+        self.said = said
+
+
+def triangulate(capture: Capture) -> SparsePoints | None:
+    """Sparse points from SIFT matches of the capture's images and its known poses.
+
+    Args:
+        capture: undistorted; matching wants some 600 to 1000 pixels.
+
+    Returns:
+        Points in the capture's world, or None where no match triangulates.
+    """
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        names = _export(capture.images, folder / "images")
+        database = folder / "database.db"
+        extract(database, folder / "images", names, Work(), one_camera=False)
+        model = _posed_model(capture, names, database)
+        asked = [(names[i], names[j]) for i, j in neighbours(capture)]
+        match_pairs(database, asked, THREADS)
+        output = folder / "sparse"
+        output.mkdir()
+        options = pycolmap.IncrementalPipelineOptions(num_threads=THREADS, random_seed=SEED)
+        found = pycolmap.triangulate_points(
+            model, database, folder / "images", output, options=options
+        )
+        rows = {name: i for i, name in enumerate(names)}
+        seen = {key: rows[image.name] for key, image in found.images.items()}
+        points = points_of(observed(found), seen, capture.source)
+    log.info("%s: triangulated %d points", capture.source, len(points.xyz) if points else 0)
+    return points and points.without_pixels()
+
+
+def neighbours(capture: Capture) -> list[tuple[int, int]]:
+    """Pairs (i, j), i < j, of each frame and those of the nearest that look its way.
+
+    At most 12 a frame, from the 48 nearest, whose axes are within 60 degrees of its own.
+    """
+    from scipy.spatial import cKDTree  # here: slow to import, and seldom needed
+
+    near = min(NEAREST, len(capture))
+    _, order = cKDTree(capture.centers).query(capture.centers, k=near)
+    order = order.reshape(len(capture), near)
+    pairs = set()
+    for i, row in enumerate(order):
+        row = row[row != i]
+        alike = row[viewing_angles(capture.axes[i], capture.axes[row]) < MAX_ANGLE]
+        pairs |= {(min(i, j), max(i, j)) for j in alike[:NEIGHBOURS].tolist()}
+    return sorted(pairs)
+
+
+def _export(frames: np.ndarray, folder: Path) -> list[str]:
+    names = [f"{i:06d}.png" for i in range(len(frames))]
+    image_files.write(frames, folder, names)
+    return names
+
+
+def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap.Reconstruction:
+    """A model of the capture's poses without points, numbered as the database is.
+
+    The database's cameras, guessed from the images, are given the known intrinsics.
+    """
+    model = pycolmap.Reconstruction()
+    rows = {name: i for i, name in enumerate(names)}
+    with pycolmap.Database.open(str(database)) as stored:
+        for image in stored.read_all_images():
+            i = rows[image.name]
+            lens = Camera("PINHOLE", *capture.size, tuple(capture.intrinsics[i])).colmap
+            lens.camera_id = image.camera_id
+            stored.update_camera(lens)
+            model.add_camera_with_trivial_rig(lens)
+            pose = capture.world_to_camera[i]
+            rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
+            posed = pycolmap.Image(
+                image_id=image.image_id, name=image.name, camera_id=image.camera_id
+            )
+            model.add_image_with_trivial_frame(posed, rigid)
+    return model
+
+
+def estimate(capture: Capture) -> tuple[np.ndarray, np.ndarray, SparsePoints]:
+    """Poses and points from a capture's images and intrinsics; see `reconstruct`.
+
+    Args:
+        capture: undistorted; matching wants some 500 to 1000 pixels.
+
+    Returns:
+        (n,) frames that were placed, ascending; their (n, 3, 4) world-to-camera; and points whose
+        tracks number those n frames.
+    """
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        files = [folder / file for file in _export(capture.images, folder)]
+        cameras = [Camera("PINHOLE", *capture.size, tuple(k)) for k in capture.intrinsics]
+        raw = RawCapture(
+            list(capture.names), files, capture.world_to_camera, cameras, list(capture.sequences)
+        )
+        found = reconstruct(raw, known_cameras=True)
+    rows = {name: i for i, name in enumerate(capture.names)}
+    kept = np.array([rows[name] for name in found.names])
+    return kept, found.world_to_camera, found.sparse().without_pixels()
+
+
+def reconstruct(
+    raw: RawCapture, *, known_cameras: bool = False, work: Work | None = None
+) -> RawCapture:
+    """Poses, cameras and points from the images alone; see `place`.
+
+    Returns:
+        The frames that were placed; the others are dropped.
+    """
+    model = place(raw, known_cameras=known_cameras, work=work)
+    return with_model(raw, model, "not placed by COLMAP")
+
+
+def place(
+    raw: RawCapture, *, known_cameras: bool = False, work: Work | None = None
+) -> pycolmap.Reconstruction:
+    """The largest model that COLMAP builds from a capture's images, its images named as the frames.
+
+    The world is COLMAP's own; nothing is aligned to poses that the capture came with.
+
+    Args:
+        raw: of which names and images are used.
+        known_cameras: whether its cameras are too, and held; without, one is found for all frames.
+        work: how; in one thread and in silence, forgetting everything, if None.
+
+    Raises:
+        ValueError: when fewer than three frames could be placed.
+    """
+    work = work or Work()
+    with work.place() as folder:
+        names = linked(raw.images, folder / "images")
+        database = folder / "database.db"
+        extract(database, folder / "images", names, work, one_camera=not known_cameras)
+        if known_cameras:
+            _state(dict(zip(names, raw.cameras, strict=True)), database)
+        match(database, names, work)
+        models = build(database, folder, len(names), work, refine=not known_cameras)
+        placed = max((m.num_reg_images() for m in models.values()), default=0)
+        log.info("COLMAP placed %d of %d frames", placed, len(names))
+        if placed < MIN_PLACED:
+            raise NotPlaced(raw.images[0], f"COLMAP placed {placed} of {len(names)} frames")
+        model = max(models.values(), key=lambda m: m.num_reg_images())
+        rows = {name: i for i, name in enumerate(names)}
+        for image in model.images.values():
+            image.name = raw.names[rows[image.name]]
+    return model
+
+
+def _state(cameras: dict[str, Camera], database: Path) -> None:
+    """Replace the database's cameras, guessed from the images, by the known ones."""
+    with pycolmap.Database.open(str(database)) as stored:
+        for image in stored.read_all_images():
+            lens = cameras[image.name].colmap
+            lens.camera_id = image.camera_id
+            lens.has_prior_focal_length = True
+            stored.update_camera(lens)
+
+
+def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:
+    """The capture's images with another model's poses, cameras and points, matched by name.
+
+    Args:
+        raw: whose own poses are put aside.
+        model: whose image names are the capture's, or their file names or stems.
+        reason: why a frame that the model lacks is dropped.
+
+    Raises:
+        ValueError: when no image of the model is one of the capture's.
+    """
+    posed = {image.name: image for image in model.images.values() if image.has_pose}
+    rows = matched(raw.names, sorted(posed))
+    if not rows:
+        raise ValueError(f"none of the model's images {sorted(posed)[:3]} is in the capture")
+    kept = sorted(rows.values())
+    found = [posed[name] for name in sorted(rows, key=rows.get)]
+    ids, seen = [image.image_id for image in found], cache(lambda: observed(model))
+    return replace(
+        raw.subset(kept, reason),
+        world_to_camera=np.array([image.cam_from_world().matrix() for image in found]),
+        cameras=[colmap.camera_of(model.cameras[image.camera_id]) for image in found],
+        points=lambda asked: points_of(
+            seen(), {ids[row]: at for at, row in enumerate(asked)}, "the model"
+        ),
+    )

@@ -1,0 +1,1 @@
+"""Files, tables, registries, seeds, names and limits: what every part uses."""

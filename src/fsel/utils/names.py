@@ -1,0 +1,27 @@
+"""Names of frames: their natural order, and which of two lists are the same."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+
+def matched(names: list[str], others: list[str]) -> dict[str, int]:
+    """Which of `names` each of `others` is: by whole names, else by file names, else by stems.
+
+    A way of comparing under which two of `names`, or two of `others`, are alike is passed over.
+
+    Returns:
+        Other name -> index into `names`, for those that are found.
+    """
+    for key in (str, lambda name: Path(name).name, lambda name: Path(name).stem):
+        rows = {key(name): i for i, name in enumerate(names)}
+        found = {other: rows[key(other)] for other in others if key(other) in rows}
+        if found and len(rows) == len(names) and len(set(found.values())) == len(found):
+            return found
+    return {}
+
+
+def natural(name: str) -> list[tuple[int, str]]:
+    """Sort key: digit runs compare as numbers."""
+    return [(int(p), "") if p.isdigit() else (-1, p) for p in re.split(r"(\d+)", name) if p]

@@ -1,0 +1,149 @@
+"""Text, JSON and numbers out of files, refused by the name of the file and of the field."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+MOST_MISSING = 100_000  # images without files: more have another cause than files that were lost
+LEAST_TURN = 0.5  # length of a quaternion; others off from 1 are refused as matrices
+
+
+def regular(path: Path) -> Path:
+    """A path, refused where it leads to a device or a pipe, which have no end.
+
+    Raises:
+        OSError: without the path, for whoever reads the file and names it.
+    """
+    if path.exists() and not path.is_file():
+        raise OSError("not a regular file")
+    return path
+
+
+def read_text(path: Path) -> str:
+    """A text file, naming it when it cannot be read."""
+    try:
+        return regular(path).read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise ValueError(f"{path}: no such file") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: is no text file") from error
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path}: not readable as text ({error})") from error
+
+
+def member(entry: object, key: str, path: Path, where: str = "") -> object:
+    """A value of a JSON object, naming file and field when it is not there."""
+    if not isinstance(entry, dict) or entry.get(key) is None:
+        raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} is missing")
+    return entry[key]
+
+
+def text(entry: object, key: str, path: Path, where: str = "") -> str:
+    """The same for a value that must be a string."""
+    value = member(entry, key, path, where)
+    if not isinstance(value, str):
+        raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} must be a string")
+    return value
+
+
+def numbers(value: object, shape: tuple[int, ...], path: Path, what: str) -> np.ndarray:
+    """A JSON value as a float64 array of a given shape, naming file and field otherwise."""
+    try:
+        found = np.array(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        found = np.empty(0)
+    if found.shape != shape:
+        wanted = "x".join(map(str, shape)) or "one number"
+        raise ValueError(f"{path}: {what} must be {wanted}, got {repr(value)[:80]}")
+    return found
+
+
+def number(value: object, path: Path, what: str) -> float:
+    """A JSON value as a finite number, naming file and field otherwise."""
+    found = float(numbers(value, (), path, what))
+    if not math.isfinite(found):
+        raise ValueError(f"{path}: {what} must be finite, got {found}")
+    return found
+
+
+def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:
+    """Refuse a quaternion far from unit length, which normalising could make any turn, or none.
+
+    Raises:
+        ValueError: naming the file and `what` holds it.
+    """
+    length = math.hypot(*quaternion)
+    if not LEAST_TURN < length < 1 / LEAST_TURN:
+        raise ValueError(
+            f"{path}: {what} has a quaternion of length {length:.3g}, which is no rotation; "
+            "allowed: 1"
+        )
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Parse a JSON object, naming the file when that fails."""
+    try:
+        content = json.loads(regular(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise ValueError(f"{path}: not readable as JSON ({error})") from error
+    if not isinstance(content, dict):
+        raise ValueError(f"{path}: expected a JSON object, got {type(content).__name__}")
+    return content
+
+
+def inside(folder: Path, relative: str | Path, source: Path) -> Path:
+    """A path that a file names, refused where it leads out of the capture."""
+    path = Path(os.path.normpath(folder / relative))
+    if not path.is_relative_to(os.path.normpath(folder)):
+        raise ValueError(f"{source}: file_path {str(relative)!r} leads outside {folder}")
+    return path
+
+
+def check_number(folder: Path, count: int, source: Path) -> None:
+    """Refuse a folder that lacks most files of a large capture, before anything else is read.
+
+    Every image has a file of its own, so that no name is looked at. A folder that holds links to
+    folders is not judged.
+
+    Args:
+        folder: that the images lie below.
+        count: images that there shall be.
+        source: what says so.
+
+    Raises:
+        ValueError: where more than `MOST_MISSING` files are missing.
+    """
+    if count <= MOST_MISSING:
+        return
+    files = 0
+    for place, folders, names in os.walk(folder):
+        if any(Path(place, name).is_symlink() for name in folders):
+            return
+        files += len(names)
+    if count - files > MOST_MISSING:
+        raise ValueError(
+            f"{folder}: {files:,} files, and {count:,} images are in {source}. Hint: are the "
+            "images of this capture there?"
+        )
+
+
+def read_matrix(path: Path) -> np.ndarray:
+    """(4, 4) numbers of a text file, whatever its line breaks; -inf and nan are numbers.
+
+    Raises:
+        ValueError: when the file is missing, holds something else, or another count of numbers.
+    """
+    try:
+        values = np.array(regular(path).read_text().split(), np.float64)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path}: not readable as numbers ({error})") from error
+    if values.size != 16:
+        raise ValueError(f"{path}: expected a 4x4 matrix, got {values.size} numbers")
+    return values.reshape(4, 4)

@@ -1,0 +1,199 @@
+"""What every script of the workflow shares: its arguments, its log, its threads.
+
+The only module that touches the `snakemake` object.
+"""
+
+from __future__ import annotations
+
+import inspect
+import logging
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+
+import cv2
+
+from fsel.utils import checksums
+from fsel.utils.files import digest
+
+CAPTURE = ("frames", "points", "images", "masks", "descriptors")  # files of a canonical capture
+LIBRARY = "lib"
+POLL = 1.0  # seconds between looks for the parent process
+
+logger = logging.getLogger("fsel")
+
+
+@contextmanager
+def job(snakemake) -> Iterator[str]:
+    """Run a script's body as a job: logged to `snakemake.log[0]`, within its threads.
+
+    The signal TERM, by which a cluster ends jobs, is a line of the log and exit code 143.
+
+    Args:
+        snakemake: the object that Snakemake hands to a script.
+
+    Yields:
+        The digest of the job's parameters, which its tables carry.
+    """
+    _end_with_parent()
+    path = Path(snakemake.log[0])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handler = logging.FileHandler(path, mode="w")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    root = logging.getLogger()
+    root.addHandler(handler)
+    root.setLevel(logging.INFO)
+    logging.captureWarnings(True)
+    cv2.setNumThreads(snakemake.threads)
+    previous = signal.signal(signal.SIGTERM, _terminate)
+    started = time.perf_counter()
+    try:
+        yield digest(dict(snakemake.params.items()))
+        # start-up and programs that were run included, which the clock here does not see
+        used = sum(os.times()[:4])
+        elapsed = time.perf_counter() - started
+        logger.info("done in %.1f s, %.1f s of the processor", elapsed, used)
+    except checksums.Damaged as error:
+        logger.error("%s", error)
+        raise SystemExit(str(error)) from error  # a line, where a traceback would hide it
+    except _Terminated:
+        logger.error("ended by the signal TERM")
+        raise
+    except BaseException:
+        logger.exception("failed")
+        raise
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+        root.removeHandler(handler)
+        handler.close()
+
+
+def run(snakemake, function: Callable[..., None]) -> None:
+    """Call a stage as a job, its parameters taken by name from the rule.
+
+    Inputs are compared with their checksums before, outputs get theirs after.
+
+    Args:
+        snakemake: the object that Snakemake hands to a script.
+        function: see `arguments` for where its parameters come from.
+
+    Raises:
+        TypeError: for a parameter that the rule lacks, or something of the rule that no parameter
+            takes.
+    """
+    with job(snakemake) as config:
+        found = arguments(snakemake, function, config)
+        for path in snakemake.input:
+            checksums.check(path)
+        function(**found)
+        for path in snakemake.output:
+            checksums.write(path)
+
+
+def arguments(snakemake, function: Callable[..., None], config: str) -> dict[str, object]:
+    """What a rule has for each parameter of a function, as it is: nothing is converted.
+
+    A parameter is the input, output or param of its name. Otherwise it is
+
+    - `folder`: the folder that the rule's `frames`, `points`, `images`, `masks` and `descriptors`
+      lie in, files of one canonical capture; `folders` where they are of several captures, one
+      folder each; `x_folder` and `x_folders` of `x_frames` and so on;
+    - `inputs`: every input file; `threads`; `config`: the digest of the rule's params;
+    - a wildcard.
+
+    Inputs named `lib` are sources that the rule depends on, and no arguments.
+
+    Raises:
+        TypeError: for a parameter without a value, and for an input, output or param that no
+            parameter takes.
+    """
+    where = f"rule {snakemake.rule}, function {function.__qualname__}"
+    given = _given(snakemake, where)
+    folders = _folders(snakemake, where)
+    further = {"inputs": list(snakemake.input), "threads": snakemake.threads, "config": config}
+    further = dict(snakemake.wildcards.items()) | further
+    found, left = {}, set(given)
+    for name, parameter in inspect.signature(function).parameters.items():
+        if name in given:
+            found[name] = given[name]
+            left.discard(name)
+        elif name in folders:
+            found[name], files = folders[name]
+            left -= files
+        elif name in further:
+            found[name] = further[name]
+        elif parameter.default is inspect.Parameter.empty:
+            raise TypeError(
+                f"{where}: parameter {name!r} has no value; the rule names {sorted(given)}, "
+                f"folders {sorted(folders)} and wildcards {sorted(snakemake.wildcards.keys())}"
+            )
+    if left:
+        allowed = list(inspect.signature(function).parameters)
+        raise TypeError(
+            f"{where}: {sorted(left)} of the rule are no parameters; those are {allowed}"
+        )
+    return found
+
+
+def _given(snakemake, where: str) -> dict[str, object]:
+    """Name -> value of the rule's inputs, outputs and params, `lib` left out."""
+    given: dict[str, object] = {}
+    for kind in ("input", "output", "params"):
+        named = dict(getattr(snakemake, kind).items())
+        values = [v for value in named.values() for v in (value if _is_list(value) else [value])]
+        if kind != "params" and len(values) < len(getattr(snakemake, kind)):
+            unnamed = [path for path in getattr(snakemake, kind) if path not in values]
+            raise TypeError(f"{where}: {kind} {unnamed} without a name")
+        for name in named.keys() & given.keys():
+            raise TypeError(f"{where}: {name!r} is named twice, the second time in {kind}")
+        given |= named
+    return {name: value for name, value in given.items() if name != LIBRARY}
+
+
+def _folders(snakemake, where: str) -> dict[str, tuple[object, set[str]]]:
+    """Name of a parameter -> the folder, or folders, of captures, and the names of their files."""
+    found: dict[str, tuple[object, set[str]]] = {}
+    for name, value in [*snakemake.input.items(), *snakemake.output.items()]:
+        prefix, _, file = name.rpartition("_")
+        if file not in CAPTURE:
+            continue
+        several = _is_list(value)
+        folder = [str(Path(p).parent) for p in value] if several else str(Path(value).parent)
+        key = f"{prefix}_folder".lstrip("_") + "s" * several
+        known, files = found.get(key, (folder, set()))
+        if known != folder:
+            raise TypeError(f"{where}: {name!r} lies in {folder}, {sorted(files)} in {known}")
+        found[key] = folder, files | {name}
+    return found
+
+
+def _is_list(value: object) -> bool:
+    return isinstance(value, list | tuple)
+
+
+class _Terminated(SystemExit):
+    """The process was asked to end."""
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    raise _Terminated(128 + number)
+
+
+def _end_with_parent() -> None:
+    """End this process soon after Snakemake's own: a killed run must leave no job behind.
+
+    A job that outlived a killed run would write its output beside the run that replaces it.
+    """
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(POLL)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

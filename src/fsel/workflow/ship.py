@@ -1,0 +1,41 @@
+"""Put what was trained into the package: `python -m fsel.workflow.ship FILE...`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from fsel.request import budget
+from fsel.selector import pretrained
+from fsel.utils.files import write_text
+
+
+def ship(paths: Iterable[str | Path], folder: Path = pretrained.FOLDER) -> None:
+    """Write scorers with their provenance, and what the adaptive budget predicts by.
+
+    Args:
+        paths: what the workflow made: scorers of `fsel.selector.pretrained.FILES`, each of which
+            takes the place of that of its policy, and budget.json.
+        folder: of the package.
+
+    Raises:
+        ValueError: for a scorer that does not come with the package, or that
+            `fsel.selector.pretrained.own` refuses; then nothing is written.
+    """
+    records = [path for path in paths if Path(path).name == budget.RECORD]
+    scorers = {path: pretrained.own(path) for path in paths if path not in records}
+    for path, method in scorers.items():
+        if method.name not in pretrained.FILES:
+            raise ValueError(
+                f"{path}: made for the policy {method.name!r}; those that come with the package "
+                f"are {', '.join(pretrained.FILES)}"
+            )
+    for method in scorers.values():
+        method.scorer.save(folder / pretrained.FILES[method.name])
+    for path in records:
+        write_text(Path(path).read_text(encoding="utf-8"), folder / budget.RECORD)
+
+
+if __name__ == "__main__":
+    ship(sys.argv[1:])

@@ -1,0 +1,65 @@
+"""The selectors beside the search: hand-worked values."""
+
+import numpy as np
+import pandas as pd
+from evaluation_files import FACTS, written
+
+from fsel.experiments.paper.ga_vs_learned import compare_with_search, ga_vs_learned
+
+
+def searched_cells() -> pd.DataFrame:
+    values = {
+        "average_random": [18.0, 18.0],
+        "average_search": [19.0, 19.5],
+        "random_search": [20.0, 20.5],
+        "search": [21.0, 22.0],
+        "less_is_more": [21.5, 21.5],
+        "fsel": [22.0, 23.0],
+        "fvs": [1.0, 1.0],
+    }
+    rows = [("d", f"s{i}", "draw0", m, 20, v) for m, vs in values.items() for i, v in enumerate(vs)]
+    # a draw that the search was not run on
+    rows.append(("d", "s0", "draw1", "less_is_more", 20, 99.0))
+    return pd.DataFrame(rows, columns=["dataset", "scene", "draw", "method", "k", "psnr"])
+
+
+def test_selectors_against_the_search_by_hand():
+    table = compare_with_search(searched_cells()).set_index("method")
+    assert "fvs" not in table.index
+    assert table.loc["less_is_more", ["mean", "difference", "ahead", "n"]].tolist() == [
+        21.5,
+        0.0,
+        1,
+        2,
+    ]
+    assert table.loc["fsel", ["mean", "difference", "ahead"]].tolist() == [22.5, 1.0, 2]
+    assert table.loc["average_random", "difference"] == -3.5
+    assert np.isnan(table.loc["search", "difference"])
+
+
+def test_average_subsets_are_means_over_what_a_search_met(tmp_path):
+    cells = searched_cells().query("draw == 'draw0'")
+    kept = cells[~cells["method"].str.startswith("average")]
+    values, found = {}, {}
+    for (scene, draw), part in kept.groupby(["scene", "draw"]):
+        psnr = {(r.method, 0, 20): r.psnr for r in part.itertuples()}
+        found[scene, draw] = {key: psnr.pop(key) for key in list(psnr) if "search" in key[0]}
+        values[scene, draw] = psnr
+    searched = []
+    for scene in ("s0", "s1"):
+        rows = [("search", 0, 10.0), ("search", 1, 20.0), ("random_search", 0, 12.0)]
+        table = pd.DataFrame(rows, columns=["method", "generation", "psnr"])
+        path = tmp_path / f"{scene}.searched"
+        table.assign(ssim=0.5, gmsd=0.1).to_parquet(path)
+        searched.append(path)
+    outputs = tmp_path / "t.tex", tmp_path / "t.csv"
+    problems, paths = written(tmp_path, values)
+    (tmp_path / "oracles").mkdir()
+    _, oracles = written(tmp_path / "oracles", found)
+    settings = {"problems": problems, "k": 20, "facts": FACTS}
+    ga_vs_learned(paths, oracles, searched, *outputs, **settings)
+    means = pd.read_csv(outputs[1]).set_index("method")["mean"]
+    assert means[["average_search", "average_random"]].tolist() == [15.0, 12.0]
+    text = outputs[0].read_text()
+    assert "reconstruct 2 subsets" in text
+    assert "1 of 2" in next(line for line in text.splitlines() if "Ours" in line)

@@ -1,0 +1,95 @@
+"""Picks follow neither the world's frame and unit, nor the order of frames, nor the threads."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from selection_problems import permuted, random_problem
+
+from fsel.baselines import METHODS
+from fsel.experiments.studies.hard_cases.worlds import moved, random_weights
+from fsel.selector import plain, pretrained
+from fsel.selector.greedy import greedy
+from fsel.selector.policies import POLICIES
+from fsel.selector.scorer import Network
+
+K = 12
+SCORERS = {
+    "less_is_more": lambda: Network(random_weights(3)),
+    "less_is_more_no_appearance": lambda: Network(random_weights(4)),
+    "fsel": lambda: pretrained.method().scorer,
+}
+LOOPS = {"compiled": greedy, "plain": plain.greedy}
+policies = pytest.mark.parametrize("policy", SCORERS)
+loops = pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
+seeds = st.integers(0, 2**32 - 1)
+# compiling is slow, and a time limit would fail on a busy machine
+unhurried = settings(max_examples=25, deadline=None, derandomize=True)
+
+
+def picked(loop, policy, problem):
+    prepared = POLICIES[policy].prepare(problem)
+    return prepared.pool[loop(prepared, SCORERS[policy](), K)[0]]
+
+
+@loops
+@policies
+@unhurried
+@given(seed=seeds, power=st.floats(-6, 6), shift=st.floats(0, 1e4))
+def test_neither_the_frame_nor_the_unit_of_the_world(loop, policy, seed, power, shift):
+    rng = np.random.default_rng(seed)
+    problem, scale = random_problem(40, seed), 10.0**power
+    rotation = Rotation.random(rng=rng).as_matrix()
+    # rounding grows with the distance from the origin: far, in units of the scene, but not endless
+    other = moved(problem, rotation, rng.normal(size=3) * shift * scale, scale)
+    want = picked(loop, policy, problem)
+    np.testing.assert_array_equal(picked(loop, policy, other), want)
+
+
+@loops
+@policies
+@unhurried
+@given(seed=seeds)
+def test_nor_the_order_of_frames(loop, policy, seed):
+    problem = random_problem(40, seed)
+    order = np.random.default_rng(seed).permutation(40)
+    other = picked(loop, policy, permuted(problem, order))
+    np.testing.assert_array_equal(order[other], picked(loop, policy, problem))
+
+
+PROGRAM = """
+import numpy as np
+from fsel.baselines import METHODS
+from fsel.selector.policies import POLICIES
+from fsel.data.problem import checked_select
+from fsel.selector.greedy import greedy
+from fsel.experiments.studies.hard_cases.worlds import random_weights, world
+from fsel.selector import pretrained
+from fsel.selector.scorer import Network
+
+problem = world(1200)
+for name, policy in POLICIES.items():
+    scorer = pretrained.method().scorer if name == "fsel" else Network(random_weights(3))
+    print(*greedy(policy.prepare(problem), scorer, 40)[0])
+for method in METHODS.values():
+    print(*checked_select(method, problem, 12, np.random.default_rng(0)))
+"""
+
+
+def test_nor_the_number_of_threads():
+    told = set()
+    for threads in ("1", "3"):
+        names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+        environment = {**os.environ, **dict.fromkeys(names, threads)}
+        done = subprocess.run(
+            [sys.executable, "-c", PROGRAM], capture_output=True, text=True, env=environment
+        )
+        assert done.returncode == 0, done.stderr
+        assert len(done.stdout.splitlines()) == len(POLICIES) + len(METHODS)
+        told.add(done.stdout)
+    assert len(told) == 1

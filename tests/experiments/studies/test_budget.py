@@ -1,0 +1,127 @@
+"""The adaptive budget beside fixed ones: the fit, the comparison, from a capture to the table."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from described_scene import write_scene
+
+from fsel.experiments.studies.budget import (
+    MEAN,
+    at_same_number,
+    budget,
+    evaluate_budgets,
+    means,
+    select_budgets,
+)
+from fsel.experiments.studies.budget_curves import (
+    SHIFTS,
+    compare_thresholds,
+    evaluate_curves,
+    fit_budget,
+    fit_worth,
+    select_curves,
+)
+from fsel.request.budget import predicted
+from fsel.selector.pretrained import FILES, FOLDER
+
+WORTH = np.array([4.0, 2.0, 1.0])
+RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
+FACTS = {
+    "embedded": ["DL3DV"], "real": [], "reconstructor": "splats", "long_side": 32,
+    "descriptor": "lab_hog", "draws": 1,
+}  # fmt: skip
+
+
+def curves_of(reach, scenes=("a", "b"), last=20):
+    """Exact curves under WORTH: shifts fall in proportion to k, to zero at `reach` picks."""
+    tables = []
+    for number, scene in enumerate(scenes):
+        for coverage, end in reach.items():
+            k = np.arange(last + 1)
+            left = np.maximum(1 - k / end, 0)
+            table = pd.DataFrame({"dataset": scene, "scene": "s", "coverage": coverage, "k": k})
+            table[SHIFTS] = np.column_stack([left, left**2, left**3])
+            quality = predicted(table[SHIFTS].to_numpy(), WORTH)
+            psnr = np.where(k >= 2, 20 + number + quality, np.nan)  # every scene at its own level
+            tables.append(table.assign(repeat=0, psnr=psnr))
+    return pd.concat(tables, ignore_index=True)
+
+
+def test_the_fit_finds_what_made_the_curves():
+    np.testing.assert_allclose(fit_worth(curves_of({25: 6, 100: 15})), WORTH, rtol=1e-6)
+
+
+def test_a_budget_of_its_own_pays_where_requests_differ():
+    alike = compare_thresholds(curves_of({100: 12}), [0.01]).iloc[0]
+    assert alike["frames"] == 12
+    assert alike["deviation"] == 0
+    assert alike["lead"] == pytest.approx(0)
+    # 4 and 12 frames reach all that there is to reach; 8 for both lack a third of the way for one
+    differing = compare_thresholds(curves_of({25: 4, 100: 12}), [0.01]).iloc[0]
+    assert (differing["frames"], differing["deviation"]) == (8, 4)
+    missing = WORTH @ [1 / 3, 1 / 9, 1 / 27]
+    assert differing["lead"] == pytest.approx(missing / 2)
+
+
+def test_means_are_over_draws_then_over_scenes():
+    rows = []
+    for scene, draw, k, psnr in (("a", 0, 4, 20.0), ("a", 1, 6, 22.0), ("b", 0, 9, 27.0)):
+        rows.append({"scene": scene, "draw": draw, "rule": "auto", "k": k, "psnr": psnr})
+        for budget_, level in ((4, 20.0), (8, 24.0)):
+            rows.append({**rows[-1], "rule": "fixed", "k": budget_, "psnr": level})
+    found = means(pd.DataFrame(rows).assign(seconds=0.1, bytes=32), "scene")
+    auto = found[found["rule"] == "auto"].set_index("request")
+    assert auto["k"].to_dict() == {"a": 5, "b": 9, MEAN: 7}
+    assert auto.loc[MEAN, "psnr"] == 24
+    assert at_same_number(found) == (7, 23)
+    frames, psnr = at_same_number(found.replace({"budget": 8}, 6))
+    assert (frames, np.isnan(psnr)) == (7, True)  # beyond 4 and 6
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A small canonical capture with descriptors and one draw of targets."""
+    return write_scene(tmp_path_factory.mktemp("scene"))
+
+
+def test_from_a_capture_to_the_table(scene, tmp_path):
+    curves, fitted = tmp_path / "curves.parquet", tmp_path / "budget.json"
+    common = {"reconstruction": RECONSTRUCTION, "seed": 0, "config": "c"}
+    weights, picks = FOLDER / FILES["fsel"], tmp_path / "picks.parquet"
+    select_curves(scene, weights, picks, coverages=[25, 60], seed=0, config="c")
+    evaluate_curves(scene, picks, curves, **common)
+    table = pd.read_parquet(curves)
+    assert table.groupby(["coverage", "repeat"])["psnr"].count().eq(9).all()  # 4 to 30 of 31
+    scenes = [("dl3dv", "train00")]
+    fit_budget([curves], fitted, tmp_path / "choice.csv", scenes=scenes, config="c")
+    worth = json.loads(fitted.read_text())["worth"]
+    assert len(worth) == 3
+    assert min(worth) >= 0
+    assert sum(worth) > 1
+    choice = pd.read_csv(tmp_path / "choice.csv")
+    assert choice["frames"].is_monotonic_decreasing
+    measured = tmp_path / "budgets.parquet"
+    auto = {"threshold": 0.05, "memory": 6 * 32 * 24 * 32}
+    asked = {"budgets": [5, 10], "coverages": [25], "auto": auto}
+    splits = [scene / "split.parquet"]
+    asked |= {"seed": 0, "long_side": 32, "config": "c"}
+    select_budgets(scene, splits, weights, fitted, picks, **asked)
+    evaluate_budgets(scene, splits, picks, measured, **common)
+    rows = pd.read_parquet(measured).set_index(["coverage", "rule"])
+    assert (rows.loc[[(0, "memory"), (25, "memory")], "k"] <= 6).all()
+    assert (rows["bytes"] <= rows["k"] * 32 * 24 * 32).all()
+    outputs = tmp_path / "budget.tex", tmp_path / "budget.csv"
+    settings = {"scenes": [("dl3dv", "evaluation00")], "datasets": {"dl3dv": "DL3DV"}}
+    budget([measured], *outputs, **settings, auto=auto, facts=FACTS)
+    text = outputs[0].read_text()
+    assert text.count(r"\begin{table}") == 2
+    assert "DL3DV, 00 & " in text
+    assert r"25\% & " in text
+    numbers = pd.read_csv(outputs[1])
+    assert set(numbers["rule"]) == {"auto", "memory", "fixed"}
+    kept = rows.loc[(25, "auto"), "k"].item()
+    of_sizes = numbers[(numbers["requests"] == "sizes") & (numbers["rule"] == "auto")]
+    assert of_sizes["k"].eq(kept).all()
+    assert list(of_sizes["request"]) == ["25%", MEAN]

@@ -1,0 +1,282 @@
+"""Selection times, and speed against error."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from described_scene import write_scene
+from selection_problems import random_capture, random_problem, with_points
+
+from fsel.baselines import METHODS
+from fsel.data.capture import Capture, Views
+from fsel.experiments.studies.bench import Bench, depth_error, halved, rendered_inverse_depth
+from fsel.experiments.studies.economy import SAVINGS, economy
+from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
+from fsel.experiments.studies.speed_error import progress, speed_error
+from fsel.experiments.studies.speed_settings import speed_settings
+from fsel.experiments.studies.true_depth import true_depth
+from fsel.metrics import METRICS
+from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.splats import SplatModel
+from fsel.reconstruct.splats.culling import seen_by
+from fsel.report.latex import plain_table
+from fsel.report.speed import gaps
+from fsel.synthesis import record
+
+RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
+GENERATED = {"family": "dl3dv", "seed": 3, "recorded": 40}
+ENDINGS = ("tex", "csv", "pdf", "png")
+APPEARANCE = {"kind": "lab_hog", "weights": None}
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A small canonical capture with descriptors and one draw of targets."""
+    return write_scene(tmp_path_factory.mktemp("scene"))
+
+
+def test_a_path_at_twice_the_rate_has_its_frames_and_their_midpoints():
+    capture = random_capture(6)
+    dense, old = refilmed(capture, 11)
+    np.testing.assert_allclose(dense.world_to_camera[::2], capture.world_to_camera, atol=1e-12)
+    middle = (capture.centers[1:] + capture.centers[:-1]) / 2
+    np.testing.assert_allclose(dense.centers[1::2], middle, atol=1e-12)
+    rotation = dense.world_to_camera[1::2, :, :3]
+    # halfway between two rotations is as far from one as from the other
+    gaps_to = [
+        np.linalg.norm(rotation - capture.world_to_camera[side, :, :3], axis=(1, 2))
+        for side in (slice(None, -1), slice(1, None))
+    ]
+    np.testing.assert_allclose(*gaps_to)
+    np.testing.assert_array_equal(old[::2], np.arange(6))
+    np.testing.assert_array_equal(dense.images[[0, 4, 10]], capture.images[[0, 2, 5]])
+
+
+def test_a_new_frame_sees_what_its_old_one_saw():
+    capture = with_points(random_problem(12)).capture
+    points = capture.points
+    dense, old = refilmed(capture, 20)
+    for frame in range(20):
+        seen = dense.points.track_point[dense.points.track_frame == frame]
+        expected = points.track_point[points.track_frame == old[frame]]
+        np.testing.assert_array_equal(np.sort(seen), np.sort(expected))
+
+
+def described(n):
+    rng = np.random.default_rng(0)
+    return random_capture(n), rng.random((n, 3)).astype(np.float32), rng.random(n)
+
+
+@pytest.mark.parametrize("pool", [12, 40, 300])
+def test_a_problem_has_the_asked_pool(pool):
+    problem = problem_of_size(*described(30), pool=pool, targets=4)
+    assert len(problem.observed) == pool
+    assert len(problem.targets) == len(problem.proxies) == 4
+    assert len(problem.descriptors) == len(problem.sharpness) == pool + 4
+
+
+@pytest.mark.parametrize(("seconds", "runs"), [(0.1, 5), (0.4, 3), (7.0, 1)])
+def test_slow_runs_are_repeated_less(monkeypatch, seconds, runs):
+    clock = [0.0]
+    monkeypatch.setattr(
+        "fsel.experiments.studies.selection_time.time.perf_counter", lambda: clock[0]
+    )
+    calls = []
+
+    def run():
+        clock[0] += seconds
+        calls.append(seconds)
+
+    assert timed(run) == pytest.approx(seconds)
+    assert len(calls) == runs
+
+
+def test_every_method_is_timed_and_only_readers_pay_for_descriptors(scene, tmp_path):
+    paths = [tmp_path / "t.tex", tmp_path / "t.csv"]
+    sizes = {"pools": [30, 20], "k": 6, "targets": 4}
+    selection_time(scene, [], *paths, **sizes, appearance=APPEARANCE)
+    table = pd.read_csv(paths[1])
+    assert table["pool"].unique().tolist() == [20, 30]
+    assert set(table["method"]) == set(METHODS) - {"all"}
+    assert (table["selection"] > 0).all()
+    for method, part in table.groupby("method"):
+        assert (part["descriptors"] > 0).all() == bool(METHODS[method].reads)
+    of_dpp = table[table["method"] == "dpp"].set_index("pool")["descriptors"]
+    assert of_dpp[30] == pytest.approx(1.5 * of_dpp[20], rel=1e-2)
+    text = paths[0].read_text()
+    assert "20 frames & 30 frames" in text
+    assert text.count(" + ") == 2 * sum(bool(METHODS[name].reads) for name in set(table["method"]))
+
+
+def evaluation_of(values):
+    """method -> PSNR of two targets, as an evaluation table at K = 10."""
+    rows = [(m, 0, 10, t, v, 0.5, 0.1) for m, vs in values.items() for t, v in enumerate(vs)]
+    return pd.DataFrame(rows, columns=["method", "seed", "k", "target", *METRICS])
+
+
+def test_the_gap_to_the_search_by_hand():
+    rows = [("a", "s0", 0, 20.0, 18.0), ("a", "s0", 1, 22.0, 18.0), ("a", "s1", 0, 21.0, 20.0)]
+    rows += [("b", "s0", 0, 25.0, 25.5), ("b", "s0", 1, None, 1.0)]
+    cells = pd.DataFrame(rows, columns=["dataset", "scene", "draw", "search", "fvs"])
+    cells = cells.melt(["dataset", "scene", "draw"], var_name="method", value_name="psnr").dropna()
+    # dataset a: mean of 3 and 1; dataset b: -0.5, the draw without a search left out
+    found = gaps(cells, reference="search", methods=["fvs"])
+    assert found.to_dict("records") == [{"method": "fvs", "gap": 0.75}]
+    with pytest.raises(ValueError, match=r"no PSNR of 'search' .* Hint: set oracle.draws"):
+        gaps(cells[cells["method"] == "fvs"], reference="search", methods=["fvs"])
+
+
+def searched(psnr, method=None):
+    """A table of subsets whose fitness follows their PSNR."""
+    table = pd.DataFrame({"generation": 0, "psnr": psnr, "fitness": np.array(psnr) / 100})
+    return table if method is None else table.assign(method=method)
+
+
+def test_a_search_that_ended_early_lacks_nothing_afterwards(tmp_path):
+    both = [searched(np.arange(20.0, 50), "search"), searched([20.0] * 30, "random_search")]
+    pd.concat(both).to_parquet(tmp_path / "o.parquet")
+    for name, count in (("a", 30), ("b", 10)):
+        searched(np.arange(count, dtype=float)).to_parquet(tmp_path / f"{name}.parquet")
+    labels = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
+    found = progress([tmp_path / "o.parquet"], labels)
+    gap = found.set_index(["search", "evaluations"])["gap"]
+    assert gap["search"].to_dict() == {10: 20, 20: 10, 30: 0}
+    assert gap["random_search"].to_dict() == {10: 29, 20: 29, 30: 29}
+    assert gap["labels"].to_dict() == {10: 10, 20: 5, 30: 0}
+
+
+@pytest.fixture(scope="module")
+def swept(scene, tmp_path_factory):
+    """The settings of the scene's reconstruction, measured."""
+    path = tmp_path_factory.mktemp("swept") / "settings.csv"
+    settings = {"generated": [GENERATED], "k": 8, "reconstruction": RECONSTRUCTION}
+    speed_settings([scene], [scene / "split.parquet"], path, **settings)
+    return path
+
+
+def test_every_setting_has_its_default_and_all_defaults_agree(swept):
+    table = pd.read_csv(swept, dtype={"value": str})
+    assert (table.groupby("setting")["default"].sum() == 1).all()
+    usual = table[table["default"]].drop(columns=["setting", "value"])
+    assert (usual == usual.iloc[0]).all(axis=None)
+    assert table[table["setting"] == "resolution"]["value"].tolist() == ["16", "24", "32"]
+    opacity = table[table["setting"] == "opacity"]
+    assert opacity["primitives"].is_monotonic_decreasing
+    assert opacity["primitives"].iloc[0] == 8 * 32 * 24
+
+
+def test_true_depth_is_where_the_recording_has_it(scene):
+    capture = Capture.load(scene)
+    made = record("dl3dv", 3, frames=40, width=32, height=24)
+    found = true_depth(capture, np.array([3, 30]), **GENERATED)
+    # the recording's lens bends rays by some pixels: equal but for edges and slopes
+    seen = (made.depth[[3, 30]] > 0) & (found > 0)
+    off = np.abs(found[seen] / made.depth[[3, 30]][seen] - 1)
+    assert np.median(off) < 0.03
+
+
+def test_a_capture_of_another_recording_is_refused(scene):
+    capture = Capture.load(scene)
+    with pytest.raises(ValueError, match=r"from where the recording has them. Hint: .* anew"):
+        true_depth(capture, np.array([0]), **{**GENERATED, "seed": 4})
+    renamed = replace(capture, names=tuple(f"x{i}" for i in range(len(capture))))
+    with pytest.raises(ValueError, match=r"frame 'x0' is none of the dl3dv recording's"):
+        true_depth(renamed, np.array([0]), **GENERATED)
+
+
+def wall(distance):
+    """A splat model of a wall straight ahead of two views, one a unit behind the other."""
+    pose = np.concatenate([np.eye(3), np.zeros((3, 1))], axis=1)
+    views = Views(np.stack([pose, pose]), np.tile([16.0, 16, 8, 6], (2, 1)), (16, 12))
+    views.world_to_camera[1, 2, 3] = 1.0
+    # in units of 2 around (0, 0, 1)
+    frame = Frame(np.array([0.0, 0, 1]), 2.0)
+    x, y = np.meshgrid(np.linspace(-4, 4, 120), np.linspace(-4, 4, 120))
+    rest = [[(distance - 1) / 2], [0.9], [distance / 2]]
+    rows = [x.ravel(), y.ravel(), *np.tile(rest, x.size)]
+    model = SplatModel(
+        frame=frame,
+        splats=np.array(rows, np.float32),
+        colors=np.zeros((x.size, 3), np.float32),
+        near=0.25,
+        far=25.0,
+        surface=0.1,
+        pixel=1 / 16,
+        seconds=0.0,
+    )
+    return model, views
+
+
+def test_a_wall_is_as_far_as_it_is_and_a_wrong_one_by_how_much():
+    model, views = wall(4.0)
+    inverse = rendered_inverse_depth(model, views)
+    np.testing.assert_allclose(inverse[0], 0.25, rtol=1e-4)
+    np.testing.assert_allclose(inverse[1], 0.2, rtol=1e-4)
+    depth = np.full((2, 12, 16), 5.0)
+    depth[:, :3] = 0  # sky
+    place = Bench(None, None, views, None, depth)
+    # 4 for 5 in one view and 5 for 5 in the other: errors of 20 % and 0, as many of each
+    assert depth_error(model, place) == pytest.approx(0.1, abs=1e-3)
+
+
+def test_culling_keeps_what_views_see_and_changes_no_pixel():
+    model, views = wall(4.0)
+    rng = np.random.default_rng(0)
+    model = replace(model, colors=rng.uniform(0, 255, model.colors.shape).astype(np.float32))
+    culled = seen_by(model, views)
+    assert 0 < culled.primitives < model.primitives / 2
+    np.testing.assert_array_equal(culled.render(views), model.render(views))
+    behind = replace(views, world_to_camera=views.world_to_camera * [[1], [1], [-1]])
+    assert seen_by(model, behind).primitives == 0
+
+
+def test_each_saving_is_switched_off_in_turn(scene, tmp_path):
+    paths = [tmp_path / "e.tex", tmp_path / "e.csv"]
+    settings = {"k": 8, "reconstruction": RECONSTRUCTION, "appearance": APPEARANCE}
+    economy([scene], [scene / "split.parquet"], *paths, generated=[None], **settings)
+    table = pd.read_csv(paths[1]).set_index("saving")
+    assert table.index.tolist() == list(SAVINGS)
+    assert table.loc["opacity", "without_primitives"] == 8 * 32 * 24
+    assert table.loc["opacity", "with_primitives"] < 8 * 32 * 24
+    for saving in ("views", "view"):
+        assert table.loc[saving, "with_psnr"] == table.loc[saving, "without_psnr"]
+    removed = table["without_primitives"] - table["with_primitives"]
+    assert removed["view"] > removed["views"] >= 0
+    assert table.loc["descriptors", "with_bytes"] == 8 * 40
+    assert "descriptors only for methods that read them & --" in paths[0].read_text()
+
+
+def test_rounded_splats_keep_three_digits():
+    model, _ = wall(4.1234567)
+    np.testing.assert_allclose(halved(model).splats, model.splats, rtol=1e-3)
+    assert halved(model).splats[2, 0] != model.splats[2, 0]
+
+
+def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
+    times = pd.DataFrame({"method": ["fvs", "random", "fvs"], "k": 30, "pool": [130, 130, 1000]})
+    times.assign(descriptors=0.1, selection=[0.2, 0.001, 9]).to_csv(tmp_path / "t.csv")
+    tables = {"evaluation": {"fvs": [20, 21], "random": [18, 18]}, "oracle": {"search": [22, 23]}}
+    for name, values in tables.items():
+        evaluation_of(values).to_parquet(tmp_path / f"{name}.parquet")
+    both = [searched(np.arange(20.0, 50), name) for name in ("search", "random_search")]
+    pd.concat(both).to_parquet(tmp_path / "subsets.parquet")
+    read = [[tmp_path / f"{name}.parquet"] for name in (*tables, "subsets", "subsets")]
+    for name in "ab":
+        table, numbers, *figures = (tmp_path / f"{name}.{ending}" for ending in ENDINGS)
+        made = table, numbers, figures
+        speed_error(tmp_path / "t.csv", swept, *read, *made, problems=["d/s/draw0"], k=10)
+    for ending in ENDINGS:
+        first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
+        assert first == second
+    text = (tmp_path / "a.tex").read_text()
+    assert "FVS & 300 & 2.00" in text
+    assert r"\textbf{partners 4}" in text
+    panels = pd.read_csv(tmp_path / "a.csv").groupby("panel")
+    assert panels["gap"].count().to_dict() == {"methods": 2, "search": 12, "settings": 0}
+
+
+def test_a_plain_table():
+    text = plain_table(["a", "b"], [["x", "1"], ["y", "2"]], caption="C", label="l")
+    assert r"\begin{tabular}{lr}" in text
+    assert "a & b \\\\\n\\midrule\nx & 1 \\\\\ny & 2 \\\\\n\\bottomrule" in text

@@ -1,0 +1,208 @@
+"""LPIPS against the package of its authors, on backbones of known random weights."""
+
+import importlib
+import os
+import sys
+import warnings
+from importlib.util import find_spec
+from pathlib import Path
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from fsel.metrics import METRICS, checked, headings, lpips, score_views
+
+torch = pytest.importorskip("torch", reason="torch is not installed")
+backbones = pytest.importorskip("fsel.metrics.backbones")
+
+PACKAGE = pytest.mark.skipif(find_spec("lpips") is None, reason="package lpips is not installed")
+WEIGHTS = Path(os.environ.get("FSEL_WEIGHTS", Path(__file__).parents[3] / "shared" / "weights"))
+SIDES = {"alex": (31, 40), "vgg": (24, 16), "squeeze": (17, 21)}
+
+
+def random_backbone(net, seed=0):
+    """Layers of a backbone, named as torchvision names them, with random weights."""
+    torch.manual_seed(seed)
+    return backbones.Lpips(net).features
+
+
+@pytest.fixture(params=["alex", "vgg", "squeeze"])
+def net(request):
+    return request.param
+
+
+@pytest.fixture
+def weights(net, tmp_path):
+    """A file like torchvision's, with the layers of the classifier that LPIPS has no use for."""
+    state = {f"features.{k}": v for k, v in random_backbone(net).state_dict().items()}
+    path = tmp_path / f"{net}.pth"
+    torch.save(state | {"classifier.1.weight": torch.zeros(2, 2)}, path)
+    return str(path)
+
+
+def views(net, count=3, seed=0, noise=0.2):
+    rng = np.random.default_rng(seed)
+    truth = rng.integers(0, 256, (count, *SIDES[net], 3), dtype=np.uint8)
+    rendered = np.clip(truth / 255 + noise * rng.normal(size=truth.shape), 0, 1)
+    return rendered.astype(np.float32), truth
+
+
+@pytest.fixture
+def authors(monkeypatch):
+    """The package `lpips`, with our layers in place of torchvision, which it imports."""
+
+    def model(net):
+        return lambda pretrained: SimpleNamespace(features=random_backbone(net))
+
+    models = SimpleNamespace(alexnet=model("alex"), vgg16=model("vgg"))
+    models.squeezenet1_1 = model("squeeze")
+    known = [name for name in sys.modules if name.split(".")[0] == "lpips"]
+    for name in known:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "torchvision", SimpleNamespace(models=models))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield importlib.import_module("lpips")
+    for name in [name for name in sys.modules if name.split(".")[0] == "lpips"]:
+        del sys.modules[name]
+
+
+@PACKAGE
+def test_equal_to_the_authors_definition(net, weights, authors):
+    rendered, truth = views(net)
+    theirs = authors.LPIPS(net=net, verbose=False)
+    batches = [
+        torch.from_numpy(np.moveaxis(x, 3, 1).astype(np.float32)) for x in (rendered, truth / 255)
+    ]
+    with torch.inference_mode():
+        wanted = theirs(*batches, normalize=True).ravel().numpy()
+    got = lpips.score(rendered, truth, None, net, weights)
+    assert (wanted > 1e-4).all()
+    np.testing.assert_allclose(got, wanted, rtol=2e-5)
+
+
+@PACKAGE
+def test_identical_views_are_at_distance_0_and_noise_is_farther(net, weights):
+    rendered, truth = views(net)
+    same = (truth / np.float32(255)).astype(np.float32)
+    np.testing.assert_array_equal(lpips.score(same, truth, None, net, weights), 0)
+    near = lpips.score(views(net, noise=0.02)[0], truth, None, net, weights)
+    assert (near < lpips.score(rendered, truth, None, net, weights)).all()
+
+
+@PACKAGE
+def test_batches_change_nothing(net, weights, monkeypatch):
+    rendered, truth = views(net, count=5)
+    whole = lpips.score(rendered, truth, None, net, weights)
+    monkeypatch.setattr(backbones, "PIXELS", {"cpu": 2 * truth[0, ..., 0].size, "cuda": 1})
+    np.testing.assert_allclose(lpips.score(rendered, truth, None, net, weights), whole, rtol=1e-5)
+
+
+@PACKAGE
+def test_nothing_outside_a_mask_counts_and_a_whole_mask_is_none(net, weights):
+    rendered, truth = views(net)
+    mask = np.zeros(truth.shape[:3], bool)
+    mask[:, 4:12, 3:11] = True
+    other = np.where(mask[..., None], rendered, 1 - rendered)
+    inside = lpips.score(rendered, truth, mask, net, weights)
+    np.testing.assert_array_equal(lpips.score(other, truth, mask, net, weights), inside)
+    assert (inside > 0).all()
+    whole = lpips.score(rendered, truth, np.ones_like(mask), net, weights)
+    plain = lpips.score(rendered, truth, None, net, weights)
+    np.testing.assert_allclose(whole, plain, rtol=1e-5)
+
+
+def test_layers_by_hand():
+    """One layer that hands its input on: unit vectors, squared, weighted, averaged."""
+    model = backbones.Lpips("alex")
+    model.features, model.compared = torch.nn.Sequential(torch.nn.Identity()), (0,)
+    model.heads = torch.nn.ModuleList([torch.nn.Conv2d(3, 1, 1, bias=False)])
+    model.requires_grad_(False)
+    model.heads[0].weight[:] = torch.tensor([1.0, 2.0, 4.0])[None, :, None, None]
+    along = torch.zeros(2, 1, 3, 1, 2)
+    along[0, 0, 0], along[1, 0, 0] = 5.0, torch.tensor([7.0, 0.0])
+    along[1, 0, 2, 0, 1] = 0.5  # the first position is alike but for its length
+    first, second = along * model.scale + model.shift
+    assert model(first, second).item() == pytest.approx((0 + (1 + 4)) / 2, rel=1e-6)
+    counted = torch.tensor([[[[1.0, 0.0]]]])
+    assert model(first, second, counted).item() == pytest.approx(0, abs=1e-10)
+
+
+@PACKAGE
+def test_too_small_views_are_refused_and_the_least_are_not(net, weights):
+    least = backbones.BACKBONES[net][3]
+    fits = np.zeros((1, least, least, 3), np.uint8)
+    assert lpips.score(fits.astype(np.float32), fits, None, net, weights) == 0
+    small = fits[:, 1:]
+    with pytest.raises(ValueError, match=f"needs images of {least} pixels or more"):
+        lpips.score(small.astype(np.float32), small, None, net, weights)
+
+
+def test_missing_weights_are_refused_with_the_page_to_get_them_from(net):
+    with pytest.raises(FileNotFoundError, match=r"no/such.pth.*download.pytorch.org/models"):
+        checked({"psnr": {}, "lpips": {"net": net, "weights": "no/such.pth"}})
+    with pytest.raises(FileNotFoundError, match=r"lpips.weights is 'None'"):
+        checked(["lpips"])
+
+
+def test_an_unknown_backbone_is_refused():
+    with pytest.raises(ValueError, match=r"lpips.net is 'resnet'; allowed: alex, vgg, squeeze"):
+        checked({"lpips": {"net": "resnet", "weights": None}})
+
+
+def test_a_missing_package_is_named(tmp_path, monkeypatch):
+    (tmp_path / "w.pth").write_bytes(b"")
+    monkeypatch.setattr(lpips, "find_spec", lambda name: None)
+    with pytest.raises(ImportError, match=r"package lpips: pip install 'fsel\[weights\]'"):
+        lpips.located("alex", str(tmp_path / "w.pth"))
+
+
+@pytest.mark.parametrize("ending", ["pth", "safetensors"])
+def test_damaged_weights_are_named(ending, tmp_path):
+    path = tmp_path / f"alex.{ending}"
+    for content in (b"", b"x" * 40, b"PK\x03\x04" + b"x" * 40):
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=rf"alex.{ending}: not a readable file of weights \("):
+            backbones.Lpips.read("alex", path, path)
+
+
+@PACKAGE
+def test_weights_of_another_backbone_are_refused_by_layer(tmp_path):
+    state = {f"features.{k}": v for k, v in random_backbone("vgg").state_dict().items()}
+    torch.save(state, tmp_path / "vgg.pth")
+    with pytest.raises(
+        ValueError, match=r"vgg.pth.*net alex: features.0.weight is \(64, 3, 3, 3\)"
+    ):
+        checked({"lpips": {"net": "alex", "weights": str(tmp_path / "vgg.pth")}})
+
+
+@PACKAGE
+def test_a_column_beside_the_others(weights, net):
+    rendered, truth = views(net)
+    chosen = {"psnr": {}, "lpips": {"net": net, "weights": weights}}
+    found = score_views(rendered, truth, metrics=chosen)
+    np.testing.assert_array_equal(found[:, 0], score_views(rendered, truth)[:, 0])
+    np.testing.assert_array_equal(found[:, 1], lpips.score(rendered, truth, None, net, weights))
+    assert headings(chosen)[1] == rf"LPIPS ({net})$\downarrow$"
+
+
+def test_settings_of_a_metric_without_are_refused():
+    with pytest.raises(ValueError, match=r"metric 'ssim' has no settings, got \['window'\]"):
+        checked({"ssim": {"window": 7}})
+    assert list(checked(METRICS)) == list(METRICS)
+
+
+@PACKAGE
+@pytest.mark.parametrize(("image", "distance"), [("ex_p0.png", 0.722), ("ex_p1.png", 0.138)])
+def test_the_distances_that_the_authors_print(image, distance):
+    """Of their example images, with AlexNet's weights; both are fetched by hand into a folder."""
+    files = [WEIGHTS / name for name in ("alexnet-owt-7be5be79.pth", "ex_ref.png", image)]
+    missing = [path.name for path in files if not path.is_file()]
+    if missing:
+        pytest.skip(f"{', '.join(missing)} not in the folder that FSEL_WEIGHTS names")
+    truth, other = (cv2.imread(str(path))[None, ..., ::-1] for path in files[1:])
+    rendered = (other / np.float32(255)).astype(np.float32)
+    got = lpips.score(rendered, np.ascontiguousarray(truth), None, "alex", str(files[0]))
+    assert got[0] == pytest.approx(distance, abs=5e-4)

@@ -1,0 +1,196 @@
+"""A job's arguments by name, its log and its digest."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from snakemake.iocontainers import Namedlist
+
+import fsel
+from fsel.utils import checksums
+from fsel.utils.files import digest
+from fsel.workflow.job import arguments, job, run
+
+
+def named(unnamed=(), **items) -> Namedlist:
+    """What Snakemake hands over: one flat list, of which some parts have names."""
+    found = Namedlist(toclone=list(unnamed))
+    for name, value in items.items():
+        start = len(found)
+        if isinstance(value, list):
+            found.extend(value)
+            found._set_name(name, start, end=len(found))
+        else:
+            found.append(value)
+            found._set_name(name, start)
+    return found
+
+
+def rule(input=None, output=None, params=None, wildcards=None, log=()) -> SimpleNamespace:
+    """The object of a rule `taste`."""
+    parts = {"input": input, "output": output, "params": params, "wildcards": wildcards}
+    parts = {kind: value or named() for kind, value in parts.items()}
+    return SimpleNamespace(rule="taste", threads=2, log=list(log), **parts)
+
+
+def test_parameters_are_taken_by_name_and_as_they_are():
+    def taste(splits, table, *, k, scene, threads, config, inputs, extra=None): ...
+
+    asked = rule(
+        input=named(splits=["a", "b"], lib=["src/x.py"]),
+        output=named(table="t"),
+        params=named(k=3),
+        wildcards=named(scene="07", dataset="d"),
+    )
+    found = arguments(asked, taste, "abc")
+    assert found == {
+        "splits": ["a", "b"],
+        "table": "t",
+        "k": 3,
+        "scene": "07",
+        "threads": 2,
+        "config": "abc",
+        "inputs": ["a", "b", "src/x.py"],
+    }
+
+
+def test_a_list_of_one_stays_a_list():
+    found = arguments(rule(input=named(splits=["a"])), lambda splits: None, "")
+    assert found["splits"] == ["a"]
+
+
+def test_a_param_goes_before_a_wildcard():
+    asked = rule(params=named(seed=3), wildcards=named(seed="3"))
+    assert arguments(asked, lambda seed: None, "") == {"seed": 3}
+
+
+def test_files_of_a_capture_stand_for_its_folder():
+    files = named(frames="r/d/s/frames.parquet", images="r/d/s/images.npy", split="r/d/s/x")
+    found = arguments(rule(input=files), lambda folder, split: None, "")
+    assert found == {"folder": "r/d/s", "split": "r/d/s/x"}
+    found = arguments(rule(output=named(frames="r/d/frames.parquet")), lambda folder: None, "")
+    assert found == {"folder": "r/d"}
+    several = named(frames=["a/f", "b/f"], points=["a/p", "b/p"], trained_frames="t/f")
+    found = arguments(rule(input=several), lambda folders, trained_folder: None, "")
+    assert found == {"folders": ["a", "b"], "trained_folder": "t"}
+
+
+def test_files_that_a_function_asks_for_are_files():
+    found = arguments(rule(input=named(frames="a/f")), lambda frames: None, "")
+    assert found == {"frames": "a/f"}
+
+
+def taste(split, *, k): ...
+
+
+@pytest.mark.parametrize(
+    ("asked", "parts"),
+    [
+        (rule(named(split="a")), ["'k' has no value", "['split']"]),
+        (rule(named(split="a"), params=named(k=3, kk=4)), ["['kk']", "['split', 'k']"]),
+        (rule(named(split="a"), named(k="o", more="m")), ["['more']", "['split', 'k']"]),
+        (rule(named(split="a", frames="f/x"), params=named(k=3)), ["['frames']"]),
+        (rule(named(["x"], split="a"), params=named(k=3)), ["input ['x'] without a name"]),
+        (rule(named(split="a"), named(["o"]), named(k=3)), ["output ['o'] without a name"]),
+        (rule(named(split="a"), named(split="b"), named(k=3)), ["'split' is named twice"]),
+        (rule(named(frames="a/f", points="b/p")), ["'points' lies in b", "['frames'] in a"]),
+    ],
+)
+def test_what_is_missing_or_left_over_is_refused_by_name(asked, parts):
+    with pytest.raises(TypeError) as refused:
+        arguments(asked, taste, "")
+    for part in ["rule taste, function taste", *parts]:
+        assert part in str(refused.value)
+
+
+def test_a_job_logs_and_digests_its_parameters(tmp_path):
+    log = tmp_path / "logs" / "a.log"
+    asked = rule(params=named(a=1), log=[str(log)])
+    with job(asked) as found:
+        assert found == digest({"a": 1})
+        before = sum(os.times()[:4])
+    ended = re.search(r"done in \d+\.\d s, (\d+\.\d) s of the processor", log.read_text())
+    assert round(before, 1) <= float(ended[1]) <= sum(os.times()[:4]) + 0.05
+    with pytest.raises(ValueError, match="wrong"), job(rule(log=[str(log)])):
+        raise ValueError("wrong")
+    assert "ValueError: wrong" in log.read_text()
+
+
+def test_a_stage_runs_as_a_job_and_its_refusal_is_logged(tmp_path):
+    log, seen = tmp_path / "a.log", []
+    run(rule(params=named(k=3), log=[str(log)]), lambda k, config: seen.append((k, config)))
+    assert seen == [(3, digest({"k": 3}))]
+    with pytest.raises(TypeError, match="'k' has no value"):
+        run(rule(log=[str(log)]), lambda k: None)
+    assert "'k' has no value" in log.read_text()
+
+
+def copied(source, table):
+    Path(table).write_bytes(Path(source).read_bytes())
+
+
+def test_inputs_are_checked_and_outputs_get_checksums(tmp_path):
+    source, table, log = tmp_path / "a.npy", tmp_path / "t.parquet", tmp_path / "a.log"
+    source.write_text("whole")
+    checksums.write(source)
+    asked = rule(named(source=str(source)), named(table=str(table)), log=[str(log)])
+    run(asked, copied)
+    checksums.check(table)
+    table.unlink()
+    source.write_text("wholE")
+    with pytest.raises(SystemExit, match=r"a\.npy: its bytes are not those that were made\. Make"):
+        run(asked, copied)
+    assert not table.exists()
+    assert "a.npy: its bytes" in log.read_text()
+    assert "Traceback" not in log.read_text()
+
+
+TERMINATED = """
+import time
+from types import SimpleNamespace
+
+import fsel.layouts.colmap
+from fsel.workflow.job import job
+
+asked = SimpleNamespace(log=["job.log"], params={}, threads=1)
+if BEFORE:
+    print("ready", flush=True)
+    time.sleep(60)
+with job(asked):
+    print("ready", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize(("before", "code"), [(True, -signal.SIGTERM), (False, 143)])
+def test_a_job_that_is_terminated_prints_no_stack(before, code, tmp_path):
+    """The log of pycolmap, which is imported here, would print one."""
+    script = TERMINATED.replace("BEFORE", str(before))
+    with subprocess.Popen(
+        [sys.executable, "-c", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+    ) as process:
+        assert process.stdout.readline() == "ready\n"
+        process.terminate()
+        assert process.stderr.read() == ""
+    assert process.returncode == code
+    if not before:
+        assert (tmp_path / "job.log").read_text().endswith("fsel: ended by the signal TERM\n")
+
+
+def test_everything_imports_pycolmap_without_its_handlers():
+    library = Path(fsel.__file__).parent
+    found = [
+        p
+        for p in library.rglob("*.py")
+        if re.search(r"^\s*(import|from) pycolmap", p.read_text(), re.M)
+    ]
+    assert [path.name for path in found] == ["held.py"]
