@@ -72,9 +72,4 @@ rule all:
         "<figures>/heatmap.pdf",
         collect("<tables>/{judge}/ksweep.tex", judge=FURTHER),
         collect("<figures>/{judge}/heatmap.pdf", judge=FURTHER),
-        # for inspection: every candidate's features; selectors compute their own
-        features=collect(
-            "<results>/{problem}/features.parquet",
-            problem=evaluation_problems(config["draws"]),
-        ),
     localrule: True

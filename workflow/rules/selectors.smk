@@ -15,6 +15,7 @@ rule train:
             f"<results>/{TRAINED}/{{scene}}/descriptors.parquet", scene=LABELLED
         ),
         splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
+        features=collect("<results>/labels/{scene}/features.parquet", scene=LABELLED),
         lib=library("train"),
     output:
         # all seeds in one job: they share the trajectories' inputs, and the import of torch

@@ -13,6 +13,10 @@ rule select:
             "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
             draw=range(config["draws"]),
         ),
+        features=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/features.parquet",
+            draw=range(config["draws"]),
+        ),
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",

@@ -149,18 +149,16 @@ def _train(
     key: str,
 ) -> dict:
     """Imitate the labels and write the scorer."""
-    from fsel.training.imitation import train
-    from fsel.training.scorers import save_scorer
+    from fsel.training.offline import imitate
 
     settings = {"seed": asked.seed, "epochs": asked.epochs, "learning_rate": RATE}
-    with console.clock("training"):
-        arrays, log = train(trajectories, [], **settings)
     made = (
         f"{MADE_BY} of {counted(len(trajectories), 'searched subset')} of "
         f"{counted(len(asked.capture), 'capture')}, {counted(asked.epochs, 'epoch')}, "
         f"labels by {asked.reconstructor} at {asked.long_side} pixels"
     )
-    save_scorer(Network(arrays), policy.name, made, asked.seed, key, asked.out)
+    with console.clock("training"):
+        log = imitate(policy, trajectories, [], asked.out, made_by=made, config=key, **settings)
     first, last = (log.iloc[at] for at in (0, -1))
     console.say(
         "trained",
