@@ -49,8 +49,16 @@ def train(
     }
     sets = data["train"], data.get("validation", [])
     made = f"behaviour cloning of {len(data['train'])} searched subsets, {epochs} epochs"
-    settings = {"epochs": epochs, "learning_rate": learning_rate, "config": config}
     for seed, (path, log) in enumerate(zip(weights, logs, strict=True)):
-        record = imitate(KNOWN[policy], *sets, path, seed=seed, made_by=made, **settings)
+        record = imitate(
+            KNOWN[policy],
+            *sets,
+            path,
+            seed=seed,
+            epochs=epochs,
+            learning_rate=learning_rate,
+            made_by=made,
+            config=config,
+        )
         write_table(record, log, units={"loss": "nats"}, config=config)
         logger.info("%s, seed %d: %s\n%s", policy, seed, made, record.tail(2).to_string())

@@ -221,7 +221,8 @@ def imitate(
     Returns:
         Loss and agreement by epoch and split.
     """
-    settings = {"seed": seed, "epochs": epochs, "learning_rate": learning_rate}
-    weights, log = train(trajectories, validation, **settings)
+    weights, log = train(
+        trajectories, validation, seed=seed, epochs=epochs, learning_rate=learning_rate
+    )
     save_scorer(Network(weights), policy.name, made_by, seed, config, path)
     return log
