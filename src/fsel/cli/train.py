@@ -21,9 +21,10 @@ from fsel.ingest.lazy import LONG_SIDE, open_capture
 from fsel.outputs.staging import refuse_overlap
 from fsel.reconstruct import reconstructor_of
 from fsel.selector import pretrained
-from fsel.selector.policies import POLICIES, Policy
+from fsel.selector.policies import POLICIES, RENAMED, Policy
 from fsel.selector.scorer import Network
 from fsel.utils.files import digest
+from fsel.utils.registry import unknown
 from fsel.utils.wording import counted
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def _checked(asked: argparse.Namespace) -> Policy:
         )
     trained = {name: policy for name, policy in POLICIES.items() if policy.kind is Network}
     if asked.method not in trained:
-        raise ValueError(f"--method is {asked.method!r}; allowed: {', '.join(trained)}")
+        raise unknown("--method", asked.method, trained, RENAMED)
     if asked.out.suffix != ".safetensors":
         raise ValueError(f"{asked.out}: a scorer is written as .safetensors")
     refuse_overlap(asked.out, asked.capture)

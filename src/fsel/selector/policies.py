@@ -230,3 +230,10 @@ GEOMETRY = Policy(
 )
 KNOWN: dict[str, Policy] = {**POLICIES, GEOMETRY.name: GEOMETRY}
 """Every policy that can be trained; `GEOMETRY` is of the table of runtimes alone."""
+
+RENAMED = {
+    "ours": "less_is_more",
+    "ours_no_appearance": "less_is_more_no_appearance",
+    "ours_geometry": "less_is_more_geometry",
+}
+"""Former name of a policy -> its name. Scorers on disk may say the former."""
