@@ -14,7 +14,7 @@ use rule stage as train with:
         lib=experiment.library("train"),
     output:
         # all seeds in one job: they share the trajectories' inputs, and the import of torch
-        **inputs.trained(experiment, "less_is_more"),
+        **inputs.scorer_files(experiment, "less_is_more"),
     log:
         "<results>/logs/train.log",
     benchmark:
@@ -29,7 +29,7 @@ use rule stage as train with:
 
 use rule train as train_no_appearance with:
     output:
-        **inputs.trained(experiment, "less_is_more_no_appearance"),
+        **inputs.scorer_files(experiment, "less_is_more_no_appearance"),
     log:
         "<results>/logs/train_no_appearance.log",
     benchmark:
@@ -40,7 +40,7 @@ use rule train as train_no_appearance with:
 
 use rule train as train_geometry with:
     output:
-        **inputs.trained(experiment, "less_is_more_geometry"),
+        **inputs.scorer_files(experiment, "less_is_more_geometry"),
     log:
         "<results>/logs/train_geometry.log",
     benchmark:

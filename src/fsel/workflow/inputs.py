@@ -10,8 +10,9 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from fsel.workflow.experiment import Experiment, Scene
+from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import refuse
+from fsel.workflow.settings import Scene
 
 SCENE = "<results>/{dataset}/{scene}"
 FILES = {
@@ -142,7 +143,7 @@ def ingested(experiment: Experiment, long_side: int) -> Paths:
     }
 
 
-def trained(experiment: Experiment, policy: str) -> Paths:
+def scorer_files(experiment: Experiment, policy: str) -> Paths:
     """Scorers of a policy that are trained here, one a seed, with a log beside each."""
     folder = experiment.scorer_folder(policy)
     return {

@@ -14,8 +14,9 @@ from fsel.reconstruct import check_needs
 from fsel.reconstruct.outcome import MissingRequirement
 from fsel.selector import pretrained
 from fsel.workflow.datasets import Section
-from fsel.workflow.experiment import PAGE, Experiment
+from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import refuse
+from fsel.workflow.settings import PAGE
 from fsel.workflow.tables import Tables
 
 STAND_INS = Path("config", "stand_ins.yaml")
