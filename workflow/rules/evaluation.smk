@@ -11,6 +11,7 @@ use rule stage as select with:
     input:
         **inputs.capture(inputs.DESCRIBED),
         splits=inputs.of_draws(experiment, "split.parquet"),
+        features=inputs.of_draws(experiment, "features.parquet"),
         weights=experiment.scorers,
         lib=experiment.library("select"),
     output:

@@ -1,18 +1,54 @@
 """Searched subsets of the training and validation scenes, and their trajectories.
 
 Inputs: canonical captures of the training dataset.
-Outputs: <results>/labels/{scene}/p{coverage}.parquet and splits.parquet,
+Outputs: <results>/labels/{scene}/{splits,features}.parquet and p{coverage}.parquet,
 <results>/trajectories.parquet.
 """
+
+LABELLED_SCENE = f"<results>/{experiment.trained}/{{scene}}"
+
+
+use rule stage as split_labelled with:
+    input:
+        **inputs.capture(inputs.BARE, LABELLED_SCENE),
+        lib=experiment.library("split_labelled"),
+    output:
+        splits="<results>/labels/{scene}/splits.parquet",
+    log:
+        "<results>/logs/split_labelled/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/split_labelled/{scene}.jsonl"
+    resources:
+        **experiment.resources(Size(grows="capture")),
+    params:
+        coverages=experiment.config["coverages"],
+        seed=experiment.training_seed,
+    message:
+        "Drawing the targets of {wildcards.scene} at every coverage level"
+
+
+use rule features as features_labelled with:
+    input:
+        **inputs.capture([*inputs.BARE, "descriptors"], LABELLED_SCENE),
+        splits=["<results>/labels/{scene}/splits.parquet"],
+        lib=experiment.library("features"),
+    output:
+        tables=["<results>/labels/{scene}/features.parquet"],
+    log:
+        "<results>/logs/features_labelled/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/features_labelled/{scene}.jsonl"
+    message:
+        "Computing the features of {wildcards.scene} at every coverage level"
 
 
 use rule stage as label with:
     input:
-        **inputs.capture(inputs.DESCRIBED, f"<results>/{experiment.trained}/{{scene}}"),
+        **inputs.capture(inputs.DESCRIBED, LABELLED_SCENE),
+        splits="<results>/labels/{scene}/splits.parquet",
         lib=experiment.library("label", experiment.labeller),
     output:
         labels=inputs.label_files(experiment, ["{scene}"]),
-        splits="<results>/labels/{scene}/splits.parquet",
     log:
         "<results>/logs/label/{scene}.log",
     benchmark:
@@ -31,8 +67,9 @@ use rule stage as label with:
 
 use rule stage as order with:
     input:
-        **inputs.captures(inputs.labelled(experiment), inputs.BARE),
-        splits=inputs.label_splits(experiment),
+        **inputs.captures(inputs.labelled(experiment), [*inputs.BARE, "descriptors"]),
+        splits=inputs.of_labelled(experiment, "splits"),
+        features=inputs.of_labelled(experiment, "features"),
         labels=inputs.label_files(experiment),
         lib=experiment.library("order"),
     output:

@@ -203,6 +203,10 @@ use rule select as select_geometry with:
             "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
             draw=range(config["draws"]),
         ),
+        features=expand(
+            "<results>/{{dataset}}/{{scene}}/draw{draw}/features.parquet",
+            draw=range(config["draws"]),
+        ),
         frames="<results>/{dataset}/{scene}/frames.parquet",
         points="<results>/{dataset}/{scene}/points.parquet",
         images="<results>/{dataset}/{scene}/images.npy",

@@ -10,7 +10,8 @@ use rule stage as train with:
     input:
         **inputs.captures(inputs.labelled(experiment), ["frames", "descriptors"]),
         trajectories="<results>/trajectories.parquet",
-        splits=inputs.label_splits(experiment),
+        splits=inputs.of_labelled(experiment, "splits"),
+        features=inputs.of_labelled(experiment, "features"),
         lib=experiment.library("train"),
     output:
         # all seeds in one job: they share the trajectories' inputs, and the import of torch

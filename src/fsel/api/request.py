@@ -11,7 +11,7 @@ from fsel.request.focus import Focus
 from fsel.request.memory import within
 from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
 from fsel.selector import pretrained
-from fsel.selector.policies import Learned
+from fsel.selector.policies import RENAMED, Learned
 from fsel.utils.wording import counted
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
         if weights is not None:
             raise ValueError(f"{weights}: weights go with the name of a method, not with {method}")
         return method
-    if weights is not None:
+    if weights is not None and method not in RENAMED:
         return pretrained.own(weights, method)
     name = pretrained.DEFAULT if method is None else method
     if name in pretrained.FILES:

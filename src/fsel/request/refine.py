@@ -1,4 +1,4 @@
-"""For how long picks are made better by swaps, and what comes of it; see `fsel.request.swaps`."""
+"""Limits of the swaps that make picks better, and their result; see `fsel.request.swaps`."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ class Swapped:
 
 @dataclass(frozen=True)
 class Refine:
-    """How long swaps may go on.
+    """A limit of the time that swaps take.
 
     Attributes:
         seconds: from the first reconstruction on.
-        told: is given the best so far and the seconds gone, after every subset; False ends the
-            swaps.
+        progress: is given the best so far and the seconds gone, after every subset; False ends
+            the swaps.
     """
 
     seconds: float
-    told: Callable[[Swapped, float], bool] = lambda best, gone: True
+    progress: Callable[[Swapped, float], bool] = lambda best, gone: True
 
     def __post_init__(self) -> None:
         if not self.seconds > 0:

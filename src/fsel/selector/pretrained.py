@@ -9,7 +9,7 @@ import numpy as np
 
 from fsel.selector import greedy, plain
 from fsel.selector.greedy import Prepared
-from fsel.selector.policies import KNOWN, Learned
+from fsel.selector.policies import KNOWN, RENAMED, Learned
 from fsel.selector.scorer import Linear, Scorer
 
 FOLDER = Path(__file__).parent / "weights"
@@ -47,6 +47,8 @@ def own(path: str | Path, name: str | None = None) -> Learned:
     """
     scorer = Scorer.load(path)
     made_for = scorer.provenance.get("policy")
+    if made_for in RENAMED:
+        made_for = RENAMED[made_for]
     if made_for not in KNOWN:
         raise ValueError(
             f"{path}: scorer of the policy {made_for!r}; known: {', '.join(KNOWN)}. Hint: `fsel "

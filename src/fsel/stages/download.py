@@ -51,7 +51,7 @@ def download(url: str, path: str | Path, sha256: str = "", pause: float = 2.0) -
             error.close()
             if error.code < 500:
                 raise OSError(f"{url}: the server answers {error.code} {error.reason}") from error
-            reason = error
+            reason: Exception = error
         except (URLError, HTTPException, OSError) as error:
             reason = error
         failed = 0 if _size(part) > before else failed + 1

@@ -43,10 +43,11 @@ def ksweep(
         facts: what the caption tells, see `caption`.
     """
     files = named([*problems, *searched], [*evaluations, *oracles])
-    cells = with_all_datasets(sweep_cells(files, metrics, facts=facts, by_seed=True))
-    means = summarise(cells, metrics, trained=list(LEARNED))
+    names = list(metrics)
+    cells = with_all_datasets(sweep_cells(files, names, facts=facts, by_seed=True))
+    means = summarise(cells, names, trained=list(LEARNED))
     write_csv(means, numbers)
-    write_csv(paired(cells, list(LEARNED), metrics, trained=list(LEARNED)), differences)
+    write_csv(paired(cells, list(LEARNED), names, trained=list(LEARNED)), differences)
     groups = row_groups(cells, budgets)
     told = {**facts, "searched": any("search" in group for group in groups)}
     text = sweep_table(

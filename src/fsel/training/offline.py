@@ -1,26 +1,35 @@
-"""The paper's offline stage on captures in memory: label, order, imitate (sections 3.4 and 3.5)."""
+"""The paper's offline stage: search, order, imitate (sections 3.4 and 3.5).
+
+`fsel train` runs it on captures in memory, the workflow's stages label, order and train run its
+steps on files.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import COVERAGES, Split, coverage_split, targets_at
 from fsel.evaluation.evaluator import Evaluator
+from fsel.metrics import METRICS, Metrics
 from fsel.reconstruct import Reconstructor
 from fsel.selector.policies import Policy
-from fsel.training.imitation import Trajectory
+from fsel.selector.scorer import Network
+from fsel.training.imitation import Trajectory, train
 from fsel.training.journal import Journal
 from fsel.training.labelled import as_seen
 from fsel.training.labelling import search_subsets, search_table
 from fsel.training.ordering import ordered_item
+from fsel.training.scorers import save_scorer
 from fsel.training.search import Evaluate, GeneticSettings
 
 TRIED = 3  # evaluations that are timed
@@ -58,8 +67,8 @@ class Labelling:
 
     def settings(self) -> dict[str, Any]:
         """All of it, flat, as the searches read it."""
-        found = asdict(self)
-        return found.pop("search") | found
+        flat = asdict(self)
+        return {"labeller": "genetic", **flat.pop("search"), **flat}
 
 
 @dataclass(frozen=True)
@@ -156,11 +165,64 @@ def label(
         policy: that will be trained.
         journal: remembers every evaluation.
     """
-    settings = labelling.settings()
+    problem, seeds = task.problem, [labelling.seed, task.coverage]
     evaluate = journal.remember(f"{task.described.name}/p{task.coverage}", task.evaluate)
-    rng = np.random.default_rng([labelling.seed, task.coverage])
-    problem = task.problem
-    found = search_subsets(evaluate, problem, task.split, "genetic", settings, rng)
-    table = search_table(found, labelling.stored)
-    rows = ordered_item(problem.capture, task.split, table, labelling.kept)
-    return as_seen(problem, rows, policy)
+    labels = searched(evaluate, problem, task.split, labelling.settings(), seeds)
+    return as_seen(problem, ordered_item(problem, labels, labelling.kept), policy)
+
+
+def searched(
+    evaluate: Evaluate,
+    problem: Problem,
+    split: Split,
+    search: Mapping[str, Any],
+    seeds: Sequence[int],
+    metrics: Metrics = METRICS,
+) -> pd.DataFrame:
+    """Search one problem's subsets (paper, section 3.4).
+
+    Args:
+        evaluate: (K,) frames -> (3,) metrics on the proxies.
+        problem: the selection problem.
+        split: of the problem.
+        search: the config's section of that name.
+        seeds: of the search: the scene's and the coverage.
+        metrics: that `evaluate` measures.
+
+    Returns:
+        What `fsel.training.labelling.search_table` does.
+    """
+    rng = np.random.default_rng(seeds)
+    result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
+    return search_table(result, search["stored"], metrics)
+
+
+def imitate(
+    policy: Policy,
+    trajectories: Sequence[Trajectory],
+    validation: Sequence[Trajectory],
+    path: str | Path,
+    *,
+    seed: int,
+    epochs: int,
+    learning_rate: float,
+    made_by: str,
+    config: str,
+) -> pd.DataFrame:
+    """Train a policy's scorer by imitation and write it (paper, section 3.5).
+
+    Args:
+        policy: that is trained.
+        trajectories, validation: see `fsel.training.imitation.train`.
+        path: receives the scorer.
+        seed, epochs, learning_rate: of the training.
+        made_by, config: provenance, see `fsel.training.scorers.save_scorer`.
+
+    Returns:
+        Loss and agreement by epoch and split.
+    """
+    weights, log = train(
+        trajectories, validation, seed=seed, epochs=epochs, learning_rate=learning_rate
+    )
+    save_scorer(Network(weights), policy.name, made_by, seed, config, path)
+    return log

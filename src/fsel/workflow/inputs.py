@@ -115,9 +115,9 @@ def label_files(experiment: Experiment, scenes: Iterable[str] | None = None) -> 
     )
 
 
-def label_splits(experiment: Experiment) -> list[str]:
-    """The splits of every labelled scene."""
-    return expanded("<results>/labels/{scene}/splits.parquet", scene=experiment.labelled)
+def of_labelled(experiment: Experiment, name: str) -> list[str]:
+    """`splits` or `features` of every labelled scene, at all coverages."""
+    return [f"<results>/labels/{scene}/{name}.parquet" for scene in experiment.labelled]
 
 
 def embedded(experiment: Experiment) -> Paths:

@@ -1,9 +1,10 @@
-"""What picks are worth on targets whose images nobody has: an estimate from observed frames.
+"""Estimated gain of picks on targets whose images nobody has, from observed frames near them.
 
-Not in the paper. Observed frames near the targets judge as long as they are not picked, so that no
-frame judges itself. Their PSNR alone misleads: a pick beside a judge raises it, wherever the target
-is, and the frame nearest to a target loses its judgement when it is picked. So what poses alone
-explain is subtracted from the judges' gain, and what they explain of the target's is added.
+Not in the paper. Observed frames near the targets are the validation frames: one is rendered and
+scored while it is not picked, so that no frame is scored on itself. Their PSNR alone misleads: a
+pick beside a validation frame raises it, wherever the target is, and the frame nearest to a target
+is scored no more once it is picked. So what poses alone explain is subtracted from the gain on the
+validation frames, and what they explain of the gain on the targets is added.
 """
 
 from __future__ import annotations
@@ -17,16 +18,16 @@ from fsel.data.problem import Problem
 from fsel.metrics import score_views
 from fsel.reconstruct import Model, Reconstructor
 
-JUDGING = 7  # frames nearest to each target, which judge
+VALIDATION = 7  # frames nearest to each target, on which picks are scored
 SLOPE = 7.0  # dB that a view gains where its closeness grows e-fold, on 24 training scenes
 REST = 0.1  # added to the distance, so that no pick counts more than 10
-FIRST = 0.3  # of the judges, those that a swap concerns most, are rendered before the others
+FIRST = 0.3  # of the validation frames, those that a swap concerns most: rendered first
 METRIC = ("psnr",)
 
 
 @dataclass(frozen=True)
 class Closeness:
-    """How close picks are to V views: the sum over picks of 1 / (distance + 0.1).
+    """Closeness of picks to V views: the sum over picks of 1 / (distance + 0.1).
 
     The distance is that of the centres plus the angle between the axes, each over its `largest`.
 
@@ -68,13 +69,13 @@ class Closeness:
 
 
 @dataclass
-class Judged:
-    """Picks that were judged in full.
+class Estimated:
+    """Picks that were scored on all validation frames.
 
     Attributes:
         picks: (K,) int64.
         gain: dB.
-        psnr: (J,) float64 of the frames that judge; NaN for picks.
+        psnr: (J,) float64 of the validation frames; NaN for picks.
     """
 
     picks: np.ndarray
@@ -82,7 +83,7 @@ class Judged:
     psnr: np.ndarray
 
 
-class Judges:
+class EstimatedGain:
     """Mean gain in PSNR on a problem's targets over some first picks, estimated.
 
     Args:
@@ -92,7 +93,7 @@ class Judges:
 
     Attributes:
         nearest: see `nearest_to_targets`.
-        frames: (J,) int64 that judge, ascending.
+        frames: (J,) int64 the validation frames, ascending.
         base: (J,) PSNR of each by the first picks without itself. Without it, subsets that hold the
             frames that are hard to render would look better than they are.
         best: the best picks so far.
@@ -100,9 +101,9 @@ class Judges:
 
     def __init__(self, reconstructor: Reconstructor, problem: Problem, picks: np.ndarray) -> None:
         self.nearest = nearest_to_targets(problem)
-        judging = self.nearest[:, :JUDGING]
-        self.frames = np.unique(judging)
-        self._of_targets = np.searchsorted(self.frames, judging)
+        near = self.nearest[:, :VALIDATION]
+        self.frames = np.unique(near)
+        self._of_targets = np.searchsorted(self.frames, near)
         self._reconstructor = reconstructor
         self._images = np.asarray(reconstructor.capture.images[self.frames])
         self._closeness = Closeness.of(problem, self.frames)
@@ -113,7 +114,7 @@ class Judges:
         for row in np.flatnonzero(~free):
             alone = np.arange(len(free)) == row
             self.base[row] = self._scores(np.setdiff1d(picks, self.frames[row]), alone)[row]
-        self.best = Judged(picks, 0.0, start)
+        self.best = Estimated(picks, 0.0, start)
 
     def __call__(self, picks: np.ndarray) -> float:
         """Gain in dB of (K,) distinct picks, in any order.
@@ -131,7 +132,7 @@ class Judges:
             psnr[rest] = self._rendered(model, rest)
             gain = self._gain(psnr, closeness)
         if gain > self.best.gain:
-            self.best = Judged(picks, gain, psnr)
+            self.best = Estimated(picks, gain, psnr)
         return gain
 
     def _parted(self, picks: np.ndarray, closeness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -145,22 +146,22 @@ class Judges:
         return ordered[:count], ordered[count:]
 
     def _gain(self, psnr: np.ndarray, closeness: np.ndarray) -> float:
-        """From (J,) PSNR, NaN where a frame does not judge, and (J + T,) closeness."""
+        """Estimate the gain from (J,) PSNR, NaN where a frame is picked, and (J + T,) closeness."""
         explained = SLOPE * np.log(closeness / self._before)
         count = len(self.frames)
         beyond = psnr - self.base - explained[:count]
-        judging = ~np.isnan(beyond)[self._of_targets]
-        sums = np.where(judging, beyond[self._of_targets], 0.0).sum(axis=1)
-        judged = judging.any(axis=1)
-        means = sums[judged] / judging.sum(axis=1)[judged]
+        scored = ~np.isnan(beyond)[self._of_targets]
+        sums = np.where(scored, beyond[self._of_targets], 0.0).sum(axis=1)
+        served = scored.any(axis=1)
+        means = sums[served] / scored.sum(axis=1)[served]
         return float(explained[count:].mean() + (means.mean() if len(means) else 0.0))
 
     def _scores(self, picks: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """(J,) PSNR by picks of some of the frames, (J,) bool; NaN for the others."""
-        found = np.full(len(self.frames), np.nan)
+        psnr = np.full(len(self.frames), np.nan)
         model = self._reconstructor.fit(np.sort(picks))
-        found[rows] = self._rendered(model, np.flatnonzero(rows))
-        return found
+        psnr[rows] = self._rendered(model, np.flatnonzero(rows))
+        return psnr
 
     def _rendered(self, model: Model, rows: np.ndarray) -> np.ndarray:
         """PSNR of some rows of the frames."""

@@ -1,12 +1,12 @@
-"""What picks are worth on targets whose images nobody has: who judges, what poses explain."""
+"""Estimated gain of picks on targets without images: validation frames, what poses explain."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from fsel.request import judges
-from fsel.request.judges import Closeness, Judges
+from fsel.request import estimated_gain
+from fsel.request.estimated_gain import Closeness, EstimatedGain
 
 N = 8
 
@@ -63,9 +63,9 @@ def recorder():
 
 @pytest.fixture
 def three(monkeypatch):
-    """Three frames a target judge, and all are rendered."""
-    monkeypatch.setattr(judges, "JUDGING", 3)
-    monkeypatch.setattr(judges, "FIRST", 1.0)
+    """Three validation frames a target, and all are rendered."""
+    monkeypatch.setattr(estimated_gain, "VALIDATION", 3)
+    monkeypatch.setattr(estimated_gain, "FIRST", 1.0)
 
 
 def close(view, *picks):
@@ -80,19 +80,19 @@ def test_closeness_leaves_a_frame_out_where_it_is_looked_at_itself():
 
 
 @pytest.mark.usefixtures("three")
-def test_a_frame_never_judges_itself(recorder):
-    judged = Judges(recorder, problem(5.6), np.array([5, 2, 1]))
-    assert judged.frames.tolist() == [5, 6, 7]
+def test_a_frame_is_never_scored_on_itself(recorder):
+    gain_of = EstimatedGain(recorder, problem(5.6), np.array([5, 2, 1]))
+    assert gain_of.frames.tolist() == [5, 6, 7]
     # frames 6 and 7 are rendered from 1 + 2 + 5, frame 5 from 1 + 2 grey levels
     assert recorder.fitted == [[1, 2, 5], [1, 2]]
     assert recorder.rendered == [[6, 7], [5]]
-    np.testing.assert_allclose(judged.base, decibels(np.array([3, 8, 8])), atol=1e-5)
+    np.testing.assert_allclose(gain_of.base, decibels(np.array([3, 8, 8])), atol=1e-5)
 
 
 @pytest.mark.usefixtures("three")
-def test_the_gain_is_what_poses_explain_of_the_target_and_what_judges_gain_beyond_it(recorder):
-    judged = Judges(recorder, problem(5.6), np.array([5, 2, 1]))
-    gain = judged(np.array([0, 6, 1]))  # frames 5 and 7 judge
+def test_the_gain_is_what_poses_explain_of_the_target_and_what_frames_gain_beyond_it(recorder):
+    gain_of = EstimatedGain(recorder, problem(5.6), np.array([5, 2, 1]))
+    gain = gain_of(np.array([0, 6, 1]))  # frames 5 and 7 are scored
 
     def explained(view, before):
         return 7 * np.log(close(view, 0, 1, 6) / close(view, *before))
@@ -108,43 +108,43 @@ def test_every_target_counts_alike(recorder):
     start, picks = np.array([5, 2, 1]), np.array([0, 3, 4])
     gains = []
     for places in ((1.2,), (5.6,), (1.2, 5.6)):
-        judged = Judges(recorder, problem(*places, 5.8), start)
-        gains.append(judged(picks))
-    alone = Judges(recorder, problem(5.8), start)(picks)
+        gain_of = EstimatedGain(recorder, problem(*places, 5.8), start)
+        gains.append(gain_of(picks))
+    alone = EstimatedGain(recorder, problem(5.8), start)(picks)
     first, second = 2 * gains[0] - alone, 2 * gains[1] - alone
     assert 3 * gains[2] == pytest.approx(first + second + alone, abs=1e-5)
 
 
 @pytest.mark.usefixtures("three")
-def test_where_every_judge_is_picked_poses_alone_count(recorder):
-    judged = Judges(recorder, problem(5.6), np.array([5, 2, 1]))
-    gain = judged(np.array([5, 6, 7]))
+def test_where_every_validation_frame_is_picked_poses_alone_count(recorder):
+    gain_of = EstimatedGain(recorder, problem(5.6), np.array([5, 2, 1]))
+    gain = gain_of(np.array([5, 6, 7]))
     assert gain == pytest.approx(7 * np.log(close(5.6, 5, 6, 7) / close(5.6, 1, 2, 5)), abs=1e-5)
 
 
 def test_the_frames_that_a_swap_concerns_least_wait_for_the_others(recorder, monkeypatch):
-    monkeypatch.setattr(judges, "JUDGING", 5)
-    judged = Judges(recorder, problem(5.6), np.array([4, 2, 1]))
-    assert judged.frames.tolist() == [3, 4, 5, 6, 7]
+    monkeypatch.setattr(estimated_gain, "VALIDATION", 5)
+    gain_of = EstimatedGain(recorder, problem(5.6), np.array([4, 2, 1]))
+    assert gain_of.frames.tolist() == [3, 4, 5, 6, 7]
     recorder.rendered.clear()
-    assert judged(np.array([4, 3, 1])) < 0  # brighter, so worse
+    assert gain_of(np.array([4, 3, 1])) < 0  # brighter, so worse
     assert recorder.rendered == [[7]]  # 30 % of 5, 6 and 7, rounded up
-    assert judged.best.picks.tolist() == [4, 2, 1]
+    assert gain_of.best.picks.tolist() == [4, 2, 1]
     recorder.rendered.clear()
-    gain = judged(np.array([4, 0, 1]))
+    gain = gain_of(np.array([4, 0, 1]))
     assert recorder.rendered == [[3, 7], [6, 5]]
     assert gain > 0
-    assert judged.best.gain == gain
-    assert judged.best.picks.tolist() == [4, 0, 1]
+    assert gain_of.best.gain == gain
+    assert gain_of.best.picks.tolist() == [4, 0, 1]
 
 
 def test_a_frame_that_was_a_pick_is_always_rendered(recorder, monkeypatch):
-    monkeypatch.setattr(judges, "JUDGING", 5)
-    judged = Judges(recorder, problem(5.6), np.array([4, 2, 1]))
+    monkeypatch.setattr(estimated_gain, "VALIDATION", 5)
+    gain_of = EstimatedGain(recorder, problem(5.6), np.array([4, 2, 1]))
     recorder.rendered.clear()
-    judged(np.array([7, 2, 1]))
+    gain_of(np.array([7, 2, 1]))
     assert recorder.rendered == [[4, 5]]  # 5 stands between the frames that change
 
 
 def test_the_start_gains_nothing(recorder):
-    assert Judges(recorder, problem(5.6), np.array([0, 2, 7]))(np.array([0, 2, 7])) == 0
+    assert EstimatedGain(recorder, problem(5.6), np.array([0, 2, 7]))(np.array([0, 2, 7])) == 0
