@@ -21,45 +21,6 @@ CROSSING = {
 }
 
 
-rule handsign:
-    input:
-        evaluations=collect(
-            "<results>/{problem}/evaluation.parquet",
-            problem=evaluation_problems(config["draws"]),
-        ),
-        lib=library("handsign"),
-    output:
-        table=report(
-            "<tables>/handsign.tex",
-            caption="../report/handsign.rst",
-            category="Paper",
-            labels={"table": "Learned versus untrained", "form": "LaTeX"},
-        ),
-        numbers=report(
-            "<tables>/handsign.csv",
-            caption="../report/handsign.rst",
-            category="Paper",
-            labels={"table": "Learned versus untrained", "form": "numbers"},
-        ),
-    log:
-        "<results>/logs/handsign.log",
-    benchmark:
-        "<results>/benchmarks/handsign.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=growing(1000),
-        runtime=growing(10),
-    params:
-        **WHOLE,
-        problems=evaluation_problems(config["draws"]),
-    message:
-        "Writing what learning adds"
-    script:
-        "../scripts/handsign.py"
-
-
 rule seedvar:
     input:
         evaluations=collect(
@@ -236,23 +197,6 @@ rule pipeline_figure:
         "../scripts/pipeline_figure.py"
 
 
-use rule train as train_geometry with:
-    output:
-        weights=collect(
-            "<results>/selector/geometry/seed{seed}.safetensors", seed=SEEDS
-        ),
-        logs=collect("<results>/selector/geometry/seed{seed}.parquet", seed=SEEDS),
-    log:
-        "<results>/logs/train/less_is_more_geometry.log",
-    benchmark:
-        "<results>/benchmarks/train/less_is_more_geometry.jsonl"
-    params:
-        policy="less_is_more_geometry",
-        scenes=list(LABELLED),
-        epochs=config["training"]["epochs"],
-        learning_rate=config["training"]["learning_rate"],
-
-
 use rule select as select_geometry with:
     input:
         splits=expand(
@@ -313,6 +257,13 @@ use rule evaluate as evaluate_geometry with:
         "<results>/logs/evaluate_geometry/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/evaluate_geometry/{dataset}/{scene}.jsonl"
+    resources:
+        mem_mb=per_reconstruction(4000),
+        runtime=per_reconstruction(180),
+        gpu=GPU,
+    params:
+        reconstruction=config["reconstruction"],
+        metrics=METRICS,
 
 
 rule measure_costs:
@@ -525,9 +476,3 @@ rule crosscapture:
         "Writing the cross-capture table"
     script:
         "../scripts/crosscapture.py"
-
-
-rule paper:
-    input:
-        lambda wildcards: of_the_paper(),
-    localrule: True
