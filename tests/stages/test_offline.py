@@ -1,5 +1,8 @@
 """The offline stage on captures in memory and by the workflow's stages: one pipeline."""
 
+import subprocess
+import sys
+
 import numpy as np
 from small_sweep import RECONSTRUCTION, SEARCH
 
@@ -36,3 +39,10 @@ def test_both_callers_make_the_same_trajectories(scene, labelled, tmp_path):
         np.testing.assert_array_equal(one.selectable, other.selectable)
         assert one.features.tobytes() == other.features.tobytes()
         assert one.weight == other.weight
+
+
+def test_labels_and_their_order_are_made_without_torch():
+    """Importing it takes longer than a label item."""
+    imports = "import sys, fsel.stages.label, fsel.stages.order; print('torch' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", imports], capture_output=True, text=True)
+    assert done.stdout == "False\n", done.stderr

@@ -6,7 +6,8 @@ import pandas as pd
 from fsel.data.capture import Capture
 from fsel.data.split import coverage_split
 from fsel.stages.train import train
-from fsel.training import labelled as reading
+from fsel.training import problems as reading
+from fsel.training.labelled import labelled_problems
 from fsel.utils.files import read_table, write_table
 
 
@@ -40,7 +41,7 @@ def test_files_of_a_scene_are_read_once_for_all_levels(scene, tmp_path, monkeypa
     rows = pd.DataFrame({"scene": "s", "coverage": [50, 25, 25], "rank": [0, 1, 0]})
     read = []
     monkeypatch.setattr(reading, "read_table", lambda p: read.append(p) or read_table(p))
-    problems = list(reading.labelled_problems(rows, {"s": (scene, splits)}))
+    problems = list(labelled_problems(rows, {"s": (scene, splits)}))
     assert read == [scene / "descriptors.parquet", splits]
     assert [part["rank"].tolist() for _, part in problems] == [[0, 1], [0]]
     for (problem, _), split in zip(problems, levels.values(), strict=True):
