@@ -62,7 +62,7 @@ def test_an_entry_set_by_hand_stands_for_itself_and_goes_again():
 
 def test_a_former_name_is_refused_with_the_name_of_today():
     methods = Registry("method", {"less_is_more": "", "fsel": ""}, {"ours": "less_is_more"})
-    with pytest.raises(ValueError, match="allowed: less_is_more, fsel. Hint: 'ours' is named"):
+    with pytest.raises(ValueError, match=r"allowed: less_is_more, fsel\. Hint: 'ours' is named"):
         methods.checked("ours")
-    with pytest.raises(ValueError, match="allowed: less_is_more, fsel$"):
+    with pytest.raises(ValueError, match=r"allowed: less_is_more, fsel$"):
         methods.checked("theirs")

@@ -1,4 +1,4 @@
-"""Select frames: what is asked for, the picks, and what is done with them afterwards."""
+"""Select frames: the request, the picks, and what is done with them afterwards."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Selection:
         scores: (k,) float64 the scorer's value when each was picked; NaN for methods without one.
         seconds: spent selecting, features included, images and their sharpness excluded.
         budget: how k was found, where it was to be found.
-        swapped: what swaps changed and gained, where they were asked for. Then fewer picks are no
+        swapped: what swaps changed and gained, where swaps were wanted. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
         exchanged: name of a pick -> that of the blurred one whose place it took. At a smaller
             budget another frame may take it, since fewer are picked already.
@@ -82,7 +82,7 @@ def select(
         seed: of methods that draw at random.
         weights: a scorer that `fsel train` or the workflow made, in place of one that comes with
             the package.
-        refine: seconds in which swaps are tried that real reconstructions of the capture judge, see
+        refine: seconds in which swaps are tried that real reconstructions of the capture score, see
             `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
             them.
         sharpness: (N,) of every frame, where it is known already, or what measures it of some;
@@ -114,14 +114,14 @@ def select(
     if descriptors is None and "appearance" in method.reads:
         descriptors = described(capture)
     ranked = _ranked_by(method, seed)
-    asked = number_of(k)
+    number = number_of(k)
     started = time.perf_counter()
     problem = request_problem(capture, targets, known, focus, descriptors)
-    found = None
-    if isinstance(asked, Auto):
-        frames, scores, found = _enough(problem, targets.views, ranked, asked)
+    chosen = None
+    if isinstance(number, Auto):
+        frames, scores, chosen = _enough(problem, targets.views, ranked, number)
     else:
-        frames, scores = ranked(problem, asked)
+        frames, scores = ranked(problem, number)
     seconds, began, swapped = time.perf_counter() - started, frames, None
     sharp = sharpened(method, problem, frames, sharpness_of)
     started = time.perf_counter()
@@ -139,7 +139,7 @@ def select(
     names = tuple(capture.names[i] for i in frames)
     stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
     instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
-    return Selection(names, frames, scores, seconds, found, swapped, instead)
+    return Selection(names, frames, scores, seconds, chosen, swapped, instead)
 
 
 def sharpened(
@@ -150,7 +150,7 @@ def sharpened(
 
 
 def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) -> SharpnessOf:
-    """What says how sharp frames are; see `select`."""
+    """Function that says how sharp frames are; see `select`."""
     if sharpness is None:
         return lambda frames: measure_sharpness(capture.images[frames])
     return sharpness if callable(sharpness) else np.asarray(sharpness).__getitem__
@@ -162,7 +162,7 @@ def _enough(
     """Picks, their scores, and how their number was found.
 
     The prediction was fitted to few views that picks were made for. So where the whole capture is
-    asked for, the number is that of picks for some of the views along its path.
+    to be rendered, the number is that of picks for some of the views along its path.
     """
     worth = budget.shipped_worth()
     rows = evenly(len(views), budget.WHOLE if problem.whole else len(views))
@@ -170,10 +170,10 @@ def _enough(
     shift = budget.view_shift(problem.capture, problem.candidates, few.targets)
     frames, scores = ranked(few, budget.most(shift, auto, worth))
     in_order = shift[np.searchsorted(problem.candidates, frames)]
-    found = budget.find(in_order, auto, problem.capture.size, worth)
+    chosen = budget.find(in_order, auto, problem.capture.size, worth)
     if problem.whole:
-        frames, scores = ranked(problem, found.frames)
-    return frames[: found.frames], scores[: found.frames], found
+        frames, scores = ranked(problem, chosen.frames)
+    return frames[: chosen.frames], scores[: chosen.frames], chosen
 
 
 def _ranked_by(method: Method, seed: int) -> Ranked:

@@ -27,7 +27,7 @@ def loop() -> ModuleType:
 
 
 class Rows(NamedTuple):
-    """What the rows of a pool are compared by, n rows and O views that are asked for.
+    """Poses and appearance by which the n rows of a pool are compared, with O views.
 
     Attributes:
         centers: (n, 3) float64 camera centres, relative to their mean.
@@ -70,7 +70,7 @@ class Prepared:
 
 
 def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-    """z-scores with the population deviation; flat columns become zero.
+    """Standardise columns by the population deviation; flat ones become zero.
 
     Args:
         columns: (n, c) raw values.

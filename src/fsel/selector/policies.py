@@ -55,7 +55,7 @@ class Learned(Method):
 
 @dataclass(frozen=True)
 class Policy:
-    """What a scorer may see and pick, and of which kind it is; training and selection read it.
+    """Contract of a scorer: what it sees and picks, and its kind. Training and selection read it.
 
     Attributes:
         name: of the method.
@@ -81,7 +81,7 @@ class Policy:
 
     @cached_property
     def reads(self) -> tuple[str, ...]:
-        """What it looks at of the images: `appearance`, `sharpness`, both or neither."""
+        """Parts of the images that it looks at: `appearance`, `sharpness`, both or neither."""
         appearance = ("appearance",) if self._read(APPEARANCE) else ()
         return appearance + ((SHARPNESS,) if self._read([SHARPNESS]) else ())
 

@@ -67,8 +67,10 @@ def own(path: str | Path, name: str | None = None) -> Learned:
 
 
 def ranking(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """`fsel.selector.greedy.greedy` in plain NumPy where that is faster than compiling, or where
-    rows are given, which only that looks at."""
+    """Pick as `fsel.selector.greedy.greedy` does, in plain NumPy where that is faster.
+
+    It is faster than compiling for small pools; and only it looks at rows that are given.
+    """
     cost = 1 if isinstance(scorer, Linear) else NETWORK_COST
     small = cost * k * len(prepared.pool) <= plain.LARGEST or len(prepared.given)
     return (plain.greedy if small else greedy.greedy)(prepared, scorer, k)

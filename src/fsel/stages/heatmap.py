@@ -30,7 +30,7 @@ def heatmap(
     budgets: Sequence[int],
     reconstructor: str = "",
 ) -> None:
-    """Gain of fsel and of ours over the strongest baseline, from the sweep's numbers.
+    """Gain of fsel and of `less_is_more` over the strongest baseline, from the sweep's numbers.
 
     Args:
         numbers, differences: what `fsel.stages.ksweep` wrote.

@@ -40,7 +40,7 @@ def ksweep(
         datasets: name -> printed label, in order.
         budgets: columns.
         metrics: of a cell, in order; names, or name -> settings.
-        facts: what the caption tells, see `caption`.
+        facts: what the caption says, see `caption`.
     """
     files = named([*problems, *searched], [*evaluations, *oracles])
     names = list(metrics)
@@ -49,7 +49,7 @@ def ksweep(
     write_csv(means, numbers)
     write_csv(paired(cells, list(LEARNED), names, trained=list(LEARNED)), differences)
     groups = row_groups(cells, budgets)
-    told = {**facts, "searched": any("search" in group for group in groups)}
+    known = {**facts, "searched": any("search" in group for group in groups)}
     text = sweep_table(
         means,
         datasets={name: tex(label) for name, label in with_all_label(datasets).items()},
@@ -57,14 +57,14 @@ def ksweep(
         ranked=[*BASELINES, *LEARNED],
         budgets=budgets,
         higher_is_better=directions(metrics),
-        caption=caption(told, metrics),
+        caption=caption(known, metrics),
         label="tab:ksweep_all",
     )
     write_text(text, table)
 
 
 def caption(facts: Mapping, metrics: Metrics) -> str:
-    """Which captures, reconstructor, descriptor and metric made the table, in LaTeX.
+    """Say in LaTeX which captures, reconstructor, descriptor and metric made the table.
 
     Args:
         facts: embedded (labels of datasets of generated captures), real (labels of datasets read

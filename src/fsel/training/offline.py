@@ -37,7 +37,7 @@ TRIED = 3  # evaluations that are timed
 
 @dataclass(frozen=True)
 class Labelling:
-    """How captures are labelled; defaults are the paper's (Appendix A.2 and A.3).
+    """Settings of labelling; defaults are the paper's (Appendix A.2 and A.3).
 
     Attributes:
         k: frames of a subset.
@@ -66,7 +66,7 @@ class Labelling:
         return search.population + search.generations * (search.population - search.elites)
 
     def settings(self) -> dict[str, Any]:
-        """All of it, flat, as the searches read it."""
+        """Return all of it, flat, as the searches read it."""
         flat = asdict(self)
         return {"labeller": "genetic", **flat.pop("search"), **flat}
 
@@ -89,7 +89,7 @@ class Described:
     reconstructor: Reconstructor
 
     def digest(self) -> str:
-        """Of all that its labels depend on but the settings."""
+        """Digest of all that its labels depend on but the settings."""
         capture, total = self.capture, hashlib.sha256("/".join(self.capture.names).encode())
         for array in (
             capture.world_to_camera,
@@ -111,7 +111,7 @@ class Task:
 
     @property
     def problem(self) -> Problem:
-        """As selection sees it."""
+        """Problem as selection sees it."""
         seen, split = self.described, self.split
         views = seen.capture.view(split.targets)
         return Problem(
@@ -122,7 +122,7 @@ class Task:
 
     @property
     def evaluate(self) -> Evaluate:
-        """PSNR, SSIM and GMSD of a subset's reconstruction on the proxies."""
+        """Evaluation by PSNR, SSIM and GMSD of a subset's reconstruction on the proxies."""
         return Evaluator.on_frames(self.described.reconstructor, self.split.proxies)
 
 
@@ -140,7 +140,9 @@ def tasks(captures: Sequence[Described], labelling: Labelling) -> list[Task]:
 
 
 def seconds_needed(task: Task, labelling: Labelling) -> float:
-    """Of one problem: what a few evaluations take, times their number; less where subsets share.
+    """Predict the time of one problem: what a few evaluations take, times their number.
+
+    It takes less where subsets share work.
 
     The first evaluation, which compiles, does not count.
     """

@@ -1,4 +1,4 @@
-"""From a set of frames to a trajectory of picks (paper, Eq. 3), and its weight (Eq. 5)."""
+"""Ordering of a set of frames into a trajectory of picks (paper, Eq. 3), and its weight (Eq. 5)."""
 
 from __future__ import annotations
 
