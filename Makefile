@@ -3,7 +3,7 @@ CORES ?= 2
 # images of containers often set it: every process would compile pandas anew, a second each
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ksweep test weights labels docs
+.PHONY: ksweep test weights labels docs rulegraph
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
@@ -28,6 +28,11 @@ labels: .venv/installed
 # the numbers in README.md and docs/, from the tables that this checkout has: docs/results.yaml
 docs: .venv/installed
 	.venv/bin/python -m fsel.workflow.docs
+
+# the rules of the default run, without arrows that others imply; `dot` and `tred` are graphviz's
+rulegraph: .venv/installed
+	.venv/bin/snakemake --rulegraph --workflow-profile none 2>/dev/null | tred \
+		| dot -Grankdir=LR -Nfontname=sans-serif -Tsvg > docs/figures/rulegraph.svg
 
 # compiled to bytecode at the first import: of torch and what it brings little is ever imported
 .venv/installed: pyproject.toml
