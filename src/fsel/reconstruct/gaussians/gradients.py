@@ -23,7 +23,8 @@ from fsel.reconstruct.gaussians.projection import (
     seen,
     tilts,
 )
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT, inlined, jit
+from fsel.reconstruct.gaussians.table import COLOR, LOGIT
+from fsel.utils.compiled import inlined, reordered
 
 LANES = 32  # Gaussians of a block
 # numbers of a Gaussian in a block: position in the camera's axes, quaternion, standard deviations,
@@ -32,7 +33,7 @@ POINT, TURN, SIZE, INVERSE, SUMS, MEAN_OUT, SCALE_OUT, TURN_OUT = 0, 3, 7, 10, 1
 FIELDS = 28
 
 
-@jit
+@reordered
 def backward(table, degree, camera, rows, rank, source, pulls, grad):
     """Add the gradients of the projected Gaussians to those of the parameters.
 
@@ -55,7 +56,7 @@ def backward(table, degree, camera, rows, rank, source, pulls, grad):
         _scatter(block, source, grad, start, count)
 
 
-@jit
+@reordered
 def _gather(table, camera, rows, rank, source, pulls, block, start, count):
     lens = numbers(camera)
     for p in range(count):
@@ -73,7 +74,7 @@ def _gather(table, camera, rows, rank, source, pulls, block, start, count):
             block[(SUMS + k) * LANES + p] = pulls[n, 4 + k]
 
 
-@jit
+@reordered
 def _scatter(block, source, grad, start, count):
     for p in range(count):
         i = source[start + p]
@@ -83,7 +84,7 @@ def _scatter(block, source, grad, start, count):
             grad[i, 3 + k] += block[(SCALE_OUT + k) * LANES + p]
 
 
-@jit
+@reordered
 def _differentiate(block, camera):
     """Fill the gradients of a block from its other numbers."""
     lens = numbers(camera)
@@ -119,7 +120,7 @@ def _differentiate(block, camera):
         block[at], block[at + LANES], block[at + 2 * LANES], block[at + 3 * LANES] = quarter
 
 
-@jit
+@reordered
 def _shade_back(table, degree, camera, rows, rank, source, pulls, grad):
     """Gradients of the opacities, of the harmonics, and through them of the positions."""
     lens, values, weights = numbers(camera), np.empty(16), np.empty(16)

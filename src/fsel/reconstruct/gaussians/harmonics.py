@@ -5,7 +5,7 @@ Training and `.ply` files stop at degree two and three; published feed-forward m
 
 from __future__ import annotations
 
-from fsel.reconstruct.gaussians.table import jit
+from fsel.utils.compiled import reordered
 
 C0 = 0.28209479177387814  # sqrt(1 / (4 pi))
 C1 = 0.4886025119029199  # sqrt(3 / (4 pi))
@@ -21,7 +21,7 @@ C4 = (
 MOST = 25  # harmonics to degree four
 
 
-@jit
+@reordered
 def basis(degree, x, y, z, out):
     """Fill `out` (25,) with the (degree + 1)^2 harmonics of the unit direction x, y, z."""
     out[0] = C0
@@ -46,7 +46,7 @@ def basis(degree, x, y, z, out):
             out[24] = C4[6] * (xx * (xx - 3 * yy) - yy * (3 * xx - yy))
 
 
-@jit
+@reordered
 def slope(degree, x, y, z, pull):
     """Gradient of `sum(pull * basis)` with respect to x, y and z, to degree two: what is trained.
 

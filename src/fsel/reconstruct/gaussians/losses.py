@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.reconstruct.gaussians.table import jit
+from fsel.utils.compiled import reordered
 
 SSIM_SHARE = 0.2
 REACH = 5  # pixels of the window on each side
@@ -22,7 +22,7 @@ def window(dtype) -> np.ndarray:
     return (weights / (2 * weights.sum() - weights[0])).astype(dtype)
 
 
-@jit
+@reordered
 def loss_gradient(image, truth, mask, weights, pull):
     """Loss of an image against the truth and its gradient.
 
@@ -61,7 +61,7 @@ def loss_gradient(image, truth, mask, weights, pull):
     return total
 
 
-@jit
+@reordered
 def _moments(image, truth, mask, maps):
     """The image, the truth, both squares and the product."""
     grey, none, masked = image.dtype.type(1 / 255), image.dtype.type(0), len(mask) > 0
@@ -73,7 +73,7 @@ def _moments(image, truth, mask, maps):
             maps[2, y, x], maps[3, y, x], maps[4, y, x] = a * a, b * b, a * b
 
 
-@jit
+@reordered
 def _smooth(source, weights, padded, out):
     """Convolve with the window; `padded` has zeros along its sides, and stays so."""
     height, width = source.shape
@@ -100,7 +100,7 @@ def _smooth(source, weights, padded, out):
             made[x] = near + w4 * (line[x + 1] + line[x + 9]) + w5 * (line[x] + line[x + 10])
 
 
-@jit
+@reordered
 def _similarity(smooth, share):
     """Sum of share times (1 - SSIM); the first three maps become its gradients with respect to the
     smoothed image, its smoothed square and the smoothed product."""
@@ -125,7 +125,7 @@ def _similarity(smooth, share):
     return total * share
 
 
-@jit
+@reordered
 def _combine(maps, share, pull):
     """Gradient of the whole loss, and the L1 part of the loss."""
     kind = pull.dtype.type

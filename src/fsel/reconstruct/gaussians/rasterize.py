@@ -12,8 +12,8 @@ import numpy as np
 
 from fsel.reconstruct.gaussians.exponential import exponential
 from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, XX, XY, YY, U, V
-from fsel.reconstruct.gaussians.table import jit
 from fsel.reconstruct.gaussians.tiles import TILE
+from fsel.utils.compiled import reordered
 
 PIXELS = TILE * TILE
 LARGEST_ALPHA = 0.99
@@ -22,7 +22,7 @@ FLOOR = math.log(LEAST_ALPHA) - 0.1  # exponents below it are as good as it: the
 CHECKED = 8  # Gaussians between two looks at whether a tile is finished
 
 
-@jit
+@reordered
 def composite(rows, starts, members, background, image, rest):
     """Render tiles.
 
@@ -55,7 +55,7 @@ def composite(rows, starts, members, background, image, rest):
                     image[c, top + y, left + x] = color + background[c] * passed
 
 
-@jit
+@reordered
 def _centres(rows):
     """x, then y, of a tile's pixel centres from its corner."""
     at = np.empty(2 * PIXELS, rows.dtype)
@@ -65,7 +65,7 @@ def _centres(rows):
     return at
 
 
-@jit
+@reordered
 def _open(state, wide, high):
     """Start a tile; pixels beyond the image are finished."""
     for p in range(PIXELS):
@@ -74,7 +74,7 @@ def _open(state, wide, high):
             state[c * PIXELS + p] = 0
 
 
-@jit
+@reordered
 def _finished(state):
     light = state[0]
     for p in range(1, PIXELS):
@@ -82,7 +82,7 @@ def _finished(state):
     return light < 0
 
 
-@jit
+@reordered
 def _add(state, at, rows, i, left, top):
     """One Gaussian onto one tile."""
     kind = rows.dtype.type
@@ -106,7 +106,7 @@ def _add(state, at, rows, i, left, top):
         state[3 * PIXELS + p] += weight * blue
 
 
-@jit
+@reordered
 def backward(rows, starts, members, image, pull, pulls):
     """Gradients of what the image's gradient pulls on, summed over each Gaussian's pixels.
 
@@ -138,7 +138,7 @@ def backward(rows, starts, members, image, pull, pulls):
             _pull(state, at, rows, members[n], left, top, pulls)
 
 
-@jit
+@reordered
 def _pull(state, at, rows, i, left, top, out):
     """The gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
     kind = rows.dtype.type

@@ -9,7 +9,8 @@ import numpy as np
 import scipy.ndimage
 
 from fsel.reconstruct.radiance_field.rays import width_of
-from fsel.reconstruct.radiance_field.space import HALF_SIDE, jit
+from fsel.reconstruct.radiance_field.space import HALF_SIDE
+from fsel.utils.compiled import exact
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,7 @@ def _around(cells: np.ndarray) -> np.ndarray:
     return vertices
 
 
-@jit
+@exact
 def _resample(found, side, old_side, index, density, color, empty, new_density, new_color):
     """Trilinear values at the vertices `found`; colours over the old vertices that are there."""
     ratio = (old_side - 1) / (side - 1)

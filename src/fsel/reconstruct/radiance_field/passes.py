@@ -16,12 +16,13 @@ from fsel.reconstruct.radiance_field.rays import (
     trilinear,
     width_of,
 )
-from fsel.reconstruct.radiance_field.space import HALF_SIDE, jit
+from fsel.reconstruct.radiance_field.space import HALF_SIDE
+from fsel.utils.compiled import exact
 
 MIDDLE = 0.5  # share of a step before the first sample, where it is not drawn
 
 
-@jit
+@exact
 def _buffers(step, count, dtype):
     """Of the longest ray: a straight line bends in contracted space, to less than twice as long."""
     room = int(4.0 * math.sqrt(3.0) * HALF_SIDE / step) + 2
@@ -35,7 +36,7 @@ def _buffers(step, count, dtype):
     return samples, kept, np.empty(count, dtype)
 
 
-@jit
+@exact
 def loss_and_gradient(rays, truth, late, near, grid, field, count, background, least, gradients):
     """Squared error of a batch of rays, summed over channels, mean over rays; and its gradient.
 
@@ -70,7 +71,7 @@ def loss_and_gradient(rays, truth, late, near, grid, field, count, background, l
     return loss / len(rays)
 
 
-@jit
+@exact
 def render_rays(rays, near, grid, field, count, background, least, out):
     """Colour of each ray, samples in the middle of their steps; fills (n, 3)."""
     step, side, occupied = grid
@@ -84,7 +85,7 @@ def render_rays(rays, near, grid, field, count, background, least, out):
             out[q, channel] += left * background[channel]
 
 
-@jit
+@exact
 def largest_weights(rays, near, grid, field, seen):
     """Largest weight that each cell's samples have in the colour of any ray; fills (side**3,)."""
     step, side, occupied = grid
