@@ -29,7 +29,7 @@ KINDS = {
     "znver4": AVX512 | {"avx512bf16", "avx512vbmi2", "gfni", "sse4a", "vaes"},
 }
 TESTS = (
-    "tests/test_metrics.py",
+    "tests/metrics/test_metrics.py",
     "tests/baselines/test_covisibility.py",
     "tests/baselines/test_splat_views.py",
     "tests/reconstruct/gaussians/test_gradients.py",

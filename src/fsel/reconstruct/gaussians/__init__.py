@@ -12,11 +12,11 @@ import numpy as np
 
 from fsel.data.capture import Capture
 from fsel.reconstruct import gpu
+from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.gaussians import initial
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import GaussianSettings
 from fsel.reconstruct.gaussians.training import Begun, Steps, Training
-from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.subset import distinct, restricted
 
@@ -25,33 +25,14 @@ __all__ = ["GaussianModel", "GaussianSettings", "Gaussians"]
 logger = logging.getLogger(__name__)
 
 
-class Gaussians:
+class Gaussians(Bound[GaussianSettings]):
     """The reconstructor bound to one capture; see `GaussianSettings`.
 
     A model depends on the selected frames alone: on their images, cameras and masks, and on the
     sparse points that at least two of them see. The order of the frames does not matter.
-
-    Args:
-        capture: already at the reconstruction size.
-        settings: keyword arguments of `GaussianSettings`.
-
-    Raises:
-        ValueError: for a setting outside its range.
     """
 
-    def __init__(self, capture: Capture, **settings) -> None:
-        self.capture = capture
-        self.settings = settings_from(GaussianSettings, settings)
-
-    @staticmethod
-    def check(**settings) -> None:
-        """Refuse settings outside their range, and a GPU that is asked for and is not there."""
-        gpu.check(settings_from(GaussianSettings, settings).device)
-
-    @staticmethod
-    def needs_gpu(**settings) -> bool:
-        """As the settings say."""
-        return settings_from(GaussianSettings, settings).device == "cuda"
+    settings_type = GaussianSettings
 
     def fit(
         self,

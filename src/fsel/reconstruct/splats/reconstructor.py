@@ -8,15 +8,15 @@ and depth maps are cached, since a search meets the same pairs of frames again a
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from fsel.data.capture import Capture, Views
 from fsel.data.geometry import invert_pose
 from fsel.reconstruct import ply
-from fsel.reconstruct.keywords import settings_from
+from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import fusion, planes, render, stereo
@@ -62,6 +62,7 @@ class SplatSettings:
     planes: tuple[int, int] = (32, 96)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "planes", tuple(self.planes))  # a configuration has a list
         if not 1 <= self.partners <= MAX_PARTNERS:
             raise ValueError(f"partners must be 1 to {MAX_PARTNERS}, got {self.partners}")
         if not 0 <= self.small_penalty < self.large_penalty <= stereo.LARGEST_PENALTY:
@@ -73,17 +74,13 @@ class SplatSettings:
             raise ValueError(f"planes must be (least, most) with 2 <= least, got {self.planes}")
 
 
-class Splats:
-    """The reconstructor bound to one capture; see `SplatSettings`.
+class Splats(Bound[SplatSettings]):
+    """The reconstructor bound to one capture; see `SplatSettings`."""
 
-    Args:
-        capture: already at the reconstruction size.
-        settings: keyword arguments of `SplatSettings`.
-    """
+    settings_type = SplatSettings
 
-    def __init__(self, capture: Capture, **settings) -> None:
-        self.capture = capture
-        self.settings = _settings(settings)
+    def __init__(self, capture: Capture, **settings: Any) -> None:
+        super().__init__(capture, **settings)
         self.frames = Frames(capture)
         self.frame = Frame.of(capture)
         local = self.frame.localised(capture)
@@ -94,11 +91,6 @@ class Splats:
         self.ks = capture.intrinsics.astype(np.float32)
         self._pairs: dict[tuple[int, int], np.ndarray] = {}
         self._maps: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}
-
-    @staticmethod
-    def check(**settings) -> None:
-        """Refuse settings outside their range; it needs nothing else."""
-        _settings(settings)
 
     def fit(self, frames: np.ndarray) -> SplatModel:
         """Reconstruct from a subset.
@@ -194,13 +186,6 @@ class Splats:
             make_room(self._pairs, self._most_pairs)
             self._pairs[frame, source] = found
         return found
-
-
-def _settings(given: Mapping) -> SplatSettings:
-    """From keywords; a config's lists are tuples here."""
-    return settings_from(
-        SplatSettings, {k: tuple(v) if isinstance(v, list) else v for k, v in given.items()}
-    )
 
 
 @dataclass(frozen=True)
