@@ -121,7 +121,7 @@ class ExternalModel:
         """(T, h, w, 3) float32 images in [0, 1], by the command `render`.
 
         Raises:
-            Unfinished: when the command fails, or leaves other images than were asked for.
+            Unfinished: when the command fails, or leaves other images than the targets.
         """
         shutil.rmtree(self.folder / folder.RENDERINGS, ignore_errors=True)
         folder.write_targets(self.folder, views)

@@ -45,7 +45,7 @@ class Gaussians(Bound[GaussianSettings]):
         Args:
             frames: (K,) int64 distinct frames, K >= 2.
             progress: called after each step with the steps made, all steps, and the loss.
-            stop: asked before each step; when it says True, the model so far is returned.
+            stop: called before each step; when it returns True, the model so far is returned.
 
         Raises:
             ValueError: for fewer than two frames, repeated ones, or nothing to start from.
@@ -89,12 +89,12 @@ class Gaussians(Bound[GaussianSettings]):
             if full := [one for one in begun if len(one.table)]:
                 training = made.training(full, self.settings)
                 steps, kept = training.run(progress, stop), training.kept
-        found = iter(kept)
+        fitted = iter(kept)
         seconds, peak_bytes = time.perf_counter() - started, peak.bytes
         return [
             made.model(
                 frame=one.frame,
-                table=next(found) if len(one.table) else one.table,
+                table=next(fitted) if len(one.table) else one.table,
                 background=one.background,
                 steps=steps,
                 seconds=seconds / len(subsets),

@@ -47,17 +47,17 @@ def basis(degree, x, y, z, out):
 
 
 @reordered
-def slope(degree, x, y, z, pull):
-    """Gradient of `sum(pull * basis)` with respect to x, y and z, to degree two: what is trained.
+def slope(degree, x, y, z, w):
+    """Gradient of `sum(w * basis)` with respect to x, y and z, to degree two: what is trained.
 
     Args:
-        pull: (9,) gradient with respect to each harmonic.
+        w: (9,) gradient with respect to each harmonic.
     """
     dx, dy, dz = 0.0, 0.0, 0.0
     if degree > 0:
-        dx, dy, dz = -C1 * pull[3], -C1 * pull[1], C1 * pull[2]
+        dx, dy, dz = -C1 * w[3], -C1 * w[1], C1 * w[2]
     if degree > 1:
-        dx += C2[0] * (y * pull[4] - z * pull[7]) + 2 * x * (C2[2] * pull[8] - C2[1] * pull[6])
-        dy += C2[0] * (x * pull[4] - z * pull[5]) - 2 * y * (C2[2] * pull[8] + C2[1] * pull[6])
-        dz += -C2[0] * (y * pull[5] + x * pull[7]) + 4 * C2[1] * z * pull[6]
+        dx += C2[0] * (y * w[4] - z * w[7]) + 2 * x * (C2[2] * w[8] - C2[1] * w[6])
+        dy += C2[0] * (x * w[4] - z * w[5]) - 2 * y * (C2[2] * w[8] + C2[1] * w[6])
+        dz += -C2[0] * (y * w[5] + x * w[7]) + 4 * C2[1] * z * w[6]
     return dx, dy, dz

@@ -107,14 +107,14 @@ def _add(state, at, rows, i, left, top):
 
 
 @reordered
-def backward(rows, starts, members, image, pull, pulls):
-    """Gradients of what the image's gradient pulls on, summed over each Gaussian's pixels.
+def backward(rows, starts, members, image, slope, sums):
+    """Carry the image's gradient back to the projected Gaussians, summed over their pixels.
 
     Args:
         rows, starts, members: as in `composite`.
         image: (3, h, w) as `composite` filled it.
-        pull: (3, h, w) gradient with respect to it.
-        pulls: (v, 9) zeros, filled: see `gradients.backward`.
+        slope: (3, h, w) gradient with respect to it.
+        sums: (v, 9) zeros, filled: see `gradients.backward`.
     """
     height, width = image.shape[1:]
     across = (width + TILE - 1) // TILE
@@ -128,18 +128,18 @@ def backward(rows, starts, members, image, pull, pulls):
             for x in range(wide):
                 p, behind = y * TILE + x, rows.dtype.type(0)
                 for c in range(3):
-                    gradient = pull[c, top + y, left + x]
+                    gradient = slope[c, top + y, left + x]
                     state[(2 + c) * PIXELS + p] = gradient
                     behind += gradient * image[c, top + y, left + x]
                 state[PIXELS + p] = behind
         for n in range(starts[t], starts[t + 1]):
             if (n - starts[t]) % CHECKED == CHECKED - 1 and _finished(state):
                 break
-            _pull(state, at, rows, members[n], left, top, pulls)
+            _add_back(state, at, rows, members[n], left, top, sums)
 
 
 @reordered
-def _pull(state, at, rows, i, left, top, out):
+def _add_back(state, at, rows, i, left, top, out):
     """The gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
     kind = rows.dtype.type
     none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)

@@ -58,8 +58,8 @@ def loss_and_gradient(rays, truth, late, near, grid, field, count, background, l
     loss = 0.0
     for q in range(len(rays)):
         harmonics(rays[q], basis)
-        found = sample(rays[q], near, late[q], step, side, occupied, cells, parts)
-        samples = cells[:found], parts[:found]
+        met = sample(rays[q], near, late[q], step, side, occupied, cells, parts)
+        samples = cells[:met], parts[:met]
         n, left = composite(samples, side, step, field, basis, least, kept, out)
         behind = 0.0
         for channel in range(3):
@@ -78,8 +78,8 @@ def render_rays(rays, near, grid, field, count, background, least, out):
     (cells, parts), kept, basis = _buffers(step, count, out.dtype)
     for q in range(len(rays)):
         harmonics(rays[q], basis)
-        found = sample(rays[q], near, MIDDLE, step, side, occupied, cells, parts)
-        samples = cells[:found], parts[:found]
+        met = sample(rays[q], near, MIDDLE, step, side, occupied, cells, parts)
+        samples = cells[:met], parts[:met]
         _, left = composite(samples, side, step, field, basis, least, kept, out[q])
         for channel in range(3):
             out[q, channel] += left * background[channel]
@@ -94,9 +94,9 @@ def largest_weights(rays, near, grid, field, seen):
     rows, shares = kept[0][0], kept[1][0]
     seen[:] = 0
     for q in range(len(rays)):
-        found = sample(rays[q], near, MIDDLE, step, side, occupied, cells, parts)
+        met = sample(rays[q], near, MIDDLE, step, side, occupied, cells, parts)
         left = 1.0
-        for s in range(found):
+        for s in range(met):
             trilinear(cells[s], parts[s], side, index, rows, shares)
             weight = left * (1.0 - math.exp(-optical_depth(rows, shares, density, step)))
             seen[cells[s]] = max(seen[cells[s]], weight)

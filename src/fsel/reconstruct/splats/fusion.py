@@ -60,16 +60,16 @@ def compare(first, inverse, rays, neighbours, rotation, translation, ks, toleran
         `Verdicts`.
     """
     maps, height, width = inverse.shape
-    (count, asked), size = neighbours.shape, height * width
-    pixels = np.empty((count, asked, size + 1), U32)
+    (count, each), size = neighbours.shape, height * width
+    pixels = np.empty((count, each, size + 1), U32)
     others, carried = np.empty_like(pixels), np.empty(pixels.shape, F)
-    bounds = np.empty((count, asked, 2), np.int64)
+    bounds = np.empty((count, each, 2), np.int64)
     flat, ray = inverse.reshape(maps, size), rays.reshape(maps, 2, size)
     at, z = np.empty(size, INT), np.empty(size, F)
     theirs, back = np.empty(size, F), np.empty(size, F)
     for i in range(count):
         own, lines = flat[first + i], ray[first + i]
-        for m in range(asked):
+        for m in range(each):
             j = neighbours[i, m]
             _locate(own, lines, rotation[i, m], translation[i, m], ks[j], width, height, at, z)
             for p in range(size):

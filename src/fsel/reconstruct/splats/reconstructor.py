@@ -109,11 +109,11 @@ class Splats(Bound[SplatSettings]):
         maps = [self._depth_map(i, frames[order[a]], keep) for a, i in enumerate(frames.tolist())]
         inverse = np.stack([m[0] for m in maps])
         opacity = np.stack([m[1] for m in maps])
-        asked = np.ascontiguousarray(order[:, : self.settings.neighbours])
-        rotation, translation = _relative(self.poses[frames], asked)
+        neighbours = np.ascontiguousarray(order[:, : self.settings.neighbours])
+        rotation, translation = _relative(self.poses[frames], neighbours)
         rays = np.stack([self.frames[i].rays for i in frames.tolist()])
         tolerance = self.settings.tolerance * (self.inverse[frames, 1] - self.inverse[frames, 0])
-        kept = Maps(inverse, rays, asked, rotation, translation, self.ks[frames], tolerance)
+        kept = Maps(inverse, rays, neighbours, rotation, translation, self.ks[frames], tolerance)
         fused, opacity = agreed(kept, opacity, self.settings.rounds, self.settings.against)
         least = np.float32(self.settings.opacity)
         poses = invert_pose(self.poses[frames]).astype(np.float32)
@@ -159,9 +159,9 @@ class Splats(Bound[SplatSettings]):
                 np.int16(self.settings.small_penalty),
                 np.float32(self.settings.large_penalty),
             )
-            found = stereo.winner(total, cost, self.inverse[frame])
-            make_room(self._maps, MAP_BYTES // (2 * found[0].nbytes))
-            self._maps[key] = found
+            depth_map = stereo.winner(total, cost, self.inverse[frame])
+            make_room(self._maps, MAP_BYTES // (2 * depth_map[0].nbytes))
+            self._maps[key] = depth_map
         return self._maps[key]
 
     def _pair(self, frame: int, source: int, keep: bool) -> np.ndarray:
@@ -181,11 +181,11 @@ class Splats(Bound[SplatSettings]):
             self.inverse[frame],
             np.float32(self.settings.truncation),
         )
-        found = stereo.box_filter(cost)
+        cost = stereo.box_filter(cost)
         if keep:
             make_room(self._pairs, self._most_pairs)
-            self._pairs[frame, source] = found
-        return found
+            self._pairs[frame, source] = cost
+        return cost
 
 
 @dataclass(frozen=True)
@@ -249,9 +249,9 @@ class SplatModel:
         ply.write_round(path, self.positions, self.colors / 255, opacity, scale)
 
 
-def _relative(poses: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _relative(poses: np.ndarray, neighbours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Camera-to-neighbour rotations (K, M, 3, 3) and translations (K, M, 3), float32."""
-    rotation = poses[asked][..., :3] @ poses[:, None, :, :3].transpose(0, 1, 3, 2)
+    rotation = poses[neighbours][..., :3] @ poses[:, None, :, :3].transpose(0, 1, 3, 2)
     moved = rotation @ poses[:, None, :, 3:]
-    translation = poses[asked][..., 3] - moved[..., 0]
+    translation = poses[neighbours][..., 3] - moved[..., 0]
     return rotation.astype(np.float32), translation.astype(np.float32)
