@@ -3,11 +3,15 @@ CORES ?= 2
 # images of containers often set it: every process would compile pandas anew, a second each
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ksweep test weights labels docs rulegraph
+.PHONY: ksweep check test weights labels docs rulegraph
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
 	.venv/bin/snakemake --cores $(CORES)
+
+# whether that run has the bytes of the tables that the documentation quotes: docs/numerics.md
+check: .venv/installed
+	.venv/bin/python -m fsel.workflow.reference
 
 test: .venv/dev
 	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
