@@ -3,7 +3,7 @@ CORES ?= 2
 # images of containers often set it: every process would compile pandas anew, a second each
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ksweep test weights labels docs
+.PHONY: ksweep test weights labels docs site picture
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
@@ -25,9 +25,17 @@ labels: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(OURS) --configfile config/labels.yaml
 	.venv/bin/python -m fsel.workflow.ship $(OURS)
 
-# the numbers in README.md and docs/, from the tables that this checkout has: docs/results.yaml
+# docs/results/*.md, from the csv files that this checkout has: docs/results/pages.yaml
 docs: .venv/installed
-	.venv/bin/python -m fsel.workflow.docs
+	.venv/bin/python -m fsel.workflow.result_pages
+
+# the pages of docs/ and a reference of the Python API, in site/; a warning is an error
+site: .venv/site
+	.venv/bin/mkdocs build --quiet
+
+# the first picture of README.md, three minutes: docs/figures/side_by_side.jpg
+picture: .venv/installed
+	.venv/bin/python examples/side_by_side.py --picture docs/figures/side_by_side.jpg
 
 # compiled to bytecode at the first import: of torch and what it brings little is ever imported
 .venv/installed: pyproject.toml
@@ -37,4 +45,8 @@ docs: .venv/installed
 
 .venv/dev: .venv/installed
 	.venv/bin/python -m pip install --quiet --no-compile --editable '.[workflow,dev]'
+	touch $@
+
+.venv/site: .venv/installed
+	.venv/bin/python -m pip install --quiet --no-compile --editable '.[workflow,docs]'
 	touch $@
