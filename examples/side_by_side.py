@@ -29,8 +29,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--targets", default="30:60:4", help="the frames held out: FROM:TO:STEP")
     parser.add_argument("-k", type=int, default=12, help="frames to select")
     parser.add_argument("--long-side", type=int, default=384, help="pixels")
-    parser.add_argument("--steps", type=int, default=1000, help="of the optimisation")
-    parser.add_argument("--gaussians", type=int, default=20_000, help="3D Gaussians at most")
+    parser.add_argument("--steps", type=int, default=1500, help="of the optimisation")
+    parser.add_argument("--gaussians", type=int, default=25_000, help="3D Gaussians at most")
     parser.add_argument("--picture", type=Path, default=Path("side_by_side.jpg"), help="to write")
     return parser.parse_args()
 
@@ -72,7 +72,7 @@ for method, label in METHODS.items():
 gain = psnr["fsel"] - psnr["uniform"]
 shown = np.argsort(gain)[len(gain) // 2]
 print(f"shown: frame {capture.names[targets[shown]]}, {gain[shown]:+.2f} dB")
-parts = [captioned(capture.images[targets[shown]], f"held-out view, {len(targets)} of these")]
+parts = [captioned(capture.images[targets[shown]], "held-out view")]
 for method, label in METHODS.items():
     image = np.rint(np.clip(views[method][shown], 0, 1) * 255).astype(np.uint8)
     parts.append(captioned(image, f"{label}, K = {given.k}: {psnr[method][shown]:.1f} dB"))
