@@ -47,7 +47,7 @@ def test_every_page_of_results_is_one_that_the_command_writes():
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
 def test_names_of_the_library_in_prose_exist(page):
     prose = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
-    names = re.findall(r"`(fsel(?:\.(?!json)\w+)+)`", prose)
+    names = re.findall(r"`(fsel(?:\.(?!json)\w+)+)[`(]", prose)
     assert [name for name in names if not exists(name)] == []
 
 

@@ -70,28 +70,31 @@ def _printed(row: pd.Series, form: str) -> str:
     return "" if re.search(r"\bnan\b", text) else text
 
 
-def page(root: Path, entry: Mapping[str, Any], names: Mapping[str, str]) -> str:
+def page(root: Path, name: str, entry: Mapping[str, Any], names: Mapping[str, str]) -> str:
     """Return the text of a page, and copy its figures beside the documentation.
 
     Raises:
         FileNotFoundError: where a csv file or a figure is missing.
         ValueError: for a table that does not fit its csv file.
     """
-    files = {table["csv"]: root / table["csv"] for table in entry["tables"]}
+    usual = f"results/tables/{name}"
+    csvs = [table.get("csv", f"{usual}.csv") for table in entry["tables"]]
+    files = {csv: root / csv for csv in csvs}
     made = max(file.stat().st_mtime for file in files.values())
     date = datetime.fromtimestamp(made, UTC).date()
-    parts = [f"# {entry['title']}", f"`{entry['command']}`, {date}.", entry["text"].strip()]
+    command = entry.get("command", f"snakemake --cores 2 {usual}.tex")
+    parts = [f"# {entry['title']}", f"`{command}`, {date}.", entry["text"].strip()]
     for figure, meaning in entry.get("figures", {}).items():
         shutil.copyfile(root / figure, root / "docs/figures" / Path(figure).name)
         parts.append(f"![{meaning}](../figures/{Path(figure).name})")
-    for table in entry["tables"]:
+    for csv, table in zip(csvs, entry["tables"], strict=True):
         try:
-            text = markdown(read_csv(files[table["csv"]]), table, names)
+            text = markdown(read_csv(files[csv]), table, names)
         except (KeyError, ValueError, pd.errors.UndefinedVariableError) as error:
-            raise ValueError(f"{table['csv']}: {table['caption']}: {error}") from error
+            raise ValueError(f"{csv}: {table['caption']}: {error}") from error
         parts.append(f"**{table['caption']}**\n\n{text}")
-    for name, file in files.items():
-        parts.append(f"sha256 of `{name}`: `{sha256(file.read_bytes()).hexdigest()}`")
+    for csv, file in files.items():
+        parts.append(f"sha256 of `{csv}`: `{sha256(file.read_bytes()).hexdigest()}`")
     return "\n\n".join(parts) + "\n"
 
 
@@ -101,7 +104,7 @@ def write(root: Path) -> list[str]:
     kept = []
     for name, entry in contents["pages"].items():
         try:
-            text = page(root, entry, contents["names"])
+            text = page(root, name, entry, contents["names"])
         except FileNotFoundError:
             kept.append(name)
         else:
