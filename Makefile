@@ -31,7 +31,7 @@ docs: .venv/installed
 
 # the pages of docs/ and a reference of the Python API, in site/; a warning is an error
 site: .venv/site
-	.venv/bin/mkdocs build --quiet
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
 
 # the first picture of README.md, three minutes: docs/figures/side_by_side.jpg
 picture: .venv/installed
