@@ -38,10 +38,9 @@ def test_an_index_names_every_page_of_its_folder(folder):
     assert sorted(linked) == sorted({p.name for p in (DOCS / folder).glob("*.md")} - {"index.md"})
 
 
-def test_every_page_of_results_is_one_that_the_command_writes():
+def test_every_page_that_the_command_writes_is_there():
     pages = yaml.safe_load((DOCS / "results" / "pages.yaml").read_text())["pages"]
-    written = {path.stem for path in (DOCS / "results").glob("*.md")} - {"index"}
-    assert written == set(pages)
+    assert [name for name in pages if not (DOCS / "results" / f"{name}.md").is_file()] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
