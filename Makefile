@@ -3,7 +3,7 @@ CORES ?= 2
 # images of containers often set it: every process would compile pandas anew, a second each
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ksweep test weights labels docs site picture
+.PHONY: ksweep test weights labels docs
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
@@ -30,6 +30,7 @@ docs: .venv/installed
 	.venv/bin/python -m fsel.workflow.result_pages
 
 # the pages of docs/ and a reference of the Python API, in site/; a warning is an error
+.PHONY: site picture
 site: .venv/site
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
 
