@@ -5,7 +5,7 @@ Only the Gaussians that a step's views see are updated, as in Taming 3DGS (Malli
 gsplat's `visible_adam`; each counts its own steps for Adam's bias corrections.
 
 The published rates are for 30,000 steps. A training of fewer steps takes longer ones: all rates but
-the opacity's are multiplied by sqrt(30,000 / steps) (measured: docs/gaussians.md).
+the opacity's are multiplied by sqrt(30,000 / steps) (measured: docs/notebook).
 """
 
 from __future__ import annotations
