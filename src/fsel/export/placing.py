@@ -61,7 +61,7 @@ def place(file: image_files.Image, path: Path, link: bool, size: tuple[int, int]
         image_files.write(image[None], path.parent, [path.name])
         return
     if orientation.of_file(file) != orientation.UPRIGHT:
-        path.write_bytes(orientation.taken_out(file.read_bytes()))
+        path.write_bytes(orientation.taken_out(file.read_bytes(), file))
         return
     if link:
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from threading import Lock
 from types import TracebackType
@@ -170,12 +171,10 @@ def _decoded(path: Path, flags: int) -> np.ndarray:
     if not path.is_file():
         raise ValueError(f"{headers.shown(path)}: image file is missing")
     content = path.read_bytes()
-    if not content:
-        raise ValueError(f"{path}: image file is empty (0 bytes)")
-    headers.size_of(content, path)
-    stored = orientation.taken_out(content)  # OpenCV turns a TIFF whatever the flags say
+    if headers.opened(BytesIO(content), path).format == "TIFF":
+        content = orientation.taken_out(content, path)  # OpenCV turns it whatever the flags say
     try:
-        pixels = np.frombuffer(stored, np.uint8)
+        pixels = np.frombuffer(content, np.uint8)
         image = cv2.imdecode(pixels, flags | cv2.IMREAD_IGNORE_ORIENTATION)
     except cv2.error:
         image = None
@@ -203,15 +202,18 @@ def write(frames: np.ndarray, folder: Path, names: list[str]) -> None:
 def write_upright(file: Path, place: Path) -> None:
     """Write a photo turned as its EXIF asks, under a name of the same ending.
 
-    A JPEG is encoded again at quality 97 and keeps its EXIF, with orientation 1.
+    A JPEG is encoded again at quality 97. The EXIF is kept, with orientation 1: COLMAP guesses
+    focal lengths by it.
 
     Raises:
         ValueError: see `load`.
     """
-    turned = orientation.applied(load(file), orientation.of_file(file))
-    write(turned[None], place.parent, [place.name])
-    if place.suffix.lower() in JPEG:
-        place.write_bytes(orientation.with_exif(place.read_bytes(), file.read_bytes()))
+    from PIL import Image, ImageOps  # here: most photos are upright
+
+    photo = Image.fromarray(np.ascontiguousarray(load(file)))
+    photo.getexif()[orientation.ORIENTATION] = orientation.of_file(file)
+    upright = ImageOps.exif_transpose(photo)
+    upright.save(place, quality=QUALITY, exif=orientation.upright_exif(file))
 
 
 class ArrayFile:
