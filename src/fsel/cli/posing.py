@@ -18,6 +18,7 @@ from fsel.colmap.bindings import pycolmap
 from fsel.colmap.runs import MIN_PLACED, Work
 from fsel.images import files as image_files
 from fsel.images import orientation, video
+from fsel.images.previews import check_pixels
 from fsel.ingest import sfm
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.layouts import bare
@@ -126,8 +127,7 @@ def _photos(asked: argparse.Namespace, console: Console) -> list[Path]:
             f"images or in input; at least {MIN_PLACED} are needed"
         )
     if not asked.skip_unreadable:
-        for file in files:
-            image_files.size_of(file)
+        check_pixels(files)
     return files
 
 

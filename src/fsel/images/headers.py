@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 VARIABLE = "FSEL_MAX_PIXELS"
 FORMATS = ("JPEG", "PNG", "BMP", "WEBP", "TIFF")
-ENDS = {"JPEG": b"\xff\xd9", "PNG": b"IEND"}
+ENDS = {b"\xff\xd8": b"\xff\xd9", b"\x89P": b"IEND"}  # of JPEG and PNG, by their first bytes
 TAIL = 1024  # last bytes that hold the end: some cameras write more behind it
 WIDTH, HEIGHT = 256, 257  # TIFF's tags
 # that Pillow raises for damaged files
@@ -47,13 +47,12 @@ def check(path: Path) -> Size:
     if not path.is_file():
         raise ValueError(f"{shown(path)}: image file is missing")
     with path.open("rb") as file:
-        image = opened(file, path)
-        size = size_of(image)
+        start = file.read(2)
         length = file.seek(0, os.SEEK_END)
         file.seek(max(0, length - TAIL))
-        if ENDS.get(image.format, b"") not in file.read():
+        if ENDS.get(start, b"") not in file.read():
             raise ValueError(f"{path}: image file is truncated ({length} bytes)")
-    return size
+        return size_of(opened(file, path))
 
 
 def opened(file: BinaryIO, path: Path) -> ImageFile:
