@@ -41,7 +41,7 @@ def test_both_kinds_of_webp(tmp_path):
 @pytest.mark.parametrize("share", [0.05, 0.5, 0.95])
 def test_a_file_cut_short_is_named(ending, share, tmp_path):
     content = encoded(ending)
-    with pytest.raises(ValueError, match=r"a\.img: .*(is truncated|cut short)"):
+    with pytest.raises(ValueError, match=r"a\.img: image file is truncated"):
         check(content[: int(share * len(content))], tmp_path)
 
 

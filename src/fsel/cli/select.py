@@ -22,8 +22,7 @@ from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.images.previews import check_pixels, sharpness_among, thumbnails
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture
-from fsel.outputs.records import FolderRecord
-from fsel.outputs.staging import staged
+from fsel.outputs.atomic import staged
 from fsel.request.blur import SharpnessOf
 from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.focus import Focus
@@ -44,7 +43,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     _check_appearance(asked, method)
     if asked.refine is not None and asked.geometry_only:
         raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
-    with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
+    with staged(asked.out, "select", inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, SIDES[asked.appearance])
         seconds = {"read": time.perf_counter() - started}
         outcome = _select(asked, console, opened, method, seconds)

@@ -47,11 +47,6 @@ def check(path: Path) -> Size:
     if not path.is_file():
         raise ValueError(f"{shown(path)}: image file is missing")
     with path.open("rb") as file:
-        start = file.read(2)
-        length = file.seek(0, os.SEEK_END)
-        file.seek(max(0, length - TAIL))
-        if ENDS.get(start, b"") not in file.read():
-            raise ValueError(f"{path}: image file is truncated ({length} bytes)")
         return size_of(opened(file, path))
 
 
@@ -59,22 +54,24 @@ def opened(file: BinaryIO, path: Path) -> ImageFile:
     """Pillow's image of a file, of which it has read the header.
 
     Raises:
-        ValueError: naming the file, when it is empty, cut short within its header, of another
+        ValueError: naming the file, when it is empty, cut short, damaged in its header, of another
             format, or larger than is allowed.
     """
+    start = file.read(2)
     length = file.seek(0, os.SEEK_END)
     if not length:
         raise ValueError(f"{path}: image file is empty (0 bytes)")
-    file.seek(0)
-    file.read(1)  # the disk is waited for here, where other threads are not held up
+    file.seek(max(0, length - TAIL))
+    if ENDS.get(start, b"") not in file.read():
+        raise ValueError(f"{path}: image file is truncated ({length} bytes)")
     try:
         image = _identified(file)
     except FAULTS as error:
         if isinstance(error, OSError) and error.errno:  # the disk's; Pillow's have no number
             raise
         raise ValueError(
-            f"{path}: not a readable image: its {length} bytes are cut short, damaged or of "
-            f"another format; allowed: {', '.join(FORMATS)}"
+            f"{path}: not a readable image: its {length} bytes are damaged or of another format; "
+            f"allowed: {', '.join(FORMATS)}"
         ) from error
     width, height = size_of(image)
     if width * height > most_pixels():
