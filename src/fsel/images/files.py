@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from threading import Lock
 from types import TracebackType
+from typing import BinaryIO
 
 import cv2
 import numpy as np
 
 from fsel.images import headers, orientation
-from fsel.utils.files import mapped_array, unfinished
+from fsel.utils.files import atomic, mapped_array
 
 REDUCED = {
     8: cv2.IMREAD_REDUCED_COLOR_8,
@@ -226,13 +228,13 @@ class ArrayFile:
     def __init__(self, count: int, path: Path | None) -> None:
         self._count, self._path = count, path
         self._items: list[np.ndarray] = []
-        self._file = None
-        self._started = False
-        if path is not None:
-            self._partial = unfinished(path)
-            self._file = self._partial.open("wb")
+        self._file: BinaryIO | None = None
+        self._stack = ExitStack()
 
     def __enter__(self) -> ArrayFile:
+        if self._path is not None:
+            partial = self._stack.enter_context(atomic(self._path))
+            self._file = self._stack.enter_context(partial.open("wb"))
         return self
 
     def append(self, item: np.ndarray) -> None:
@@ -240,28 +242,20 @@ class ArrayFile:
         if self._file is None:
             self._items.append(item)
             return
-        if not self._started:
+        if not self._file.tell():
             header = {
                 "descr": np.lib.format.dtype_to_descr(item.dtype),
                 "fortran_order": False,
                 "shape": (self._count, *item.shape),
             }
             np.lib.format.write_array_header_1_0(self._file, header)
-            self._started = True
         self._file.write(np.ascontiguousarray(item).data)
 
     def __exit__(
         self, kind: type | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._file is not None:
-            self._file.close()
-            if error is None:
-                self._partial.replace(self._path)
-            else:
-                self._partial.unlink()
+        self._stack.__exit__(kind, error, trace)
 
     def array(self) -> np.ndarray:
         """All items, after the block: an array, or a read-only map of the file."""
-        if self._path is None:
-            return np.stack(self._items)
-        return mapped_array(self._path)
+        return np.stack(self._items) if self._path is None else mapped_array(self._path)

@@ -12,12 +12,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO, cast
 
 from fsel.utils.limits import MOST_PIXELS
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
+    from PIL.TiffImagePlugin import TiffImageFile
 
 VARIABLE = "FSEL_MAX_PIXELS"
 FORMATS = ("JPEG", "PNG", "BMP", "WEBP", "TIFF")
@@ -105,7 +106,8 @@ def _identified(file: BinaryIO) -> ImageFile:
 def size_of(image: ImageFile) -> Size:
     """(width, height) of the pixels as they are stored: Pillow's of a TIFF are those shown."""
     if image.format == "TIFF":
-        return image.tag_v2[WIDTH], image.tag_v2[HEIGHT]
+        tags = cast("TiffImageFile", image).tag_v2
+        return tags[WIDTH], tags[HEIGHT]
     return image.size
 
 

@@ -58,16 +58,17 @@ def _stated(file: BinaryIO, path: Path) -> tuple[int, bytes]:
     from PIL import Image  # here: see `fsel.images.headers`
 
     image = headers.opened(file, path)
+    block = image.info.get("exif", b"").removeprefix(EXIF)
+    if image.format == "TIFF":
+        file.seek(0)
+        block = file.read()
+    exif = Image.Exif()
     try:
         with headers.without_warnings():
-            if image.format == "TIFF":
-                value, block = image.tag_v2.get(ORIENTATION), file.seek(0) or file.read()
-            else:
-                exif, block = Image.Exif(), image.info.get("exif", b"").removeprefix(EXIF)
-                exif.load(block)
-                value = exif.get(ORIENTATION)
+            exif.load(block)
+            value = exif.get(ORIENTATION, UPRIGHT)
     except headers.FAULTS:  # damaged EXIF states none
-        value = None
+        return UPRIGHT, b""
     return (value, block) if value in range(1, 9) else (UPRIGHT, b"")
 
 

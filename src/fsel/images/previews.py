@@ -98,8 +98,8 @@ def check_pixels(files: Sequence[image_files.Image]) -> None:
     Raises:
         ValueError: naming the file.
     """
-    files = [file for file in files if not isinstance(file, image_files.VideoFrame)]
-    in_turn(lambda at: image_files.check_pixels(files[at]), files)
+    paths = [file for file in files if not isinstance(file, image_files.VideoFrame)]
+    in_turn(lambda at: image_files.check_pixels(paths[at]), paths)
 
 
 def _factor(longest: int, side: int) -> int:

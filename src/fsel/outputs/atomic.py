@@ -145,8 +145,8 @@ def _record(path: Path, command: str) -> None:
     """Write the record of a finished output into it."""
     if path.is_dir():
         files = {name: _stamp(path / name) for name in _files(path)}
-        content = {"command": f"fsel {command}", "files": dict(sorted(files.items()))}
-        (path / MANIFEST).write_text(json.dumps(content, indent=1), encoding="utf-8")
+        manifest = {"command": f"fsel {command}", "files": dict(sorted(files.items()))}
+        (path / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
         return
     content = path.read_bytes()
     if not content.startswith(PLY):
