@@ -116,11 +116,7 @@ def _picks(
     focus: Focus | None,
 ) -> Picks:
     """(k, method) -> one selection a seed; nested methods are asked once for the largest k."""
-    sharpness = np.zeros(len(capture))
-    if any("sharpness" in method.reads for method in methods):
-        sharpness = sharpness_of(np.arange(len(capture)))
-    looked_at = any("appearance" in method.reads for method in methods)
-    descriptors = api.described(capture) if looked_at else None
+    sharpness, descriptors = api.measured(methods, capture, sharpness_of)
     problem = request_problem(capture, targets, sharpness, focus, descriptors)
 
     def chance(run: Run, k: int) -> np.random.Generator:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -146,7 +147,7 @@ def _select(
             refine=refine,
             sharpness=sharpness_of,
             focus=focus,
-            descriptors=_described(asked, capture, method, seconds),
+            descriptors=_describing(asked, seconds),
         )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
@@ -214,16 +215,19 @@ def _check_appearance(asked: argparse.Namespace, method: Method) -> None:
     check_appearance(asked.appearance, asked.appearance_weights, options)
 
 
-def _described(
-    asked: argparse.Namespace, capture: Capture, method: Method, seconds: dict[str, float]
-) -> np.ndarray | None:
-    """(N, D) appearance of every frame, of methods that read it."""
-    if "appearance" not in method.reads:
-        return None
-    started = time.perf_counter()
-    found = descriptors(np.asarray(capture.images), asked.appearance, asked.appearance_weights)
-    seconds["appearance"] = time.perf_counter() - started
-    return found
+def _describing(
+    asked: argparse.Namespace, seconds: dict[str, float]
+) -> Callable[[Capture], np.ndarray]:
+    """What describes the appearance of every frame, and notes the time that it takes."""
+
+    def timed(capture: Capture) -> np.ndarray:
+        started = time.perf_counter()
+        images = np.asarray(capture.images)
+        appearance = descriptors(images, asked.appearance, asked.appearance_weights)
+        seconds["appearance"] = time.perf_counter() - started
+        return appearance
+
+    return timed
 
 
 def _budget(asked: argparse.Namespace, opened: LazyCapture) -> int | Auto:
