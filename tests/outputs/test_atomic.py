@@ -1,27 +1,24 @@
 """Outputs appear whole or not at all, and replace nothing that is not theirs."""
 
-import os
-import socket
+from pathlib import Path
 
 import pytest
 
-from fsel.outputs import leftovers, renames
-from fsel.outputs.records import FolderRecord, PlyRecord
-from fsel.outputs.staging import staged
+from fsel.outputs.atomic import staged
+from fsel.utils.files import host, unfinished
 
-HOST = socket.gethostname().replace(".", "-")
 PLY = b"ply\nformat binary_little_endian 1.0\nelement vertex 0\nend_header\n"
 
 
 def folder(out, text="new", force=False, inputs=(), between=lambda: None):
-    with staged(out, "select", FolderRecord(), inputs, force) as stage:
+    with staged(out, "select", inputs, force) as stage:
         (stage / "images").mkdir()
         (stage / "images" / "a.jpg").write_text(text)
         between()
 
 
 def scene(out, content=PLY, force=False, inputs=(), between=lambda: None):
-    with staged(out, "reconstruct", PlyRecord(), inputs, force) as stage:
+    with staged(out, "reconstruct", inputs, force, folder=False) as stage:
         stage.write_bytes(content)
         between()
 
@@ -30,31 +27,26 @@ def names(path):
     return {entry.name for entry in path.iterdir()}
 
 
+def fail(*_):
+    raise OSError("full")
+
+
 def other_run(path):
     (path / "other").rename(path / "out")
 
 
-@pytest.fixture(params=["exchange", "no exchange"])
-def system(request, monkeypatch):
-    """With the system's calls, and on a file system that has none of them."""
-    if request.param == "no exchange":
-        monkeypatch.setattr(renames, "_call", lambda: None)
-
-
-@pytest.mark.usefixtures("system")
 @pytest.mark.parametrize("force", [False, True])
 @pytest.mark.parametrize("write", [folder, scene])
 def test_an_output_that_appears_meanwhile_is_left_as_it_is(write, force, tmp_path):
     write(tmp_path / "other")
-    with pytest.raises(FileExistsError, match="made by somebody else"):
+    with pytest.raises(FileExistsError, match="made or changed by somebody else"):
         write(tmp_path / "out", force=force, between=lambda: other_run(tmp_path))
-    with pytest.raises(FileExistsError, match="made by somebody else"):
+    with pytest.raises(FileExistsError, match="made or changed by somebody else"):
         write(tmp_path / "mine", between=lambda: (tmp_path / "mine").write_text("mine"))
     assert (tmp_path / "mine").read_text() == "mine"
     assert names(tmp_path) == {"out", "mine"}
 
 
-@pytest.mark.usefixtures("system")
 @pytest.mark.parametrize("write", [folder, scene])
 def test_force_replaces_what_the_command_wrote(write, tmp_path):
     out = tmp_path / "out"
@@ -67,7 +59,6 @@ def test_force_replaces_what_the_command_wrote(write, tmp_path):
     assert names(tmp_path) == {"out"}
 
 
-@pytest.mark.usefixtures("system")
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -87,7 +78,7 @@ def test_force_leaves_what_a_person_made_or_changed(change, said, tmp_path):
     assert (out / "images" / "a.jpg").read_text() in ("old", "mine")
     later = tmp_path / "later"
     folder(later, "old")
-    with pytest.raises(FileExistsError, match="was changed while this command ran"):
+    with pytest.raises(FileExistsError, match="changed by somebody else while this command ran"):
         folder(later, force=True, between=lambda: change(later))
     assert (later / "images" / "a.jpg").read_text() in ("old", "mine")
     assert names(tmp_path) == {"out", "later"}
@@ -97,7 +88,7 @@ def test_force_leaves_another_command_s_output(tmp_path):
     folder(tmp_path / "out")
     with (
         pytest.raises(FileExistsError, match="written by 'fsel select'"),
-        staged(tmp_path / "out", "compare", FolderRecord(), (), True),
+        staged(tmp_path / "out", "compare", (), True),
     ):
         pytest.fail("the work began")
 
@@ -125,21 +116,11 @@ def test_an_output_is_not_part_of_an_input(tmp_path):
     assert names(capture) == {"images"}
 
 
-def dead():
-    """The number of a process that has ended."""
-    process = os.fork()
-    if not process:
-        os._exit(0)
-    os.waitpid(process, 0)
-    return process
-
-
 def test_what_dead_processes_left_is_cleared(tmp_path):
-    out, gone = tmp_path / "out", dead()
-    for name in (f".out.{HOST}.{gone}.new", f".out.{HOST}.{os.getpid()}.new"):
-        (tmp_path / name).mkdir()
-    (tmp_path / f".out.{HOST}.{gone}.old").write_text("of a scene")
-    kept = {f".out.elsewhere.{gone}.new", f".out.{HOST}.1.new", f".out2.{HOST}.{gone}.new"}
+    out, dead = tmp_path / "out", 999_999_999
+    (tmp_path / f".{host()}.{dead}.out").mkdir()
+    unfinished(out).mkdir()  # by a process that had this one's number
+    kept = {f".elsewhere.{dead}.out", f".{host()}.1.out", f".{host()}.{dead}.out2"}
     for name in kept:
         (tmp_path / name).mkdir()
     out.mkdir()
@@ -150,20 +131,25 @@ def test_what_dead_processes_left_is_cleared(tmp_path):
 def test_an_output_hidden_by_a_kill_comes_back(tmp_path):
     out = tmp_path / "out"
     folder(out, "old")
-    out.rename(tmp_path / f".out.{HOST}.{dead()}.old")
+    out.rename(tmp_path / ".out.old")
     with pytest.raises(FileExistsError, match="exists already"):
         folder(out)
     assert (out / "images" / "a.jpg").read_text() == "old"
+    folder(tmp_path / "other")
+    (tmp_path / "other").rename(tmp_path / ".out.old")  # killed before it was removed
+    folder(out, "new", force=True)
+    assert (out / "images" / "a.jpg").read_text() == "new"
+    assert names(tmp_path) == {"out"}
 
 
-def test_a_locked_leftover_belongs_to_somebody_who_lives(tmp_path):
-    path = tmp_path / f".out.{HOST}.{dead()}.new"
-    path.mkdir()
-    with leftovers.held(path):
-        leftovers.clear(tmp_path / "out")
-        assert path.is_dir()
-    leftovers.clear(tmp_path / "out")
-    assert not path.exists()
+def test_an_old_output_stays_where_the_new_one_cannot_take_its_name(tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    folder(out, "old")
+    monkeypatch.setattr(Path, "replace", fail)
+    with pytest.raises(OSError, match="full"):
+        folder(out, "new", force=True)
+    assert (out / "images" / "a.jpg").read_text() == "old"
+    assert names(tmp_path) == {"out"}
 
 
 def test_a_symbolic_link_is_followed(tmp_path):
@@ -179,9 +165,6 @@ def test_a_symbolic_link_is_followed(tmp_path):
 
 
 def test_a_failure_leaves_no_folders_that_were_made(tmp_path):
-    def fail():
-        raise OSError("full")
-
     with pytest.raises(OSError, match="full"):
         folder(tmp_path / "a" / "b" / "out", between=fail)
     assert not names(tmp_path)
