@@ -72,5 +72,5 @@ def _in_words(error: Exception, asked: Namespace) -> str:
 
 
 def _read(asked: Namespace) -> object:
-    """What a command reads, or writes where it reads nothing."""
+    """Path that a command reads, or writes where it reads nothing."""
     return getattr(asked, "capture", None) or asked.out

@@ -75,7 +75,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
 
 
 def _content(asked: argparse.Namespace, compared: Compared, rows: list[dict]) -> dict:
-    """What compare.json says."""
+    """Content of compare.json."""
     return {
         "capture": str(asked.capture.resolve()),
         "targets": list(compared.names),
@@ -115,7 +115,7 @@ def _picks(
     sharpness_of: SharpnessOf,
     focus: Focus | None,
 ) -> Picks:
-    """(k, method) -> one selection a seed; nested methods are asked once for the largest k."""
+    """(k, method) -> one selection a seed; nested methods run once, at the largest k."""
     sharpness, descriptors = api.measured(methods, capture, sharpness_of)
     problem = request_problem(capture, targets, sharpness, focus, descriptors)
 
@@ -148,11 +148,11 @@ def _scores(
     evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks, metrics)
     order = [(k, name) for k in asked.k for name in asked.methods]
     runs = [(key, chosen) for key in order for chosen in picks[key]]
-    found: dict[Cell, list[np.ndarray]] = {key: [] for key in order}
+    scores: dict[Cell, list[np.ndarray]] = {key: [] for key in order}
     for key, chosen in console.bar("reconstructing")(runs, len(runs)):
         evaluator(chosen)  # what does not finish is refused
-        found[key].append(evaluator.measure(chosen).scores)
-    return {key: np.array(values) for key, values in found.items()}, evaluator
+        scores[key].append(evaluator.measure(chosen).scores)
+    return {key: np.array(values) for key, values in scores.items()}, evaluator
 
 
 def _rows(capture: Capture, picks: Picks, scores: Scores, metrics: Metrics) -> list[dict]:
@@ -170,7 +170,7 @@ def _rows(capture: Capture, picks: Picks, scores: Scores, metrics: Metrics) -> l
 def _compared(
     asked: argparse.Namespace,
     capture: Capture,
-    held: tuple[np.ndarray, np.ndarray],
+    held_out: tuple[np.ndarray, np.ndarray],
     picks: Picks,
     scores: Scores,
     evaluator: Evaluator,
@@ -180,12 +180,12 @@ def _compared(
     Args:
         asked: the command line.
         capture: the capture.
-        held: (T,) held-out frames, and (T,) bool which are blurred.
+        held_out: (T,) held-out frames, and (T,) bool which are blurred.
         picks: of each k and method.
         scores: theirs.
         evaluator: which keeps the models.
     """
-    judged, unsharp = held
+    judged, unsharp = held_out
     drawn = _drawn(judged)
     views = capture.view(judged[drawn])
     renders = {}
@@ -209,7 +209,7 @@ def _compared(
 
 
 def _drawn(judged: np.ndarray) -> np.ndarray:
-    """Which of the held-out frames are shown."""
+    """Numbers of the held-out frames that are shown."""
     return evenly(len(judged), SHOWN)
 
 

@@ -65,7 +65,7 @@ def fitted(reconstructor: Reconstructor, frames: np.ndarray, console: Console) -
 
 @contextmanager
 def stopped_by_interrupt(console: Console, kept: str) -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed; the second time it interrupts as usual."""
+    """Test of whether Ctrl-C was pressed; the second time it interrupts as usual."""
     pressed: list[int] = []
 
     def press(number: int, frame: FrameType | None) -> None:

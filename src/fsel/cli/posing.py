@@ -45,19 +45,19 @@ def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SI
     """
     if not needed(asked):
         with console.clock("reading"):
-            found = open_capture(
+            capture = open_capture(
                 asked.capture,
                 asked.layout,
                 long_side,
                 asked.max_error,
                 skip_unreadable=asked.skip_unreadable,
             )
-        warn_of(found.skipped, console)
-        return found
+        warn_of(capture.skipped, console)
+        return capture
     place = found_poses(asked, console)
-    found = open_capture(place / CAPTURE, "colmap", long_side, asked.max_error)
+    capture = open_capture(place / CAPTURE, "colmap", long_side, asked.max_error)
     known = f"colmap at {asked.capture}"  # as a person knows it, not as the cache does
-    return replace(found, capture=replace(found.capture, source=known))
+    return replace(capture, capture=replace(capture.capture, source=known))
 
 
 def warn_of(skipped: dict[str, str], console: Console) -> None:
@@ -69,7 +69,7 @@ def warn_of(skipped: dict[str, str], console: Console) -> None:
 
 
 def needed(asked: argparse.Namespace) -> bool:
-    """Whether poses are to be found; refuses options that would have no effect."""
+    """Check whether poses are to be found; refuse options that would have no effect."""
     filmed = video.is_video(asked.capture)
     if not filmed and (asked.video_frames is not None or asked.rate is not None):
         raise ValueError(f"{asked.capture}: is no video, which --video-frames and --rate are for")
@@ -132,7 +132,7 @@ def _photos(asked: argparse.Namespace, console: Console) -> list[Path]:
 
 
 def cache() -> Path:
-    """Where found poses are kept: FSEL_CACHE, else fsel in the user's cache folder."""
+    """Folder of poses that were found: FSEL_CACHE, else fsel in the user's cache folder."""
     own = os.environ.get(ENVIRONMENT)
     shared = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(own) if own else Path(shared) / "fsel"

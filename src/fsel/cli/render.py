@@ -53,7 +53,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
 
 
 def _names(known: tuple[str, ...], frames: np.ndarray, views: int) -> list[str]:
-    """What the views are called: as the frames that they are, else by number."""
+    """Names of the views: of the frames that they are, else by number."""
     if not len(frames):
         return [f"view_{t:03d}" for t in range(views)]
     return file_names([known[frame] for frame in frames])
@@ -66,7 +66,7 @@ def _content(
     rows: list[dict],
     metrics: Metrics,
 ) -> dict:
-    """What render.json holds; the means are null where there is no truth, and no metrics."""
+    """Content of render.json; the means are null where there is no truth, and no metrics."""
     means = {name: round(float(np.mean([r[name] for r in rows])), 5) for name in metrics}
     return {
         "model": str(asked.model.resolve()),

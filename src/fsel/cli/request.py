@@ -1,4 +1,4 @@
-"""What the commands have in common."""
+"""Arguments that commands have in common: inputs, targets, an object."""
 
 from __future__ import annotations
 
@@ -59,5 +59,5 @@ def inputs_of(asked: argparse.Namespace) -> list[Path]:
 
 
 def reasons(dropped: dict[str, str]) -> str:
-    """Why frames were left out, and how many for each reason."""
+    """Reasons why frames were left out, and how many for each."""
     return ", ".join(f"{reason} ({count})" for reason, count in Counter(dropped.values()).items())

@@ -1,4 +1,4 @@
-"""What `fsel compare` and `fsel render` measure, how they print it, and what their pictures are
+"""Metrics of `fsel compare` and `fsel render`, how they are printed, and what the pictures are
 called."""
 
 from __future__ import annotations

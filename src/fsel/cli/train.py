@@ -45,16 +45,16 @@ def run(asked: argparse.Namespace, console: Console) -> None:
 
     labelling = Labelling(coverages=tuple(asked.coverages), seed=asked.seed)
     captures = [_described(asked, console, path, labelling) for path in asked.capture]
-    found = tasks(captures, labelling)
+    problems = tasks(captures, labelling)
     key = _key(asked, captures, labelling)
     trajectories: list[Trajectory] = []
     with Journal(asked.out, key) as journal:
-        _announce(console, found, labelling, journal)
+        _announce(console, problems, labelling, journal)
         started = time.perf_counter()
-        for at, task in enumerate(found, start=1):
+        for at, task in enumerate(problems, start=1):
             trajectories += label(task, labelling, policy, journal)
-            left = (time.perf_counter() - started) / at * (len(found) - at)
-            what = f"{task.described.name} at {task.coverage} %, {at} of {len(found)}"
+            left = (time.perf_counter() - started) / at * (len(problems) - at)
+            what = f"{task.described.name} at {task.coverage} %, {at} of {len(problems)}"
             console.say("labelled", f"{what}; about {_in_words(left)} left")
         record = _train(asked, console, trajectories, policy, key)
     console.say("written", f"{asked.out}; fsel select --weights {asked.out} uses it")
@@ -110,7 +110,7 @@ def _described(
 
 
 def _key(asked: argparse.Namespace, captures: Sequence[Described], labelling: Labelling) -> str:
-    """Of all that an evaluation depends on: with another key, searches start anew."""
+    """Key of all that an evaluation depends on: with another one, searches start anew."""
     return digest(
         {
             "captures": {described.name: described.digest() for described in captures},
@@ -121,18 +121,18 @@ def _key(asked: argparse.Namespace, captures: Sequence[Described], labelling: La
 
 
 def _announce(
-    console: Console, found: Sequence[Task], labelling: Labelling, journal: Journal
+    console: Console, problems: Sequence[Task], labelling: Labelling, journal: Journal
 ) -> None:
     """Say beforehand how long it takes."""
     from fsel.training.offline import seconds_needed
 
     with console.clock("timing a few reconstructions"):
-        seconds = seconds_needed(found[0], labelling) * len(found)
-    share = max(0.0, 1 - journal.known / (len(found) * labelling.evaluations))
+        seconds = seconds_needed(problems[0], labelling) * len(problems)
+    share = max(0.0, 1 - journal.known / (len(problems) * labelling.evaluations))
     console.say(
         "labels",
-        f"{counted(len(found), 'problem')} of up to {labelling.evaluations} reconstructions: about "
-        f"{_in_words(seconds * share)}, less where subsets share work",
+        f"{counted(len(problems), 'problem')} of up to {labelling.evaluations} reconstructions: "
+        f"about {_in_words(seconds * share)}, less where subsets share work",
     )
     if journal.known:
         console.say("resumed", f"after {journal.known} reconstructions of an earlier run")

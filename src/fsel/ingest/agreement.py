@@ -1,4 +1,4 @@
-"""Whether poses, cameras and images of a capture agree, measured at ingestion."""
+"""Agreement of a capture's poses, cameras and images, measured at ingestion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ UNKNOWN = "poses and images (or points) that belong to different reconstructions
 
 @dataclass(frozen=True)
 class Agreement:
-    """How well a capture's parts agree.
+    """Measure of how well a capture's parts agree.
 
     Attributes:
         kind: `reprojection` of sparse points, `epipolar` distance of matches, or `none`.

@@ -1,4 +1,4 @@
-"""nerfstudio's transforms.json."""
+"""Layout of nerfstudio: transforms.json."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:
     home = file.parent.parent
     smaller = [home / folder / file.name for folder in copies]
     others = [home / folder / file.name for folder in FOLDERS]
-    return next((found for found in (*smaller, file, *others) if found.is_file()), file)
+    return next((path for path in (*smaller, file, *others) if path.is_file()), file)
 
 
 def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> np.ndarray:
@@ -256,7 +256,7 @@ def matrix_of(world_to_camera: np.ndarray, applied: np.ndarray) -> list:
 
 
 def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np.ndarray) -> dict:
-    """What transforms.json says of a recording; frames in arbitrary order, as COLMAP leaves them.
+    """Content of transforms.json for a recording; frames in arbitrary order, as COLMAP leaves them.
 
     Args:
         recording: whose poses are written.
@@ -276,7 +276,7 @@ def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np
 
 
 def write(recording: Recording, folder: Path) -> None:
-    """images/ and transforms.json."""
+    """Write Write images/ and transforms.json."""
     names = [f"{name}.png" for name in recording.names]
     image_files.write(recording.images, folder / "images", names)
     content = scene_of(recording, recording.camera, names, NEW_APPLIED_TRANSFORM)

@@ -56,21 +56,21 @@ def text(entry: object, key: str, path: Path, where: str = "") -> str:
 def numbers(value: object, shape: tuple[int, ...], path: Path, what: str) -> np.ndarray:
     """A JSON value as a float64 array of a given shape, naming file and field otherwise."""
     try:
-        found = np.array(value, np.float64)
+        array = np.array(value, np.float64)
     except (TypeError, ValueError, OverflowError):
-        found = np.empty(0)
-    if found.shape != shape:
+        array = np.empty(0)
+    if array.shape != shape:
         wanted = "x".join(map(str, shape)) or "one number"
         raise ValueError(f"{path}: {what} must be {wanted}, got {repr(value)[:80]}")
-    return found
+    return array
 
 
 def number(value: object, path: Path, what: str) -> float:
     """A JSON value as a finite number, naming file and field otherwise."""
-    found = float(numbers(value, (), path, what))
-    if not math.isfinite(found):
-        raise ValueError(f"{path}: {what} must be finite, got {found}")
-    return found
+    scalar = float(numbers(value, (), path, what))
+    if not math.isfinite(scalar):
+        raise ValueError(f"{path}: {what} must be finite, got {scalar}")
+    return scalar
 
 
 def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:
