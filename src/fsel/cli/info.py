@@ -27,9 +27,9 @@ from fsel.utils.names import natural
 from fsel.utils.wording import counted
 
 
-def run(asked: argparse.Namespace, console: Console) -> None:
+def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    opened = posing.opened(asked, console)
+    opened = posing.opened(args, console)
     sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     with console.clock("points"):
         capture = opened.with_points()

@@ -12,7 +12,7 @@ from struct import error as Short
 from struct import unpack_from
 
 from fsel.colmap.bindings import pycolmap
-from fsel.utils.parsing import check_number
+from fsel.utils.parsing import check_file_count
 
 IMAGES, POINTS = "images.bin", "points3D.bin"
 CAMERA = 4 + 4 + 8 + 8  # id, model, width, height
@@ -32,12 +32,12 @@ def check_files(model: Path, images: Path) -> None:
 
     Raises:
         FileNotFoundError: for an empty folder.
-        ValueError: see `fsel.utils.parsing.check_number`. A million images would take the
+        ValueError: see `fsel.utils.parsing.check_file_count`. A million images would take the
             reader two minutes.
     """
     if not any(images.iterdir()):
         raise FileNotFoundError(f"{images}: no images in it")
-    check_number(images, _number_of_images(model), model)
+    check_file_count(images, _number_of_images(model), model)
 
 
 def _number_of_images(model: Path) -> int:

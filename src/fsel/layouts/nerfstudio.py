@@ -15,7 +15,7 @@ from fsel.data.points import RawPoints
 from fsel.images import files as image_files
 from fsel.layouts import colmap
 from fsel.layouts.contract import Layout, RawCapture, Recording
-from fsel.utils.parsing import check_number, inside, member, number, numbers, read_json, text
+from fsel.utils.parsing import check_file_count, inside, member, number, numbers, read_json, text
 
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
 """World rotation of nerfstudio's COLMAP import before January 2024."""
@@ -71,7 +71,7 @@ def from_json(
     content = read_json(path)
     frames, dropped = _frames(content, path)
     if (folder / images).is_dir():  # else they are in a video
-        check_number(folder, len(frames), path)
+        check_file_count(folder, len(frames), path)
     applied = _applied(content, path)
     applied = undo if applied is None else applied
     scale = number(content.get("applied_scale", 1.0), path, "applied_scale")

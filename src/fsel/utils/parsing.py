@@ -46,7 +46,7 @@ def member(entry: object, key: str, path: Path, where: str = "") -> object:
 
 
 def text(entry: object, key: str, path: Path, where: str = "") -> str:
-    """The same for a value that must be a string."""
+    """String value of a JSON object, naming file and field when it is none."""
     value = member(entry, key, path, where)
     if not isinstance(value, str):
         raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} must be a string")
@@ -106,7 +106,7 @@ def inside(folder: Path, relative: str | Path, source: Path) -> Path:
     return path
 
 
-def check_number(folder: Path, count: int, source: Path) -> None:
+def check_file_count(folder: Path, count: int, source: Path) -> None:
     """Refuse a folder that lacks most files of a large capture, before anything else is read.
 
     Every image has a file of its own, so that no name is looked at. A folder that holds links to
