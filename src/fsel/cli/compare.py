@@ -48,26 +48,26 @@ def run(args: argparse.Namespace, console: Console) -> None:
         opened = posing.opened(args, console, args.long_side)
         focus = focus_of(args, opened)
         targets = _checked(args, opened.capture, methods, focus)
-        judged, masks = outlines(args, opened.capture, targets.frames, focus)
+        held_out, masks = outlines(args, opened.capture, targets.frames, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         if masks is not None:
-            shown = counted(len(judged), "held-out frame")
+            shown = counted(len(held_out), "held-out frame")
             console.say("object", f"in {shown}, compared inside of it alone")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
             bar = console.bar("sharpness")
             sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
             picks = _picks(args, capture, targets, methods, sharpness_of, focus)
-            unsharp = blurred(capture, judged, sharpness_of)
-        scores, evaluator = _scores(args, capture, (judged, masks), picks, metrics, console)
-        compared = _compared(args, capture, (judged, unsharp), picks, scores, evaluator)
+            unsharp = blurred(capture, held_out, sharpness_of)
+        scores, evaluator = _scores(args, capture, (held_out, masks), picks, metrics, console)
+        compared = _compared(args, capture, (held_out, unsharp), picks, scores, evaluator)
         (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
         content = _content(args, compared, _rows(capture, picks, scores, metrics))
         (stage / "compare.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
         table = _table(content, metrics)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
         (stage / "renders").mkdir()
-        for name, sheet in _sheets(args, capture, judged, picks, evaluator):
+        for name, sheet in _sheets(args, capture, held_out, picks, evaluator):
             cv2.imwrite(str(stage / "renders" / name), sheet[..., ::-1])
     console.text(table)
     console.say("written", f"{args.out}: compare.html, compare.json, compare.txt, renders")
@@ -136,13 +136,13 @@ def _picks(
 def _scores(
     args: argparse.Namespace,
     capture: Capture,
-    judged: tuple[np.ndarray, np.ndarray | None],
+    held_out: tuple[np.ndarray, np.ndarray | None],
     picks: Picks,
     metrics: Metrics,
     console: Console,
 ) -> tuple[Scores, Evaluator]:
     """(k, method) -> (seeds, T, M) metrics of the held-out frames, in their masks."""
-    frames, masks = judged
+    frames, masks = held_out
     truth = np.asarray(capture.images[frames])
     keeping = _Keeping(bound(args, capture))
     evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks, metrics)
@@ -170,7 +170,7 @@ def _rows(capture: Capture, picks: Picks, scores: Scores, metrics: Metrics) -> l
 def _compared(
     args: argparse.Namespace,
     capture: Capture,
-    held_out: tuple[np.ndarray, np.ndarray],
+    frames: tuple[np.ndarray, np.ndarray],
     picks: Picks,
     scores: Scores,
     evaluator: Evaluator,
@@ -180,14 +180,14 @@ def _compared(
     Args:
         args: the parsed command line.
         capture: the capture.
-        held_out: (T,) held-out frames, and (T,) bool which are blurred.
+        frames: (T,) held-out frames, and (T,) bool which are blurred.
         picks: of each k and method.
         scores: theirs.
         evaluator: which keeps the models.
     """
-    judged, unsharp = held_out
-    drawn = _drawn(judged)
-    views = capture.view(judged[drawn])
+    held_out, unsharp = frames
+    drawn = _drawn(held_out)
+    views = capture.view(held_out[drawn])
     renders = {}
     for key in scores:
         images = evaluator.reconstructor.fit(np.sort(picks[key][0])).render(views)
@@ -197,20 +197,20 @@ def _compared(
         source=capture.source,
         how=f"Reconstructed and compared by {args.reconstructor} at {width}x{height} pixels, "
         "shown larger. Hint: --reconstructor gaussians and a larger --long-side are for looks.",
-        names=tuple(capture.names[i] for i in judged),
+        names=tuple(capture.names[i] for i in held_out),
         metrics=tuple(evaluator.metrics),
         scores={key: values.mean(axis=0) for key, values in scores.items()},
         used={key: len(picks[key][0]) for key in scores},
         shown=tuple(drawn.tolist()),
-        truth=[_jpeg(np.asarray(capture.images[frame])) for frame in judged[drawn]],
+        truth=[_jpeg(np.asarray(capture.images[frame])) for frame in held_out[drawn]],
         renders=renders,
         blurred=unsharp,
     )
 
 
-def _drawn(judged: np.ndarray) -> np.ndarray:
+def _drawn(held_out: np.ndarray) -> np.ndarray:
     """Numbers of the held-out frames that are shown."""
-    return evenly(len(judged), SHOWN)
+    return evenly(len(held_out), SHOWN)
 
 
 def _jpeg(image: np.ndarray) -> bytes:
@@ -245,12 +245,12 @@ def _table(content: dict, metrics: Metrics) -> str:
 def _sheets(
     args: argparse.Namespace,
     capture: Capture,
-    judged: np.ndarray,
+    held_out: np.ndarray,
     picks: Picks,
     evaluator: Evaluator,
 ) -> Iterator[tuple[str, np.ndarray]]:
     """(file name, image) of a few held-out frames; a row for each k: truth, then methods."""
-    frames = judged[_drawn(judged)]
+    frames = held_out[_drawn(held_out)]
     views = capture.view(frames)
     rows: list[list[np.ndarray]] = [[] for _ in frames]
     for k in args.k:

@@ -47,7 +47,7 @@ def _is_straight(camera: Camera) -> bool:
 
 
 def _four(model: pycolmap.Camera) -> tuple[float, ...]:
-    """Intrinsics Intrinsics fx, fy, cx, cy."""
+    """Intrinsics fx, fy, cx, cy."""
     k = model.calibration_matrix()
     return (k[0, 0], k[1, 1], k[0, 2], k[1, 2])
 

@@ -43,7 +43,7 @@ class Compared:
 
     @property
     def budgets(self) -> list[int]:
-        """Budgets Budgets k, in order."""
+        """Budgets k, in order."""
         return list(dict.fromkeys(k for k, _ in self.scores))
 
     @property

@@ -48,7 +48,7 @@ def _files(folder: Path) -> list[Path]:
 
 
 def write(recording: Recording, folder: Path) -> None:
-    """Write Write images_4 and sparse/0, whose camera is four times as large."""
+    """Write images_4 and sparse/0, whose camera is four times as large."""
     names = [f"{name}.jpg" for name in recording.names]
     image_files.write(recording.images, folder / "images_4", names)
     camera = colmap.scaled(recording.camera, FACTOR)

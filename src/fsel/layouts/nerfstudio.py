@@ -276,7 +276,7 @@ def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np
 
 
 def write(recording: Recording, folder: Path) -> None:
-    """Write Write images/ and transforms.json."""
+    """Write images/ and transforms.json."""
     names = [f"{name}.png" for name in recording.names]
     image_files.write(recording.images, folder / "images", names)
     content = scene_of(recording, recording.camera, names, NEW_APPLIED_TRANSFORM)
