@@ -9,9 +9,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from fsel.experiments import specs
 from fsel.experiments.studies.bench import bench_of, halved, measure_cold, measure_model
 from fsel.reconstruct.splats import SplatSettings
 from fsel.utils.files import atomic
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
@@ -81,3 +84,17 @@ def settings_of(
         if side <= max(size):
             yield "resolution", str(side), share == 1, {"long_side": side}
     yield "precision", "float32", True, {}
+
+
+JOB = Job(
+    speed_settings,
+    outputs={"numbers": "<results>/speed_settings.csv"},
+    message="Measuring the reconstructor's settings",
+    inputs=specs.evaluated_problems,
+    params=lambda experiment: {
+        "generated": specs.generated(experiment),
+        "k": experiment.config["search"]["k"],
+        "reconstruction": experiment.reconstruction,
+    },
+    size=Size(4000, 60, "reconstruction"),
+)
