@@ -1,8 +1,9 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
+from fsel.api.measured import described, measured
 from fsel.api.reconstruction import evaluate, fit
 from fsel.api.request import ALL_FRAMES, AUTO, LEAST_FRAMES, checked_request, method_of, number_of
-from fsel.api.selection import Selection, described, select, sharpened
+from fsel.api.selection import Selection, select, sharpened
 
 __all__ = [
     "ALL_FRAMES",
@@ -13,6 +14,7 @@ __all__ = [
     "described",
     "evaluate",
     "fit",
+    "measured",
     "method_of",
     "number_of",
     "select",

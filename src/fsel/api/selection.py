@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fsel.api.measured import Describe, measured
 from fsel.api.request import checked_request, method_of, number_of
 from fsel.data.capture import Capture, Views
 from fsel.data.problem import Method, Problem, checked_select
@@ -63,7 +64,7 @@ def select(
     refine: float | Refine | None = None,
     sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | None = None,
-    descriptors: np.ndarray | None = None,
+    descriptors: np.ndarray | Describe | None = None,
     always: Wish = None,
     never: Wish = None,
 ) -> Selection:
@@ -88,8 +89,9 @@ def select(
         sharpness: (N,) of every frame, where it is known already, or what measures it of some;
             else it is measured of the capture's images, of all for methods that read it. Blurred
             picks of `fsel` are exchanged, see `fsel.request.blur`; zeros exchange none.
-        descriptors: (N, D) of every frame, where they are known already; else measured for methods
-            that read them, by `lab_hog`, which needs no weights.
+        descriptors: (N, D) of every frame, where they are known already, or what measures them of
+            a capture; else measured by `lab_hog`, which needs no weights; for methods that read
+            them.
         focus: an object that targets must see, see `fsel.request.focus`.
         always, never: names or numbers of frames that are selected first, by methods that score
             frames, and of frames that are not selected; or a file with a name a line.
@@ -108,11 +110,7 @@ def select(
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus, always, never)
     sharpness_of = _sharpness_of(capture, sharpness)
-    known = np.zeros(len(capture))
-    if "sharpness" in method.reads:
-        known = sharpness_of(np.arange(len(capture)))
-    if descriptors is None and "appearance" in method.reads:
-        descriptors = described(capture)
+    known, descriptors = measured([method], capture, sharpness_of, descriptors)
     ranked = _ranked_by(method, seed)
     number = number_of(k)
     started = time.perf_counter()
@@ -186,10 +184,3 @@ def _ranked_by(method: Method, seed: int) -> Ranked:
         return picks, np.full(k, np.nan)
 
     return ranked
-
-
-def described(capture: Capture) -> np.ndarray:
-    """(N, D) float32 appearance descriptors of every frame, which need no weights."""
-    from fsel.features.appearance import descriptors
-
-    return descriptors(np.asarray(capture.images), "lab_hog")

@@ -14,7 +14,7 @@ KEPT = "interrupted: the best picks so far are written; again to give up"
 
 @contextmanager
 def refining(seconds: float | None, console: Console) -> Iterator[Refine | None]:
-    """What `fsel.select` is told of `--refine`; None where it was not asked for."""
+    """Argument `refine` of `fsel.select`; None without `--refine`."""
     if seconds is None:
         yield None
         return

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -22,8 +23,7 @@ from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.images.previews import check_pixels, sharpness_among, thumbnails
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture
-from fsel.outputs.records import FolderRecord
-from fsel.outputs.staging import staged
+from fsel.outputs.atomic import staged
 from fsel.request.blur import SharpnessOf
 from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.focus import Focus
@@ -44,17 +44,17 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     _check_appearance(asked, method)
     if asked.refine is not None and asked.geometry_only:
         raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
-    with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
+    with staged(asked.out, "select", inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, SIDES[asked.appearance])
         seconds = {"read": time.perf_counter() - started}
         outcome = _select(asked, console, opened, method, seconds)
         written = time.perf_counter()
         picks = outcome.selection.indices
         entries, left = record.picked(outcome), record.left(outcome)
-        held = outcome.targets.frames
-        pictures = _pictures(asked, opened, picks, held)
+        held_out = outcome.targets.frames
+        pictures = _pictures(asked, opened, picks, held_out)
         with console.clock("writing"):
-            points = subset.write(stage, opened, picks, held, _form(asked, opened))
+            points = subset.write(stage, opened, picks, held_out, _form(asked, opened))
         report = page(outcome, entries, left, pictures, points)
         (stage / "report.html").write_text(report, encoding="utf-8")
         names = "".join(f"{name}\n" for name in outcome.selection.names)
@@ -73,7 +73,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
 
 
 def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> None:
-    """Why so many frames, what was changed after they were picked, and how well they serve."""
+    """Say why so many frames, what was changed after they were picked, and how well they serve."""
     reached = outcome.service.curve[-1]
     if outcome.selection.budget is not None:
         console.say("k", record.reason(outcome.selection.budget))
@@ -94,7 +94,7 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
 def _checked(
     asked: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
 ) -> tuple[int | Auto, Focus | None, Targets]:
-    """The number of frames, the object and the targets that are asked for.
+    """Number of frames, object and targets of the command line.
 
     What cannot be done is refused here, before any image is opened.
     """
@@ -147,22 +147,22 @@ def _select(
             refine=refine,
             sharpness=sharpness_of,
             focus=focus,
-            descriptors=_described(asked, capture, method, seconds),
+            descriptors=_describing(asked, seconds),
         )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
 
 
 def _measuring(opened: LazyCapture, console: Console, seconds: dict[str, float]) -> SharpnessOf:
-    """What measures the sharpness of some frames, and adds the time that it takes."""
+    """Measurement of the sharpness of some frames, which adds up the time that it takes."""
     measure = sharpness_among(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = 0.0
 
     def timed(frames: np.ndarray) -> np.ndarray:
         started = time.perf_counter()
-        found = measure(frames)
+        values = measure(frames)
         seconds["sharpness"] += time.perf_counter() - started
-        return found
+        return values
 
     return timed
 
@@ -215,20 +215,23 @@ def _check_appearance(asked: argparse.Namespace, method: Method) -> None:
     check_appearance(asked.appearance, asked.appearance_weights, options)
 
 
-def _described(
-    asked: argparse.Namespace, capture: Capture, method: Method, seconds: dict[str, float]
-) -> np.ndarray | None:
-    """(N, D) appearance of every frame, of methods that read it."""
-    if "appearance" not in method.reads:
-        return None
-    started = time.perf_counter()
-    found = descriptors(np.asarray(capture.images), asked.appearance, asked.appearance_weights)
-    seconds["appearance"] = time.perf_counter() - started
-    return found
+def _describing(
+    asked: argparse.Namespace, seconds: dict[str, float]
+) -> Callable[[Capture], np.ndarray]:
+    """Description of every frame's appearance, which notes the time that it takes."""
+
+    def timed(capture: Capture) -> np.ndarray:
+        started = time.perf_counter()
+        images = np.asarray(capture.images)
+        appearance = descriptors(images, asked.appearance, asked.appearance_weights)
+        seconds["appearance"] = time.perf_counter() - started
+        return appearance
+
+    return timed
 
 
 def _budget(asked: argparse.Namespace, opened: LazyCapture) -> int | Auto:
-    """The number of frames, or how it is to be found."""
+    """Number of frames, or how it is to be chosen."""
     if asked.k != api.AUTO:
         return asked.k
     camera = opened.raw.cameras[0]
@@ -254,7 +257,7 @@ def _check_budget(asked: argparse.Namespace) -> None:
 
 
 def _form(asked: argparse.Namespace, opened: LazyCapture) -> subset.Form:
-    """How the subset is written."""
+    """Form in which the subset is written."""
     side = asked.long_side
     if asked.downscale is not None:
         side = max(1, round(opened.longest / asked.downscale))
@@ -264,17 +267,17 @@ def _form(asked: argparse.Namespace, opened: LazyCapture) -> subset.Form:
 
 
 def _pictures(
-    asked: argparse.Namespace, opened: LazyCapture, picks: np.ndarray, held: np.ndarray
+    asked: argparse.Namespace, opened: LazyCapture, picks: np.ndarray, held_out: np.ndarray
 ) -> list[bytes]:
-    """Of the picks, in pick order; opened in capture order, since some may be of one video.
+    """Pictures of the picks in pick order; opened in capture order, since some may be of a video.
 
     Every frame that is written is decoded, so that none without pixels is handed on.
     """
     files = opened.raw.images
     if asked.geometry_only:
-        check_pixels([files[i] for i in [*picks, *held]])
+        check_pixels([files[i] for i in [*picks, *held_out]])
         return []
     order = np.argsort(picks)
     made = thumbnails([files[picks[i]] for i in order], opened.longest, THUMBNAIL)
-    check_pixels([files[i] for i in held])
+    check_pixels([files[i] for i in held_out])
     return [made[at] for at in np.argsort(order)]
