@@ -1,7 +1,15 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
 from fsel.api.reconstruction import evaluate, fit
-from fsel.api.request import ALL_FRAMES, AUTO, LEAST_FRAMES, checked_request, method_of, number_of
+from fsel.api.request import (
+    ALL_FRAMES,
+    AUTO,
+    LEAST_FRAMES,
+    checked_request,
+    method_of,
+    number_of,
+    patience_of,
+)
 from fsel.api.selection import Selection, described, select, sharpened
 
 __all__ = [
@@ -15,6 +23,7 @@ __all__ = [
     "fit",
     "method_of",
     "number_of",
+    "patience_of",
     "select",
     "sharpened",
 ]

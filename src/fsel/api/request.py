@@ -9,7 +9,8 @@ from fsel.data.problem import Method
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.memory import within
-from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
+from fsel.request.patience import Patience
+from fsel.request.targets import ALL, Request, Targets, Wish, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned
 from fsel.utils.wording import counted
@@ -100,3 +101,49 @@ def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
             f"method is {method.name!r}, whose selection of fewer frames is not the beginning of "
             f"that of more, as finding k needs; allowed: {nested}. Hint: state k"
         )
+
+
+def patience_of(
+    patience: float | Patience | None,
+    k: int | str | Auto,
+    targets: Targets,
+    method: Method,
+    focus: Focus | None = None,
+    *,
+    named: bool,
+) -> Patience:
+    """How long selections are tried on the capture's own frames.
+
+    Args:
+        patience: seconds, or None for what is usual: ten where nothing but a number of frames is
+            stated, else none.
+        k, targets, method, focus: what is asked for.
+        named: whether the method or its weights were stated.
+
+    Raises:
+        ValueError: for a patience below zero, or one where something is stated that leaves nothing
+            to try.
+    """
+    stated = _stated(k, targets, method, focus)
+    if patience is None:
+        return Patience(0) if named or stated else Patience()
+    allowed = patience if isinstance(patience, Patience) else Patience(patience)
+    if allowed.seconds and stated:
+        raise ValueError(
+            f"patience is {allowed.seconds:g} s, and {stated}; selections are tried where nothing "
+            "but a number of frames is stated. Hint: leave one of the two out"
+        )
+    return allowed
+
+
+def _stated(k: int | str | Auto, targets: Targets, method: Method, focus: Focus | None) -> str:
+    """What is stated that leaves nothing to try, in words; empty where nothing is."""
+    if method.name != pretrained.DEFAULT:
+        return f"the method is {method.name}"
+    if focus is not None:
+        return "an object is stated"
+    if targets.kind != ALL:
+        return f"the views to be rendered are stated ({targets.kind})"
+    if len(targets.always):
+        return f"{counted(len(targets.always), 'frame')} are to be selected always"
+    return "the number of frames is to be found" if isinstance(number_of(k), Auto) else ""

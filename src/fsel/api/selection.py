@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel.api.request import checked_request, method_of, number_of
+from fsel.api.request import checked_request, method_of, number_of, patience_of
 from fsel.data.capture import Capture, Views
 from fsel.data.problem import Method, Problem, checked_select
-from fsel.data.subsets import evenly
+from fsel.data.subsets import evenly, subset_key
 from fsel.images.sharpness import sharpness as measure_sharpness
 from fsel.request import budget
 from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
 from fsel.request.focus import Focus
+from fsel.request.patience import Patience, Tried
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish
@@ -35,8 +36,10 @@ class Selection:
         names: k frame names in pick order.
         indices: (k,) int64 their numbers in the capture.
         scores: (k,) float64 the scorer's value when each was picked; NaN for methods without one.
-        seconds: spent selecting, features included, images and their sharpness excluded.
+        seconds: spent selecting, features and what was tried included, images and their sharpness
+            excluded.
         budget: how k was found, where it was to be found.
+        tried: what was tried on the capture's own frames, where nothing but k was stated.
         swapped: what swaps changed and gained, where they were asked for. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
         exchanged: name of a pick -> that of the blurred one whose place it took. At a smaller
@@ -48,6 +51,7 @@ class Selection:
     scores: np.ndarray
     seconds: float
     budget: Budget | None = None
+    tried: Tried | None = None
     swapped: Swapped | None = None
     exchanged: dict[str, str] = field(default_factory=dict)
 
@@ -60,6 +64,7 @@ def select(
     seed: int = 0,
     *,
     weights: str | Path | None = None,
+    patience: float | Patience | None = None,
     refine: float | Refine | None = None,
     sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | None = None,
@@ -82,6 +87,11 @@ def select(
         seed: of methods that draw at random.
         weights: a scorer that `fsel train` or the workflow made, in place of one that comes with
             the package.
+        patience: seconds in which selections are tried on the capture's own frames, see
+            `fsel.request.trials`; 0 for the rule alone. None: ten where nothing but k is stated,
+            neither targets nor a method, an object or frames; else 0. The same picks are kept on
+            every machine that makes the planned reconstructions in that time. Or `fsel.Patience`,
+            to watch or end them.
         refine: seconds in which swaps are tried that real reconstructions of the capture judge, see
             `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
             them.
@@ -104,9 +114,11 @@ def select(
         >>> capture = fsel.read_capture("captures/garden")
         >>> fsel.select(capture, 20, targets="every:8").names
     """
+    named = not (method is None and weights is None)
     method = method_of(method, weights)
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus, always, never)
+    trying = patience_of(patience, k, targets, method, focus, named=named)
     sharpness_of = _sharpness_of(capture, sharpness)
     known = np.zeros(len(capture))
     if "sharpness" in method.reads:
@@ -122,6 +134,7 @@ def select(
         frames, scores, found = _enough(problem, targets.views, ranked, asked)
     else:
         frames, scores = ranked(problem, asked)
+    frames, scores, tried = _tried(problem, frames, scores, trying)
     seconds, began, swapped = time.perf_counter() - started, frames, None
     sharp = sharpened(method, problem, frames, sharpness_of)
     started = time.perf_counter()
@@ -131,15 +144,29 @@ def select(
             raise ValueError("frames that are always to be selected cannot be swapped: no refine")
         from fsel.request.swaps import refined  # here: most selections reconstruct nothing
 
-        patience = refine if isinstance(refine, Refine) else Refine(refine)
-        swapped = refined(problem, frames, patience, seed)
+        swapping = refine if isinstance(refine, Refine) else Refine(refine)
+        swapped = refined(problem, frames, swapping, seed)
         frames = swapped.picks
     scores = np.where(frames == began, scores, np.nan)
     seconds += time.perf_counter() - started
     names = tuple(capture.names[i] for i in frames)
     stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
     instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
-    return Selection(names, frames, scores, seconds, found, swapped, instead)
+    return Selection(names, frames, scores, seconds, found, tried, swapped, instead)
+
+
+def _tried(
+    problem: Problem, frames: np.ndarray, scores: np.ndarray, patience: Patience
+) -> tuple[np.ndarray, np.ndarray, Tried | None]:
+    """The picks of the rule and their scores, or of a selection that the capture itself prefers."""
+    if not patience.seconds:
+        return frames, scores, None
+    from fsel.request.trials import tried  # here: it imports a reconstructor
+
+    outcome = tried(problem, frames, patience)
+    if outcome is None or subset_key(outcome.frames) == subset_key(frames):
+        return frames, scores, outcome
+    return outcome.frames, np.full(len(frames), np.nan), outcome
 
 
 def sharpened(

@@ -14,6 +14,7 @@ from fsel.cli.console import Console
 from fsel.cli.refining import refining
 from fsel.cli.request import focus_of, inputs_of, reasons
 from fsel.cli.select_content import selection_content
+from fsel.cli.trying import trying
 from fsel.data.capture import Capture
 from fsel.data.problem import Method
 from fsel.export import record, subset
@@ -29,6 +30,7 @@ from fsel.request.budget import THRESHOLD, Auto
 from fsel.request.focus import Focus
 from fsel.request.hidden import behind
 from fsel.request.memory import SPLATS
+from fsel.request.patience import Patience
 from fsel.request.targets import ALL, ORBIT, Targets
 from fsel.utils.wording import counted
 
@@ -77,7 +79,9 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
     reached = outcome.service.curve[-1]
     if outcome.selection.budget is not None:
         console.say("k", record.reason(outcome.selection.budget))
-    swapped = outcome.selection.swapped
+    tried, swapped = outcome.selection.tried, outcome.selection.swapped
+    if tried is not None:
+        console.say("tried", record.trials(tried))
     if swapped is not None:
         console.say(
             "refined", f"{swapped.gain:+.2f} dB in {counted(swapped.tried, 'reconstructed subset')}"
@@ -88,7 +92,8 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
             f"{len(instead)} of {counted(picked, 'pick')}, exchanged for sharp frames beside them"
         )
         console.say("blurred", text)
-    console.say("picked", f"{counted(picked, 'frame')} by {method.name}, service {reached:.1%}")
+    name = method.name if tried is None else tried.kept
+    console.say("picked", f"{counted(picked, 'frame')} by {name}, service {reached:.1%}")
 
 
 def _checked(
@@ -131,19 +136,21 @@ def _select(
 ) -> record.Outcome:
     """Select as the command line asks."""
     k, focus, targets = _checked(asked, console, opened, method)
+    patience = _patience(asked, k, targets, method, focus)
     sharpness, sharpness_of = None, _measuring(opened, console, seconds)
     if asked.geometry_only:
         sharpness_of = np.zeros(len(opened.capture)).__getitem__
     elif asked.sharpness or "sharpness" in method.reads:
         sharpness = sharpness_of(np.arange(len(opened.capture)))
-    capture = _read(asked, console, opened, method)
-    with refining(asked.refine, console) as refine:
+    capture = _read(asked, console, opened, method, patience)
+    with trying(patience, console) as trials, refining(asked.refine, console) as refine:
         selection = api.select(
             capture,
             k,
             targets,
             method,
             asked.seed,
+            patience=trials,
             refine=refine,
             sharpness=sharpness_of,
             focus=focus,
@@ -151,6 +158,20 @@ def _select(
         )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
+
+
+def _patience(
+    asked: argparse.Namespace, k: int | Auto, targets: Targets, method: Method, focus: Focus | None
+) -> Patience:
+    """How long selections are tried, which opens images."""
+    if asked.geometry_only:
+        if asked.patience:
+            raise ValueError(
+                "--patience reconstructs from images, which --geometry-only leaves unopened"
+            )
+        return Patience(0)
+    named = not (asked.method is None and asked.weights is None)
+    return api.patience_of(asked.patience, k, targets, method, focus, named=named)
 
 
 def _measuring(opened: LazyCapture, console: Console, seconds: dict[str, float]) -> SharpnessOf:
@@ -184,16 +205,21 @@ def _warn_of_walls(
 
 
 def _read(
-    asked: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
+    asked: argparse.Namespace,
+    console: Console,
+    opened: LazyCapture,
+    method: Method,
+    patience: Patience,
 ) -> Capture:
     """The capture with what is read of it.
 
-    Swaps, and methods that compare frames by appearance, look at pixels. Some methods look at
-    points; finding a number of frames takes some, for the depth that they tell.
+    Swaps, and methods that compare frames by appearance, look at all pixels. Some methods look at
+    points, and so does trying selections, which opens the images that it needs itself; finding a
+    number of frames takes some points, for the depth that they tell.
     """
     if asked.refine is not None or "appearance" in method.reads:
         return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-    if method.tracks:
+    if method.tracks or patience.seconds:
         with console.clock("points"):
             return opened.with_all_points()
     if asked.k == api.AUTO:

@@ -6,7 +6,14 @@ import argparse
 from pathlib import Path
 
 from fsel.cli.options import LARGEST, add_output, add_request, capture_command
-from fsel.cli.values import duration, number_or_auto, positive, size_in_bytes, whole
+from fsel.cli.values import (
+    duration,
+    duration_or_none,
+    number_or_auto,
+    positive,
+    size_in_bytes,
+    whole,
+)
 from fsel.request.memory import TRAINERS
 
 
@@ -19,6 +26,13 @@ def add_select(commands) -> None:
         type=number_or_auto,
         required=True,
         help="how many frames, or auto: until more are predicted to gain too little",
+    )
+    command.add_argument(
+        "--patience",
+        type=duration_or_none,
+        metavar="TIME",
+        help="for how long selections are tried on this capture's own frames, as 10s (by default, "
+        "where nothing but -k is stated); 0 for the rule alone",
     )
     command.add_argument(
         "--refine",
