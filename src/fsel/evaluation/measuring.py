@@ -17,10 +17,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fsel.data.problem import Method, Problem, checked_select
-from fsel.data.split import Split
 from fsel.evaluation.evaluator import COSTS, Evaluator
 from fsel.metrics import METRICS, Metrics, units
-from fsel.reconstruct import Reconstructor
 from fsel.selector import pretrained
 from fsel.selector.policies import KNOWN
 from fsel.utils.seeds import name_seed
@@ -187,37 +185,6 @@ def measure(
         logger.info("%s: %s %.3f", key, first, table[first].mean())
         head = pd.DataFrame(dict(zip(by, key, strict=True)), index=table.index)
         tables.append(pd.concat([head, table], axis=1))
-    return pd.concat(tables)
-
-
-def measure_draws(
-    reconstructor: Reconstructor,
-    splits: Sequence[str | Path],
-    picks: pd.DataFrame,
-    by: Sequence[str],
-    metrics: Metrics = METRICS,
-) -> pd.DataFrame:
-    """What picks are worth, each on the targets of its draw; equal ones are reconstructed once.
-
-    Args:
-        reconstructor: bound to the capture.
-        splits: split.parquet, one a draw.
-        picks: `draw`, `frame`, and the columns of `by`.
-        by: see `measure`.
-        metrics: keys of `fsel.metrics.REGISTERED`, or key -> settings.
-
-    Returns:
-        As `measure`.
-    """
-    import pandas as pd
-
-    tables = []
-    for draw, part in picks.groupby("draw"):
-        targets = Split.load(splits[int(draw)]).targets
-        evaluator = Evaluator.on_frames(reconstructor, targets, metrics=metrics)
-        tables.append(measure(evaluator, part, by))
-        first = next(iter(evaluator.metrics))
-        logger.info("draw %d: %s %.2f", draw, first, tables[-1][first].mean())
     return pd.concat(tables)
 
 

@@ -11,7 +11,9 @@ import pandas as pd
 from fsel.baselines import METHODS, PAPER
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
+from fsel.data.split import Split
 from fsel.evaluation import measuring
+from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
@@ -100,8 +102,11 @@ def evaluate_freedom(
         config: digest of the parameters.
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    table = measuring.measure_draws(reconstructor, splits, read_table(picks), BY)
-    write_table(table, evaluation, units=measuring.measured_units(), config=config)
+    tables = []
+    for draw, part in read_table(picks).groupby("draw"):
+        targets = Split.load(splits[int(draw)]).targets
+        tables.append(measuring.measure(Evaluator.on_frames(reconstructor, targets), part, BY))
+    write_table(pd.concat(tables), evaluation, units=measuring.measured_units(), config=config)
 
 
 def freedom(
