@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from fsel.request.refine import Refine
 
 _HOMES = {
-    "read_capture": "fsel.layouts",
+    "read_capture": "fsel.ingest.read",
     "LAYOUTS": "fsel.layouts",
     "select": "fsel.api",
     "Selection": "fsel.api",
