@@ -145,5 +145,5 @@ def _stated(k: int | str | Auto, targets: Targets, method: Method, focus: Focus 
     if targets.kind != ALL:
         return f"the views to be rendered are stated ({targets.kind})"
     if len(targets.always):
-        return f"{counted(len(targets.always), 'frame')} are to be selected always"
+        return "frames are stated that are always to be selected"
     return "the number of frames is to be found" if isinstance(number_of(k), Auto) else ""

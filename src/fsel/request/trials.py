@@ -31,6 +31,7 @@ LEAST_JUDGES = 8  # frames that two selections are compared on
 LEAST_PICKS = 3  # that are reconstructed from
 HEATS = ((None, 1), (3, 1), (1, 2))  # selections that run, None for all, and shares of new fits
 SHARE_SECONDS = 5.0  # of patience for one fit of each share
+MOST_SHARES = 20  # beyond which fits tell no more
 MARGIN = 0.5  # dB that every n-th frame is to be left behind by
 DEVIATIONS = 0.5  # standard errors that are asked for beside it
 FIT_DEVIATION = 0.17  # dB of one fit, by its seed alone
@@ -59,7 +60,8 @@ def tried(problem: Problem, rule: np.ndarray, patience: Patience) -> Tried | Non
     race = race_of(problem, rule) if patience.seconds else None
     if race is None:
         return None
-    return race.run(max(1, round(patience.seconds / SHARE_SECONDS)), patience, started)
+    share = max(1, round(min(patience.seconds / SHARE_SECONDS, MOST_SHARES)))
+    return race.run(share, patience, started)
 
 
 def race_of(problem: Problem, rule: np.ndarray) -> Race | None:
