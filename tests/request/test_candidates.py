@@ -12,10 +12,10 @@ from fsel.request.candidates import (
     EVEN,
     candidates,
     medoids,
-    scene_distances,
     stretches,
 )
 from fsel.request.covisible import FOLD, SECOND, covisible
+from fsel.request.places import scene_distances
 
 
 def test_middles_of_equal_stretches():

@@ -9,6 +9,7 @@ from fsel.api.request import (
     method_of,
     number_of,
     patience_of,
+    stated_beside,
 )
 from fsel.api.selection import Selection, described, select, sharpened
 
@@ -26,4 +27,5 @@ __all__ = [
     "patience_of",
     "select",
     "sharpened",
+    "stated_beside",
 ]

@@ -124,7 +124,7 @@ def patience_of(
         ValueError: for a patience below zero, or one where something is stated that leaves nothing
             to try.
     """
-    stated = _stated(k, targets, method, focus)
+    stated = stated_beside(k, targets, method, focus)
     if patience is None:
         return Patience(0) if named or stated else Patience()
     allowed = patience if isinstance(patience, Patience) else Patience(patience)
@@ -136,8 +136,10 @@ def patience_of(
     return allowed
 
 
-def _stated(k: int | str | Auto, targets: Targets, method: Method, focus: Focus | None) -> str:
-    """What is stated that leaves nothing to try, in words; empty where nothing is."""
+def stated_beside(
+    k: int | str | Auto, targets: Targets, method: Method, focus: Focus | None = None
+) -> str:
+    """What is stated beside a number of frames, in words; empty where nothing is."""
     if method.name != pretrained.DEFAULT:
         return f"the method is {method.name}"
     if focus is not None:

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel.api.request import checked_request, method_of, number_of, patience_of
+from fsel.api.request import (
+    checked_request,
+    method_of,
+    number_of,
+    patience_of,
+    stated_beside,
+)
 from fsel.data.capture import Capture, Views
 from fsel.data.problem import Method, Problem, checked_select
 from fsel.data.subsets import evenly, subset_key
@@ -16,8 +22,10 @@ from fsel.images.sharpness import sharpness as measure_sharpness
 from fsel.request import budget
 from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
+from fsel.request.cover import covering
 from fsel.request.focus import Focus
 from fsel.request.patience import Patience, Tried
+from fsel.request.places import scene_places
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish
@@ -65,6 +73,7 @@ def select(
     *,
     weights: str | Path | None = None,
     patience: float | Patience | None = None,
+    covered: bool = False,
     refine: float | Refine | None = None,
     sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | None = None,
@@ -92,6 +101,9 @@ def select(
             neither targets nor a method, an object or frames; else 0. The same picks are kept on
             every machine that makes the planned reconstructions in that time. Or `fsel.Patience`,
             to watch or end them.
+        covered: whether `fsel` shall leave no frame farther from its picks than three times what
+            the best cover by k frames reaches, see `fsel.request.cover`. For picks that are not
+            tried, where nothing but k is stated.
         refine: seconds in which swaps are tried that real reconstructions of the capture judge, see
             `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
             them.
@@ -129,6 +141,8 @@ def select(
     asked = number_of(k)
     started = time.perf_counter()
     problem = request_problem(capture, targets, known, focus, descriptors)
+    if covered:
+        problem = _covered(problem, asked, stated_beside(k, targets, method, focus))
     found = None
     if isinstance(asked, Auto):
         frames, scores, found = _enough(problem, targets.views, ranked, asked)
@@ -153,6 +167,17 @@ def select(
     stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
     instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
     return Selection(names, frames, scores, seconds, found, tried, swapped, instead)
+
+
+def _covered(problem: Problem, k: int | Auto, stated: str) -> Problem:
+    """The same with frames that are picked first, so that none is left far from the picks."""
+    if stated or isinstance(k, Auto):
+        raise ValueError(
+            f"a cover is asked for, and {stated}; it goes with a number of frames alone"
+        )
+    pool = problem.observed
+    rows = covering(scene_places(problem.capture, pool), k)
+    return replace(problem, given=pool[rows])
 
 
 def _tried(

@@ -151,6 +151,7 @@ def _select(
             method,
             asked.seed,
             patience=trials,
+            covered=asked.geometry_only and not api.stated_beside(k, targets, method, focus),
             refine=refine,
             sharpness=sharpness_of,
             focus=focus,

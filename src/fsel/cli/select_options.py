@@ -114,7 +114,9 @@ def _add_looking(command: argparse.ArgumentParser) -> None:
     looking.add_argument(
         "--geometry-only",
         action="store_true",
-        help="do not look at images: blurred picks stay, no pictures in the report, no points "
+        help="do not look at images: nothing is tried on them, but where nothing but -k is stated "
+        "no frame is left farther from the picks than three times what the best cover by as many "
+        "frames reaches; blurred picks stay, no pictures in the report, no points "
         "where the capture has none",
     )
 

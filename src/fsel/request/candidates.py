@@ -9,12 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.baselines.kmedoids import fasterpam
-from fsel.data.capture import Capture
-from fsel.data.geometry import lengths, pairwise_distances
 from fsel.data.problem import Problem
 from fsel.data.subsets import evenly
 from fsel.request.covisible import covisible
-from fsel.request.scene_depth import viewing_distance
+from fsel.request.places import scene_distances
 
 EVEN = "uniform"  # every n-th frame, which the others are compared with
 STEEP = 3  # power of the distance of the steep medoids: the farthest frames decide
@@ -30,7 +28,7 @@ def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
 
     Returns:
         `uniform`: every n-th frame. `middles`: the middles of k equal stretches. `kmedoids`: the
-        medoids of the frames' distances, see `scene_distances`. `steep_medoids`: those of the
+        medoids of the frames' distances, see `fsel.request.places`. `steep_medoids`: those of the
         distances' third power. `paced_medoids`: the same where a step along the sequence counts as
         a typical step between neighbours. `covisibility`: see `fsel.request.covisible`.
     """
@@ -53,24 +51,6 @@ def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
 def stretches(count: int, k: int) -> np.ndarray:
     """(k,) int64 the middle row of each of k equal stretches of `count` rows."""
     return ((2 * np.arange(k) + 1) * count // (2 * k)).astype(np.int64)
-
-
-def scene_distances(capture: Capture, frames: np.ndarray) -> np.ndarray:
-    """(n, n) how far frames are from one another, in depths of the scene.
-
-    The distance of the centres plus that of the points looked at, over the median depth: a turn
-    counts by how far it moves what is seen.
-
-    Args:
-        capture: whose sparse points tell the depth, see `viewing_distance`.
-        frames: (n,).
-    """
-    depth = viewing_distance(capture.views, capture.points)[frames]
-    centers, axes = capture.centers[frames], capture.axes[frames]
-    looked_at = centers + depth[:, None] * axes
-    apart = pairwise_distances(centers, centers) + pairwise_distances(looked_at, looked_at)
-    scale = np.median(lengths(looked_at - centers))
-    return apart / (scale if scale > 0 else 1.0)
 
 
 def medoids(distance: np.ndarray, k: int, power: float) -> np.ndarray:
