@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fsel.request import judges
-from fsel.request.judges import Closeness, Judges
+from fsel.request.judges import Closeness, Judges, Unpicked
 
 N = 8
 
@@ -148,3 +148,15 @@ def test_a_frame_that_was_a_pick_is_always_rendered(recorder, monkeypatch):
 
 def test_the_start_gains_nothing(recorder):
     assert Judges(recorder, problem(5.6), np.array([0, 2, 7]))(np.array([0, 2, 7])) == 0
+
+
+def test_frames_that_are_not_picked_judge_where_the_whole_capture_is_asked_for(recorder):
+    unpicked = Unpicked(recorder, problem(0.5), np.array([0, 1, 2]))
+    assert unpicked.frames.tolist() == [3, 4, 5, 6, 7]
+    assert recorder.rendered == [[3, 4, 5, 6, 7]]
+    gain = unpicked(np.array([0, 1, 4]))
+    assert recorder.rendered[-1] == [3, 5, 6, 7]  # no frame judges itself
+    assert gain == pytest.approx(decibels(5) - decibels(3))
+    assert unpicked(np.array([3, 4, 5, 6, 7])) == -np.inf
+    with pytest.raises(ValueError, match="every frame is picked"):
+        Unpicked(recorder, problem(0.5), np.arange(N))

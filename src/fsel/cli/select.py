@@ -31,6 +31,7 @@ from fsel.request.focus import Focus
 from fsel.request.hidden import behind
 from fsel.request.memory import SPLATS
 from fsel.request.patience import Patience
+from fsel.request.refine import Refine
 from fsel.request.targets import ALL, ORBIT, Targets
 from fsel.utils.wording import counted
 
@@ -44,8 +45,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     _check_budget(asked)
     method = api.method_of(asked.method, asked.weights)
     _check_appearance(asked, method)
-    if asked.refine is not None and asked.geometry_only:
-        raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
+    _refine(asked)
     with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, SIDES[asked.appearance])
         seconds = {"read": time.perf_counter() - started}
@@ -84,7 +84,9 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
         console.say("tried", record.trials(tried))
     if swapped is not None:
         console.say(
-            "refined", f"{swapped.gain:+.2f} dB in {counted(swapped.tried, 'reconstructed subset')}"
+            "refined",
+            f"{swapped.gain:+.2f} dB by {swapped.reconstructor} in "
+            f"{counted(swapped.tried, 'reconstructed subset')}",
         )
     picked = len(outcome.selection.names)
     if instead := outcome.selection.exchanged:
@@ -143,7 +145,7 @@ def _select(
     elif asked.sharpness or "sharpness" in method.reads:
         sharpness = sharpness_of(np.arange(len(opened.capture)))
     capture = _read(asked, console, opened, method, patience)
-    with trying(patience, console) as trials, refining(asked.refine, console) as refine:
+    with trying(patience, console) as trials, refining(_refine(asked), console) as refine:
         selection = api.select(
             capture,
             k,
@@ -159,6 +161,20 @@ def _select(
         )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
+
+
+def _refine(asked: argparse.Namespace) -> Refine | None:
+    """For how long swaps are tried, and what judges them."""
+    if asked.refine is None:
+        if asked.reconstructor is not None:
+            raise ValueError(
+                f"--reconstructor is {asked.reconstructor}, which judges swaps alone. "
+                "Hint: --refine 30s"
+            )
+        return None
+    if asked.geometry_only:
+        raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
+    return Refine(asked.refine, reconstructor=asked.reconstructor or Refine.reconstructor)
 
 
 def _patience(

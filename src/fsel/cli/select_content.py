@@ -51,7 +51,11 @@ def selection_content(
         "tried": _tried(outcome.selection.tried),
         "refined": None
         if swapped is None
-        else {"gain": round(swapped.gain, 4), "tried": swapped.tried},
+        else {
+            "gain": round(swapped.gain, 4),
+            "tried": swapped.tried,
+            "reconstructor": swapped.reconstructor,
+        },
         "budget": None if budget is None else asdict(budget) | {"reason": record.reason(budget)},
         "scorer": _scorer(method),
         "versions": record.versions(),

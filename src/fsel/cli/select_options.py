@@ -15,6 +15,7 @@ from fsel.cli.values import (
     whole,
 )
 from fsel.request.memory import TRAINERS
+from fsel.request.refine import JUDGES
 
 
 def add_select(commands) -> None:
@@ -40,6 +41,11 @@ def add_select(commands) -> None:
         metavar="TIME",
         help="then try swaps of the picks for so long, as 10s or 2m, judged by reconstructions of "
         "this capture; Ctrl-C keeps the best so far",
+    )
+    command.add_argument(
+        "--reconstructor",
+        choices=tuple(JUDGES),
+        help="what judges --refine: splats (by default), or what the picks are for",
     )
     _add_budget(command)
     add_request(command)

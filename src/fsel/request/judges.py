@@ -14,6 +14,7 @@ import numpy as np
 
 from fsel.data.geometry import pairwise_angles, pairwise_distances, pose_distance
 from fsel.data.problem import Problem
+from fsel.data.subsets import evenly
 from fsel.metrics import score_views
 from fsel.reconstruct import Model, Reconstructor
 
@@ -22,6 +23,7 @@ SLOPE = 7.0  # dB that a view gains where its closeness grows e-fold, on 24 trai
 REST = 0.1  # added to the distance, so that no pick counts more than 10
 FIRST = 0.3  # of the judges, those that a swap concerns most, are rendered before the others
 METRIC = ("psnr",)
+UNPICKED = 96  # frames at most that judge where the whole capture is to be rendered
 
 
 @dataclass(frozen=True)
@@ -166,6 +168,41 @@ class Judges:
         """PSNR of some rows of the frames."""
         if len(rows) == 0:
             return np.empty(0)
+        rendered = model.render(self._reconstructor.capture.view(self.frames[rows]))
+        return score_views(rendered, self._images[rows], metrics=METRIC)[:, 0]
+
+
+class Unpicked:
+    """Mean gain in PSNR on frames that are not picked, where the whole capture is to be rendered.
+
+    Args:
+        reconstructor: bound to the problem's capture, at the reconstruction size.
+        problem: whose observed frames judge.
+        picks: (K,) the first picks. Their frames never judge, so that no frame judges itself.
+
+    Attributes:
+        frames: (J,) int64 that judge, ascending.
+        base: (J,) PSNR of each by the first picks.
+    """
+
+    def __init__(self, reconstructor: Reconstructor, problem: Problem, picks: np.ndarray) -> None:
+        free = np.setdiff1d(problem.observed, picks)
+        if not len(free):
+            raise ValueError("every frame is picked: none is left to judge swaps by")
+        self.frames = free[evenly(len(free), UNPICKED)]
+        self._reconstructor = reconstructor
+        self._images = np.asarray(reconstructor.capture.images[self.frames])
+        self.base = self._psnr(picks, np.arange(len(self.frames)))
+
+    def __call__(self, picks: np.ndarray) -> float:
+        """Gain in dB of (K,) distinct picks on the judges that are not among them."""
+        rows = np.flatnonzero(~np.isin(self.frames, picks))
+        if not len(rows):
+            return -np.inf
+        return float((self._psnr(picks, rows) - self.base[rows]).mean())
+
+    def _psnr(self, picks: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        model = self._reconstructor.fit(np.sort(picks))
         rendered = model.render(self._reconstructor.capture.view(self.frames[rows]))
         return score_views(rendered, self._images[rows], metrics=METRIC)[:, 0]
 

@@ -9,21 +9,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from fsel.data.problem import Problem
 from fsel.data.subsets import subset_key
 from fsel.reconstruct import Reconstructor, reconstructor_of
-from fsel.request.judges import Judges
-from fsel.request.refine import Refine, Swapped
+from fsel.request.judges import Judges, Unpicked
+from fsel.request.refine import JUDGES, Refine, Swapped
 from fsel.utils.wording import counted
 
 SHARE = 0.5  # of the swaps that bring a neighbour in capture order of the frame that leaves
 NEIGHBOURS = 6  # free frames around it
 REGION = 8  # frames nearest to each target, which the other swaps bring
 LEAST_PICKS = 3  # without a judge that is picked, two are left to reconstruct from
-JUDGE = {"name": "splats", "long_side": 64, "settings": {}}
+JUDGE = {"name": "splats", "long_side": 64, "settings": JUDGES["splats"]}
 TRIES = 20  # proposals for each pick, in a row, that were met before: then the search ends
 
 
@@ -72,24 +73,29 @@ def problem_swaps(
 ) -> Iterator[Swapped]:
     """Swaps of a problem's picks among its observed frames, judged by those near its targets.
 
+    Where nobody said what will be rendered, all frames judge that are not picked.
+
     Args:
         reconstructor: bound to the problem's capture, at the reconstruction size.
         problem: targets, by their poses alone, and observed frames.
         picks: (K,) observed frames, K >= 3.
         rng: the only source of chance.
     """
+    if problem.whole:
+        unpicked = Unpicked(reconstructor, problem, picks)
+        return swaps(unpicked, picks, problem.observed, problem.observed, rng)
     judges = Judges(reconstructor, problem, picks)
     region = np.unique(judges.nearest[:, :REGION])
     return swaps(judges, picks, problem.observed, region, rng)
 
 
 def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> Swapped:
-    """The best of swaps in some seconds, judged by `splats` at 64 pixels.
+    """The best of swaps in some seconds, judged by the reconstructor that is named, at 64 pixels.
 
     Args:
         problem: see `problem_swaps`; its capture's images are read.
         picks: (K,) observed frames.
-        refine: for how long.
+        refine: for how long, and by what.
         seed: of the swaps that are tried; which are reached depends on the machine's speed.
 
     Raises:
@@ -98,9 +104,11 @@ def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> S
     if len(picks) < LEAST_PICKS:
         raise ValueError(f"refine: {counted(len(picks), 'pick')}; allowed: {LEAST_PICKS} or more")
     started = time.perf_counter()
-    reconstructor = reconstructor_of(problem.capture, JUDGE)
-    best = Swapped(picks, 0.0, 0)
+    judge = JUDGE | {"name": refine.reconstructor, "settings": JUDGES[refine.reconstructor]}
+    reconstructor = reconstructor_of(problem.capture, judge)
+    best = Swapped(picks, 0.0, 0, refine.reconstructor)
     for best in problem_swaps(reconstructor, problem, picks, np.random.default_rng(seed)):
+        best = replace(best, reconstructor=refine.reconstructor)
         gone = time.perf_counter() - started
         if not refine.told(best, gone) or gone > refine.seconds:
             break
