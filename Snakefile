@@ -1,9 +1,28 @@
+import os
+import sys
+from pathlib import Path
+
+from snakemake.settings.types import DeploymentMethod
 from snakemake.utils import min_version
 
 min_version("9.19.0")
+sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
-# images of containers often set it: every job would compile pandas anew, a second each
-os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+from fsel.experiments import TABLES
+from fsel.workflow import inputs, requirements
+from fsel.workflow.artefacts import check_artefacts
+from fsel.workflow.cluster import start_on_slurm
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.machine import IMAGE, check_image, prepare
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Tables, report_labels
+
+prepare()
+# the settings are not there where the rules are only read
+if workflow.deployment_settings and (
+    DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method
+):
+    check_image()
 
 
 pathvars:
@@ -18,63 +37,78 @@ if "datasets" not in config:
     configfile: "config/config.yaml"
 
 
+experiment = Experiment.load(config, Path(workflow.basedir))
+tables = Tables(TABLES, experiment)
+config["captions"] = tables.captions()
+if workflow.is_main_process:
+    requirements.check(experiment, tables, workflow.configfiles)
+experiment.check()
+
+
 report: "workflow/report/workflow.rst"
 
 
-# the config, checked, and what all rules use
-include: "workflow/rules/sources.smk"
-include: "workflow/rules/lacking.smk"
-include: "workflow/rules/common.smk"
-include: "workflow/rules/cluster.smk"
-include: "workflow/rules/container.smk"
-include: "workflow/rules/library.smk"
-include: "workflow/rules/checksums.smk"
-include: "workflow/rules/cases.smk"
-include: "workflow/rules/judging.smk"
-include: "workflow/rules/picturing.smk"
-include: "workflow/rules/needs.smk"
-# the experiment, stage by stage: captures, labels, selectors, the budget sweep
-include: "workflow/rules/downloads.smk"
+container: str(IMAGE)
+
+
+# `reconstructor` is the folder of a further one with its slash, and empty for the first
+wildcard_constraints:
+    dataset=experiment.datasets.names(),
+    scene=r"[^/]+",
+    draw=r"\d+",
+    seed=r"\d+",
+    reconstructor=experiment.folders,
+
+
+# the experiment, stage by stage
+include: "workflow/rules/stage.smk"
 include: "workflow/rules/captures.smk"
 include: "workflow/rules/labels.smk"
 include: "workflow/rules/selectors.smk"
-include: "workflow/rules/sweep.smk"
+include: "workflow/rules/evaluation.smk"
 # when asked for: other tables and figures, by name or all of the paper's by `paper`
+include: "workflow/rules/tables.smk"
+include: "workflow/rules/unconverted.smk"
+include: "workflow/rules/cases.smk"
+include: "workflow/rules/judging.smk"
+include: "workflow/rules/picturing.smk"
 include: "workflow/rules/speed.smk"
 include: "workflow/rules/budget.smk"
-include: "workflow/rules/swaps.smk"
 include: "workflow/rules/numerics.smk"
 include: "workflow/rules/trials.smk"
 include: "workflow/rules/objects.smk"
 include: "workflow/rules/poses.smk"
 include: "workflow/rules/pose_sources.smk"
 include: "workflow/rules/freedom.smk"
-include: "workflow/rules/paper.smk"
+include: "workflow/rules/paper_rules.smk"
 include: "workflow/rules/pictures.smk"
 include: "workflow/rules/judges.smk"
 include: "workflow/rules/judged_paper.smk"
 include: "workflow/rules/transfer.smk"
 include: "workflow/rules/untold.smk"
+include: "workflow/rules/needs.smk"
 
 
 # one handler for all: of several, only the last would run
 onstart:
-    start_on_cluster()
-    check_artefacts(workflow.dag)
+    if workflow.is_main_process:
+        if workflow.executor_plugin.name == "slurm":
+            start_on_slurm(
+                workflow.execution_settings.lock,
+                workflow.executor_settings.jobname_prefix or "",
+            )
+        jobs = list(workflow.dag.needrun_jobs())
+        check_artefacts(
+            [path for job in jobs for path in job.input],
+            [path for job in jobs for path in job.output],
+        )
 
 
 rule all:
     default_target: True
     input:
-        # all of it, or nothing: `paper` goes without datasets that are not there
-        complete,
-        "<tables>/ksweep.tex",
-        "<figures>/heatmap.pdf",
-        collect("<tables>/{judge}/ksweep.tex", judge=FURTHER),
-        collect("<figures>/{judge}/heatmap.pdf", judge=FURTHER),
-        # for inspection: every candidate's features; selectors compute their own
-        features=collect(
-            "<results>/{problem}/features.parquet",
-            problem=evaluation_problems(config["draws"]),
+        inputs.expanded("<tables>/{folder}ksweep.tex", folder=["", *experiment.further]),
+        inputs.expanded(
+            "<figures>/{folder}heatmap.pdf", folder=["", *experiment.further]
         ),
     localrule: True

@@ -41,6 +41,7 @@ from fsel.stages.ingest import ingest
 from fsel.stages.label import label
 from fsel.stages.select import select
 from fsel.stages.split import split
+from fsel.stages.split_labelled import split_labelled
 
 FRAMES = (1000, 2000, 5000, 10_000)
 BASE, TARGETS, K = 250, 15, 50
@@ -128,7 +129,8 @@ def stages(folder: Path, stored: int, side: int) -> dict[str, Callable[[], None]
 
     def picks(method: str) -> Callable[[], None]:
         common = {"budgets": [K], "seeds": [0], "config": ""}
-        return lambda: select(folder, [draw], [], [selected(method)], methods=[method], **common)
+        files = folder, [draw], [folder / "features.parquet"], [], [selected(method)]
+        return lambda: select(*files, methods=[method], **common)
 
     def judged(method: str) -> Callable[[], None]:
         made = [folder / f"evaluation_{method}.parquet"]
@@ -138,8 +140,8 @@ def stages(folder: Path, stored: int, side: int) -> dict[str, Callable[[], None]
     def labelled() -> None:
         label(
             folder,
-            [folder / "p25.parquet"],
             folder / "splits.parquet",
+            [folder / "p25.parquet"],
             coverages=[25],
             seed=0,
             search=SEARCH,
@@ -163,6 +165,9 @@ def stages(folder: Path, stored: int, side: int) -> dict[str, Callable[[], None]
         "reconstruct/bind": lambda: reconstructor_of(Capture.load(folder), reconstruction),
         "evaluate/uniform": judged("uniform"),
         "evaluate/all": judged("all"),
+        "split_labelled": lambda: split_labelled(
+            folder, folder / "splits.parquet", coverages=[25], seed=0, config=""
+        ),
         "label": labelled,
     }
 

@@ -31,7 +31,7 @@ from fsel.data.problem import Problem
 from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.columns import CONDITIONED_INPUTS, FOLLOWING_INPUTS, INPUTS, TARGET_GAIN_INPUT
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
-from fsel.features.visibility import NOTHING, sights, visibility_gain
+from fsel.features.visibility import NOTHING, visibility_counts, visibility_gain
 from fsel.selector import plain, pretrained
 from fsel.selector.greedy import Prepared, Rows, greedy, standardise
 from fsel.selector.policies import POLICIES
@@ -120,7 +120,7 @@ def recomputed(prepared: Prepared, scorer: Scorer, k: int) -> np.ndarray:
         apart = [np.linalg.norm(looks - looks[i], axis=2).sum(axis=1) for i in picks]
         novel = np.min([np.full(len(looks), NOVEL), *apart], axis=0) / NOVEL
         inputs[:, TARGET_GAIN_INPUT] += (rows.closeness / (1 + covered)).mean(axis=1) * novel
-        rates = sights(rows.visible, np.array(picks, np.int64))
+        rates = visibility_counts(rows.visible, np.array(picks, np.int64))
         inputs[:, TARGET_GAIN_INPUT] += POINTS * visibility_gain(rows.visible, rates, len(looks))
         if picks:
             spread = [

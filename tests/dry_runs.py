@@ -1,5 +1,6 @@
-"""Dry runs of the workflow: plans and refusals."""
+"""Experiments of changed configurations, and dry runs of the workflow."""
 
+import copy
 import os
 import re
 import subprocess
@@ -9,7 +10,20 @@ from pathlib import Path
 
 import yaml
 
+from fsel.workflow.experiment import Experiment
+
 ROOT = Path(__file__).resolve().parents[1]
+SMOKE = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
+
+
+def experiment(**changes) -> Experiment:
+    """The smoke config's with some top-level keys replaced."""
+    return Experiment.load(copy.deepcopy(SMOKE | changes), ROOT)
+
+
+def with_dataset(**entry) -> dict:
+    """The smoke config's datasets and one more, `mine`."""
+    return SMOKE["datasets"] | {"mine": {"label": "Mine"} | entry}
 
 
 def dry_run(folder: Path, config: Path, *targets: str) -> subprocess.CompletedProcess:
@@ -34,9 +48,8 @@ def planned(result: subprocess.CompletedProcess) -> Counter:
 
 def changed(folder: Path, **changes) -> Path:
     """The smoke config with some top-level keys replaced."""
-    config = yaml.safe_load((ROOT / "config" / "smoke.yaml").read_text())
     path = folder / "config.yaml"
-    path.write_text(yaml.safe_dump(config | changes))
+    path.write_text(yaml.safe_dump(SMOKE | changes))
     return path
 
 

@@ -87,7 +87,7 @@ def slow_inputs(problem, picked, policy):
     return np.array(left), inputs
 
 
-def slow_company(distances):
+def slow_spread(distances):
     """(rows left,) from (rows left, picks): to the fourth nearest of fewer than ten picks, the
     farthest of fewer than four; else as if all inverse squares came from one; to 1.5 means."""
     values = []
@@ -115,11 +115,11 @@ def slow_relations(problem, frames, views, left, picked, target_gain):
         bearings = centers - common
         bearings /= np.linalg.norm(bearings, axis=1, keepdims=True)
         compared = {"d_min_s": centers, "gamma_min_s": axes, "phi_nov": bearings}
-        company = {}
+        spread = {}
         for name, place in compared.items():
             at, picks = place[frames[left]], place[frames[picked]]
-            company[name] = slow_company([[np.linalg.norm(p - j) for j in picks] for p in at])
-        return company | {"rho_max_s": over(lambda i, j: described[i] @ described[j], max)}
+            spread[name] = slow_spread([[np.linalg.norm(p - j) for j in picks] for p in at])
+        return spread | {"rho_max_s": over(lambda i, j: described[i] @ described[j], max)}
     return {
         "d_min_s": over(lambda i, j: np.linalg.norm(centers[i] - centers[j]), min),
         "gamma_min_s": over(lambda i, j: angle(axes[i], axes[j]), min),
@@ -158,17 +158,17 @@ def slow_target_gain(problem, frames, views, left, picked):
 def slow_visibility_gain(problem, frames, views, left, picked):
     """What each row would add to the mean over points of P(N >= 1) + P(N >= 2), to first order, the
     mean of N's Poisson law being what the picks see of a point."""
-    if (found := SIGHTS.get(id(problem))) is None or found[0] is not problem:
-        found = SIGHTS[id(problem)] = problem, slow_sights(problem, frames, views)
+    if (found := SEEN.get(id(problem))) is None or found[0] is not problem:
+        found = SEEN[id(problem)] = problem, slow_visibility(problem, frames, views)
     seen = found[1]
     rate = seen[list(picked)].sum(axis=0)
     return (seen * (1 + rate) * np.exp(-rate)).mean(axis=1)[left]
 
 
-SIGHTS = {}  # id of a problem -> it, and what its rows see: slow enough to be computed once
+SEEN = {}  # id of a problem -> it, and what its rows see: slow enough to be computed once
 
 
-def slow_sights(problem, frames, views):
+def slow_visibility(problem, frames, views):
     """(n, points of all views) how much each row sees of each."""
     width, height = views.size
     centers = problem.capture.centers[frames]

@@ -16,7 +16,7 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at, runs
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.reconstruct.outcome import MEMORY, Unfinished
-from fsel.selector.policies import POLICIES
+from fsel.selector.policies import POLICIES, RENAMED
 from fsel.selector.scorer import Linear, Network, Scorer
 from fsel.training.scorers import save_scorer
 from fsel.utils.seeds import name_seed
@@ -70,6 +70,13 @@ def test_scorers_say_whose_they_are(tmp_path):
     save_scorer(scorer, "another", "a test", 0, "c", tmp_path / "x.safetensors")
     with pytest.raises(ValueError, match=r"x.*: scorer of the policy 'another'; known: .*fsel"):
         runs([], [tmp_path / "x.safetensors"])
+
+
+def test_a_scorer_that_says_a_former_name_is_of_the_policy_of_today(tmp_path):
+    for former, name in RENAMED.items():
+        path = tmp_path / f"{former}.safetensors"
+        save_scorer(Network(random_weights(0)), former, "a test", 0, "c", path)
+        assert [run.method.name for run in learned_runs([path])] == [name]
 
 
 def test_each_scorer_picks_as_itself(tmp_path, problem):

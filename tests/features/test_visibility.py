@@ -8,9 +8,9 @@ from fsel.features.visibility import (
     NEAREST,
     NOTHING,
     Visibility,
-    sights,
     view_points,
     visibility,
+    visibility_counts,
     visibility_gain,
 )
 
@@ -70,12 +70,14 @@ def test_of_many_frames_the_nearest_are_asked():
     assert found.seen.shape == (1, NEAREST, 120)
 
 
-def test_sights_are_summed_over_the_rows_that_a_view_asks():
+def test_visibility_counts_are_summed_over_the_rows_that_a_view_asks():
     visible = Visibility(
         np.array([[2, 0], [0, 1]]), np.array([[[1, 0.5], [0, 0.25]], [[0.25, 0], [1, 1]]])
     )
-    np.testing.assert_array_equal(sights(visible, np.array([0, 2])), [[1, 0.75], [0.25, 0]])
-    np.testing.assert_array_equal(sights(visible, np.array([], int)), np.zeros((2, 2)))
+    np.testing.assert_array_equal(
+        visibility_counts(visible, np.array([0, 2])), [[1, 0.75], [0.25, 0]]
+    )
+    np.testing.assert_array_equal(visibility_counts(visible, np.array([], int)), np.zeros((2, 2)))
 
 
 def test_gain_by_hand():
@@ -88,7 +90,7 @@ def test_gain_by_hand():
     np.testing.assert_allclose(visibility_gain(visible, rates, 4), want)
 
 
-def test_the_gain_is_the_slope_of_the_chances_of_one_and_of_two_sights():
+def test_the_gain_is_the_slope_of_the_chances_of_one_and_of_two_counts():
     def worth(rate):
         return (1 - np.exp(-rate)) + (1 - (1 + rate) * np.exp(-rate))
 

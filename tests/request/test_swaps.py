@@ -42,16 +42,16 @@ def ring(tmp_path):
     return tmp_path / "ring"
 
 
-def test_selecting_with_swaps_ends_when_told_and_keeps_held_out_frames_out(ring):
+def test_selecting_with_swaps_ends_when_asked_and_keeps_held_out_frames_out(ring):
     capture = fsel.read_capture(ring, long_side=32)
     plain = fsel.select(capture, 5, "every:4")
     seen = []
 
-    def told(best, gone):
+    def progress(best, gone):
         seen.append(best.tried)
         return best.tried < 12
 
-    chosen = fsel.select(capture, 5, "every:4", refine=Refine(1e6, told))
+    chosen = fsel.select(capture, 5, "every:4", refine=Refine(1e6, progress))
     assert seen == list(range(1, 13))
     assert chosen.swapped.tried == 12
     assert chosen.swapped.gain >= 0

@@ -1,4 +1,4 @@
-"""Selections judged by the capture itself: who is kept, by how many fits, when the time is over."""
+"""Selections scored on the capture itself: who is kept, by how many fits, when the time is over."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from fsel.request.candidates import EVEN
 from fsel.request.patience import Patience
 from fsel.request.trials import FIT_DEVIATION, Race, compared
 
-WATCHED = np.arange(40)
+FRAMES = np.arange(40)
 EVENLY, OTHER, THIRD = np.array([0, 13, 26, 39]), np.array([1, 2, 3, 4]), np.array([5, 6, 7, 8])
 
 
@@ -24,7 +24,7 @@ def race(gains, noise=0.0, ssim=0.0, log=None):
         psnr = 20 + gains.get(name, 0.0) + noise * np.random.default_rng(seed).normal(size=40)
         return np.stack([psnr, np.full(40, 0.5 + (name != EVEN) * ssim)], axis=1)
 
-    return Race(score, picks, WATCHED)
+    return Race(score, picks, FRAMES)
 
 
 def test_the_surest_gain_is_kept():
@@ -33,7 +33,7 @@ def test_the_surest_gain_is_kept():
     np.testing.assert_array_equal(found.frames, THIRD)
     assert [trial.name for trial in found.trials] == [EVEN, "other", "third"]
     assert found.trials[2].gain == pytest.approx(2.0)
-    assert found.trials[2].judges == 40 - 8
+    assert found.trials[2].validation == 40 - 8
 
 
 def test_little_gain_and_worse_structure_keep_every_nth_frame():
@@ -50,24 +50,24 @@ def test_heats_make_new_fits_and_the_hopeless_leave():
     assert [seed for name, seed in log if name == "third"] == [0, 1]
 
 
-def test_the_time_ends_it_and_is_told():
-    log, told = [], []
+def test_the_time_ends_it_and_is_seen():
+    log, seen = [], []
 
     def watch(made, planned, gone):
-        told.append((made, planned))
+        seen.append((made, planned))
         return made < 4
 
     found = race({"other": 9.0}, log=log).run(1, Patience(1e6, watch), 0.0)
     assert (found.cut, found.fits, len(log)) == (True, 4, 4)
-    assert told[0] == (1, 3 + 3 + 4)
+    assert seen[0] == (1, 3 + 3 + 4)
     late = race({"other": 9.0}).run(1, Patience(1.0), -1e6)
     assert (late.cut, late.fits, late.kept) == (True, 1, EVEN)
 
 
-def test_selections_that_leave_too_few_judges_are_not_fitted():
+def test_selections_that_leave_too_few_validation_frames_are_not_fitted():
     log = []
     picks = {EVEN: np.arange(0, 40, 2), "odd": np.arange(1, 30, 2)}
-    outcome = Race(lambda frames, seed: log.append(seed), picks, WATCHED).run(2, Patience(1e6), 0.0)
+    outcome = Race(lambda frames, seed: log.append(seed), picks, FRAMES).run(2, Patience(1e6), 0.0)
     assert (outcome.kept, outcome.fits, log) == (EVEN, 0, [])
 
 

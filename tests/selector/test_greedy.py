@@ -236,7 +236,9 @@ def test_the_method_of_a_policy_keeps_the_contract(policy):
 def test_a_policy_takes_scorers_of_its_kind_and_inputs_only():
     with pytest.raises(ValueError, match="fsel has a scorer of the kind Linear, not Network"):
         SHIPPED["fsel"].method(Network(random_weights(0)))
-    with pytest.raises(ValueError, match="ours has a scorer of the kind Network, not Linear"):
+    with pytest.raises(
+        ValueError, match="less_is_more has a scorer of the kind Network, not Linear"
+    ):
         SHIPPED["less_is_more"].method(pretrained.method().scorer)
     with pytest.raises(ValueError, match="fsel does not read sharpness; allowed: d_min_s"):
         SHIPPED["fsel"].method(Linear({"d_min_s": 1.0, "sharpness": 1.0}))

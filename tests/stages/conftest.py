@@ -6,10 +6,12 @@ from small_sweep import RECONSTRUCTION, SEARCH
 
 from fsel.metrics import METRICS
 from fsel.stages.evaluate import evaluate
+from fsel.stages.features import features
 from fsel.stages.label import label
 from fsel.stages.order import order
 from fsel.stages.select import select
 from fsel.stages.split import split
+from fsel.stages.split_labelled import split_labelled
 
 
 @pytest.fixture(scope="session")
@@ -23,12 +25,16 @@ def labelled(scene, tmp_path_factory):
     """One coverage level of one scene, searched and ordered."""
     folder = tmp_path_factory.mktemp("labelled")
     splits, labels = folder / "splits.parquet", [folder / "p25.parquet"]
+    described = folder / "features.parquet"
     shared = {"coverages": [25], "config": "c"}
+    split_labelled(scene, splits, seed=5, **shared)
+    features(scene, [splits], [described], config="c")
     settings = {"seed": 5, "search": SEARCH, "reconstruction": RECONSTRUCTION, "inputs": []}
     settings["fitness"] = METRICS
-    label(scene, labels, splits, **settings, **shared)
+    label(scene, splits, labels, **settings, **shared)
     trajectories = folder / "trajectories.parquet"
-    order([scene], [splits], labels, trajectories, scenes={"s": "train"}, kept=2, **shared)
+    files = [scene], [splits], [described], labels, trajectories
+    order(*files, scenes={"s": "train"}, kept=2, **shared)
     return folder
 
 
@@ -37,12 +43,13 @@ def swept(scene, tmp_path_factory):
     """Two draws of one scene, selected and evaluated by every method without weights."""
     folder = tmp_path_factory.mktemp("swept")
     draws = [folder / f"draw{d}" for d in range(2)]
-    splits, picks, outputs = (
+    splits, described, picks, outputs = (
         [draw / f"{name}.parquet" for draw in draws]
-        for name in ("split", "selections", "evaluation")
+        for name in ("split", "features", "selections", "evaluation")
     )
     split(scene, splits, targets=4, seed=1, config="c")
-    select(scene, splits, [], picks, budgets=[3, 5], seeds=[2, 2], config="c")
+    features(scene, splits, described, config="c")
+    select(scene, splits, described, [], picks, budgets=[3, 5], seeds=[2, 2], config="c")
     settings = {"reconstruction": RECONSTRUCTION, "metrics": METRICS}
     evaluate(scene, splits, picks, outputs, **settings, config="c")
     return draws

@@ -15,10 +15,10 @@ GAUSSIANS = {"name": "gaussians", "long_side": 24, "settings": {"steps": 3, "gau
 
 
 def test_a_search_by_gaussians_measures_by_gaussians(scene, labelled, tmp_path):
-    splits, path = tmp_path / "splits.parquet", tmp_path / "p25.parquet"
+    splits, path = labelled / "splits.parquet", tmp_path / "p25.parquet"
     settings = {"seed": 5, "search": SEARCH, "reconstruction": GAUSSIANS, "inputs": []}
     settings |= {"coverages": [25], "fitness": METRICS, "config": "c"}
-    label(scene, [path], splits, **settings)
+    label(scene, splits, [path], **settings)
     found, usual = pd.read_parquet(path), pd.read_parquet(labelled / "p25.parquet")
     split = Split.from_table(pd.read_parquet(splits))
     reconstructor = reconstructor_of(Capture.load(scene), GAUSSIANS)

@@ -15,6 +15,7 @@ def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelle
         train(
             [scene],
             [labelled / "splits.parquet"],
+            [labelled / "features.parquet"],
             labelled / "trajectories.parquet",
             [tmp_path / f"{name}{seed}.safetensors" for seed in range(seeds)],
             [tmp_path / f"{name}{seed}.parquet" for seed in range(seeds)],
@@ -40,7 +41,7 @@ def test_files_of_a_scene_are_read_once_for_all_levels(scene, tmp_path, monkeypa
     read = []
     monkeypatch.setattr(reading, "read_table", lambda p: read.append(p) or read_table(p))
     found = list(reading.labelled_problems(asked, {"s": (scene, splits)}))
-    assert read == [splits, scene / "descriptors.parquet"]
+    assert read == [scene / "descriptors.parquet", splits]
     assert [part["rank"].tolist() for _, part in found] == [[0, 1], [0]]
     for (problem, _), split in zip(found, levels.values(), strict=True):
         np.testing.assert_array_equal(problem.candidates, split.candidates)

@@ -58,3 +58,11 @@ def test_an_entry_set_by_hand_stands_for_itself_and_goes_again():
     assert registry["second"] is entry
     del registry["second"]
     assert "second" not in registry
+
+
+def test_a_former_name_is_refused_with_the_name_of_today():
+    methods = Registry("method", {"less_is_more": "", "fsel": ""}, {"ours": "less_is_more"})
+    with pytest.raises(ValueError, match=r"allowed: less_is_more, fsel\. Hint: 'ours' is named"):
+        methods.checked("ours")
+    with pytest.raises(ValueError, match=r"allowed: less_is_more, fsel$"):
+        methods.checked("theirs")

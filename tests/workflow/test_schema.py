@@ -1,63 +1,102 @@
-"""The schema's lists and the tables of keys follow from the registries."""
+"""Schemas: names from the registries, defaults, refusals, and the page that describes the keys."""
 
-from pathlib import Path
+import copy
+import json
+import re
 
+import pytest
 import yaml
+from dry_runs import ROOT, SMOKE
 
-from fsel.workflow.schema import PAGE, SCHEMA, with_keys, with_names
+from fsel.features.appearance import KINDS
+from fsel.ingest.read import POINTS, POSES
+from fsel.layouts import LAYOUTS
+from fsel.metrics import REGISTERED
+from fsel.metrics.lpips import PAGES
+from fsel.reconstruct import RECONSTRUCTORS
+from fsel.synthesis import FAMILIES
+from fsel.training.labelling import LABELLERS
+from fsel.workflow.refusal import Refusal
+from fsel.workflow.schema import complete, read_schema
 
-ROOT = Path(__file__).resolve().parents[2]
-
-SMALL = """\
-properties:
-  kind:
-    description: Which.
-    enum: [old]  # none, fsel.ingest.read:POSES
-    default: none
-  section:
-    description: >-
-      Two
-      lines.
-    default: {}
-    properties:
-      numbers: {description: How many., default: [1, 2]}
-      names: {description: Of them., items: {enum: [a, b]}}
-$defs:
-  dataset:
-    properties:
-      label: {description: Name.}
-  reconstructor:
-    properties:
-      name: {description: Which., default: old}
-"""
-HEAD = "| key | default | meaning |\n|---|---|---|\n"
+SCHEMA = read_schema(ROOT / "workflow" / "schemas" / "config.schema.yaml")
+KEYS = SCHEMA["properties"]
+DATASET = SCHEMA["$defs"]["dataset"]["properties"]
 
 
-def test_the_schema_and_the_page_are_up_to_date():
-    schema = (ROOT / SCHEMA).read_text(encoding="utf-8")
-    page = (ROOT / PAGE).read_text(encoding="utf-8")
-    hint = "run `python -m fsel.workflow.schema`"
-    assert with_names(schema) == schema, hint
-    assert with_keys(page, yaml.safe_load(schema)) == page, hint
+def test_lists_of_names_are_those_of_the_registries():
+    assert DATASET["layout"]["enum"] == ["auto", *LAYOUTS]
+    assert KEYS["metrics"]["items"]["enum"] == list(REGISTERED)
+    assert SCHEMA["$defs"]["reconstructor"]["properties"]["name"]["enum"] == list(RECONSTRUCTORS)
+    # written out, since their modules take long to import
+    assert DATASET["embedded"]["properties"]["family"]["enum"] == list(FAMILIES)
+    assert DATASET["poses"]["enum"] == list(POSES)
+    assert DATASET["points"]["enum"] == list(POINTS)
+    assert KEYS["search"]["properties"]["labeller"]["enum"] == list(LABELLERS)
+    assert KEYS["appearance"]["properties"]["kind"]["enum"] == list(KINDS)
+    assert KEYS["lpips"]["properties"]["net"]["enum"] == list(PAGES)
 
 
-def test_a_list_is_what_its_comment_names():
-    text = with_names(SMALL)
-    assert "    enum: [none, layout, colmap, file]  # none, fsel.ingest.read:POSES\n" in text
-    assert with_names(text) == text
+def test_every_option_of_a_reader_is_a_key():
+    options = {key for layout in LAYOUTS.values() for key in layout.options}
+    assert set(DATASET["reading"]["properties"]) == options
+    documented = (ROOT / "docs" / "datasets.md").read_text()
+    assert all(f"| `{name}` |" in documented for name in LAYOUTS)
 
 
-def test_tables_by_hand():
-    page = f"before\n\n{HEAD}| `old` | | |\n\nbetween\n\n{HEAD}\nlast\n\n{HEAD}\nafter\n"
-    assert with_keys(page, yaml.safe_load(SMALL)) == (
-        f"before\n\n{HEAD}"
-        '| `kind` | `"none"` | Which. One of `old`. |\n'
-        "| `section` | | Two lines. |\n"
-        "| `section.numbers` | `[1, 2]` | How many. |\n"
-        "| `section.names` | | Of them. One of `a`, `b`. |\n"
-        f"\nbetween\n\n{HEAD}"
-        "| `datasets.*.label` | | Name. |\n"
-        f"\nlast\n\n{HEAD}"
-        '| `reconstruction.name` | `"old"` | Which. |\n'
-        "\nafter\n"
-    )
+def test_a_registry_stands_in_a_list_beside_other_words(tmp_path):
+    path = tmp_path / "schema.yaml"
+    path.write_text('properties: {a: {enum: [none, "fsel.metrics:REGISTERED", 3]}}')
+    assert read_schema(path)["properties"]["a"]["enum"] == ["none", *REGISTERED, 3]
+
+
+def test_defaults_are_filled_in_within_what_is_given():
+    config = {"search": {"k": 7}, "reconstruction": [{"name": "splats"}]}
+    complete(config, SCHEMA, "")
+    assert config["search"]["k"] == 7
+    assert config["search"]["population"] == 40
+    assert config["reconstruction"] == [{"name": "splats", "long_side": 64, "settings": {}}]
+    assert config["datasets"]["dl3dv"]["poses"] == "layout"
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"budgest": [5]}, ["top level", "'budgest' was unexpected", "'budgets'"]),
+        ({"search": {"kay": 5}}, ["search: ", "'kay' was unexpected", "'kept'"]),
+        ({"coverages": [33]}, ["coverages[0]", "33 is not one of [25, 40, 60, 80, 100]"]),
+        ({"reconstruction": []}, ["reconstruction", "should be non-empty"]),
+        ({"reconstruction": [{"as": "a/b"}]}, ["reconstruction[0].as", "'a/b' does not match"]),
+        ({"reconstruction": {"name": "nerf"}}, ["reconstruction.name", "one of ['splats'"]),
+    ],
+)
+def test_a_wrong_value_is_refused_by_name(changes, parts):
+    with pytest.raises(Refusal) as refused:
+        complete(copy.deepcopy(SMOKE | changes), SCHEMA, "see the page")
+    for part in ["config: ", *parts, "\nHint: ", "see the page"]:
+        assert part in str(refused.value)
+
+
+def test_every_key_is_described_and_documented():
+    schema = yaml.safe_load((ROOT / "workflow" / "schemas" / "config.schema.yaml").read_text())
+    documented = (ROOT / "config" / "README.md").read_text()
+    seen = set()
+
+    def walk(node: dict, path: str) -> None:
+        for key, value in node.get("properties", {}).items():
+            where = f"{path}{key}"
+            seen.add(where)
+            assert "description" in value, where
+            (row,) = re.findall(rf"^\| `{re.escape(where)}` .*$", documented, re.M)
+            assert " ".join(value["description"].split()) in row, where
+            if "default" in value and value["default"] and where != "datasets":
+                assert f"`{json.dumps(value['default'])}`" in row, where
+            if "properties" in value:
+                assert value["additionalProperties"] is False, where
+                walk(value, f"{where}.")
+
+    walk(schema, "")
+    walk(schema["$defs"]["dataset"], "datasets.*.")
+    walk(schema["$defs"]["reconstructor"], "reconstruction.")
+    rows = set(re.findall(r"^\| `([^`]*)` \|", documented.partition("## Every key")[2], re.M))
+    assert rows == seen

@@ -1,14 +1,59 @@
-"""From recordings in any layout to canonical captures and the problems posed on them.
+"""From recordings in any layout to canonical captures, the problems posed on them, and features.
 
-Inputs: folders of captures on disk, or nothing for embedded ones.
-Outputs: <results>/{dataset}/{scene}/{frames,points,descriptors}.parquet and images.npy,
+Inputs: folders of captures on disk, or the network, or nothing for embedded ones.
+Outputs: <downloads>/{archive}, <results>/data/{dataset}/{scene},
+<results>/{dataset}/{scene}/{frames,points,descriptors}.parquet, images.npy and masks.npy,
 <results>/{dataset}/{scene}/draw{draw}/{split,features}.parquet.
 """
 
 
-rule generate:
+# a download is not made anew because the code that made it has changed: no `lib`
+use rule stage as download with:
+    output:
+        path="<downloads>/{archive}",
+    log:
+        "<results>/logs/download/{archive}.log",
+    benchmark:
+        "<results>/benchmarks/download/{archive}.jsonl"
+    wildcard_constraints:
+        archive=r"[^/]+\.zip",
+    localrule: True
+    resources:
+        **experiment.resources(Size(500, 1440)),
+    params:
+        url=lambda wildcards: experiment.datasets.archive(wildcards.archive)["url"],
+        sha256=lambda wildcards: experiment.datasets.archive(wildcards.archive)[
+            "sha256"
+        ],
+    message:
+        "Downloading {wildcards.archive}"
+
+
+use rule stage as unpack with:
     input:
-        lib=library("generate"),
+        archive=lambda wildcards: "<downloads>/"
+        + experiment.datasets.archive_of(wildcards.dataset, wildcards.scene),
+    output:
+        folder=directory("<results>/data/{dataset}/{scene}"),
+    log:
+        "<results>/logs/unpack/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/unpack/{dataset}/{scene}.jsonl"
+    wildcard_constraints:
+        dataset=experiment.datasets.names("fetch"),
+    resources:
+        **experiment.resources(Size(500, 120)),
+    params:
+        inside=lambda wildcards: experiment.datasets.inside(
+            wildcards.dataset, wildcards.scene
+        ),
+    message:
+        "Unpacking {wildcards.dataset}/{wildcards.scene}"
+
+
+use rule stage as generate with:
+    input:
+        lib=experiment.library("generate"),
     output:
         folder=directory("<results>/data/{dataset}/{scene}"),
     log:
@@ -16,137 +61,94 @@ rule generate:
     benchmark:
         "<results>/benchmarks/generate/{dataset}/{scene}.jsonl"
     wildcard_constraints:
-        dataset=datasets_with("embedded"),
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
+        dataset=experiment.datasets.names("embedded"),
     resources:
-        mem_mb=growing(2000),
-        runtime=growing(10),
+        **experiment.resources(Size(2000)),
     params:
-        **config["embedded"],
-        layout=lambda wildcards: config["datasets"][wildcards.dataset]["layout"],
-        family=lambda wildcards: config["datasets"][wildcards.dataset]["embedded"][
-            "family"
-        ],
-        seed=lambda wildcards: scene_seed(wildcards),
+        **inputs.embedded(experiment),
     message:
         "Generating the embedded capture {wildcards.dataset}/{wildcards.scene}"
-    script:
-        "../scripts/generate.py"
 
 
-rule ingest:
+use rule stage as ingest with:
     input:
-        source=raw_capture,
-        lib=library("ingest"),
+        source=lambda wildcards: experiment.datasets.raw_capture(
+            wildcards.dataset, wildcards.scene
+        ),
+        lib=experiment.library("ingest"),
     output:
-        frames="<results>/{dataset}/{scene}/frames.parquet",
-        points="<results>/{dataset}/{scene}/points.parquet",
-        images="<results>/{dataset}/{scene}/images.npy",
+        **inputs.capture(),
     log:
         "<results>/logs/ingest/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/ingest/{dataset}/{scene}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
     resources:
-        mem_mb=growing(2000),
-        runtime=lambda wildcards, attempt: attempt
-        * (240 if config["datasets"][wildcards.dataset]["poses"] == "colmap" else 30),
+        **experiment.resources(Size(2000)) | {"runtime": experiment.ingest_minutes},
     params:
-        reading=lambda wildcards: reading(wildcards.dataset, wildcards.scene),
-        long_side=config["long_side"],
-        at_least=lambda wildcards: frames_needed(
-            role_of(wildcards.dataset, wildcards.scene)
-        ),
+        **inputs.ingested(experiment, experiment.config["long_side"]),
     message:
         "Reading the capture {wildcards.dataset}/{wildcards.scene}"
-    script:
-        "../scripts/ingest.py"
 
 
-rule describe:
+ruleorder: ingest_masked > ingest
+
+
+use rule ingest as ingest_masked with:
+    output:
+        **inputs.capture([*inputs.CAPTURE, "masks"]),
+    wildcard_constraints:
+        dataset=experiment.datasets.names("object"),
+
+
+use rule stage as describe with:
     input:
-        frames="<results>/{dataset}/{scene}/frames.parquet",
-        images="<results>/{dataset}/{scene}/images.npy",
-        lib=library("describe"),
+        **inputs.capture(inputs.BARE),
+        lib=experiment.library("describe"),
     output:
         descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
     log:
         "<results>/logs/describe/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/describe/{dataset}/{scene}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
     resources:
-        mem_mb=per_capture(2000),
-        runtime=per_capture(30),
+        **experiment.resources(Size(2000, 30, "capture")),
     params:
-        **config["appearance"],
+        **experiment.config["appearance"],
     message:
         "Describing the frames of {wildcards.dataset}/{wildcards.scene}"
-    script:
-        "../scripts/describe.py"
 
 
-rule split:
+use rule stage as split with:
     input:
-        frames="<results>/{dataset}/{scene}/frames.parquet",
-        images="<results>/{dataset}/{scene}/images.npy",
-        lib=library("split"),
+        **inputs.capture(inputs.BARE),
+        lib=experiment.library("split"),
     output:
-        splits=expand(
-            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
-            draw=range(config["draws"]),
-        ),
+        splits=inputs.of_draws(experiment, "split.parquet"),
     log:
         "<results>/logs/split/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/split/{dataset}/{scene}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
     resources:
-        mem_mb=per_capture(1000),
-        runtime=per_capture(10),
+        **experiment.resources(Size(grows="capture")),
     params:
-        targets=config["targets"],
-        seed=lambda wildcards: scene_seed(wildcards, "split"),
+        targets=experiment.config["targets"],
+        seed=lambda wildcards: experiment.scene_seed(wildcards, "split"),
     message:
         "Drawing the targets of {wildcards.dataset}/{wildcards.scene}"
-    script:
-        "../scripts/split.py"
 
 
-rule features:
+use rule stage as features with:
     input:
-        splits=expand(
-            "<results>/{{dataset}}/{{scene}}/draw{draw}/split.parquet",
-            draw=range(config["draws"]),
-        ),
-        frames="<results>/{dataset}/{scene}/frames.parquet",
-        images="<results>/{dataset}/{scene}/images.npy",
-        descriptors="<results>/{dataset}/{scene}/descriptors.parquet",
-        lib=library("features"),
+        **inputs.capture([*inputs.BARE, "descriptors"]),
+        splits=inputs.of_draws(experiment, "split.parquet"),
+        lib=experiment.library("features"),
     output:
-        tables=expand(
-            "<results>/{{dataset}}/{{scene}}/draw{draw}/features.parquet",
-            draw=range(config["draws"]),
-        ),
+        tables=inputs.of_draws(experiment, "features.parquet"),
     log:
         "<results>/logs/features/{dataset}/{scene}.log",
     benchmark:
         "<results>/benchmarks/features/{dataset}/{scene}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
     resources:
-        mem_mb=per_capture(1000),
-        runtime=per_capture(10),
+        **experiment.resources(Size(grows="capture")),
     message:
         "Computing the features of {wildcards.dataset}/{wildcards.scene}"
-    script:
-        "../scripts/features.py"

@@ -1,75 +1,88 @@
 """Searched subsets of the training and validation scenes, and their trajectories.
 
 Inputs: canonical captures of the training dataset.
-Outputs: <results>/labels/{scene}/p{coverage}.parquet and splits.parquet,
+Outputs: <results>/labels/{scene}/{splits,features}.parquet and p{coverage}.parquet,
 <results>/trajectories.parquet.
 """
 
+LABELLED_SCENE = f"<results>/{experiment.trained}/{{scene}}"
 
-rule label:
+
+use rule stage as split_labelled with:
     input:
-        frames=f"<results>/{TRAINED}/{{scene}}/frames.parquet",
-        points=f"<results>/{TRAINED}/{{scene}}/points.parquet",
-        images=f"<results>/{TRAINED}/{{scene}}/images.npy",
-        descriptors=f"<results>/{TRAINED}/{{scene}}/descriptors.parquet",
-        lib=library("label", LABELLED_BY["name"]),
+        **inputs.capture(inputs.BARE, LABELLED_SCENE),
+        lib=experiment.library("split_labelled"),
     output:
-        labels=expand(
-            "<results>/labels/{{scene}}/p{coverage}.parquet",
-            coverage=config["coverages"],
-        ),
         splits="<results>/labels/{scene}/splits.parquet",
+    log:
+        "<results>/logs/split_labelled/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/split_labelled/{scene}.jsonl"
+    resources:
+        **experiment.resources(Size(grows="capture")),
+    params:
+        coverages=experiment.config["coverages"],
+        seed=experiment.training_seed,
+    message:
+        "Drawing the targets of {wildcards.scene} at every coverage level"
+
+
+use rule features as features_labelled with:
+    input:
+        **inputs.capture([*inputs.BARE, "descriptors"], LABELLED_SCENE),
+        splits=["<results>/labels/{scene}/splits.parquet"],
+        lib=experiment.library("features"),
+    output:
+        tables=["<results>/labels/{scene}/features.parquet"],
+    log:
+        "<results>/logs/features_labelled/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/features_labelled/{scene}.jsonl"
+    message:
+        "Computing the features of {wildcards.scene} at every coverage level"
+
+
+use rule stage as label with:
+    input:
+        **inputs.capture(inputs.DESCRIBED, LABELLED_SCENE),
+        splits="<results>/labels/{scene}/splits.parquet",
+        lib=experiment.library("label", experiment.labeller),
+    output:
+        labels=inputs.label_files(experiment, ["{scene}"]),
     log:
         "<results>/logs/label/{scene}.log",
     benchmark:
         "<results>/benchmarks/label/{scene}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
     resources:
-        mem_mb=per_reconstruction(4000),
-        runtime=per_reconstruction(120),
-        gpu=int(needs_gpu(LABELLED_BY)),
+        **experiment.resources(Size(4000, 120, "reconstruction"), experiment.labeller),
     params:
-        coverages=config["coverages"],
-        search=config["search"],
-        reconstruction=LABELLED_BY,
-        fitness=FITNESS,
-        seed=lambda wildcards: training_seed(wildcards),
+        coverages=experiment.config["coverages"],
+        search=experiment.config["search"],
+        reconstruction=experiment.labeller,
+        fitness=experiment.fitness,
+        seed=experiment.training_seed,
     message:
         "Searching for good subsets of {wildcards.scene}"
-    script:
-        "../scripts/label.py"
 
 
-rule order:
+use rule stage as order with:
     input:
-        frames=collect(f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED),
-        images=collect(f"<results>/{TRAINED}/{{scene}}/images.npy", scene=LABELLED),
-        splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
-        labels=collect(
-            "<results>/labels/{scene}/p{coverage}.parquet",
-            scene=LABELLED,
-            coverage=config["coverages"],
-        ),
-        lib=library("order"),
+        **inputs.captures(inputs.labelled(experiment), [*inputs.BARE, "descriptors"]),
+        splits=inputs.of_labelled(experiment, "splits"),
+        features=inputs.of_labelled(experiment, "features"),
+        labels=inputs.label_files(experiment),
+        lib=experiment.library("order"),
     output:
         trajectories="<results>/trajectories.parquet",
     log:
         "<results>/logs/order.log",
     benchmark:
         "<results>/benchmarks/order.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
     resources:
-        mem_mb=per_capture(1000),
-        runtime=per_capture(10),
+        **experiment.resources(Size(grows="capture")),
     params:
-        scenes=LABELLED,
-        coverages=config["coverages"],
-        kept=config["search"]["kept"],
+        scenes=experiment.labelled,
+        coverages=experiment.config["coverages"],
+        kept=experiment.config["search"]["kept"],
     message:
         "Ordering the searched subsets"
-    script:
-        "../scripts/order.py"

@@ -6,38 +6,6 @@ Outputs: <tables>/{stability,precision}.{tex,csv}.
 """
 
 
-rule stability:
-    input:
-        lib=library("stability"),
-    output:
-        table=report(
-            "<tables>/stability.tex",
-            caption="../report/stability.rst",
-            category="Numerics",
-            labels={"table": "Hard cases", "form": "LaTeX"},
-        ),
-        numbers=report(
-            "<tables>/stability.csv",
-            caption="../report/stability.rst",
-            category="Numerics",
-            labels={"table": "Hard cases", "form": "numbers"},
-        ),
-    log:
-        "<results>/logs/stability.log",
-    benchmark:
-        "<results>/benchmarks/stability.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
-    resources:
-        mem_mb=growing(2000),
-        runtime=growing(10),
-    message:
-        "Running the hard cases"
-    script:
-        "../scripts/stability.py"
-
-
 rule precision:
     input:
         frames=[f"<results>/{d}/{s}/frames.parquet" for d, s in evaluation_scenes()],

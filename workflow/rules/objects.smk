@@ -6,19 +6,6 @@ Outputs: <results>/{dataset}/{scene}/masks.npy, <results>/{dataset}/{scene}/{obj
 """
 
 
-ruleorder: ingest_masked > ingest
-
-
-use rule ingest as ingest_masked with:
-    output:
-        frames="<results>/{dataset}/{scene}/frames.parquet",
-        points="<results>/{dataset}/{scene}/points.parquet",
-        images="<results>/{dataset}/{scene}/images.npy",
-        masks="<results>/{dataset}/{scene}/masks.npy",
-    wildcard_constraints:
-        dataset=datasets_with_objects(),
-
-
 rule select_objects:
     input:
         frames="<results>/{dataset}/{scene}/frames.parquet",

@@ -1,70 +1,59 @@
 """The learned selectors.
 
 Inputs: trajectories, and canonical captures of all train scenes.
-Outputs: <results>/selector/seed{seed}.safetensors (`less_is_more`),
-<results>/selector/no_appearance/seed{seed}.safetensors, <results>/selector/fsel/seed{seed}.json,
-each with a log of its training beside it.
+Outputs: <results>/selector/seed{seed}.safetensors (`less_is_more`), and those of its variants in
+folders beside it, <results>/selector/fsel/seed{seed}.json, each with a log of its training beside it.
 """
 
 
-rule train:
+use rule stage as train with:
     input:
+        **inputs.captures(inputs.labelled(experiment), ["frames", "descriptors"]),
         trajectories="<results>/trajectories.parquet",
-        frames=collect(f"<results>/{TRAINED}/{{scene}}/frames.parquet", scene=LABELLED),
-        descriptors=collect(
-            f"<results>/{TRAINED}/{{scene}}/descriptors.parquet", scene=LABELLED
-        ),
-        splits=collect("<results>/labels/{scene}/splits.parquet", scene=LABELLED),
-        lib=library("train"),
+        splits=inputs.of_labelled(experiment, "splits"),
+        features=inputs.of_labelled(experiment, "features"),
+        lib=experiment.library("train"),
     output:
         # all seeds in one job: they share the trajectories' inputs, and the import of torch
-        weights=collect("<results>/selector/seed{seed}.safetensors", seed=SEEDS),
-        logs=collect("<results>/selector/seed{seed}.parquet", seed=SEEDS),
+        **inputs.scorer_files(experiment, "less_is_more"),
     log:
-        "<results>/logs/train/less_is_more.log",
+        "<results>/logs/train.log",
     benchmark:
-        "<results>/benchmarks/train/less_is_more.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
+        "<results>/benchmarks/train.jsonl"
     resources:
-        mem_mb=growing(4000),
-        runtime=growing(60),
+        **experiment.resources(Size(4000, 60)),
     params:
-        policy="less_is_more",
-        scenes=list(LABELLED),
-        epochs=config["training"]["epochs"],
-        learning_rate=config["training"]["learning_rate"],
+        **inputs.training(experiment, "less_is_more"),
     message:
         "Training {params.policy}"
-    script:
-        "../scripts/train.py"
 
 
 use rule train as train_no_appearance with:
     output:
-        weights=collect(
-            "<results>/selector/no_appearance/seed{seed}.safetensors", seed=SEEDS
-        ),
-        logs=collect("<results>/selector/no_appearance/seed{seed}.parquet", seed=SEEDS),
+        **inputs.scorer_files(experiment, "less_is_more_no_appearance"),
     log:
-        "<results>/logs/train/less_is_more_no_appearance.log",
+        "<results>/logs/train_no_appearance.log",
     benchmark:
-        "<results>/benchmarks/train/less_is_more_no_appearance.jsonl"
+        "<results>/benchmarks/train_no_appearance.jsonl"
     params:
-        policy="less_is_more_no_appearance",
-        scenes=list(LABELLED),
-        epochs=config["training"]["epochs"],
-        learning_rate=config["training"]["learning_rate"],
+        **inputs.training(experiment, "less_is_more_no_appearance"),
 
 
-rule refine:
+use rule train as train_geometry with:
+    output:
+        **inputs.scorer_files(experiment, "less_is_more_geometry"),
+    log:
+        "<results>/logs/train_geometry.log",
+    benchmark:
+        "<results>/benchmarks/train_geometry.jsonl"
+    params:
+        **inputs.training(experiment, "less_is_more_geometry"),
+
+
+use rule stage as refine with:
     input:
-        frames=collect("<results>/{scene}/frames.parquet", scene=PRACTISED),
-        points=collect("<results>/{scene}/points.parquet", scene=PRACTISED),
-        images=collect("<results>/{scene}/images.npy", scene=PRACTISED),
-        descriptors=collect("<results>/{scene}/descriptors.parquet", scene=PRACTISED),
-        lib=library("refine"),
+        **inputs.captures(experiment.practised, inputs.DESCRIBED),
+        lib=experiment.library("refine", experiment.reconstruction),
     output:
         weights="<results>/selector/fsel/seed{seed}.json",
         log="<results>/selector/fsel/seed{seed}.parquet",
@@ -72,19 +61,14 @@ rule refine:
         "<results>/logs/refine/seed{seed}.log",
     benchmark:
         "<results>/benchmarks/refine/seed{seed}.jsonl"
-    conda:
-        "../envs/fsel.yaml"
-    threads: 1
     resources:
-        mem_mb=per_reconstruction(8000),
-        runtime=per_reconstruction(240),
-        gpu=GPU,
+        **experiment.resources(
+            Size(8000, 240, "reconstruction"), experiment.reconstruction
+        ),
     params:
-        scenes=PRACTISED,
+        scenes=experiment.practised,
         seed=lambda wildcards: int(wildcards.seed),
-        settings=config["refinement"] | {"seed": config["seed"]},
-        reconstruction=config["reconstruction"],
+        settings=experiment.config["refinement"] | {"seed": experiment.config["seed"]},
+        reconstruction=experiment.reconstruction,
     message:
         "Refining fsel against reconstruction, seed {wildcards.seed}"
-    script:
-        "../scripts/refine.py"

@@ -75,8 +75,8 @@ def evaluate(
     """
     from fsel.metrics import METRICS, checked, score_views
 
-    asked = METRICS if metrics is None else checked(metrics)
+    chosen = METRICS if metrics is None else checked(metrics)
     frames = np.asarray(targets, np.int64)
     truth = np.asarray(capture.images[frames])
-    scores = score_views(model.render(capture.view(frames)), truth, None, asked)
-    return dict(zip(asked, scores.T, strict=True))
+    scores = score_views(model.render(capture.view(frames)), truth, None, chosen)
+    return dict(zip(chosen, scores.T, strict=True))

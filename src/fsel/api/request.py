@@ -1,4 +1,4 @@
-"""What a call asks for: the number of frames, the method, the targets; refused before any work."""
+"""Arguments of a call: number of frames, method, targets; what is wrong is refused at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fsel.request.memory import within
 from fsel.request.patience import Patience
 from fsel.request.targets import ALL, Request, Targets, Wish, check_count, targets_of
 from fsel.selector import pretrained
-from fsel.selector.policies import Learned
+from fsel.selector.policies import RENAMED, Learned
 from fsel.utils.wording import counted
 
 if TYPE_CHECKING:
@@ -37,12 +37,12 @@ def number_of(k: int | str | Auto) -> int | Auto:
 
 
 def method_of(method: str | Method | None = None, weights: str | Path | None = None) -> Method:
-    """The method that is asked for; arguments and errors are those of `select`."""
+    """Find the method; arguments and errors are those of `select`."""
     if isinstance(method, Method):
         if weights is not None:
             raise ValueError(f"{weights}: weights go with the name of a method, not with {method}")
         return method
-    if weights is not None:
+    if weights is not None and method not in RENAMED:
         return pretrained.own(weights, method)
     name = pretrained.DEFAULT if method is None else method
     if name in pretrained.FILES:
@@ -61,11 +61,11 @@ def checked_request(
     always: Wish = None,
     never: Wish = None,
 ) -> Targets:
-    """What a request means; all that `select` may refuse is refused here, before images are read.
+    """Resolve a request; all that `select` may refuse is refused here, before images are read.
 
     Arguments and errors are those of `select`; the method is what `method_of` returned.
     """
-    asked = number_of(k)
+    number = number_of(k)
     if len(capture) < LEAST_FRAMES:
         raise ValueError(
             f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; "
@@ -75,17 +75,17 @@ def checked_request(
     if focus is not None:
         targets = targets.seeing(focus.corners, capture)
     targets = targets.wished(capture, always, never)
-    if len(targets.always) and (isinstance(asked, Auto) or not isinstance(method, Learned)):
-        number = AUTO if isinstance(asked, Auto) else asked
+    if len(targets.always) and (isinstance(number, Auto) or not isinstance(method, Learned)):
+        said = AUTO if isinstance(number, Auto) else number
         raise ValueError(
             "frames that are always to be selected go with a number of frames, and with a method "
-            f"that scores them ({', '.join(pretrained.FILES)}); k is {number}, and the method "
+            f"that scores them ({', '.join(pretrained.FILES)}); k is {said}, and the method "
             f"{method.name}"
         )
-    if isinstance(asked, Auto):
-        _check_auto(asked, method, capture)
+    if isinstance(number, Auto):
+        _check_auto(number, method, capture)
         return targets
-    check_count(asked, targets, capture, everything=method.name == ALL_FRAMES)
+    check_count(number, targets, capture, everything=method.name == ALL_FRAMES)
     return targets
 
 
@@ -96,7 +96,7 @@ def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
     if not method.nested:
         from fsel.evaluation.methods import METHODS
 
-        nested = ", ".join(name for name, found in METHODS.items() if found.nested)
+        nested = ", ".join(name for name, method in METHODS.items() if method.nested)
         raise ValueError(
             f"method is {method.name!r}, whose selection of fewer frames is not the beginning of "
             f"that of more, as finding k needs; allowed: {nested}. Hint: state k"

@@ -1,4 +1,4 @@
-"""Select frames: what is asked for, the picks, and what is done with them afterwards."""
+"""Select frames: the request, the picks, and what is done with them afterwards."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Selection:
             excluded.
         budget: how k was found, where it was to be found.
         tried: what was tried on the capture's own frames, where nothing but k was stated.
-        swapped: what swaps changed and gained, where they were asked for. Then fewer picks are no
+        swapped: what swaps changed and gained, where swaps were wanted. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
         exchanged: name of a pick -> that of the blurred one whose place it took. At a smaller
             budget another frame may take it, since fewer are picked already.
@@ -104,7 +104,7 @@ def select(
         covered: whether `fsel` shall leave no frame farther from its picks than three times what
             the best cover by k frames reaches, see `fsel.request.cover`. For picks that are not
             tried, where nothing but k is stated.
-        refine: seconds in which swaps are tried that real reconstructions of the capture judge, see
+        refine: seconds in which swaps are tried that real reconstructions of the capture score, see
             `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
             them.
         sharpness: (N,) of every frame, where it is known already, or what measures it of some;
@@ -138,16 +138,16 @@ def select(
     if descriptors is None and "appearance" in method.reads:
         descriptors = described(capture)
     ranked = _ranked_by(method, seed)
-    asked = number_of(k)
+    number = number_of(k)
     started = time.perf_counter()
     problem = request_problem(capture, targets, known, focus, descriptors)
     if covered:
-        problem = _covered(problem, asked, stated_beside(k, targets, method, focus))
-    found = None
-    if isinstance(asked, Auto):
-        frames, scores, found = _enough(problem, targets.views, ranked, asked)
+        problem = _covered(problem, number, stated_beside(k, targets, method, focus))
+    chosen = None
+    if isinstance(number, Auto):
+        frames, scores, chosen = _enough(problem, targets.views, ranked, number)
     else:
-        frames, scores = ranked(problem, asked)
+        frames, scores = ranked(problem, number)
     frames, scores, tried = _tried(problem, frames, scores, trying)
     seconds, began, swapped = time.perf_counter() - started, frames, None
     sharp = sharpened(method, problem, frames, sharpness_of)
@@ -166,7 +166,7 @@ def select(
     names = tuple(capture.names[i] for i in frames)
     stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
     instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
-    return Selection(names, frames, scores, seconds, found, tried, swapped, instead)
+    return Selection(names, frames, scores, seconds, chosen, tried, swapped, instead)
 
 
 def _covered(problem: Problem, k: int | Auto, stated: str) -> Problem:
@@ -202,7 +202,7 @@ def sharpened(
 
 
 def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) -> SharpnessOf:
-    """What says how sharp frames are; see `select`."""
+    """Function that says how sharp frames are; see `select`."""
     if sharpness is None:
         return lambda frames: measure_sharpness(capture.images[frames])
     return sharpness if callable(sharpness) else np.asarray(sharpness).__getitem__
@@ -214,7 +214,7 @@ def _enough(
     """Picks, their scores, and how their number was found.
 
     The prediction was fitted to few views that picks were made for. So where the whole capture is
-    asked for, the number is that of picks for some of the views along its path.
+    to be rendered, the number is that of picks for some of the views along its path.
     """
     worth = budget.shipped_worth()
     rows = evenly(len(views), budget.WHOLE if problem.whole else len(views))
@@ -222,10 +222,10 @@ def _enough(
     shift = budget.view_shift(problem.capture, problem.candidates, few.targets)
     frames, scores = ranked(few, budget.most(shift, auto, worth))
     in_order = shift[np.searchsorted(problem.candidates, frames)]
-    found = budget.find(in_order, auto, problem.capture.size, worth)
+    chosen = budget.find(in_order, auto, problem.capture.size, worth)
     if problem.whole:
-        frames, scores = ranked(problem, found.frames)
-    return frames[: found.frames], scores[: found.frames], found
+        frames, scores = ranked(problem, chosen.frames)
+    return frames[: chosen.frames], scores[: chosen.frames], chosen
 
 
 def _ranked_by(method: Method, seed: int) -> Ranked:

@@ -103,7 +103,7 @@ def _raise(new, directions, splats, centers, start, index, best):
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """See `greedy_on_splats`."""
+    """Pick by `greedy_on_splats`."""
     return greedy_on_splats(problem, k, _Coverage)
 
 

@@ -1,4 +1,4 @@
-"""Which frames of a pool see which points: from sparse points, or else from the poses alone."""
+"""Co-visibility of a pool's frames: by sparse points, or else by the poses alone."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class Tracks:
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
-        """What the kernels below take."""
+        """Arrays that the kernels below take."""
         return self.point_start, self.row, self.point, self.bearing, self.row_start, self.seen
 
 
 def tracks(problem: Problem, pool: np.ndarray) -> Tracks:
-    """Who sees what among the frames of a pool.
+    """Find the points that frames of a pool see.
 
     A capture without sparse points gets up to 256 in their place: the reference points of the
     pool's own frames (paper, Appendix A.1), each seen by the frames whose viewing cone holds it.

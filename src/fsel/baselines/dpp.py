@@ -32,7 +32,7 @@ def greedy_map(described: np.ndarray, jitter: float, k: int) -> np.ndarray:
         (k,) int64 rows in pick order. Time O(n k (D + k)), memory O(n k).
     """
     factor = np.empty((k, len(described)))
-    left = described.any(axis=1) + jitter
+    left = np.where(described.any(axis=1), 1 + jitter, jitter)
     picks = np.empty(k, np.int64)
     # einsum, not a product by BLAS: equal rows get equal sums wherever they stand
     likeness = np.einsum("nd,d->n", described, described.sum(axis=0))

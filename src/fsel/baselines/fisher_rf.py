@@ -12,7 +12,7 @@ DAMPING = 1e-6  # the released default of lambda
 
 
 class _Information:
-    """trace(H(view) (H(picks) + lambda I)^-1) with diagonal H, exact for colours.
+    """Criterion trace(H(view) (H(picks) + lambda I)^-1) with diagonal H, exact for colours.
 
     A pixel is linear in the colour of a splat, with its blending weight as the slope: the diagonal
     is the sum of squared weights over pixels.
@@ -42,7 +42,7 @@ def _information(start, index, square, per_known):
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """See `greedy_on_splats`."""
+    """Pick by `greedy_on_splats`."""
     return greedy_on_splats(problem, k, lambda blends: _Information(blends, DAMPING))
 
 

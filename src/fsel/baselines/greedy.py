@@ -1,5 +1,7 @@
-"""What several methods share: greedy maximisation that recomputes a gain only where it could change
-the pick."""
+"""Greedy maximisation that recomputes a gain only where it could change the pick.
+
+Several methods share it.
+"""
 
 from __future__ import annotations
 
@@ -24,12 +26,12 @@ def lazy_greedy(
 
     Gains must never grow as picks are added (Minoux 1978): an old gain then bounds the new one,
     and a row whose fresh gain is above every bound is the best. Within a step the most promising
-    rows are asked about in batches of 1, 2, 4, ...
+    gains are computed in batches of 1, 2, 4, ...
 
     Args:
         bounds: (n,) no less than every row's gain before the first pick.
         gains: rows -> their gains now, none negative.
-        add: called with each pick, before the next gain is asked for.
+        add: called with each pick, before the next gain is computed.
         k: at most n.
 
     Returns:
@@ -61,7 +63,7 @@ def locate(values: Callable[[np.ndarray], np.ndarray], bounds: np.ndarray, k: in
     """Greedy facility location: the rows S that raise sum_i max_{j in S} values(j)[i] most.
 
     Args:
-        values: (b,) rows -> (b, n) float32, none negative; asked in blocks, never all at once.
+        values: (b,) rows -> (b, n) float32, none negative; computed in blocks, never all at once.
         bounds: (n,) no less than the sum of every row's values; infinity will do.
         k: at most n.
 

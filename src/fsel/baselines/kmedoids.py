@@ -1,4 +1,4 @@
-"""k-medoids on joint pose and appearance (Kaufman and Rousseeuw 1990)."""
+"""Clustering by k-medoids on joint pose and appearance (Kaufman and Rousseeuw 1990)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Rows = Callable[[np.ndarray], np.ndarray]
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """The medoids, ascending: greedy ones (BUILD of PAM), then swapped (FasterPAM).
 
-    Distances of a larger pool are made for blocks of rows when asked for: memory stays linear in
+    Distances of a larger pool are made for blocks of rows as needed: memory stays linear in
     the pool. Time grows with its square by definition: every swap is weighed against all frames.
     """
     pool = problem.observed
@@ -49,11 +49,11 @@ def distances(centers: np.ndarray, axes: np.ndarray, described: np.ndarray) -> R
     described = np.ascontiguousarray(described)
 
     def unlike(rows: np.ndarray) -> np.ndarray:
-        found = described[rows] @ described.T
-        np.subtract(1, found, out=found)
-        np.maximum(found, 0, out=found)
-        found[np.arange(len(rows)), rows] = 0
-        return found
+        apart = described[rows] @ described.T
+        np.subtract(1, apart, out=apart)
+        np.maximum(apart, 0, out=apart)
+        apart[np.arange(len(rows)), rows] = 0
+        return apart
 
     blocks = [np.arange(i, min(i + BLOCK, len(centers))) for i in range(0, len(centers), BLOCK)]
     gap = max(cdist(centers[rows], centers).max() for rows in blocks)
@@ -62,14 +62,14 @@ def distances(centers: np.ndarray, axes: np.ndarray, described: np.ndarray) -> R
     appearance = max(max(unlike(rows).max() for rows in blocks), ROUNDING)
 
     def joint(rows: np.ndarray) -> np.ndarray:
-        found = unlike(rows)
+        total = unlike(rows)
         for i in range(0, len(rows), BLOCK):
-            part, some = found[i : i + BLOCK], rows[i : i + BLOCK]
+            part, some = total[i : i + BLOCK], rows[i : i + BLOCK]
             part /= appearance
             part += cdist(centers[some], centers) / (gap if gap > 0 else 1.0)
             part += _angle(cdist(axes[some], axes)) / angle
             part /= 3
-        return found
+        return total
 
     return joint
 
@@ -86,7 +86,7 @@ def fasterpam(distance: Rows, count: int, medoids: np.ndarray) -> np.ndarray:
     O(n + k), and the best swap is made as soon as it helps.
 
     Args:
-        distance: of blocks of rows; asked for anew in every round.
+        distance: of blocks of rows; computed anew in every round.
         count: n.
         medoids: (k,) int64 start.
 

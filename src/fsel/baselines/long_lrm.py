@@ -38,10 +38,10 @@ def lloyd(points: np.ndarray, means: np.ndarray, rounds: int) -> np.ndarray:
     means = means.copy()
     label = np.full(len(points), -1)
     for _ in range(rounds):
-        found = cdist(points, means, "sqeuclidean").argmin(axis=1)
-        if (found == label).all():
+        nearest = cdist(points, means, "sqeuclidean").argmin(axis=1)
+        if (nearest == label).all():
             break
-        label = found
+        label = nearest
         count = np.bincount(label, minlength=len(means))
         total = np.zeros_like(means)
         np.add.at(total, label, points)

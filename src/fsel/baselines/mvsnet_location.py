@@ -14,7 +14,7 @@ ROUNDING = 1e-4  # relative error of sums in float32, at most
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Greedy maximisation of sum_i max_{j in S} s(i, j) over the pool's frames i.
 
-    Scores are made for blocks of rows when asked for: memory stays linear in the pool.
+    Scores are made for blocks of rows as needed: memory stays linear in the pool.
     """
     pool = problem.observed
     seen = tracks(problem, pool).arrays

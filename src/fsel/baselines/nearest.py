@@ -27,7 +27,7 @@ def nearest(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """See `nearest`; from P and O."""
+    """Pick the `nearest` frames of P and O."""
     return nearest(problem, problem.observed, k)
 
 

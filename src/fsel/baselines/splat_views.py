@@ -57,7 +57,7 @@ class Blends:
 
 
 class Criterion(Protocol):
-    """What a further view is worth, given the picks."""
+    """Worth of a further view, given the picks."""
 
     def scores(self) -> np.ndarray:
         """(V,) of every view; the largest is picked."""
@@ -85,14 +85,14 @@ def greedy_on_splats(
     rows = start.astype(np.int64).tolist()
     capture = _canonical(problem.capture, pool, pool[rows[0]])
     while len(rows) < k:
-        judge = criterion(_blends(capture, pool, np.array(rows)))
+        worth = criterion(_blends(capture, pool, np.array(rows)))
         for row in rows:
-            judge.add(row)
+            worth.add(row)
         for _ in range(min(k, 2 * len(rows)) - len(rows)):
-            scores = judge.scores()
+            scores = worth.scores()
             scores[rows] = -np.inf
             rows.append(int(np.argmax(scores)))
-            judge.add(rows[-1])
+            worth.add(rows[-1])
     return pool[rows]
 
 
@@ -162,7 +162,7 @@ def blend(
 
 
 def _room(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where `_project` writes n pixel coordinates and keys."""
+    """Arrays that `_project` writes n pixel coordinates and keys to."""
     return np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.int64)
 
 

@@ -9,7 +9,7 @@ from fsel.data.subsets import evenly
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """round(linspace(0, n - 1, k)) over the pool.
+    """Pick rows round(linspace(0, n - 1, k)) of the pool.
 
     Several passes follow one another in capture order: each is sampled in proportion to its length.
     """

@@ -24,8 +24,8 @@ def refining(refine: Refine | None, console: Console) -> Iterator[Refine | None]
         stopped_by_interrupt(console, KEPT) as stop,
     ):
 
-        def told(best: Swapped, gone: float) -> bool:
+        def progress(best: Swapped, gone: float) -> bool:
             show(gone, f"{best.gain:+.2f} dB")
             return not stop()
 
-        yield replace(refine, told=told)
+        yield replace(refine, progress=progress)

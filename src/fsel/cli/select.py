@@ -164,11 +164,11 @@ def _select(
 
 
 def _refine(asked: argparse.Namespace) -> Refine | None:
-    """For how long swaps are tried, and what judges them."""
+    """For how long swaps are tried, and what scores them."""
     if asked.refine is None:
         if asked.reconstructor is not None:
             raise ValueError(
-                f"--reconstructor is {asked.reconstructor}, which judges swaps alone. "
+                f"--reconstructor is {asked.reconstructor}, which scores swaps alone. "
                 "Hint: --refine 30s"
             )
         return None

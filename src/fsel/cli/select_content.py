@@ -73,7 +73,7 @@ def _tried(tried: Tried | None) -> dict | None:
             "gain": _finite(trial.gain),
             "error": _finite(trial.error),
             "ssim": _finite(trial.ssim),
-            "judges": trial.judges,
+            "validation": trial.validation,
             "fits": trial.fits,
         }
         for trial in tried.trials

@@ -15,7 +15,7 @@ from fsel.cli.values import (
     whole,
 )
 from fsel.request.memory import TRAINERS
-from fsel.request.refine import JUDGES
+from fsel.request.refine import SETTINGS
 
 
 def add_select(commands) -> None:
@@ -44,8 +44,8 @@ def add_select(commands) -> None:
     )
     command.add_argument(
         "--reconstructor",
-        choices=tuple(JUDGES),
-        help="what judges --refine: splats (by default), or what the picks are for",
+        choices=tuple(SETTINGS),
+        help="what scores the swaps of --refine: splats (by default), or what the picks are for",
     )
     _add_budget(command)
     add_request(command)

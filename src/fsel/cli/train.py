@@ -21,9 +21,10 @@ from fsel.ingest.lazy import LONG_SIDE, open_capture
 from fsel.outputs.staging import refuse_overlap
 from fsel.reconstruct import reconstructor_of
 from fsel.selector import pretrained
-from fsel.selector.policies import POLICIES, Policy
+from fsel.selector.policies import POLICIES, RENAMED, Policy
 from fsel.selector.scorer import Network
 from fsel.utils.files import digest
+from fsel.utils.registry import unknown
 from fsel.utils.wording import counted
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def _checked(asked: argparse.Namespace) -> Policy:
         )
     trained = {name: policy for name, policy in POLICIES.items() if policy.kind is Network}
     if asked.method not in trained:
-        raise ValueError(f"--method is {asked.method!r}; allowed: {', '.join(trained)}")
+        raise unknown("--method", asked.method, trained, RENAMED)
     if asked.out.suffix != ".safetensors":
         raise ValueError(f"{asked.out}: a scorer is written as .safetensors")
     refuse_overlap(asked.out, asked.capture)
@@ -149,18 +150,16 @@ def _train(
     key: str,
 ) -> dict:
     """Imitate the labels and write the scorer."""
-    from fsel.training.imitation import train
-    from fsel.training.scorers import save_scorer
+    from fsel.training.offline import imitate
 
     settings = {"seed": asked.seed, "epochs": asked.epochs, "learning_rate": RATE}
-    with console.clock("training"):
-        arrays, log = train(trajectories, [], **settings)
     made = (
         f"{MADE_BY} of {counted(len(trajectories), 'searched subset')} of "
         f"{counted(len(asked.capture), 'capture')}, {counted(asked.epochs, 'epoch')}, "
         f"labels by {asked.reconstructor} at {asked.long_side} pixels"
     )
-    save_scorer(Network(arrays), policy.name, made, asked.seed, key, asked.out)
+    with console.clock("training"):
+        log = imitate(policy, trajectories, [], asked.out, made_by=made, config=key, **settings)
     first, last = (log.iloc[at] for at in (0, -1))
     console.say(
         "trained",

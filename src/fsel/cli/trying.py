@@ -23,8 +23,8 @@ def trying(patience: Patience, console: Console) -> Iterator[Patience]:
         stopped_by_interrupt(console, KEPT) as stop,
     ):
 
-        def told(made: int, planned: int, gone: float) -> bool:
+        def progress(made: int, planned: int, gone: float) -> bool:
             show(gone, f"{made} of {planned} fits")
             return not stop()
 
-        yield Patience(patience.seconds, told)
+        yield Patience(patience.seconds, progress)

@@ -40,6 +40,10 @@ class Problem:
             rendered.
         proxies_free: whether proxies may be picked by methods that pick observed frames, as in the
             paper its baselines may.
+        features: (P, 14) float64 static features of the candidates against the proxies, columns as
+            `fsel.features.columns.STATIC`, where they are known; None where a method that reads
+            them computes them. They are of the other attributes: what replaces one of those
+            replaces them.
     """
 
     capture: Capture
@@ -52,6 +56,7 @@ class Problem:
     given: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
     whole: bool = False
     proxies_free: bool = True
+    features: np.ndarray | None = None
 
     @classmethod
     def of(cls, capture: Capture, split: Split, described: pd.DataFrame) -> Problem:

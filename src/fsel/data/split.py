@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -71,6 +71,24 @@ class Split:
     def load(cls, path: str | Path) -> Split:
         """Read a split.parquet."""
         return cls.from_table(read_table(path))
+
+
+def splits_in(table: pd.DataFrame) -> Iterator[tuple[dict[str, int], Split]]:
+    """Every split of a table, and what tells it from the others.
+
+    Args:
+        table: of one split, as `Split.table` returns it; or of several, told apart by a column
+            `coverage` in per cent.
+
+    Yields:
+        `{"coverage": 25}` and the split, by ascending coverage; `{}` and the split where it is the
+        only one.
+    """
+    if "coverage" not in table:
+        yield {}, Split.from_table(table)
+        return
+    for coverage, part in table.groupby("coverage", sort=True):
+        yield {"coverage": int(coverage)}, Split.from_table(part)
 
 
 def evaluation_split(

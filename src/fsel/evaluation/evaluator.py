@@ -1,4 +1,4 @@
-"""How good a subset is: reconstruct from it, render, compare."""
+"""Evaluation of subsets: reconstruct from one, render, compare."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ logger = logging.getLogger(__name__)
 
 
 class Measured(NamedTuple):
-    """What a subset is worth on the views of an `Evaluator`, and what it cost.
+    """Scores of a subset on the views of an `Evaluator`, and what it cost.
 
     Attributes:
         scores: (T, M) float64, a row a view, a column a metric of the evaluator; NaN where the
@@ -104,16 +104,15 @@ class Evaluator:
         return self._known[key]
 
     def measure_together(self, subsets: Sequence[np.ndarray]) -> None:
-        """Measure subsets before they are asked for, where the reconstructor fits several at once.
+        """Measure subsets ahead of `measure`, where the reconstructor fits several at once.
 
-        Elsewhere nothing happens. What does not finish is measured when it is asked for. The costs
+        Elsewhere nothing happens. What does not finish is left to `measure`. The costs
         of each are its share of what all took.
         """
         reconstructor = self.reconstructor
         if not isinstance(reconstructor, FitsMany) or reconstructor.together == 1:
             return
-        asked = {subset_key(subset) for subset in subsets} - self._known.keys()
-        new = sorted(asked)
+        new = sorted({subset_key(subset) for subset in subsets} - self._known.keys())
         logger.info("%d subsets, %d at once", len(new), reconstructor.together)
         try:
             models = reconstructor.fit_many([np.array(key) for key in new])
@@ -128,10 +127,10 @@ class Evaluator:
         Raises:
             Unfinished: when the reconstruction does not finish: a search cannot rank it.
         """
-        found = self.measure(subset)
-        if found.outcome:
-            raise Unfinished(found.outcome, f"frames {np.sort(subset).tolist()}", found.log)
-        return found.scores
+        measured = self.measure(subset)
+        if measured.outcome:
+            raise Unfinished(measured.outcome, f"frames {np.sort(subset).tolist()}", measured.log)
+        return measured.scores
 
     def __call__(self, subset: np.ndarray) -> np.ndarray:
         """(M,) metrics averaged over the views; errors as of `scores`."""

@@ -41,7 +41,7 @@ class Run(NamedTuple):
 
 
 class Picks(NamedTuple):
-    """What a run picks at one budget.
+    """Picks of a run at one budget.
 
     Attributes:
         k: the budget.
@@ -69,8 +69,8 @@ def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[
     Raises:
         ValueError: for a scorer of none of `fsel.selector.policies.KNOWN`.
     """
-    found = [Run(method, seed) for method in methods for seed in range(method.seeds)]
-    return found + learned_runs(weights)
+    untrained = [Run(method, seed) for method in methods for seed in range(method.seeds)]
+    return untrained + learned_runs(weights)
 
 
 def learned_runs(weights: Iterable[str | Path]) -> list[Run]:
@@ -113,7 +113,7 @@ def draw_chance(seed: int, draw: int) -> Chance:
 
 
 def picks_at(problem: Problem, run: Run, budgets: Sequence[int], chance: Chance) -> Iterator[Picks]:
-    """What a run picks at every budget, in the order of the budgets.
+    """Yield the picks of a run at every budget, in the order of the budgets.
 
     A nested method runs once, at the largest budget; its other picks are the beginning of those.
 
@@ -154,8 +154,8 @@ def select(
     tables = []
     for run in runs:
         method = run.method
-        asked = [len(problem.sequence)] if method.name == "all" else budgets
-        for k, frames, seconds in picks_at(problem, run, asked, chance):
+        sizes = [len(problem.sequence)] if method.name == "all" else budgets
+        for k, frames, seconds in picks_at(problem, run, sizes, chance):
             head = {"method": method.name, "pool": method.pool, "seed": run.seed, "k": k}
             table = pd.DataFrame({**head, "order": range(k), "frame": frames})
             table["name"] = [problem.capture.names[frame] for frame in frames]
@@ -166,7 +166,7 @@ def select(
 def measure(
     evaluator: Evaluator, picks: pd.DataFrame, by: Sequence[str] = SELECTION
 ) -> pd.DataFrame:
-    """What picks are worth, one row a selection and view.
+    """Measure what picks are worth, one row a selection and view.
 
     Args:
         evaluator: on the targets.
@@ -189,7 +189,7 @@ def measure(
 
 
 def measured(evaluator: Evaluator, subset: np.ndarray) -> pd.DataFrame:
-    """What one subset is worth, one row a view.
+    """Measure what one subset is worth, one row a view.
 
     Returns:
         target (the frame rendered), the evaluator's metrics, fit_seconds, render_seconds,
@@ -197,10 +197,10 @@ def measured(evaluator: Evaluator, subset: np.ndarray) -> pd.DataFrame:
     """
     import pandas as pd
 
-    found = evaluator.measure(subset)
+    result = evaluator.measure(subset)
     table = pd.DataFrame({"target": evaluator.frames})
-    table[list(evaluator.metrics)] = found.scores
-    return table.assign(**{cost: getattr(found, cost) for cost in COSTS})
+    table[list(evaluator.metrics)] = result.scores
+    return table.assign(**{cost: getattr(result, cost) for cost in COSTS})
 
 
 def measured_units(metrics: Metrics = METRICS) -> dict[str, str]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from fsel import baselines
 from fsel.data.problem import Method
 from fsel.selector import pretrained
+from fsel.selector.policies import RENAMED
 from fsel.utils.registry import Registry
 
 METHODS: Registry[Method] = Registry(
-    "method", {**dict.fromkeys(pretrained.FILES, ""), **baselines.METHODS.homes}
+    "method", {**dict.fromkeys(pretrained.FILES, ""), **baselines.METHODS.homes}, RENAMED
 )
 """What `fsel.select` and the commands choose from, by name."""
 for _name in pretrained.FILES:

@@ -1,4 +1,4 @@
-"""What `fsel` adds to the paper's features: the target gain, and distances that count all picks.
+"""The target gain and distances that count all picks: what `fsel` adds to the paper's features.
 
 The distance to the nearest pick is not enough. While picks are few, each needs others beside it to
 be matched with: the next group of frames should be far, so the fourth nearest counts. Later all
@@ -68,7 +68,7 @@ def looks(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
 
 
 def look_depth(centers: np.ndarray) -> float:
-    """How far ahead of cameras lies what they look at: 1.8 times the spread of their centres.
+    """Distance ahead of cameras of what they look at: 1.8 times the spread of their centres.
 
     Args:
         centers: (n, 3) camera centres.

@@ -70,7 +70,7 @@ def static_features(
 
 
 def _likeness(problem: Problem, pool: np.ndarray) -> list[np.ndarray]:
-    """rho_max_o, rho_mean_o, rho_std_o."""
+    """Columns rho_max_o, rho_mean_o, rho_std_o, (n,) each."""
     described = problem.descriptors.astype(np.float64)
     # einsum sums every row alike; a matrix product may part equal frames in the last bit
     likeness = np.einsum("nd,od->no", described[pool], described[problem.proxies])
@@ -78,7 +78,7 @@ def _likeness(problem: Problem, pool: np.ndarray) -> list[np.ndarray]:
 
 
 def _relative_geometry(problem: Problem, pool: np.ndarray, references: Views) -> list[np.ndarray]:
-    """tau_tri, alpha_mean, b_perp, b_par, c_vis."""
+    """Columns tau_tri, alpha_mean, b_perp, b_par, c_vis, (n,) each."""
     capture = problem.capture
     centers = capture.centers[pool]
     points = proxy_points(problem, references)

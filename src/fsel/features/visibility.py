@@ -26,11 +26,11 @@ from fsel.data.geometry import directions, viewing_angles
 GRID = (6, 5)  # points across and down an image
 DEPTHS = (0.5, 1.0, 2.0, 4.0)  # where they lie, over the depth of the scene
 ANGLE = math.radians(40.0)  # at a point, from the view: there a frame counts 1/e of the view itself
-NEAREST = 256  # frames of a view that are asked what they see; the others are taken to see nothing
+NEAREST = 256  # frames of a view whose sight is measured; the others are taken to see nothing
 
 
 class Visibility(NamedTuple):
-    """What frames see of each of O views; O = 0 where it is not read.
+    """Points of each of O views that frames see; O = 0 where they are not read.
 
     Attributes:
         nearest: (O, M) int64 the rows that are closest to each view.
@@ -45,11 +45,11 @@ NOTHING = Visibility(np.empty((0, 0), np.int64), np.empty((0, 0, 0)))
 
 
 def visibility(frames: Views, views: Views, distance: np.ndarray, depth: float) -> Visibility:
-    """What the nearest frames of each view see of its points.
+    """Measure what the nearest frames of each view see of its points.
 
     Args:
         frames: (n,) of the pool.
-        views: (O,) that are asked for.
+        views: (O,) that will be rendered, or stand for them.
         distance: (n, O) of frame and view, see `fsel.features.conditioned.look_distance`.
         depth: of the scene, world units.
     """
@@ -106,8 +106,8 @@ def in_image(frames: Views, rows: np.ndarray, center: np.ndarray, points: np.nda
     return (z > 0) & across & (y * fy >= -cy * z) & (y * fy < (height - cy) * z)
 
 
-def sights(visible: Visibility, rows: np.ndarray) -> np.ndarray:
-    """(O, Q) what some rows see of each point, summed."""
+def visibility_counts(visible: Visibility, rows: np.ndarray) -> np.ndarray:
+    """(O, Q) float64 how much some rows see of each point, 0..1 each, summed."""
     views, places = np.nonzero(np.isin(visible.nearest, rows))
     rates = np.zeros(visible.seen.shape[::2], visible.seen.dtype)
     np.add.at(rates, views, visible.seen[views, places])
@@ -115,14 +115,14 @@ def sights(visible: Visibility, rows: np.ndarray) -> np.ndarray:
 
 
 def visibility_gain(visible: Visibility, rates: np.ndarray, rows: int) -> np.ndarray:
-    """What one more sight of each point would be worth, summed over what a frame sees.
+    """Worth of one more frame to each view's points, summed over what it sees of them.
 
     The value of a point at rate r is P(N >= 1) + P(N >= 2) = 2 - (2 + r) exp(-r), N being Poisson;
     its slope is (1 + r) exp(-r).
 
     Args:
         visible: see `visibility`.
-        rates: (O, Q) what the picks see of each point, summed.
+        rates: (O, Q) the picks' `visibility_counts`.
         rows: n, of the pool.
 
     Returns:

@@ -12,7 +12,7 @@ def captures_of(facts: Mapping) -> str:
 
     Args:
         facts: embedded (labels of datasets of generated captures), real (labels of datasets read
-            from disk).
+            from disk), and missing, where there are any (labels of datasets that were not there).
     """
     captures = []
     if facts["embedded"]:
@@ -23,6 +23,8 @@ def captures_of(facts: Mapping) -> str:
         )
     if facts["real"]:
         captures.append(f"read from disk ({tex(', '.join(facts['real']))})")
+    if facts.get("missing"):
+        captures.append(f"missing, since not on disk: {tex(', '.join(facts['missing']))}")
     return "; ".join(captures)
 
 
@@ -57,5 +59,7 @@ def note(facts: Mapping) -> str:
     embedded, real = (", ".join(facts[key]) for key in ("embedded", "real"))
     captures = [f"generated stand-ins for {embedded}"] if embedded else []
     captures += [f"{real}, read from disk"] if real else []
+    if facts.get("missing"):
+        captures.append(f"missing: {', '.join(facts['missing'])}")
     where = f"{facts['reconstructor']} at {facts['long_side']} pixels"
     return f"Captures: {'; '.join(captures)}. Reconstructor: {where}"

@@ -1,1 +1,1 @@
-"""What a person asks for: targets, camera paths, an object of interest, a number of frames."""
+"""Requests: targets, camera paths, an object of interest, a number of frames."""

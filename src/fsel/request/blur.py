@@ -31,7 +31,7 @@ def exchanged(problem: Problem, picks: np.ndarray, sharpness_of: SharpnessOf) ->
     Args:
         problem: the selection problem; no frame comes but its candidates.
         picks: (K,) int64 candidates.
-        sharpness_of: asked once, for the picks and the frames beside them.
+        sharpness_of: called once, for the picks and the frames beside them.
 
     Returns:
         (K,) int64: a frame that comes has the place of the one that left.
@@ -53,7 +53,7 @@ def blurred(capture: Capture, frames: np.ndarray, sharpness_of: SharpnessOf) -> 
     Args:
         capture: whose frames they are.
         frames: (n,) int64.
-        sharpness_of: asked once, for the frames and those beside them.
+        sharpness_of: called once, for the frames and those beside them.
     """
     every = np.arange(len(capture))
     blocks = np.array_split(frames, len(frames) // BLOCK + 1)
@@ -75,9 +75,9 @@ def _known(
     capture: Capture, frames: np.ndarray, near: np.ndarray, sharpness_of: SharpnessOf
 ) -> np.ndarray:
     """(N,) sharpness of frames and of those beside them; NaN for others."""
-    asked = np.union1d(frames, near)
+    looked_at = np.union1d(frames, near)
     sharpness = np.full(len(capture), np.nan)
-    sharpness[asked] = sharpness_of(asked)
+    sharpness[looked_at] = sharpness_of(looked_at)
     return sharpness
 
 

@@ -1,4 +1,4 @@
-"""How many frames are enough: what more would gain, predicted, and what memory allows.
+"""Number of frames that is enough: what more would gain, predicted, and what memory allows.
 
 A frame serves a view to the degree that their images are alike. The shift of a view is the parallax
 and the turn between it and a picked frame, in fields of view: how far the image moves. A frame that
@@ -60,7 +60,7 @@ class Budget:
     """A number of frames that was found, and why.
 
     Attributes:
-        rule: what was asked for.
+        rule: that it was found by.
         frames: how many.
         enough: the smallest number after which no frames are predicted to gain the threshold each.
         within: the largest number that fit the memory, or None without one.
@@ -136,12 +136,13 @@ def enough(quality: np.ndarray, threshold: float) -> int:
 
 
 def most(shift: np.ndarray, auto: Auto, worth: np.ndarray) -> int:
-    """How many picks suffice to find the budget: with more, the whole gain would be below the
-    threshold for each.
+    """Number of picks that suffices to find the budget.
+
+    With more, the whole gain would be below the threshold for each.
 
     Args:
         shift: (n, T) of the whole pool, in any order, see `view_shift`.
-        auto: what is asked for.
+        auto: the rule.
         worth: see `predicted`.
     """
     whole = (1 - np.sort(shift, axis=0)[:NEAREST].mean(axis=1)) @ worth[: len(shift)]
@@ -149,23 +150,23 @@ def most(shift: np.ndarray, auto: Auto, worth: np.ndarray) -> int:
 
 
 def find(shift: np.ndarray, auto: Auto, size: tuple[int, int], worth: np.ndarray) -> Budget:
-    """How many of some picks to keep.
+    """Find how many of some picks to keep.
 
     Args:
         shift: (n, T) of the picks in order, see `view_shift`; n from `most`.
-        auto: what is asked for.
+        auto: the rule.
         size: (width, height) of the capture's images.
         worth: see `predicted`.
     """
     quality = predicted(shifts(shift), worth)
-    found = enough(quality, auto.threshold)
+    least = enough(quality, auto.threshold)
     fits = None if auto.memory is None else within(auto.memory, auto.size or size, auto.trainer)
-    frames = found if fits is None else min(found, fits)
+    frames = least if fits is None else min(least, fits)
     ahead = (quality[frames + 1 :] - quality[frames]) / np.arange(1, len(quality) - frames)
     return Budget(
         rule=auto,
         frames=frames,
-        enough=found,
+        enough=least,
         within=fits,
         gain=float(quality[frames] - quality[frames - 1]),
         missing=float(ahead.max(initial=0.0)),

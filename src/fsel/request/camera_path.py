@@ -49,10 +49,10 @@ def _matrix(view: object, field: str, path: Path, where: str) -> np.ndarray:
     value = member(view, field, path, where)
     rows = len(value) if isinstance(value, list) else 0
     shape = (16,) if rows == 16 else (3, 4) if rows == 3 else (4, 4)
-    found = numbers(value, shape, path, f"{field} of {where}").reshape(-1, 4)
-    if not np.isfinite(found).all():
+    pose = numbers(value, shape, path, f"{field} of {where}").reshape(-1, 4)
+    if not np.isfinite(pose).all():
         raise ValueError(f"{path}: {field} of {where} must be finite, got {repr(value)[:80]}")
-    return np.vstack([found[:3], [0, 0, 0, 1]])
+    return np.vstack([pose[:3], [0, 0, 0, 1]])
 
 
 def _undone(poses: np.ndarray, path: Path, content: dict[str, Any]) -> np.ndarray:

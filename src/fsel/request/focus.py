@@ -1,4 +1,4 @@
-"""Where the object is that a person wants to see, from a box or from masks."""
+"""Position of the object that a person wants to see, from a box or from masks."""
 
 from __future__ import annotations
 

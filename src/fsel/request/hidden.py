@@ -36,9 +36,9 @@ def behind(views: Views, cameras: Views, points: SparsePoints) -> np.ndarray:
         reach, depth = np.linalg.norm(places, axis=1), np.linalg.norm(seen, axis=1)
         across = (places / np.maximum(reach, 1e-12)[:, None]) @ (seen / depth[:, None]).T
         close = across > np.cos(NEAR)
-        told = close.sum(axis=1) >= FEWEST
+        known = close.sum(axis=1) >= FEWEST
         before = (close & (depth < BEHIND * reach[:, None])).sum(axis=1)
         hidden = 2 * before > close.sum(axis=1)
-        balance[0] += told & hidden
-        balance[1] += told & ~hidden
+        balance[0] += known & hidden
+        balance[1] += known & ~hidden
     return (balance[0] >= WITNESSES) & (balance[0] > balance[1])

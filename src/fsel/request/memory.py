@@ -1,4 +1,4 @@
-"""How many frames a trainer can take in a memory, by what each is published to need.
+"""Number of frames that a trainer can take in a memory, by what each is published to need.
 
 A trainer needs a fixed part, so much a frame, so much a pixel of each frame, and so much a
 Gaussian. The numbers of Gaussians a frame are the most that was seen, so that what is allowed fits.

@@ -21,7 +21,7 @@ class Trial:
         gain: mean PSNR over that of every n-th frame, dB; 0 for every n-th frame itself.
         ssim: the same of SSIM.
         error: standard error of the gain, dB.
-        judges: frames that both were scored on.
+        validation: how many frames both were scored on, which neither holds.
         fits: reconstructions of it.
     """
 
@@ -30,7 +30,7 @@ class Trial:
     gain: float
     ssim: float
     error: float
-    judges: int
+    validation: int
     fits: int
 
 
@@ -56,9 +56,9 @@ class Tried:
         return next(trial.frames for trial in self.trials if trial.name == self.kept)
 
     @property
-    def judges(self) -> int:
+    def validation(self) -> int:
         """The most frames that one selection was scored on."""
-        return max(trial.judges for trial in self.trials)
+        return max(trial.validation for trial in self.trials)
 
 
 @dataclass(frozen=True)
@@ -68,12 +68,12 @@ class Patience:
     Attributes:
         seconds: as many reconstructions are planned as a slow processor makes in that time, so
             that a faster one ends sooner with the same picks; 0 tries nothing.
-        told: is given the reconstructions made and planned, and the seconds gone, after each; False
-            ends them.
+        progress: is given the reconstructions made and planned, and the seconds gone, after each;
+            False ends them.
     """
 
     seconds: float = DEFAULT
-    told: Callable[[int, int, float], bool] = lambda made, planned, gone: True
+    progress: Callable[[int, int, float], bool] = lambda made, planned, gone: True
 
     def __post_init__(self) -> None:
         if not self.seconds >= 0:

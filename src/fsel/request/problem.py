@@ -22,8 +22,8 @@ def request_problem(
     """The problem of a request: every frame may be picked, the closest ones stand for the views.
 
     Unlike in the experiments a proxy is a candidate too: nothing is held back for a search. Where
-    the whole capture is asked for, views off its path are served as well as those along it; where
-    an object of it is asked for they are not, since they may miss it.
+    the whole capture is to be rendered, views off its path are served as well as those along it;
+    where an object of it is, they are not, since they may miss it.
 
     Args:
         capture: the capture.

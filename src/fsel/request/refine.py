@@ -1,4 +1,4 @@
-"""For how long picks are made better by swaps, and what comes of it; see `fsel.request.swaps`."""
+"""Limits of the swaps that make picks better, and their result; see `fsel.request.swaps`."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-JUDGES: dict[str, dict[str, int]] = {
+SETTINGS: dict[str, dict[str, int]] = {
     "splats": {},
     "gaussians": {"steps": 150, "gaussians": 2000},
     "radiance_field": {},
 }
-"""Reconstructors that may judge swaps, and their settings at 64 pixels."""
+"""Reconstructors that may score swaps, and their settings at 64 pixels."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Swapped:
             of the one that left.
         gain: mean PSNR of the targets over what the picks at the start give, dB; an estimate.
         tried: subsets reconstructed, the start included.
-        reconstructor: that judged.
+        reconstructor: by which the gain is scored.
     """
 
     picks: np.ndarray
@@ -35,24 +35,25 @@ class Swapped:
 
 @dataclass(frozen=True)
 class Refine:
-    """How long swaps may go on.
+    """A limit of the time that swaps take.
 
     Attributes:
         seconds: from the first reconstruction on.
-        told: is given the best so far and the seconds gone, after every subset; False ends the
-            swaps.
-        reconstructor: that judges, a key of `JUDGES`: picks that it prefers need not be better for
-            another.
+        progress: is given the best so far and the seconds gone, after every subset; False ends
+            the swaps.
+        reconstructor: by which swaps are scored, a key of `SETTINGS`: picks that it prefers need
+            not be better for another.
     """
 
     seconds: float
-    told: Callable[[Swapped, float], bool] = lambda best, gone: True
+    progress: Callable[[Swapped, float], bool] = lambda best, gone: True
     reconstructor: str = "splats"
 
     def __post_init__(self) -> None:
         if not self.seconds > 0:
             raise ValueError(f"refine is {self.seconds} s; allowed: more than 0")
-        if self.reconstructor not in JUDGES:
+        if self.reconstructor not in SETTINGS:
             raise ValueError(
-                f"refine is judged by {self.reconstructor!r}; allowed: {', '.join(JUDGES)}"
+                f"the reconstructor of refine is {self.reconstructor!r}; allowed: "
+                f"{', '.join(SETTINGS)}"
             )

@@ -25,11 +25,11 @@ def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
         pose = views.world_to_camera[points.track_frame]
         seen = points.xyz[points.track_point]
         depth = np.einsum("li,li->l", pose[:, 2, :3], seen) + pose[:, 2, 3]
-        found = np.full(len(views), np.median(depth))
+        depths = np.full(len(views), np.median(depth))
         order = np.argsort(points.track_frame, kind="stable")
         frames, starts = np.unique(points.track_frame[order], return_index=True)
-        found[frames] = [np.median(part) for part in np.split(depth[order], starts[1:])]
-        return found
+        depths[frames] = [np.median(part) for part in np.split(depth[order], starts[1:])]
+        return depths
     centers = views.centers
     try:
         return lengths(attention(centers, views.axes) - centers)

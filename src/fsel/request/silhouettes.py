@@ -1,4 +1,4 @@
-"""Where in its images an object is seen."""
+"""Silhouettes: where in its images an object is seen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person asks to be rendered, in words or as a file, as poses."""
+"""Targets: what a person wants rendered, in words or as a file, as poses."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Targets:
             the views are no frames of the capture.
         kind: where the views come from, in words.
         far: (T,) bool, views so far from every camera that no frame can show what they see.
-        blind: (B,) int64 frames that see nothing of the object that is asked for: never selected.
+        blind: (B,) int64 frames that see nothing of the object of interest: never selected.
         never: frames that a person does not want: never selected.
         always: frames that a person wants: selected first.
     """
@@ -69,13 +69,13 @@ class Targets:
             ValueError: for frames that the capture does not have, or that cannot be selected.
         """
         wanted, unwanted = (_wish(capture, wish) for wish in (always, never))
-        found = replace(self, never=unwanted, always=wanted)
-        for frames, why, _ in found.left_out():
+        wished = replace(self, never=unwanted, always=wanted)
+        for frames, why, _ in wished.left_out():
             for lost in np.intersect1d(wanted, frames):
                 raise ValueError(
                     f"frame {capture.names[lost]!r} is to be selected always, and {why}"
                 )
-        return found
+        return wished
 
     def left_out(self) -> list[tuple[np.ndarray, str, str]]:
         """Frames that may not be selected, (n,) numbers, and why, of one and of several."""
@@ -134,7 +134,7 @@ def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool 
     """Refuse more frames than may be selected.
 
     Args:
-        k: how many are asked for.
+        k: how many are to be selected.
         targets: of the request.
         capture: what is selected from.
         everything: the method takes every frame, so that no other number will do.
@@ -216,16 +216,16 @@ def named_in(path: Path, capture: Capture) -> np.ndarray:
 
 
 def _numbers(
-    capture: Capture, asked: Sequence[Any] | np.ndarray, path: Path | None = None
+    capture: Capture, named: Sequence[Any] | np.ndarray, path: Path | None = None
 ) -> np.ndarray:
-    """Frames by name or number, each once, in the order asked for."""
+    """(n,) int64 frames by name or number, each once, in the order of `named`."""
     where = f"{path}: " if path else ""
-    if not len(asked):
+    if not len(named):
         raise ValueError(f"{where}no frame is named")
     rows = {name: i for i, name in enumerate(capture.names)}
     unknown = [
         frame
-        for frame in asked
+        for frame in named
         if (frame not in rows if isinstance(frame, str) else not 0 <= frame < len(capture))
     ]
     if unknown:
@@ -233,7 +233,7 @@ def _numbers(
             f"{where}{counted(len(unknown), 'frame')} not in the capture, the first "
             f"{unknown[0]!r}; its names are like {capture.names[0]!r}"
         )
-    return np.array(list(dict.fromkeys(rows[f] if isinstance(f, str) else int(f) for f in asked)))
+    return np.array(list(dict.fromkeys(rows[f] if isinstance(f, str) else int(f) for f in named)))
 
 
 def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:

@@ -26,8 +26,8 @@ from fsel.request.patience import Patience, Trial, Tried
 SIDE = 64  # pixels
 SETTINGS = {"steps": 150, "gaussians": 2000}
 METRICS = ("psnr", "ssim")
-WATCHED = 96  # frames at most that are rendered
-LEAST_JUDGES = 8  # frames that two selections are compared on
+VALIDATION = 96  # frames at most that are rendered and scored
+LEAST_VALIDATION = 8  # frames that neither of two selections holds
 LEAST_PICKS = 3  # that are reconstructed from
 HEATS = ((None, 1), (3, 1), (1, 2))  # selections that run, None for all, and shares of new fits
 SHARE_SECONDS = 5.0  # of patience for one fit of each share
@@ -35,11 +35,11 @@ MOST_SHARES = 20  # beyond which fits tell no more
 MARGIN = 0.5  # dB that every n-th frame is to be left behind by
 DEVIATIONS = 0.5  # standard errors that are asked for beside it
 FIT_DEVIATION = 0.17  # dB of one fit, by its seed alone
-GROUPS = 12  # stretches of judging frames: neighbours are not independent
+GROUPS = 12  # stretches of the validation frames: neighbours are not independent
 BLOCK = 32  # frames that are opened at a time, at the size they have
 
 Scorer = Callable[[np.ndarray, int], np.ndarray]
-"""(K,) frames and a seed -> (W, 2) PSNR in dB and SSIM of the watched frames."""
+"""(K,) frames and a seed -> (W, 2) PSNR in dB and SSIM of the validation frames."""
 
 
 def tried(problem: Problem, rule: np.ndarray, patience: Patience) -> Tried | None:
@@ -67,11 +67,11 @@ def tried(problem: Problem, rule: np.ndarray, patience: Patience) -> Tried | Non
 def race_of(problem: Problem, rule: np.ndarray) -> Race | None:
     """The race before its first fit; None and arguments as of `tried`."""
     pool, k = problem.sequence, len(rule)
-    if k < LEAST_PICKS or len(pool) < k + LEAST_JUDGES:
+    if k < LEAST_PICKS or len(pool) < k + LEAST_VALIDATION:
         return None
     picks = _distinct({EVEN: pool[evenly(len(pool), k)], "fsel": rule} | candidates(problem, k))
-    watched = pool[evenly(len(pool), WATCHED)]
-    return Race(small_gaussians(problem.capture, watched, picks), picks, watched)
+    validation = pool[evenly(len(pool), VALIDATION)]
+    return Race(small_gaussians(problem.capture, validation, picks), picks, validation)
 
 
 def _distinct(picks: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -88,11 +88,13 @@ class Race:
     Args:
         score: what a fit of a selection is worth.
         picks: name -> (K,) ascending frames; the first is every n-th frame.
-        watched: (W,) frames that are scored.
+        validation: (W,) frames that are scored.
     """
 
-    def __init__(self, score: Scorer, picks: Mapping[str, np.ndarray], watched: np.ndarray) -> None:
-        self._score, self._picks, self._watched = score, dict(picks), watched
+    def __init__(
+        self, score: Scorer, picks: Mapping[str, np.ndarray], validation: np.ndarray
+    ) -> None:
+        self._score, self._picks, self._validation = score, dict(picks), validation
         self._scores: dict[str, list[np.ndarray]] = {name: [] for name in picks}
         self._even = next(iter(self._picks))
 
@@ -101,7 +103,7 @@ class Race:
 
         Args:
             share: fits of a selection in the first heat.
-            patience: for how long, and who is told.
+            patience: for how long, and what follows the progress.
             started: reading of `time.perf_counter` that the time runs from.
         """
         heats = [(count, share * shares) for count, shares in HEATS]
@@ -121,8 +123,8 @@ class Race:
         """What is known of a selection; nothing where it or every n-th frame was not fitted."""
         frames, fits = self._picks[name], len(self._scores[name])
         held = np.union1d(frames, self._picks[self._even])
-        free = ~np.isin(self._watched, held)
-        known = fits and self._scores[self._even] and free.sum() >= LEAST_JUDGES
+        free = ~np.isin(self._validation, held)
+        known = fits and self._scores[self._even] and free.sum() >= LEAST_VALIDATION
         if not known:
             return Trial(name, frames, np.nan, np.nan, np.inf, int(free.sum()), fits)
         own, even = (np.array(self._scores[of])[:, free] for of in (name, self._even))
@@ -134,7 +136,7 @@ class Race:
         trials = [self.trial(name) for name in self._picks if name != self._even]
         hopeful = [one for one in trials if not one.gain + DEVIATIONS * one.error <= MARGIN]
         hopeful.sort(key=lambda one: -_lower(one) if np.isfinite(one.error) else 0.0)
-        return [one.name for one in hopeful if one.judges >= LEAST_JUDGES]
+        return [one.name for one in hopeful if one.validation >= LEAST_VALIDATION]
 
     def _kept(self) -> str:
         """The surest selection that is ahead of every n-th frame; else that itself."""
@@ -158,7 +160,7 @@ class Race:
         for at, (name, seed) in enumerate(jobs, start=1):
             self._scores[name].append(self._score(self._picks[name], seed))
             gone = time.perf_counter() - started
-            if not patience.told(self._made, planned, gone) or gone > patience.seconds:
+            if not patience.progress(self._made, planned, gone) or gone > patience.seconds:
                 return at < len(jobs)
         return False
 
@@ -184,17 +186,17 @@ def compared(own: np.ndarray, even: np.ndarray) -> tuple[float, float, float]:
 
 
 def small_gaussians(
-    capture: Capture, watched: np.ndarray, picks: Mapping[str, np.ndarray]
+    capture: Capture, validation: np.ndarray, picks: Mapping[str, np.ndarray]
 ) -> Scorer:
     """What fits selections by small `gaussians`, the only frames opened being those it needs.
 
     Args:
         capture: at any size.
-        watched: (W,) frames that are scored.
+        validation: (W,) frames that are scored.
         picks: the selections that will be asked for.
     """
-    needed = np.unique(np.concatenate([watched, *picks.values()]))
-    small, rows = _small(capture, needed), np.searchsorted(needed, watched)
+    needed = np.unique(np.concatenate([validation, *picks.values()]))
+    small, rows = _small(capture, needed), np.searchsorted(needed, validation)
     truth, views = np.asarray(small.images[rows]), small.view(rows)
     masks = None if small.masks is None else small.masks[rows]
 

@@ -33,26 +33,26 @@ _fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
 class Memory(NamedTuple):
-    """What `update` remembers of the picks.
+    """State of `update`: what it remembers of the picks.
 
     Attributes:
         squares: (3, n) squared distance and chords to the nearest pick, used without a target gain.
         ranked: (3, 4, n) those to the nearest four, used with it.
-        crowd: (3, n) the sums of their inverses over all picks, used with it.
+        inverse_sums: (3, n) the sums of their inverses over all picks, used with it.
         covered: (O,) summed closeness of the picks to each view.
         apart: (n,) look distance to the nearest pick, at most `NOVEL`.
         rates: (O, Q) what the picks see of each point of each view, summed.
-        sights: (O, M) what the nearest rows of each view would add to it, see
+        gains: (O, M) what the nearest rows of each view would add to it, see
             `fsel.features.visibility.visibility_gain`.
     """
 
     squares: np.ndarray
     ranked: np.ndarray
-    crowd: np.ndarray
+    inverse_sums: np.ndarray
     covered: np.ndarray
     apart: np.ndarray
     rates: np.ndarray
-    sights: np.ndarray
+    gains: np.ndarray
 
 
 @_jit
@@ -76,14 +76,14 @@ def begin(rows):
     )
     raw = np.zeros((FOLLOWING, n))
     for o in range(len(nearest)):
-        _sights(seen[o], memory.rates[o], len(nearest), memory.sights[o])
+        _visibility_gains(seen[o], memory.rates[o], len(nearest), memory.gains[o])
     _gain(rows, memory, raw[GAIN])
     return raw, memory
 
 
 @_jit
 def update(row, selectable, rows, memory, raw):
-    """Fold one pick into what follows the selection.
+    """Update what follows the selection by one pick.
 
     Args:
         row: the pick.
@@ -101,7 +101,7 @@ def update(row, selectable, rows, memory, raw):
         _smallest_angle(rows.bearings, row, memory.squares[2], raw[PHI_NOV])
         return
     for c, points in enumerate((rows.centers, rows.axes, rows.bearings)):
-        _company(points, row, count, memory.ranked[c], memory.crowd[c], raw[SPREAD[c]])
+        _spread(points, row, count, memory.ranked[c], memory.inverse_sums[c], raw[SPREAD[c]])
         _enough(selectable, raw[SPREAD[c]])
     for o in range(len(memory.covered)):
         memory.covered[o] += rows.closeness[row, o]
@@ -113,13 +113,13 @@ def update(row, selectable, rows, memory, raw):
 
 
 @_jit
-def _company(points, row, count, ranked, crowd, out):
+def _spread(points, row, count, ranked, inverse_sums, out):
     """Distance to the fourth nearest of few picks, or the inverse root of the summed inverse
     squares of many; see `fsel.features.conditioned`."""
     x, y, z = points[row, 0], points[row, 1], points[row, 2]
     for i in range(len(points)):
         out[i] = (points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2 + (points[i, 2] - z) ** 2
-        crowd[i] += 1 / out[i]
+        inverse_sums[i] += 1 / out[i]
     if count < FEW:
         last = min(count, GROUP) - 1
         for i in range(len(out)):
@@ -130,7 +130,7 @@ def _company(points, row, count, ranked, crowd, out):
             out[i] = math.sqrt(ranked[last, i])
     else:
         for i in range(len(out)):
-            out[i] = 1 / math.sqrt(crowd[i])
+            out[i] = 1 / math.sqrt(inverse_sums[i])
 
 
 @_jit
@@ -197,11 +197,13 @@ def _look(visible, row, memory):
         for m in range(visible.nearest.shape[1]):
             if visible.nearest[o, m] == row:
                 memory.rates[o] += visible.seen[o, m]
-                _sights(visible.seen[o], memory.rates[o], len(visible.nearest), memory.sights[o])
+                _visibility_gains(
+                    visible.seen[o], memory.rates[o], len(visible.nearest), memory.gains[o]
+                )
 
 
 @_fast
-def _sights(seen, rates, views, out):
+def _visibility_gains(seen, rates, views, out):
     """One view's part of `fsel.features.visibility.visibility_gain`."""
     slope = (1 + rates) * np.exp(-rates) / (views * len(rates))
     for m in range(len(seen)):
@@ -218,7 +220,7 @@ def _gain(rows, memory, out):
     nearest = rows.visible.nearest
     for o in range(len(nearest)):
         for m in range(nearest.shape[1]):
-            out[nearest[o, m]] += POINTS * memory.sights[o, m]
+            out[nearest[o, m]] += POINTS * memory.gains[o, m]
 
 
 @_fast

@@ -27,7 +27,7 @@ def loop() -> ModuleType:
 
 
 class Rows(NamedTuple):
-    """What the rows of a pool are compared by, n rows and O views that are asked for.
+    """Poses and appearance by which the n rows of a pool are compared, with O views.
 
     Attributes:
         centers: (n, 3) float64 camera centres, relative to their mean.
@@ -70,7 +70,7 @@ class Prepared:
 
 
 def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-    """z-scores with the population deviation; flat columns become zero.
+    """Standardise columns by the population deviation; flat ones become zero.
 
     Args:
         columns: (n, c) raw values.
@@ -100,6 +100,7 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
 
     Raises:
         ValueError: when k is not between 1 and the size of the pool.
+        TypeError: for a scorer of another kind.
     """
     check_budget(prepared, k)
     picks, scores = np.empty(k, np.int64), np.empty(k)
@@ -107,11 +108,13 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
         fixed = scorer.scores(prepared.static)
         following = scorer.vector[FOLLOWING_INPUTS]
         loop().run_linear(k, fixed, following, prepared.rows, picks, scores)
-    else:
+    elif isinstance(scorer, Network):
         base = _first_layer(prepared, scorer)
         loop().run_network(
             k, prepared.static, base, prepared.rows, layers_of(scorer), picks, scores
         )
+    else:
+        raise TypeError(f"{type(scorer).__name__} is neither a linear scorer nor a network")
     return picks, scores
 
 

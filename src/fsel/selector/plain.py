@@ -21,7 +21,7 @@ from fsel.features.columns import (
     TARGET_GAIN_INPUT,
 )
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
-from fsel.features.visibility import sights, visibility_gain
+from fsel.features.visibility import visibility_counts, visibility_gain
 from fsel.selector.greedy import Prepared, check_budget, standardise
 from fsel.selector.scorer import Scorer
 
@@ -61,13 +61,13 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
 
 
 class _Memory:
-    """What the picks leave behind; arrays are of the arithmetic's precision."""
+    """State that the picks leave behind; arrays are of the arithmetic's precision."""
 
     def __init__(self, prepared: Prepared) -> None:
         self.rows = prepared.rows
         (n, views), precision = self.rows.closeness.shape, prepared.static.dtype
         self.covered = np.zeros(views, precision)
-        self.rates = sights(self.rows.visible, np.empty(0, np.int64))
+        self.rates = visibility_counts(self.rows.visible, np.empty(0, np.int64))
         self.apart = np.full(n, NOVEL, precision)
         self.squares = np.empty((len(SPREAD), 0, n), precision)
 
@@ -79,9 +79,9 @@ class _Memory:
         if len(self.covered) == 0:
             self._nearest(row, first, raw)
             return
-        self._company(row, free, raw)
+        self._spread(row, free, raw)
         self.covered += self.rows.closeness[row]
-        self.rates += sights(self.rows.visible, picks[-1:])
+        self.rates += visibility_counts(self.rows.visible, picks[-1:])
         shift = (self.rows.looks - self.rows.looks[row]).reshape(-1, 2, 3)
         self.apart = np.minimum(self.apart, np.linalg.norm(shift, axis=2).sum(axis=1))
         raw[:, GAIN] = self.gain() * min(1.0, self.rows.lasting / len(picks))
@@ -102,8 +102,8 @@ class _Memory:
         for column, value in nearest.items():
             raw[:, column] = value if first else np.minimum(raw[:, column], value)
 
-    def _company(self, row: int, free: np.ndarray, raw: np.ndarray) -> None:
-        """See `fsel.features.conditioned`."""
+    def _spread(self, row: int, free: np.ndarray, raw: np.ndarray) -> None:
+        """Update the distances to the picks, see `fsel.features.conditioned`."""
         given = (self.rows.centers, self.rows.axes, self.rows.bearings)
         new = [np.sum((points - points[row]) ** 2, axis=1) for points in given]
         self.squares = np.concatenate([self.squares, np.array(new)[:, None]], axis=1)

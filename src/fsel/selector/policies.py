@@ -55,7 +55,7 @@ class Learned(Method):
 
 @dataclass(frozen=True)
 class Policy:
-    """What a scorer may see and pick, and of which kind it is; training and selection read it.
+    """Contract of a scorer: what it sees and picks, and its kind. Training and selection read it.
 
     Attributes:
         name: of the method.
@@ -81,7 +81,7 @@ class Policy:
 
     @cached_property
     def reads(self) -> tuple[str, ...]:
-        """What it looks at of the images: `appearance`, `sharpness`, both or neither."""
+        """Parts of the images that it looks at: `appearance`, `sharpness`, both or neither."""
         appearance = ("appearance",) if self._read(APPEARANCE) else ()
         return appearance + ((SHARPNESS,) if self._read([SHARPNESS]) else ())
 
@@ -98,7 +98,9 @@ class Policy:
         static = np.zeros((len(frames), INPUTS))
         appearance = self._read(APPEARANCE)
         if self._read((*RELATIONAL, SHARPNESS)):
-            raw = static_features(problem, frames, references, appearance)
+            raw = self._known(problem)
+            if raw is None:
+                raw = static_features(problem, frames, references, appearance)
             static[:, STATIC_INPUTS] = standardise(raw)
             static[:, ~np.isin(NAMES, self.inputs)] = 0
         capture = problem.capture
@@ -125,6 +127,12 @@ class Policy:
             lasting=LASTING if problem.whole else np.inf,
         )
         return Prepared(frames, static, rows, np.searchsorted(frames, problem.given))
+
+    def _known(self, problem: Problem) -> np.ndarray | None:
+        """(n, 14) the problem's own features, if they are of this pool and these references."""
+        if (self.pool, self.reference) == ("candidates", "proxies"):
+            return problem.features
+        return None
 
     def _references(self, problem: Problem) -> Views:
         """Poses that stand for the request: the proxies' or the targets' own."""
@@ -222,3 +230,10 @@ GEOMETRY = Policy(
 )
 KNOWN: dict[str, Policy] = {**POLICIES, GEOMETRY.name: GEOMETRY}
 """Every policy that can be trained; `GEOMETRY` is of the table of runtimes alone."""
+
+RENAMED = {
+    "ours": "less_is_more",
+    "ours_no_appearance": "less_is_more_no_appearance",
+    "ours_geometry": "less_is_more_geometry",
+}
+"""Former name of a policy -> its name. Scorers on disk may say the former."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from fsel.selector import greedy, plain
 from fsel.selector.greedy import Prepared
-from fsel.selector.policies import KNOWN, Learned
+from fsel.selector.policies import KNOWN, RENAMED, Learned
 from fsel.selector.scorer import Linear, Scorer
 
 FOLDER = Path(__file__).parent / "weights"
@@ -47,6 +47,8 @@ def own(path: str | Path, name: str | None = None) -> Learned:
     """
     scorer = Scorer.load(path)
     made_for = scorer.provenance.get("policy")
+    if made_for in RENAMED:
+        made_for = RENAMED[made_for]
     if made_for not in KNOWN:
         raise ValueError(
             f"{path}: scorer of the policy {made_for!r}; known: {', '.join(KNOWN)}. Hint: `fsel "
@@ -65,8 +67,10 @@ def own(path: str | Path, name: str | None = None) -> Learned:
 
 
 def ranking(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """`fsel.selector.greedy.greedy` in plain NumPy where that is faster than compiling, or where
-    rows are given, which only that looks at."""
+    """Pick as `fsel.selector.greedy.greedy` does, in plain NumPy where that is faster.
+
+    It is faster than compiling for small pools; and only it looks at rows that are given.
+    """
     cost = 1 if isinstance(scorer, Linear) else NETWORK_COST
     small = cost * k * len(prepared.pool) <= plain.LARGEST or len(prepared.given)
     return (plain.greedy if small else greedy.greedy)(prepared, scorer, k)

@@ -1,4 +1,4 @@
-"""What a scorer is shown along a sequence of picks.
+"""Rollouts: the inputs that a scorer is shown along a sequence of picks.
 
 Training follows a label's picks, and a scorer of any kind its own, through the same inputs.
 `fsel.selector.greedy` is the fast form for the scorers that select.

@@ -203,7 +203,7 @@ class Wide(NamedTuple):
 
 
 class Layers(NamedTuple):
-    """What the compiled loop needs of a network.
+    """Arrays of a network that the compiled loop needs.
 
     Attributes:
         narrow, wide: the layers.
@@ -231,7 +231,7 @@ def layers_of(network: Network) -> Layers:
 
 
 def change_bounds(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
-    """What a change d of the inputs that follow the selection can add to a score, at most.
+    """Bounds of what a change d of the inputs that follow the selection adds to a score.
 
     With the slopes of both layers written as 1/2 + e, |e| <= 0.629, the score's gradient is
     w3 (1/2 + e2) W2 (1/2 + e1) W1: an exact part and two kinds of remainder. A score grows by at
@@ -251,8 +251,10 @@ def change_bounds(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> n
 
 
 def _stretch(matrix: np.ndarray) -> float:
-    """No less than the largest singular value, and at most a seventh more; a decomposition would
-    take longer than a selection from a small pool."""
+    """Bound of the largest singular value: no less than it, and at most a seventh more.
+
+    A decomposition would take longer than a selection from a small pool.
+    """
     size = np.linalg.norm(matrix)
     if size == 0:
         return 0.0

@@ -51,7 +51,7 @@ def download(url: str, path: str | Path, sha256: str = "", pause: float = 2.0) -
             error.close()
             if error.code < 500:
                 raise OSError(f"{url}: the server answers {error.code} {error.reason}") from error
-            reason = error
+            reason: Exception = error
         except (URLError, HTTPException, OSError) as error:
             reason = error
         failed = 0 if _size(part) > before else failed + 1
@@ -136,14 +136,14 @@ def check_room(what: object, path: Path, needed: int) -> None:
 
 def _check(url: str, part: Path, path: Path, sha256: str) -> None:
     with part.open("rb") as file:
-        found = hashlib.file_digest(file, "sha256").hexdigest()
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
     known = path.with_name(f"{path.name}.sha256")
-    wanted = sha256 or (known.read_text().strip() if known.is_file() else found)
-    if found != wanted:
+    wanted = sha256 or (known.read_text().strip() if known.is_file() else digest)
+    if digest != wanted:
         part.unlink()
         raise ValueError(
-            f"{url}: sha256 is {found}, expected {wanted}; the download was deleted. Hint: try "
+            f"{url}: sha256 is {digest}, expected {wanted}; the download was deleted. Hint: try "
             "again; if it stays so, the file was replaced at its source"
         )
-    known.write_text(found + "\n")
-    logger.info("%s: sha256 %s", url, found)
+    known.write_text(digest + "\n")
+    logger.info("%s: sha256 %s", url, digest)

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from fsel.data.capture import Capture
 from fsel.data.problem import Problem
-from fsel.features.columns import STATIC
-from fsel.features.static import UNITS, static_features
-from fsel.utils.files import write_table
+from fsel.data.split import splits_in
+from fsel.features.static import UNITS
+from fsel.features.table import features_table
+from fsel.utils.files import read_table, write_table
 
 
 def features(
@@ -20,20 +22,22 @@ def features(
     *,
     config: str,
 ) -> None:
-    """Raw features of every candidate of each draw against its proxies (paper, section 3.2).
+    """Compute the static features of every candidate against its proxies (paper, section 3.2).
+
+    Training and selection read them from here; nothing computes them again.
 
     Args:
         folder: a canonical capture with its descriptors.
-        splits: split.parquet, one a draw.
-        tables: one a draw: frame, name, and the columns of `fsel.features.static.STATIC`.
+        splits: split.parquet of a draw, or splits.parquet of all coverage levels.
+        tables: one for each of the splits, see `fsel.features.table.features_table`; with a column
+            `coverage` where its split has one.
         config: digest of the parameters.
     """
-    for split, path in zip(splits, tables, strict=True):
-        problem = Problem.load(folder, split)
-        names = problem.capture.names
-        table = pd.DataFrame({"frame": problem.candidates})
-        table["name"] = [names[frame] for frame in problem.candidates]
-        table[list(STATIC)] = static_features(
-            problem, problem.candidates, problem.capture.view(problem.proxies)
-        )
-        write_table(table, path, units=UNITS, config=config)
+    capture = Capture.load(folder)
+    described = read_table(Path(folder) / "descriptors.parquet")
+    for path, table in zip(splits, tables, strict=True):
+        parts = [
+            features_table(Problem.of(capture, split, described)).assign(**level)
+            for level, split in splits_in(read_table(path))
+        ]
+        write_table(pd.concat(parts), table, units=UNITS, config=config)

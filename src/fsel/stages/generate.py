@@ -26,14 +26,20 @@ def generate(
         frames: how many.
         width: pixels.
         height: pixels.
+
+    Raises:
+        ValueError: for a layout that is only read.
     """
+    write = LAYOUTS[layout].write
+    if write is None:
+        raise ValueError(f"layout is {layout!r}, which is only read; {folder} cannot be written")
     folder = Path(folder)
     recording = record(family, seed, frames=frames, width=width, height=height)
     partial = unfinished(folder)
     try:
         made = partial / folder.name  # some layouts write the scene's name
         made.mkdir(parents=True)
-        LAYOUTS[layout].write(recording, made)
+        write(recording, made)
         shutil.rmtree(folder, ignore_errors=True)
         made.replace(folder)
     finally:

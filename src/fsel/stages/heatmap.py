@@ -28,9 +28,9 @@ def heatmap(
     *,
     datasets: Mapping[str, str],
     budgets: Sequence[int],
-    judge: str = "",
+    reconstructor: str = "",
 ) -> None:
-    """Gain of fsel and of ours over the strongest baseline, from the sweep's numbers.
+    """Gain of fsel and of `less_is_more` over the strongest baseline, from the sweep's numbers.
 
     Args:
         numbers, differences: what `fsel.stages.ksweep` wrote.
@@ -39,7 +39,7 @@ def heatmap(
             `fsel.report.heatmap.gains`.
         datasets: name -> printed label, in order.
         budgets: columns.
-        judge: the reconstructor, where it is not the first; it is named under the figure.
+        reconstructor: its name, where it is not the first; it is named under the figure.
     """
     means, gaps = read_csv(numbers), read_csv(differences)
     panels, rows = {}, []
@@ -57,4 +57,4 @@ def heatmap(
         panels[title] = panel
         rows.append(panel.assign(method=method, rivals=rivals))
     write_csv(pd.concat(rows), cells)
-    report.draw(panels, labels, figures, judge)
+    report.draw(panels, labels, figures, reconstructor)

@@ -27,13 +27,13 @@ def ingest(
     Raises:
         ValueError: when the capture has fewer usable frames.
     """
-    found = read_folder(source, long_side=long_side, store=Path(folder), **reading)
-    capture = found.capture
+    read = read_folder(source, long_side=long_side, store=Path(folder), **reading)
+    capture = read.capture
     if len(capture) < at_least:
         raise ValueError(
             f"{source}: {len(capture)} usable frames, at least {at_least} are needed (targets, "
             "as many proxies, and the largest budget). Hint: record more frames, or lower "
             "`targets` or `budgets` in the config"
         )
-    capture.save(folder, agreement=vars(found.agreement), dropped=found.dropped)
+    capture.save(folder, agreement=vars(read.agreement), dropped=read.dropped)
     logger.info("%s: %d frames at %s pixels", source, len(capture), capture.size)

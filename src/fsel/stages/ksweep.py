@@ -40,15 +40,16 @@ def ksweep(
         datasets: name -> printed label, in order.
         budgets: columns.
         metrics: of a cell, in order; names, or name -> settings.
-        facts: what the caption tells, see `caption`.
+        facts: what the caption says, see `caption`.
     """
     files = named([*problems, *searched], [*evaluations, *oracles])
-    cells = with_all_datasets(sweep_cells(files, metrics, facts=facts, by_seed=True))
-    means = summarise(cells, metrics, trained=list(LEARNED))
+    names = list(metrics)
+    cells = with_all_datasets(sweep_cells(files, names, facts=facts, by_seed=True))
+    means = summarise(cells, names, trained=list(LEARNED))
     write_csv(means, numbers)
-    write_csv(paired(cells, list(LEARNED), metrics, trained=list(LEARNED)), differences)
+    write_csv(paired(cells, list(LEARNED), names, trained=list(LEARNED)), differences)
     groups = row_groups(cells, budgets)
-    told = {**facts, "searched": any("search" in group for group in groups)}
+    known = {**facts, "searched": any("search" in group for group in groups)}
     text = sweep_table(
         means,
         datasets={name: tex(label) for name, label in with_all_label(datasets).items()},
@@ -56,14 +57,14 @@ def ksweep(
         ranked=[*BASELINES, *LEARNED],
         budgets=budgets,
         higher_is_better=directions(metrics),
-        caption=caption(told, metrics),
+        caption=caption(known, metrics),
         label="tab:ksweep_all",
     )
     write_text(text, table)
 
 
 def caption(facts: Mapping, metrics: Metrics) -> str:
-    """Which captures, reconstructor, descriptor and metric made the table, in LaTeX.
+    """Say in LaTeX which captures, reconstructor, descriptor and metric made the table.
 
     Args:
         facts: embedded (labels of datasets of generated captures), real (labels of datasets read

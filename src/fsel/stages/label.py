@@ -6,17 +6,14 @@ import logging
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
-
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
-from fsel.data.split import coverage_split
+from fsel.data.split import splits_in
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
-from fsel.training.labelling import search_subsets, search_table
+from fsel.training.offline import searched
 from fsel.utils.files import fingerprint, read_table, write_table
 
 logger = logging.getLogger(__name__)
@@ -24,8 +21,8 @@ logger = logging.getLogger(__name__)
 
 def label(
     folder: str | Path,
-    labels: Sequence[str | Path],
     splits: str | Path,
+    labels: Sequence[str | Path],
     *,
     coverages: Sequence[int],
     seed: int,
@@ -39,8 +36,8 @@ def label(
 
     Args:
         folder: a canonical capture with its descriptors.
-        labels: one a coverage level: its subsets, see `search_table`.
-        splits: receives the splits of all levels.
+        splits: what `fsel.stages.split_labelled` wrote.
+        labels: one a coverage level: its subsets, see `fsel.training.labelling.search_table`.
         coverages: per cent.
         seed: of the scene.
         search, reconstruction: the config's sections.
@@ -51,17 +48,13 @@ def label(
     capture = Capture.load(folder)
     described = read_table(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
-    parts = []
-    with Journal(splits, fingerprint(inputs, {"config": config})) as journal:
+    levels = {level["coverage"]: split for level, split in splits_in(read_table(splits))}
+    with Journal(labels[-1], fingerprint(inputs, {"config": config})) as journal:
         for coverage, path in zip(coverages, labels, strict=True):
-            split = coverage_split(capture, coverage, seed)
+            split = levels[coverage]
             evaluator = Evaluator.on_frames(reconstructor, split.proxies, metrics=fitness)
             evaluate = journal.remember(f"p{coverage}", evaluator)
             problem = Problem.of(capture, split, described)
-            rng = np.random.default_rng([seed, coverage])
-            result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
-            table = search_table(result, search["stored"], fitness)
+            table = searched(evaluate, problem, split, search, [seed, coverage], fitness)
             write_table(table, path, units=units(fitness), config=config)
-            parts.append(split.table(capture.names).assign(coverage=coverage))
             logger.info("p%d: %d subsets\n%s", coverage, len(table), table[table["rank"] == 0])
-        write_table(pd.concat(parts), splits, units={"coverage": "percent"}, config=config)

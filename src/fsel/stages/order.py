@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.split import Split
+from fsel.training.labelled import read_problems
 from fsel.training.ordering import ordered_item
 from fsel.utils.files import read_table, write_table
 
@@ -16,6 +15,7 @@ from fsel.utils.files import read_table, write_table
 def order(
     folders: Sequence[str | Path],
     splits: Sequence[str | Path],
+    features: Sequence[str | Path],
     labels: Sequence[str | Path],
     trajectories: str | Path,
     *,
@@ -24,26 +24,32 @@ def order(
     kept: int,
     config: str,
 ) -> None:
-    """Order the fittest subsets of every label item into trajectories (paper, Eq. 3 and 5).
+    """Order the fittest subsets of every labelled problem into trajectories (paper, Eq. 3 and 5).
 
     Args:
-        folders: canonical captures, one a scene.
-        splits: of all coverage levels, one a scene.
+        folders: canonical captures with their descriptors, one a scene.
+        splits: what `fsel.stages.split_labelled` wrote, one a scene.
+        features: what `fsel.stages.features` wrote of them, one a scene.
         labels: what `fsel.stages.label` wrote, one a coverage level of each scene.
         trajectories: receives one row a trajectory: scene, role, coverage, rank, fitness, weight,
             picks.
         scenes: scene -> role, `train` or `validation`.
         coverages: per cent.
-        kept: subsets an item.
+        kept: subsets a problem.
         config: digest of the parameters.
+
+    Raises:
+        ValueError: for features of other candidates than the split's, or subsets with frames that
+            are no candidates.
     """
     rows = []
     paths = iter(labels)
-    for (scene, role), folder, path in zip(scenes.items(), folders, splits, strict=True):
-        capture, table = Capture.load(folder), read_table(path)
+    files = zip(folders, splits, features, strict=True)
+    for (scene, role), places in zip(scenes.items(), files, strict=True):
+        problems = read_problems(*places)
         for coverage in coverages:
-            split = Split.from_table(table[table["coverage"] == coverage])
             head = {"scene": scene, "role": role, "coverage": coverage}
-            found = ordered_item(capture, split, read_table(next(paths)), kept)
-            rows += [head | row for row in found]
+            path = next(paths)
+            item = ordered_item(problems[coverage], read_table(path), kept, path)
+            rows += [head | row for row in item]
     write_table(pd.DataFrame(rows), trajectories, units={"coverage": "percent"}, config=config)

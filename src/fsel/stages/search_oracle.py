@@ -34,7 +34,7 @@ def search_oracle(
     inputs: Iterable[str | Path],
     config: str,
 ) -> None:
-    """The genetic search on an evaluation problem, and random search of equal budget beside it.
+    """Run the genetic search on an evaluation problem, and random search of equal budget beside it.
 
     Both score subsets on the proxies and are then measured on the targets (Appendix D.3).
 
@@ -52,7 +52,7 @@ def search_oracle(
     reconstructor = reconstructor_of(problem.capture, reconstruction)
     on_targets = Evaluator.on_frames(reconstructor, parts.targets, metrics=metrics)
     evaluator = Evaluator.on_frames(reconstructor, parts.proxies, metrics=fitness)
-    found, picks = [], []
+    searches, picks = [], []
     with Journal(subsets, fingerprint(inputs, {"config": config})) as journal:
         on_proxies = journal.remember("p", evaluator)
         for name, labeller in (("search", "genetic"), ("random_search", "random")):
@@ -60,10 +60,10 @@ def search_oracle(
             result = search_subsets(on_proxies, problem, parts, labeller, search, rng)
             search = {**search, "evaluations": len(result.subsets)}
             table = search_table(result, search["stored"], fitness)
-            found.append(table.assign(method=name))
+            searches.append(table.assign(method=name))
             fittest = result.subsets[result.best(1)[0]]
             head = {"method": name, "seed": 0, "k": search["k"]}
             picks.append(pd.DataFrame({**head, "frame": fittest}))
         measured = measuring.measure(on_targets, pd.concat(picks))
         write_table(measured, oracle, units=measuring.measured_units(metrics), config=config)
-        write_table(pd.concat(found), subsets, units=units(fitness), config=config)
+        write_table(pd.concat(searches), subsets, units=units(fitness), config=config)

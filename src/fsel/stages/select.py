@@ -9,12 +9,14 @@ from pathlib import Path
 from fsel.baselines import METHODS
 from fsel.data.problem import Problem
 from fsel.evaluation import measuring
-from fsel.utils.files import write_table
+from fsel.features.table import with_features
+from fsel.utils.files import read_table, write_table
 
 
 def select(
     folder: str | Path,
     splits: Sequence[str | Path],
+    features: Sequence[str | Path],
     weights: Sequence[str | Path],
     selections: Sequence[str | Path],
     *,
@@ -29,6 +31,7 @@ def select(
     Args:
         folder: a canonical capture with its descriptors.
         splits: split.parquet, one a draw.
+        features: what `fsel.stages.features` wrote of them, one a draw.
         weights: of the learned methods, see `fsel.evaluation.measuring.runs`.
         selections: one a draw, see `fsel.evaluation.measuring.select`.
         budgets: frames to pick.
@@ -38,7 +41,8 @@ def select(
         config: digest of the parameters.
     """
     contenders = measuring.runs([METHODS[name] for name in methods], weights)
-    for split, path, seed in zip(splits, selections, seeds, strict=True):
-        problem = replace(Problem.load(folder, split), proxies_free=proxies_free)
+    for split, table, path, seed in zip(splits, features, selections, seeds, strict=True):
+        problem = with_features(Problem.load(folder, split), read_table(table), table)
+        problem = replace(problem, proxies_free=proxies_free)
         picks = measuring.select(problem, contenders, budgets, measuring.chance(seed))
         write_table(picks, path, units=measuring.PICK_UNITS, config=config)

@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fsel.selector.policies import KNOWN
-from fsel.selector.scorer import Network
-from fsel.training import imitation
 from fsel.training.labelled import training_data
-from fsel.training.scorers import save_scorer
+from fsel.training.offline import imitate
 from fsel.utils.files import read_table, write_table
 
 logger = logging.getLogger(__name__)
@@ -19,6 +17,7 @@ logger = logging.getLogger(__name__)
 def train(
     folders: Sequence[str | Path],
     splits: Sequence[str | Path],
+    features: Sequence[str | Path],
     trajectories: str | Path,
     weights: Sequence[str | Path],
     logs: Sequence[str | Path],
@@ -33,7 +32,8 @@ def train(
 
     Args:
         folders: canonical captures with their descriptors, one a scene.
-        splits: of all coverage levels, one a scene.
+        splits: what `fsel.stages.split_labelled` wrote, one a scene.
+        features: what `fsel.stages.features` wrote of them, one a scene.
         trajectories: what `fsel.stages.order` wrote.
         weights: receive the scorers.
         logs: receive loss and agreement by epoch and split.
@@ -42,16 +42,23 @@ def train(
         epochs, learning_rate: of the training.
         config: digest of the parameters.
     """
-    places = dict(zip(scenes, zip(folders, splits, strict=True), strict=True))
+    places = dict(zip(scenes, zip(folders, splits, features, strict=True), strict=True))
     data = {
         role: training_data(part, places, KNOWN[policy])
         for role, part in read_table(trajectories).groupby("role", sort=True)
     }
     sets = data["train"], data.get("validation", [])
     made = f"behaviour cloning of {len(data['train'])} searched subsets, {epochs} epochs"
-    settings = {"epochs": epochs, "learning_rate": learning_rate}
     for seed, (path, log) in enumerate(zip(weights, logs, strict=True)):
-        arrays, record = imitation.train(*sets, seed=seed, **settings)
-        save_scorer(Network(arrays), policy, made, seed, config, path)
+        record = imitate(
+            KNOWN[policy],
+            *sets,
+            path,
+            seed=seed,
+            epochs=epochs,
+            learning_rate=learning_rate,
+            made_by=made,
+            config=config,
+        )
         write_table(record, log, units={"loss": "nats"}, config=config)
         logger.info("%s, seed %d: %s\n%s", policy, seed, made, record.tail(2).to_string())

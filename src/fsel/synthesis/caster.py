@@ -49,8 +49,8 @@ class Caster:
 
     def hit(self, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) triangle numbers, -1 for none, and (n,) distances along unit rays, metres."""
-        found = self._embree.run(origins, rays, output=1)
-        return found["primID"], found["tfar"]
+        hits = self._embree.run(origins, rays, output=1)
+        return hits["primID"], hits["tfar"]
 
     def objects(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
         """(n,) uint8 numbers of the objects that rays first meet, 0 for none."""

@@ -108,12 +108,12 @@ def _hull_of_icosahedron(vertices: np.ndarray) -> np.ndarray:
     """(20, 3) its faces: three corners an edge apart each, outwards."""
     apart = np.linalg.norm(vertices[:, None] - vertices, axis=2)
     near = np.isclose(apart, apart[apart > 0].min())
-    found = []
+    faces = []
     for i, j, k in np.argwhere(near[:, :, None] & near[:, None] & near[None]):
         outwards = np.linalg.det(vertices[[i, j, k]]) > 0
         if outwards and i < min(j, k):
-            found.append((i, j, k))
-    return np.array(found)
+            faces.append((i, j, k))
+    return np.array(faces)
 
 
 def _quartered(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

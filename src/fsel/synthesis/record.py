@@ -101,7 +101,7 @@ def clear_shot(family: str, seed: int, frames: int) -> tuple[Shot, Caster, np.ra
 
 
 def _clear(caster: Caster, shot: Shot, setting: Setting) -> bool:
-    """Whether every camera keeps clear of the scene, sees some depth and, often, the subject."""
+    """Check that every camera keeps clear of the scene, sees some depth and, often, the subject."""
     poses = shot.poses(np.zeros(len(shot.names)))
     centers = camera_centers(poses)
     return bool(

@@ -1,4 +1,4 @@
-"""What the sensor makes of a shot: samples over pixel and exposure, vignette, gain, noise."""
+"""Sensor effects on a shot: samples over pixel and exposure, vignette, gain, noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What makes a family: its places, its way of filming, and what its cameras keep clear of."""
+"""Setting of a family: its places, its way of filming, and what its cameras keep clear of."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsel.synthesis.solids import Scene
 
 @dataclass(frozen=True)
 class Setting:
-    """How a family films: scene and shot makers, and what its cameras must keep clear of.
+    """Manner of a family: scene and shot makers, and what its cameras must keep clear of.
 
     Attributes:
         scene: makes a place.

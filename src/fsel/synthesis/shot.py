@@ -16,7 +16,7 @@ SHAKEN = 0.6  # share of a burst's strength above which an owner would discard t
 
 @dataclass(frozen=True)
 class Habits:
-    """How a family's cameras are held and what their sensors do.
+    """Habits of a family: how its cameras are held and what their sensors do.
 
     Attributes:
         lingers: runs a pass in which the camera hardly moves.

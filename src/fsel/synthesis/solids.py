@@ -54,7 +54,7 @@ class Scene:
 
     @contextmanager
     def as_object(self, number: int) -> Iterator[None]:
-        """What is added within the block is an object of its own."""
+        """Make what is added within the block an object of its own."""
         start = len(self.meshes)
         yield
         self.objects[number] = range(start, len(self.meshes))

@@ -52,7 +52,7 @@ def sparse_points(poses, depth, images, camera: Camera, rays, rng):
 
 def _observations(xyz, poses, depth, camera: Camera, rng):
     """Every detected, unoccluded projection of the points."""
-    found = []
+    seen = []
     for i, pose in enumerate(poses):
         local = xyz @ pose[:, :3].T + pose[:, 3]
         xy = project(camera, local)
@@ -65,6 +65,6 @@ def _observations(xyz, poses, depth, camera: Camera, rng):
         rows = rows[np.abs(depth[i, row, column] - z) < SURFACE * z]
         noise = rng.normal(0, NOISE, (len(rows), 2))
         noise /= np.maximum(np.linalg.norm(noise, axis=1, keepdims=True) / WORST, 1)
-        found.append((rows, np.full(len(rows), i), xy[rows] + noise))
-    point, frame, xy = (np.concatenate(part) for part in zip(*found, strict=True))
+        seen.append((rows, np.full(len(rows), i), xy[rows] + noise))
+    point, frame, xy = (np.concatenate(part) for part in zip(*seen, strict=True))
     return point, frame, xy

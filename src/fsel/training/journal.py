@@ -40,7 +40,7 @@ class Journal:
 
     @property
     def known(self) -> int:
-        """How many evaluations it holds."""
+        """Number of evaluations that it holds."""
         return len(self._known)
 
     def _read(self) -> None:

@@ -1,26 +1,35 @@
-"""The paper's offline stage on captures in memory: label, order, imitate (sections 3.4 and 3.5)."""
+"""The paper's offline stage: search, order, imitate (sections 3.4 and 3.5).
+
+`fsel train` runs it on captures in memory, the workflow's stages label, order and train run its
+steps on files.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import COVERAGES, Split, coverage_split, targets_at
 from fsel.evaluation.evaluator import Evaluator
+from fsel.metrics import METRICS, Metrics
 from fsel.reconstruct import Reconstructor
 from fsel.selector.policies import Policy
-from fsel.training.imitation import Trajectory
+from fsel.selector.scorer import Network
+from fsel.training.imitation import Trajectory, train
 from fsel.training.journal import Journal
 from fsel.training.labelled import as_seen
 from fsel.training.labelling import search_subsets, search_table
 from fsel.training.ordering import ordered_item
+from fsel.training.scorers import save_scorer
 from fsel.training.search import Evaluate, GeneticSettings
 
 TRIED = 3  # evaluations that are timed
@@ -28,7 +37,7 @@ TRIED = 3  # evaluations that are timed
 
 @dataclass(frozen=True)
 class Labelling:
-    """How captures are labelled; defaults are the paper's (Appendix A.2 and A.3).
+    """Settings of labelling; defaults are the paper's (Appendix A.2 and A.3).
 
     Attributes:
         k: frames of a subset.
@@ -57,9 +66,9 @@ class Labelling:
         return search.population + search.generations * (search.population - search.elites)
 
     def settings(self) -> dict[str, Any]:
-        """All of it, flat, as the searches read it."""
-        found = asdict(self)
-        return found.pop("search") | found
+        """Return all of it, flat, as the searches read it."""
+        flat = asdict(self)
+        return {"labeller": "genetic", **flat.pop("search"), **flat}
 
 
 @dataclass(frozen=True)
@@ -80,7 +89,7 @@ class Described:
     reconstructor: Reconstructor
 
     def digest(self) -> str:
-        """Of all that its labels depend on but the settings."""
+        """Digest of all that its labels depend on but the settings."""
         capture, total = self.capture, hashlib.sha256("/".join(self.capture.names).encode())
         for array in (
             capture.world_to_camera,
@@ -102,7 +111,7 @@ class Task:
 
     @property
     def problem(self) -> Problem:
-        """As selection sees it."""
+        """Problem as selection sees it."""
         seen, split = self.described, self.split
         views = seen.capture.view(split.targets)
         return Problem(
@@ -113,7 +122,7 @@ class Task:
 
     @property
     def evaluate(self) -> Evaluate:
-        """PSNR, SSIM and GMSD of a subset's reconstruction on the proxies."""
+        """Evaluation by PSNR, SSIM and GMSD of a subset's reconstruction on the proxies."""
         return Evaluator.on_frames(self.described.reconstructor, self.split.proxies)
 
 
@@ -131,7 +140,9 @@ def tasks(captures: Sequence[Described], labelling: Labelling) -> list[Task]:
 
 
 def seconds_needed(task: Task, labelling: Labelling) -> float:
-    """Of one problem: what a few evaluations take, times their number; less where subsets share.
+    """Predict the time of one problem: what a few evaluations take, times their number.
+
+    It takes less where subsets share work.
 
     The first evaluation, which compiles, does not count.
     """
@@ -156,11 +167,64 @@ def label(
         policy: that will be trained.
         journal: remembers every evaluation.
     """
-    settings = labelling.settings()
+    problem, seeds = task.problem, [labelling.seed, task.coverage]
     evaluate = journal.remember(f"{task.described.name}/p{task.coverage}", task.evaluate)
-    rng = np.random.default_rng([labelling.seed, task.coverage])
-    problem = task.problem
-    found = search_subsets(evaluate, problem, task.split, "genetic", settings, rng)
-    table = search_table(found, labelling.stored)
-    rows = ordered_item(problem.capture, task.split, table, labelling.kept)
-    return as_seen(problem, rows, policy)
+    labels = searched(evaluate, problem, task.split, labelling.settings(), seeds)
+    return as_seen(problem, ordered_item(problem, labels, labelling.kept), policy)
+
+
+def searched(
+    evaluate: Evaluate,
+    problem: Problem,
+    split: Split,
+    search: Mapping[str, Any],
+    seeds: Sequence[int],
+    metrics: Metrics = METRICS,
+) -> pd.DataFrame:
+    """Search one problem's subsets (paper, section 3.4).
+
+    Args:
+        evaluate: (K,) frames -> (3,) metrics on the proxies.
+        problem: the selection problem.
+        split: of the problem.
+        search: the config's section of that name.
+        seeds: of the search: the scene's and the coverage.
+        metrics: that `evaluate` measures.
+
+    Returns:
+        What `fsel.training.labelling.search_table` does.
+    """
+    rng = np.random.default_rng(seeds)
+    result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
+    return search_table(result, search["stored"], metrics)
+
+
+def imitate(
+    policy: Policy,
+    trajectories: Sequence[Trajectory],
+    validation: Sequence[Trajectory],
+    path: str | Path,
+    *,
+    seed: int,
+    epochs: int,
+    learning_rate: float,
+    made_by: str,
+    config: str,
+) -> pd.DataFrame:
+    """Train a policy's scorer by imitation and write it (paper, section 3.5).
+
+    Args:
+        policy: that is trained.
+        trajectories, validation: see `fsel.training.imitation.train`.
+        path: receives the scorer.
+        seed, epochs, learning_rate: of the training.
+        made_by, config: provenance, see `fsel.training.scorers.save_scorer`.
+
+    Returns:
+        Loss and agreement by epoch and split.
+    """
+    weights, log = train(
+        trajectories, validation, seed=seed, epochs=epochs, learning_rate=learning_rate
+    )
+    save_scorer(Network(weights), policy.name, made_by, seed, config, path)
+    return log

@@ -1,14 +1,14 @@
-"""From a set of frames to a trajectory of picks (paper, Eq. 3), and its weight (Eq. 5)."""
+"""Ordering of a set of frames into a trajectory of picks (paper, Eq. 3), and its weight (Eq. 5)."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel.data.capture import Capture
 from fsel.data.geometry import pairwise_distances, pose_distance
-from fsel.data.split import Split
+from fsel.data.problem import Problem
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,23 +56,42 @@ def trajectory_weights(fitness: np.ndarray) -> np.ndarray:
     return raw / raw.mean()
 
 
-def ordered_item(capture: Capture, split: Split, labels: pd.DataFrame, kept: int) -> list[dict]:
-    """rank, fitness, weight and picks of the fittest subsets of one label item."""
+def ordered_item(
+    problem: Problem, labels: pd.DataFrame, kept: int, source: str | Path = "labels"
+) -> list[dict]:
+    """Order the fittest subsets of one labelled problem, and weigh them.
+
+    Args:
+        problem: that was labelled.
+        labels: its searched subsets, see `fsel.training.labelling.search_table`.
+        kept: how many of the fittest.
+        source: where the labels are from, for error messages.
+
+    Returns:
+        rank, fitness, weight and picks of each, the fittest first.
+
+    Raises:
+        ValueError: for subsets that hold frames which are no candidates of the problem.
+    """
     fittest = labels.query("0 <= rank < @kept").sort_values("rank")
     weights = trajectory_weights(fittest["fitness"].to_numpy())
-    return [
-        {
-            "rank": row.rank,
-            "fitness": row.fitness,
-            "weight": weight,
-            "picks": ordered(capture, split, np.array(row.subset)).tolist(),
-        }
-        for row, weight in zip(fittest.itertuples(), weights, strict=True)
-    ]
+    rows = []
+    for row, weight in zip(fittest.itertuples(), weights, strict=True):
+        subset = np.array(row.subset)
+        others = np.setdiff1d(subset, problem.candidates)
+        if len(others):
+            raise ValueError(
+                f"{source}: the subset of rank {row.rank} holds frames {others.tolist()}, which "
+                "are no candidates. Hint: it was searched on another split; search again"
+            )
+        picks = ordered(problem, subset).tolist()
+        rows.append({"rank": row.rank, "fitness": row.fitness, "weight": weight, "picks": picks})
+    return rows
 
 
-def ordered(capture: Capture, split: Split, subset: np.ndarray) -> np.ndarray:
+def ordered(problem: Problem, subset: np.ndarray) -> np.ndarray:
     """(K,) frames of the subset in the order that they best cover the proxies (Eq. 3)."""
+    capture = problem.capture
     centers, axes = capture.centers[subset], capture.axes[subset]
-    distances = pairwise_distances(centers, capture.centers[split.proxies])
+    distances = pairwise_distances(centers, capture.centers[problem.proxies])
     return subset[order_subset(distances, pose_distance(centers, axes, centers, axes))]

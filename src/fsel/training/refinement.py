@@ -63,9 +63,9 @@ def refine(
     )
     log = []
     for generation in range(settings.generations):
-        asked = strategy.ask()
-        values = objective([policy(x) for x in asked], generation)
-        strategy.tell(asked, (-values).tolist())
+        sampled = strategy.ask()
+        values = objective([policy(x) for x in sampled], generation)
+        strategy.tell(sampled, (-values).tolist())
         log.append(
             {
                 "generation": generation,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Iterable, Iterator, Mapping, MutableMapping
 from importlib import import_module
 from typing import TypeVar
 
@@ -15,12 +15,15 @@ class Registry(MutableMapping[str, Entry]):
     Args:
         kind: what its entries are, for error messages.
         homes: name -> `module:attribute`. Adding an entry is one line here.
+        renamed: former name -> name, which the refusal of a former name says.
 
     Entries that are set by hand need no home.
     """
 
-    def __init__(self, kind: str, homes: Mapping[str, str]) -> None:
-        self.kind, self.homes = kind, dict(homes)
+    def __init__(
+        self, kind: str, homes: Mapping[str, str], renamed: Mapping[str, str] | None = None
+    ) -> None:
+        self.kind, self.homes, self.renamed = kind, dict(homes), dict(renamed or {})
         self._found: dict[str, Entry] = {}
 
     def __getitem__(self, name: str) -> Entry:
@@ -68,5 +71,18 @@ class Registry(MutableMapping[str, Entry]):
             ImportError: as above.
         """
         if name not in self.homes:
-            raise ValueError(f"{self.kind} is {name!r}; allowed: {', '.join(self.homes)}")
+            raise unknown(self.kind, name, self.homes, self.renamed)
         return self[name]
+
+
+def unknown(kind: str, name: str, allowed: Iterable[str], renamed: Mapping[str, str]) -> ValueError:
+    """Make the refusal of a name: what is allowed, and its new name if it had been one.
+
+    Args:
+        kind: what is named.
+        name: that is not allowed.
+        allowed: names.
+        renamed: former name -> name.
+    """
+    hint = f". Hint: {name!r} is named {renamed[name]!r} now" if name in renamed else ""
+    return ValueError(f"{kind} is {name!r}; allowed: {', '.join(allowed)}{hint}")

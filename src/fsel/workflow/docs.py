@@ -22,6 +22,7 @@ import shutil
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import yaml
@@ -38,7 +39,7 @@ FIGURES = {
 MARKED = re.compile(r"(<!-- result: (\w+) -->)(.*?)(<!-- end -->)", re.S)
 
 
-def quoted(table: pd.DataFrame, definition: Mapping) -> str:
+def quoted(table: pd.DataFrame, definition: Mapping[str, Any]) -> str:
     """The text of one result.
 
     Args:
@@ -60,14 +61,14 @@ def quoted(table: pd.DataFrame, definition: Mapping) -> str:
     return " / ".join(format(value, form) for value in _values(rows, definition["value"]))
 
 
-def _values(rows: pd.DataFrame, value: str) -> list:
+def _values(rows: pd.DataFrame, value: str) -> list[Any]:
     if value == "count":
         return [len(rows)]
     how, _, column = value.rpartition(" of ")
     return [rows[column].agg(how)] if how else rows[column].tolist()
 
 
-def _grid(rows: pd.DataFrame, definition: Mapping) -> str:
+def _grid(rows: pd.DataFrame, definition: Mapping[str, Any]) -> str:
     names, form = definition.get("names", {}), definition.get("format", "")
     keys = [definition["down"]] if isinstance(definition["down"], str) else definition["down"]
     rows = rows.assign(place=pd.factorize(rows[keys].agg(tuple, axis=1))[0])
@@ -87,7 +88,7 @@ def _grid(rows: pd.DataFrame, definition: Mapping) -> str:
 
 
 def gather(
-    definitions: Mapping[str, Mapping], old: Mapping[str, str], root: Path
+    definitions: Mapping[str, Mapping[str, Any]], old: Mapping[str, str], root: Path
 ) -> tuple[dict[str, str], list[str]]:
     """Texts of all results, and the names of those that keep the text they had.
 

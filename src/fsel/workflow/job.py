@@ -1,4 +1,4 @@
-"""What every script of the workflow shares: its arguments, its log, its threads.
+"""A rule as a job: the function of its name, its arguments, its log, its threads.
 
 The only module that touches the `snakemake` object.
 """
@@ -13,8 +13,11 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import cv2
 
@@ -22,14 +25,16 @@ from fsel.utils import checksums
 from fsel.utils.files import digest
 
 CAPTURE = ("frames", "points", "images", "masks", "descriptors")  # files of a canonical capture
-LIBRARY = "lib"
+LIBRARY = "lib"  # the input that holds the sources of a rule's function
+JOB = "job"  # the param that names a rule's function
+STAGES = "fsel.stages"
 POLL = 1.0  # seconds between looks for the parent process
 
 logger = logging.getLogger("fsel")
 
 
 @contextmanager
-def job(snakemake) -> Iterator[str]:
+def job(snakemake: Any) -> Iterator[str]:
     """Run a script's body as a job: logged to `snakemake.log[0]`, within its threads.
 
     The signal TERM, by which a cluster ends jobs, is a line of the log and exit code 143.
@@ -53,7 +58,7 @@ def job(snakemake) -> Iterator[str]:
     previous = signal.signal(signal.SIGTERM, _terminate)
     started = time.perf_counter()
     try:
-        yield digest(dict(snakemake.params.items()))
+        yield digest({k: v for k, v in snakemake.params.items() if k != JOB})
         # start-up and programs that were run included, which the clock here does not see
         used = sum(os.times()[:4])
         elapsed = time.perf_counter() - started
@@ -73,20 +78,21 @@ def job(snakemake) -> Iterator[str]:
         handler.close()
 
 
-def run(snakemake, function: Callable[..., None]) -> None:
-    """Call a stage as a job, its parameters taken by name from the rule.
+def run(snakemake: Any, function: Callable[..., None] | None = None) -> None:
+    """Call the function of a rule as a job, its parameters taken by name from the rule.
 
     Inputs are compared with their checksums before, outputs get theirs after.
 
     Args:
         snakemake: the object that Snakemake hands to a script.
-        function: see `arguments` for where its parameters come from.
+        function: the one of the rule by default, see `function_of`.
 
     Raises:
         TypeError: for a parameter that the rule lacks, or something of the rule that no parameter
             takes.
     """
     with job(snakemake) as config:
+        function = function or function_of(snakemake.rule, snakemake.params.get(JOB))
         found = arguments(snakemake, function, config)
         for path in snakemake.input:
             checksums.check(path)
@@ -95,7 +101,29 @@ def run(snakemake, function: Callable[..., None]) -> None:
             checksums.write(path)
 
 
-def arguments(snakemake, function: Callable[..., None], config: str) -> dict[str, object]:
+def function_of(rule: str, home: str | None = None) -> Callable[..., None]:
+    """The function of a rule: its own, or that of the stage of its name.
+
+    Args:
+        rule: name of a stage; words after it name a variant, as in `train_no_appearance`.
+        home: `module:function`, where the rule says which.
+
+    Raises:
+        ValueError: when there is no stage of the name.
+    """
+    if home:
+        module, _, name = home.partition(":")
+        found: Callable[..., None] = getattr(import_module(module), name)
+        return found
+    words = rule.split("_")
+    for n in range(len(words), 0, -1):
+        stage = "_".join(words[:n])
+        if find_spec(f"{STAGES}.{stage}"):
+            return function_of(rule, f"{STAGES}.{stage}:{stage}")
+    raise ValueError(f"rule {rule}: there is no stage of this name in {STAGES}")
+
+
+def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dict[str, object]:
     """What a rule has for each parameter of a function, as it is: nothing is converted.
 
     A parameter is the input, output or param of its name. Otherwise it is
@@ -106,7 +134,8 @@ def arguments(snakemake, function: Callable[..., None], config: str) -> dict[str
     - `inputs`: every input file; `threads`; `config`: the digest of the rule's params;
     - a wildcard.
 
-    Inputs named `lib` are sources that the rule depends on, and no arguments.
+    Inputs named `lib` are sources that the rule depends on, and the param `job` names the function;
+    neither is an argument.
 
     Raises:
         TypeError: for a parameter without a value, and for an input, output or param that no
@@ -140,8 +169,8 @@ def arguments(snakemake, function: Callable[..., None], config: str) -> dict[str
     return found
 
 
-def _given(snakemake, where: str) -> dict[str, object]:
-    """Name -> value of the rule's inputs, outputs and params, `lib` left out."""
+def _given(snakemake: Any, where: str) -> dict[str, object]:
+    """Name -> value of the rule's inputs, outputs and params, but those that are no arguments."""
     given: dict[str, object] = {}
     for kind in ("input", "output", "params"):
         named = dict(getattr(snakemake, kind).items())
@@ -152,10 +181,10 @@ def _given(snakemake, where: str) -> dict[str, object]:
         for name in named.keys() & given.keys():
             raise TypeError(f"{where}: {name!r} is named twice, the second time in {kind}")
         given |= named
-    return {name: value for name, value in given.items() if name != LIBRARY}
+    return {name: value for name, value in given.items() if name not in (LIBRARY, JOB)}
 
 
-def _folders(snakemake, where: str) -> dict[str, tuple[object, set[str]]]:
+def _folders(snakemake: Any, where: str) -> dict[str, tuple[object, set[str]]]:
     """Name of a parameter -> the folder, or folders, of captures, and the names of their files."""
     found: dict[str, tuple[object, set[str]]] = {}
     for name, value in [*snakemake.input.items(), *snakemake.output.items()]:

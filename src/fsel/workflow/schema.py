@@ -1,87 +1,73 @@
-"""Lists of names in the config's schema, and the tables of its keys, from the registries.
+"""Schemas of the configuration, whose lists of names follow the registries when they are read.
 
-    python -m fsel.workflow.schema
-
-rewrites both. In the schema, a list that follows a registry is one line that says so:
-
-    enum: [auto, colmap, nerfstudio]  # auto, fsel.layouts:LAYOUTS
-
-Words without a colon stand for themselves.
+In an `enum`, a word such as `fsel.layouts:LAYOUTS` stands for the names of that registry.
 """
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import yaml
+from jsonschema import Draft202012Validator, ValidationError, validators
 
-SCHEMA = Path("workflow/schemas/config.schema.yaml")
-PAGE = Path("config/README.md")
-LIST = re.compile(r"^( *enum: )\[.*\]  # (.*:.*)$", re.M)
-HEAD = "| key | default | meaning |\n|---|---|---|\n"
-TABLE = re.compile(re.escape(HEAD) + r"(?:\|.*\n)*")
+from fsel.workflow.refusal import refuse
 
-
-def with_names(schema: str) -> str:
-    """The schema's text with every list of names as its registry has it."""
-
-    def listed(found: re.Match) -> str:
-        words: list[str] = []
-        for part in found[2].split(", "):
-            module, _, attribute = part.partition(":")
-            words += getattr(import_module(module), attribute) if attribute else [part]
-        return f"{found[1]}[{', '.join(words)}]  # {found[2]}"
-
-    return LIST.sub(listed, schema)
+REGISTRY = re.compile(r"(fsel(?:\.\w+)+):(\w+)")
 
 
-def with_keys(page: str, schema: Mapping) -> str:
-    """The page's text with its tables of keys: the config's, a dataset's, a reconstructor's."""
-    parts = schema["$defs"]
-    tables = [
-        _table(schema, ""),
-        _table(parts["dataset"], "datasets.*."),
-        _table(parts["reconstructor"], "reconstruction."),
-    ]
-    found = iter(tables)
-    return TABLE.sub(lambda _: next(found), page)
+def read_schema(path: Path) -> dict[str, Any]:
+    """A schema with the names of its registries in their places."""
+    found: dict[str, Any] = _with_names(yaml.safe_load(path.read_text(encoding="utf-8")))
+    return found
 
 
-def _table(node: Mapping, path: str) -> str:
-    return HEAD + "".join(f"{row}\n" for row in _rows(node, path))
+def _with_names(node: Any) -> Any:
+    if isinstance(node, list):
+        return [_with_names(part) for part in node]
+    if not isinstance(node, dict):
+        return node
+    return {
+        key: [name for word in part for name in _names(word)]
+        if key == "enum"
+        else _with_names(part)
+        for key, part in node.items()
+    }
 
 
-def _rows(node: Mapping, path: str) -> Iterator[str]:
-    """One row a key, those of a section after it."""
-    for key, entry in node.get("properties", {}).items():
-        yield f"| `{path}{key}` |{_default(entry)} | {_meaning(entry)} |"
-        yield from _rows(entry, f"{path}{key}.")
+def _names(word: Any) -> list[Any]:
+    found = REGISTRY.fullmatch(str(word))
+    return list(getattr(import_module(found[1]), found[2])) if found else [word]
 
 
-def _default(entry: Mapping) -> str:
-    """The cell of a key's default; empty for sections and mappings of names."""
-    if "default" not in entry or "properties" in entry or "additionalProperties" in entry:
-        return ""
-    return f" `{json.dumps(entry['default'])}`"
+def complete(values: dict[str, Any], schema: dict[str, Any], hint: str, where: str = "") -> None:
+    """Check values against a schema, and put its defaults where keys are left out.
+
+    Args:
+        values: they are changed.
+        schema: what `read_schema` gives.
+        hint: for what is refused.
+        where: the name of the whole, for what is wrong at the top level.
+
+    Raises:
+        Refusal: naming the key, what is wrong with it, and the keys that are allowed there.
+    """
+    try:
+        _Filling(schema).validate(values)
+    except ValidationError as fault:
+        keys = sorted(fault.schema.get("properties", {}))
+        place = fault.json_path.removeprefix("$.").replace("$", where or "top level")
+        refuse(f"{place}: {fault.message}", (f"the keys here are {keys}; " if keys else "") + hint)
 
 
-def _meaning(entry: Mapping) -> str:
-    text = " ".join(entry["description"].split())
-    allowed = entry.get("enum") or entry.get("items", {}).get("enum")
-    return f"{text} One of {', '.join(f'`{name}`' for name in allowed)}." if allowed else text
+def _fill(validator: Any, properties: Any, values: Any, schema: Any) -> Iterator[ValidationError]:
+    for key, part in properties.items():
+        if "default" in part and isinstance(values, dict):
+            values.setdefault(key, part["default"])
+    yield from Draft202012Validator.VALIDATORS["properties"](validator, properties, values, schema)
 
 
-def main() -> None:
-    """Rewrite the schema and the page, in the repository's root."""
-    schema = with_names(SCHEMA.read_text(encoding="utf-8"))
-    SCHEMA.write_text(schema, encoding="utf-8")
-    page = with_keys(PAGE.read_text(encoding="utf-8"), yaml.safe_load(schema))
-    PAGE.write_text(page, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()
+_Filling = validators.extend(Draft202012Validator, {"properties": _fill})

@@ -11,6 +11,8 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import differences
 from fsel.report.sweep import named, sweep_cells
 from fsel.utils.files import write_text
+from fsel.workflow import inputs
+from fsel.workflow.tables import Table
 
 LEARNED, UNTRAINED = "less_is_more", "untrained"
 
@@ -57,3 +59,25 @@ def handsign(
     counts = gaps.groupby("dataset")["n"].first()
     made = dataset_table(texts, counts, datasets, budgets, caption=text, label="tab:handsign")
     write_text(made, table)
+
+
+TABLE = Table(
+    handsign,
+    outputs=inputs.table_files("{reconstructor}handsign"),
+    message="Writing what learning adds",
+    inputs=lambda experiment: {
+        "evaluations": inputs.of_problems(
+            experiment.problems(), "{reconstructor}evaluation.parquet"
+        )
+    },
+    params=lambda experiment: {
+        "problems": experiment.problems(),
+        "datasets": experiment.labels(),
+        "budgets": experiment.config["budgets"],
+        "facts": experiment.facts_of,
+    },
+    category="Paper",
+    title="Learned versus untrained",
+    caption="PSNR of the learned scorer minus that of the untrained sum of the same features, with "
+    "paired 95% intervals.",
+)

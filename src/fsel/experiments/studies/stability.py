@@ -10,6 +10,9 @@ import pandas as pd
 from fsel.experiments.studies.hard_cases import CASES, observe
 from fsel.report.latex import plain_table, tex
 from fsel.utils.files import atomic, write_text
+from fsel.workflow import inputs
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Table
 
 logger = logging.getLogger(__name__)
 
@@ -49,3 +52,15 @@ def _table(result: pd.DataFrame) -> str:
         label="tab:stability",
         columns=r"p{.17\linewidth}p{.24\linewidth}p{.35\linewidth}rr",
     )
+
+
+TABLE = Table(
+    stability,
+    outputs=inputs.table_files("stability"),
+    message="Running the hard cases",
+    size=Size(2000),
+    category="Numerics",
+    title="Hard cases",
+    caption="Hard cases: what is asked of each, what is observed, and the error against the "
+    "float64 or exact answer.",
+)

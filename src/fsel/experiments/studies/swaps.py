@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,8 +19,12 @@ from fsel.report import curves
 from fsel.report.captions import captures_of
 from fsel.report.numbers import write_csv
 from fsel.report.statistics import of_places
-from fsel.request.swaps import JUDGE, problem_swaps
+from fsel.request.swaps import problem_swaps
 from fsel.utils.files import read_table, write_table
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
@@ -60,7 +65,7 @@ def evaluate_swaps(
     evaluator = Evaluator.on_frames(measuring, Split.load(split).targets, metrics=(METRIC,))
     rows, spent, began = [], 0.0, time.process_time()
     rng = np.random.default_rng(seed)
-    reconstructor = reconstructor_of(problem.capture, JUDGE)
+    reconstructor = reconstructor_of(problem.capture, reconstruction("splats"))
     for best in problem_swaps(reconstructor, problem, start, rng):
         if best.tried not in TRIED:
             continue
@@ -116,3 +121,52 @@ def gains(scenes: Sequence[pd.DataFrame]) -> pd.DataFrame:
         rows.append((tried, *spent, found.mean, found.low, found.high, gain.min(), found.n))
     columns = ["tried", "seconds", "judged", "gain", "ci_low", "ci_high", "least", "n"]
     return pd.DataFrame(rows, columns=columns)
+
+
+def _measured(experiment: Experiment) -> dict[str, Any]:
+    return {
+        **inputs.capture(inputs.DESCRIBED),
+        "split": f"{inputs.SCENE}/draw0/split.parquet",
+        "selections": f"{inputs.SCENE}/draw0/selections.parquet",
+    }
+
+
+def _settings(experiment: Experiment) -> dict[str, Any]:
+    return {
+        "reconstruction": experiment.reconstruction_of,
+        "k": experiment.config["search"]["k"],
+        "seed": lambda wildcards: experiment.scene_seed(wildcards, "swaps"),
+    }
+
+
+MEASURED = Job(
+    evaluate_swaps,
+    outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}swaps.parquet"},
+    message="Swapping picks of {wildcards.dataset}/{wildcards.scene}",
+    inputs=_measured,
+    params=_settings,
+    size=Size(4000, 30, "reconstruction"),
+)
+
+TABLE = Table(
+    swaps,
+    outputs={
+        "figures": inputs.figure_files("{reconstructor}swaps"),
+        "numbers": "<tables>/{reconstructor}swaps.csv",
+    },
+    message="Drawing what swaps gain",
+    inputs=lambda experiment: {
+        "evaluations": inputs.of_scenes(
+            experiment.evaluation_scenes, "{reconstructor}swaps.parquet"
+        )
+    },
+    params=lambda experiment: {
+        "k": experiment.config["search"]["k"],
+        "facts": experiment.facts_of,
+    },
+    category="Speed",
+    title="Gain of swaps against seconds",
+    caption="Gain in PSNR on the targets, against the processor seconds of swaps that are judged "
+    "by reconstructions.",
+    jobs=[MEASURED],
+)

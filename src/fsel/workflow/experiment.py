@@ -1,0 +1,199 @@
+"""The experiment as one object: what of the checked configuration every rule needs."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from fsel.layouts import LAYOUTS
+from fsel.metrics import REGISTERED
+from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
+from fsel.workflow import reconstructors
+from fsel.workflow.datasets import Section, kinds_of
+from fsel.workflow.dependencies import Library
+from fsel.workflow.resources import Resource, Size
+from fsel.workflow.settings import Settings
+
+Choice = Callable[[Any], Any]  # of the wildcards
+
+
+@dataclass(frozen=True)
+class Experiment(Settings):
+    """The settings, and from them selectors, reconstructors, metrics, resources and captions."""
+
+    @cached_property
+    def seeds(self) -> range:
+        """Seeds of the trained selectors."""
+        return range(self.config["training"]["seeds"])
+
+    def scorer_folder(self, policy: str) -> str:
+        """Folder of the scorers of a policy that are trained here."""
+        variant = policy.removeprefix("less_is_more").removeprefix("_")
+        return f"<results>/selector/{variant}".rstrip("/")
+
+    def weights(self, policy: str) -> list[str]:
+        """Scorers of a trained policy: files that the configuration names, or one for each seed."""
+        folder = self.scorer_folder(policy)
+        named: list[str] = self.config["training"]["weights"].get(policy, [])
+        return named or [f"{folder}/seed{seed}.safetensors" for seed in self.seeds]
+
+    @cached_property
+    def fsel(self) -> list[str]:
+        """The rules `fsel`: refined here, or the one that comes with the package."""
+        seeds = range(self.config["refinement"]["seeds"])
+        refined = [f"<results>/selector/fsel/seed{seed}.json" for seed in seeds]
+        return refined or [self._shipped("fsel.json")]
+
+    @cached_property
+    def scorers(self) -> list[str]:
+        """The scorers of every learned and fixed selector."""
+        trained = ("less_is_more", "less_is_more_no_appearance")
+        weights = [path for policy in trained for path in self.weights(policy)]
+        return [*weights, *self.fsel, self._shipped("fsel_rule.json")]
+
+    def _shipped(self, name: str) -> str:
+        return os.path.relpath(self.folder / "src" / "fsel" / "selector" / "weights" / name)
+
+    @property
+    def reconstruction(self) -> Section:
+        """The first reconstructor's section."""
+        return next(iter(self.reconstructors.values()))
+
+    def reconstruction_of(self, wildcards: Any) -> Section:
+        """The section of the wildcard `reconstructor`, which is empty for the first one."""
+        name = wildcards.reconstructor.rstrip("/")
+        return self.reconstructors[name] if name else self.reconstruction
+
+    def searched_by(self, wildcards: Any) -> list[str]:
+        """The searched problems, where the first reconstructor evaluates."""
+        return [] if wildcards.reconstructor else self.searched_problems()
+
+    @property
+    def further(self) -> list[str]:
+        """Folders of the reconstructors after the first, with a slash at their end."""
+        return [f"{name}/" for name in list(self.reconstructors)[1:]]
+
+    @cached_property
+    def metrics(self) -> dict[str, Section]:
+        """Name -> settings of the tables' metrics."""
+        named = self.config["metrics"]
+        return {name: self.config["lpips"] if name == "lpips" else {} for name in named}
+
+    @cached_property
+    def fitness(self) -> dict[str, Section]:
+        """Name -> settings of the searches' metrics: others in the tables change no label."""
+        perceptual = "lpips" if "lpips" in self.metrics else "gmsd"
+        return {name: self.metrics.get(name, {}) for name in ("psnr", "ssim", perceptual)}
+
+    @property
+    def folders(self) -> str:
+        """Pattern of the wildcard `reconstructor`."""
+        return f"(?:{'|'.join(['', *map(re.escape, self.further)])})"
+
+    def resources(
+        self, size: Size, reconstruction: Section | Choice | None = None
+    ) -> dict[str, Resource]:
+        """Resources of a rule: memory, minutes, and a GPU where its reconstructor needs one.
+
+        Args:
+            size: of its jobs.
+            reconstruction: the section of its reconstructor, or a function of the wildcards that
+                returns it; None for a rule that does not reconstruct.
+        """
+        own = [s["long_side"] for s in self.reconstructors.values() if s["name"] != "external"]
+        found = size.resources(max(own, default=0))
+        if reconstruction is not None:
+            choose = _choice(reconstruction)
+            found["gpu"] = lambda wildcards: int(needs_gpu(choose(wildcards)))
+        return found
+
+    def library(
+        self, module: str, reconstruction: Section | Choice | None = None
+    ) -> list[str] | Choice:
+        """Files of the library that a rule depends on, or a function of the wildcards.
+
+        Args:
+            module: the function's; a name without a dot is a stage.
+            reconstruction: see `resources`; without it, the first reconstructor's.
+        """
+        name = module if "." in module else f"fsel.stages.{module}"
+        if callable(reconstruction):
+            choose = reconstruction
+            return lambda wildcards: self._needed(name, choose(wildcards)["name"])
+        return self._needed(name, (reconstruction or self.reconstruction)["name"])
+
+    def _needed(self, module: str, reconstructor: str) -> list[str]:
+        layouts = {entry["layout"] for entry in self.datasets.entries.values()}
+        used = {reconstructor, "psnr", "ssim", "gmsd", *self.metrics, *layouts}
+        homes = RECONSTRUCTORS.homes | REGISTERED.homes
+        if "auto" not in layouts:
+            homes |= LAYOUTS.homes
+        unused = [home for name, home in homes.items() if name not in used]
+        return self._library.needed(module, unused)
+
+    @cached_property
+    def _library(self) -> Library:
+        # what a rule hands over is compared as its inputs and params
+        folder = Path(os.path.relpath(self.folder / "src" / "fsel"))
+        return Library(folder, Path(".snakemake", "library.json"), aside="fsel.workflow")
+
+    def ingest_minutes(self, wildcards: Any, attempt: int) -> int:
+        """Minutes of reading a capture; COLMAP takes longer."""
+        poses = self.datasets.entries[wildcards.dataset]["poses"]
+        return attempt * (240 if poses == "colmap" else 30)
+
+    def labels(self, names: Iterable[str] | None = None) -> dict[str, str]:
+        """Name -> printed label of the datasets in the tables, or of some."""
+        entries = self.datasets.entries
+        chosen = [n for n in entries if self.scenes(n, "evaluation")] if names is None else names
+        return {name: entries[name]["label"] for name in chosen}
+
+    def facts(self, names: Sequence[str] | None = None, reconstructor: str = "") -> dict[str, Any]:
+        """What a caption tells of the captures and the settings.
+
+        Args:
+            names: datasets; those in the tables by default.
+            reconstructor: name of the one that made the table, with or without a slash; the first
+                by default.
+        """
+        name = reconstructor.rstrip("/") or next(iter(self.reconstructors))
+        embedded: list[str] = []
+        real: list[str] = []
+        for dataset, label in self.labels(names).items():
+            generated = kinds_of(self.datasets.entries[dataset]) == ["embedded"]
+            (embedded if generated else real).append(label)
+        return {
+            "embedded": embedded,
+            "real": real,
+            "missing": list(self.datasets.labels_missing),
+            **reconstructors.described(name, self.reconstructors[name]),
+            "descriptor": self.config["appearance"]["kind"],
+            "search_k": self.config["search"]["k"],
+            "draws": self.config["draws"],
+            "oracle_draws": self.config["oracle"]["draws"],
+            "places": self.places(),
+            "oracle_dataset": self.datasets.entries[self.trained]["label"],
+        }
+
+    def facts_of(self, wildcards: Any) -> dict[str, Any]:
+        """Facts of the tables' datasets and the reconstructor in the wildcards."""
+        return self.facts(reconstructor=wildcards.reconstructor)
+
+    def places(self) -> dict[str, str]:
+        """dataset/scene -> place of evaluation scenes that may share one with another."""
+        found = {}
+        for d, s in self.evaluation_scenes:
+            given = self.datasets.entries[d].get("places", {})
+            shared = f"{given}/{s}" if isinstance(given, str) else given.get(s)
+            if shared is not None:
+                found[f"{d}/{s}"] = shared
+        return found
+
+
+def _choice(reconstruction: Section | Choice) -> Choice:
+    return reconstruction if callable(reconstruction) else lambda wildcards: reconstruction

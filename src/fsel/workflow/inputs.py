@@ -1,0 +1,262 @@
+"""Files and scenes that rules ask for: nouns that say what they return.
+
+Paths begin with `<results>`, `<tables>`, `<figures>` or `<downloads>`, which Snakemake replaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.refusal import refuse
+from fsel.workflow.settings import Scene
+
+SCENE = "<results>/{dataset}/{scene}"
+FILES = {
+    "frames": "frames.parquet",
+    "points": "points.parquet",
+    "images": "images.npy",
+    "masks": "masks.npy",
+    "descriptors": "descriptors.parquet",
+}
+BARE = ("frames", "images")
+CAPTURE = ("frames", "points", "images")
+DESCRIBED = (*CAPTURE, "descriptors")
+
+Paths = dict[str, Any]
+
+
+def table_files(name: str) -> Paths:
+    """A table in LaTeX and its numbers. `{reconstructor}` in its name is a folder."""
+    return {"table": f"<tables>/{name}.tex", "numbers": f"<tables>/{name}.csv"}
+
+
+def figure_files(name: str) -> list[str]:
+    """A figure in both formats. `{reconstructor}` in its name is a folder."""
+    return [f"<figures>/{name}.pdf", f"<figures>/{name}.png"]
+
+
+def expanded(pattern: str, **values: Iterable[object]) -> list[str]:
+    """A pattern with every combination of values in its braces; other braces stay as they are."""
+    found = []
+    for combination in product(*(list(each) for each in values.values())):
+        text = pattern
+        for key, value in zip(values, combination, strict=True):
+            text = text.replace(f"{{{key}}}", str(value))
+        found.append(text)
+    return found
+
+
+def capture(kinds: Sequence[str] = CAPTURE, folder: str = SCENE, prefix: str = "") -> Paths:
+    """Name -> file of a canonical capture.
+
+    Args:
+        kinds: keys of `FILES`.
+        folder: of the capture.
+        prefix: of the names, with an underscore at its end.
+    """
+    return {f"{prefix}{kind}": f"{folder}/{FILES[kind]}" for kind in kinds}
+
+
+def captures(
+    scenes: Iterable[str], kinds: Sequence[str] = CAPTURE, folder: str = "", prefix: str = ""
+) -> Paths:
+    """Name -> files of several canonical captures, one a scene.
+
+    Args:
+        scenes: dataset/scene of each.
+        kinds: keys of `FILES`.
+        folder: within the scene's, with a slash at its end.
+        prefix: of the names, with an underscore at its end.
+    """
+    names = list(scenes)
+    return {
+        f"{prefix}{kind}": [f"<results>/{name}/{folder}{FILES[kind]}" for name in names]
+        for kind in kinds
+    }
+
+
+def of_draws(experiment: Experiment, name: str, draws: Iterable[int] | None = None) -> list[str]:
+    """A file of every draw of the scene in the wildcards, or of some draws."""
+    chosen = range(experiment.config["draws"]) if draws is None else draws
+    return [f"{SCENE}/draw{n}/{name}" for n in chosen]
+
+
+def of_problems(problems: Iterable[str], name: str) -> list[str]:
+    """A file of every problem, dataset/scene/draw; of every scene, dataset/scene."""
+    return [f"<results>/{problem}/{name}" for problem in problems]
+
+
+def of_scenes(scenes: Iterable[Scene], name: str, draws: Iterable[int] | None = None) -> list[str]:
+    """A file of every scene, or of each of its draws."""
+    parts = [""] if draws is None else [f"draw{n}/" for n in draws]
+    return [f"<results>/{d}/{s}/{part}{name}" for d, s in scenes for part in parts]
+
+
+def joined(scenes: Iterable[Scene]) -> list[str]:
+    """dataset/scene of every scene."""
+    return [f"{dataset}/{scene}" for dataset, scene in scenes]
+
+
+def labelled(experiment: Experiment) -> list[str]:
+    """dataset/scene of every labelled scene."""
+    return [f"{experiment.trained}/{scene}" for scene in experiment.labelled]
+
+
+def label_files(experiment: Experiment, scenes: Iterable[str] | None = None) -> list[str]:
+    """The searched subsets of every labelled scene and coverage, or of some scenes."""
+    return expanded(
+        "<results>/labels/{scene}/p{coverage}.parquet",
+        scene=experiment.labelled if scenes is None else scenes,
+        coverage=experiment.config["coverages"],
+    )
+
+
+def of_labelled(experiment: Experiment, name: str) -> list[str]:
+    """`splits` or `features` of every labelled scene, at all coverages."""
+    return [f"<results>/labels/{scene}/{name}.parquet" for scene in experiment.labelled]
+
+
+def embedded(experiment: Experiment) -> Paths:
+    """What an embedded capture is made from: family, seed, layout, number of frames and size."""
+    entries = experiment.datasets.entries
+    return {
+        **experiment.config["embedded"],
+        "layout": lambda wildcards: entries[wildcards.dataset]["layout"],
+        "family": lambda wildcards: entries[wildcards.dataset]["embedded"]["family"],
+        "seed": experiment.scene_seed,
+    }
+
+
+def ingested(experiment: Experiment, long_side: int) -> Paths:
+    """How the capture in the wildcards is read, with images of some size."""
+    datasets = experiment.datasets
+    return {
+        "reading": lambda wildcards: datasets.reading(wildcards.dataset, wildcards.scene),
+        "long_side": long_side,
+        "at_least": lambda wildcards: experiment.frames_needed(
+            datasets.role_of(wildcards.dataset, wildcards.scene)
+        ),
+    }
+
+
+def scorer_files(experiment: Experiment, policy: str) -> Paths:
+    """Scorers of a policy that are trained here, one a seed, with a log beside each."""
+    folder = experiment.scorer_folder(policy)
+    return {
+        "weights": [f"{folder}/seed{seed}.safetensors" for seed in experiment.seeds],
+        "logs": [f"{folder}/seed{seed}.parquet" for seed in experiment.seeds],
+    }
+
+
+def training(experiment: Experiment, policy: str) -> Paths:
+    """How a policy is trained."""
+    config = experiment.config["training"]
+    settings = {key: config[key] for key in ("epochs", "learning_rate")}
+    return {"policy": policy, "scenes": list(experiment.labelled), **settings}
+
+
+def held_out_scenes(experiment: Experiment) -> list[Scene]:
+    """Evaluation scenes of the labelled dataset, at least one."""
+    trained = experiment.trained
+    found = experiment.scenes(trained, "evaluation")
+    if not found:
+        refuse(
+            f"{trained} has no evaluation scenes",
+            "this experiment is made on evaluation scenes of training.dataset",
+        )
+    return [(trained, scene) for scene in found]
+
+
+def held_out_problems(experiment: Experiment) -> list[str]:
+    """Problems on which selections are compared with the search, at least one."""
+    found, config = experiment.searched_problems(), experiment.config
+    if not found:
+        refuse(
+            f"{experiment.trained} has no evaluation scenes, or oracle.draws is 0",
+            "the comparison with the search is made on evaluation scenes of training.dataset",
+        )
+    if config["search"]["k"] not in config["budgets"]:
+        refuse(
+            f"search.k is {config['search']['k']}, which is not among budgets {config['budgets']}",
+            "selections are compared with the search at its own budget",
+        )
+    return found
+
+
+def rooms(experiment: Experiment) -> list[Scene]:
+    """The evaluation scenes filmed in several passes, at least one."""
+    held_out: Mapping[str, Mapping[str, list[str]]] = experiment.config["crosscapture"]["held_out"]
+    entries = experiment.datasets.entries
+
+    def in_passes(dataset: str, scene: str) -> bool:
+        if held_out:
+            return scene in held_out.get(dataset, {})
+        entry = entries[dataset]
+        return bool(entry.get("passes", entry["layout"] == "seven_scenes"))
+
+    found = [scene for scene in experiment.evaluation_scenes if in_passes(*scene)]
+    named = {(d, s) for d in held_out for s in held_out[d] if d in entries}
+    if unknown := sorted(joined(named - set(found))):
+        refuse(
+            f"crosscapture.held_out: {unknown} are no evaluation scenes",
+            "it names datasets, their scenes, and passes of each",
+        )
+    if not found:
+        refuse(
+            "no dataset with evaluation scenes was filmed in several passes",
+            "the cross-capture experiment needs layout seven_scenes, a dataset with `passes: "
+            "true`, or crosscapture.held_out",
+        )
+    return found
+
+
+def passes(experiment: Experiment, wildcards: Any) -> list[str]:
+    """The passes of a room that are held out in turn; none for each of all."""
+    named = experiment.config["crosscapture"]["held_out"].get(wildcards.dataset, {})
+    found: list[str] = named.get(wildcards.scene, [])
+    return found
+
+
+def object_scenes(experiment: Experiment) -> list[Scene]:
+    """The captures that are about an object, at least one."""
+    found = experiment.with_role("object")
+    if not found:
+        refuse(
+            "no dataset has `object` scenes",
+            "the object-centric experiment needs captures with masks of an object",
+        )
+    return found
+
+
+def first_scenes(experiment: Experiment) -> list[Scene]:
+    """Every dataset's first evaluation scene."""
+    return [(d, experiment.scenes(d, "evaluation")[0]) for d in experiment.labels()]
+
+
+def posed_twice(experiment: Experiment) -> list[Scene]:
+    """The evaluation scenes with a second source of poses, at least one."""
+    named, model = (experiment.config["pose_sources"][key] for key in ("dataset", "model"))
+    entry = experiment.datasets.entries.get(named, {})
+    if named is None or named in experiment.datasets.missing:
+        refuse(
+            f"pose_sources.dataset is {named}" + (", which is not there" if named else ""),
+            "name a dataset on disk, and in `model` the folder of a COLMAP model inside each "
+            "scene, such as another estimator's export",
+        )
+    if entry.get("root") is None:
+        refuse(
+            f"pose_sources.dataset is {named!r}, no dataset with a `root`",
+            "a second source of poses is a folder inside each scene",
+        )
+    found = experiment.scenes(named, "evaluation")
+    if missing := [s for s in found if not Path(entry["root"], s, model).is_dir()]:
+        refuse(
+            f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(found)} scenes "
+            f"of {named}: {missing[:3]}",
+            "export the second source's poses as a COLMAP model there",
+        )
+    return [(named, scene) for scene in found]

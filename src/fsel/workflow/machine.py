@@ -1,0 +1,42 @@
+"""The environment that jobs start in: what they inherit, and the image of a container."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from fsel.workflow.refusal import Refusal
+
+FOLDER = Path(__file__).resolve().parents[3]  # of the checkout that holds the workflow
+IMAGE = FOLDER / "workflow" / "envs" / "fsel.sif"
+KEPT = 32 << 20  # bytes
+
+INHERITED = {
+    # every evaluation makes and drops arrays of megabytes: glibc would hand their pages back to the
+    # kernel each time and ask for them anew, 8 % of a search
+    "MALLOC_MMAP_THRESHOLD_": str(KEPT),
+    "MALLOC_TRIM_THRESHOLD_": str(KEPT),
+}
+
+
+def prepare() -> None:
+    """Set what every job inherits, unless it is set already."""
+    for name, value in INHERITED.items():
+        os.environ.setdefault(name, value)
+    # images of containers often set it: every job would compile pandas anew, a second each
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+def check_image() -> None:
+    """Refuse `--software-deployment-method apptainer` without the image that jobs would run in.
+
+    Raises:
+        Refusal: when it is not there.
+    """
+    if not IMAGE.exists():
+        raise Refusal(
+            f"no {IMAGE}, the image for --software-deployment-method apptainer\n"
+            f"Hint: apptainer build {IMAGE} {IMAGE.with_suffix('.def')}"
+        )
+    # the image holds what the library needs; the library is this one
+    os.environ.update(PYTHONPATH=str(FOLDER / "src"))

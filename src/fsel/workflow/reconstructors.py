@@ -1,0 +1,43 @@
+"""The reconstructors that a configuration names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fsel.workflow.refusal import refuse
+
+Section = Mapping[str, Any]
+
+
+def named(sections: Section | Sequence[Section], where: str) -> dict[str, Section]:
+    """Name -> section of each reconstructor, in order; `as` gives a name of its own.
+
+    Args:
+        sections: one, or several.
+        where: the key that they stand under.
+
+    Raises:
+        Refusal: when two have the same name.
+    """
+    found: dict[str, Section] = {}
+    for section in [sections] if isinstance(sections, Mapping) else sections:
+        name = section.get("as", section["name"])
+        if name in found:
+            refuse(f"{where} has two named {name!r}", "`as` gives one of them another name")
+        found[name] = without_name(section)
+    return found
+
+
+def without_name(section: Section) -> Section:
+    """A section as reconstructors take it."""
+    return {key: value for key, value in section.items() if key != "as"}
+
+
+def described(name: str, section: Section) -> dict[str, Any]:
+    """What a caption says of a reconstructor."""
+    own = section["name"]
+    return {
+        "reconstructor": own if own == name else f"{name} ({own})",
+        "long_side": section["long_side"],
+    }

@@ -1,0 +1,150 @@
+"""The checked configuration: its scenes, problems and seeds."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Self
+
+import yaml
+
+from fsel.workflow import checks, reconstructors
+from fsel.workflow.datasets import Datasets, Section, kinds_of
+from fsel.workflow.schema import complete, read_schema
+
+PAGE = "config/README.md describes every key"
+Scene = tuple[str, str]  # dataset, scene
+
+
+@dataclass(frozen=True)
+class Settings:
+    """A configuration with its defaults, whose parts fit together: scenes, problems and seeds.
+
+    Attributes:
+        config: every key with its value; `datasets` are those that are there.
+        folder: of the workflow, where `workflow`, `config` and `src` lie.
+        datasets: where their captures are, and which are missing.
+        reconstructors: name -> section of those that evaluate; the first labels too.
+        labeller: section of the reconstructor that labels.
+    """
+
+    config: Mapping[str, Any]
+    folder: Path
+    datasets: Datasets
+    reconstructors: Mapping[str, Section]
+    labeller: Section
+
+    @classmethod
+    def load(cls, config: dict[str, Any], folder: Path) -> Self:
+        """Complete a configuration and take it apart; what must be there is not looked at.
+
+        Args:
+            config: as it was read; defaults are put in.
+            folder: of the workflow.
+
+        Raises:
+            Refusal: for an unknown key, or a value that is not allowed.
+        """
+        schemas = folder / "workflow" / "schemas"
+        complete(config, read_schema(schemas / "config.schema.yaml"), PAGE)
+        path = Path(config["sources"] or folder / "config" / "sources.yaml")
+        sources = yaml.safe_load(path.read_text(encoding="utf-8"))
+        complete(sources, read_schema(schemas / "sources.schema.yaml"), f"in {path}", str(path))
+        for name, entry in config["datasets"].items():
+            checks.check_kind(name, entry)
+        datasets = Datasets.of(config["datasets"], sources)
+        named = reconstructors.named(config["reconstruction"], "reconstruction")
+        labeller = config["search"].get("reconstruction") or next(iter(named.values()))
+        search = {key: value for key, value in config["search"].items() if key != "reconstruction"}
+        own = {**config, "datasets": datasets.entries, "search": search}
+        return cls(own, folder, datasets, named, reconstructors.without_name(labeller))
+
+    def check(self) -> None:
+        """Refuse parts that do not fit together, and what would only fail after hours of work."""
+        trained = self.trained
+        checks.check_datasets(self.datasets)
+        checks.check_search(self.config["search"])
+        checks.check_scenes(self.datasets, trained)
+        needed = {role: self.frames_needed(role) for role in ("train", "evaluation", "object")}
+        needed["validation"] = needed["train"]
+        checks.check_frames(self.datasets, needed, self.config["embedded"]["frames"])
+
+    @property
+    def trained(self) -> str:
+        """The dataset whose scenes are labelled."""
+        return str(self.config["training"]["dataset"])
+
+    def scenes(self, dataset: str, role: str) -> list[str]:
+        """Names of a dataset's scenes with a role, in order."""
+        return self.datasets.scenes(dataset, role)
+
+    def with_role(self, role: str) -> list[Scene]:
+        """The scenes of all datasets with a role."""
+        return [(d, scene) for d in self.datasets.entries for scene in self.scenes(d, role)]
+
+    @cached_property
+    def evaluation_scenes(self) -> list[Scene]:
+        """The scenes that the tables are of."""
+        return self.with_role("evaluation")
+
+    def problems(self, draws: int | None = None) -> list[str]:
+        """dataset/scene/draw of every evaluation problem, or of those of the first draws."""
+        count = self.config["draws"] if draws is None else draws
+        return [f"{d}/{s}/draw{n}" for d, s in self.evaluation_scenes for n in range(count)]
+
+    def searched_problems(self) -> list[str]:
+        """Problems of the labelled dataset's evaluation scenes that are searched, if any."""
+        draws = range(self.config["oracle"]["draws"])
+        scenes = self.scenes(self.trained, "evaluation")
+        return [f"{self.trained}/{scene}/draw{n}" for scene in scenes for n in draws]
+
+    @cached_property
+    def labelled(self) -> dict[str, str]:
+        """Scene of the labelled dataset -> its role, `train` or `validation`."""
+        roles = ("train", "validation")
+        return {scene: role for role in roles for scene in self.scenes(self.trained, role)}
+
+    @cached_property
+    def practised(self) -> list[str]:
+        """dataset/scene of the scenes that refinement practises on."""
+        most = self.config["refinement"]["scenes"]
+        scenes = self.scenes
+        return [f"{d}/{s}" for d in self.datasets.entries for s in scenes(d, "train")[:most]]
+
+    def frames_needed(self, role: str) -> int:
+        """Least frames of a scene with a role."""
+        return checks.frames_needed(self.config, role)
+
+    def budget_near(self, k: int) -> int:
+        """The largest budget up to a number of frames, or the smallest."""
+        return checks.budget_near(self.config["budgets"], k)
+
+    def scene_seed(self, wildcards: Any, *parts: object) -> int:
+        """A seed from the names of a scene and what it is for: adding a scene changes no other."""
+        return self._seed(wildcards.dataset, wildcards.scene, *parts)
+
+    def _seed(self, *parts: object) -> int:
+        return zlib.crc32("/".join(map(str, [self.config["seed"], *parts])).encode())
+
+    def training_seed(self, wildcards: Any) -> int:
+        """The seed of a labelled scene's search."""
+        return self._seed(self.trained, wildcards.scene)
+
+    def draw_seeds(self, wildcards: Any) -> list[int]:
+        """The seeds of a scene's selections, one a draw."""
+        return [self.scene_seed(wildcards, "select", n) for n in range(self.config["draws"])]
+
+    def generated(self, dataset: str, scene: str) -> dict[str, Any] | None:
+        """What made an embedded capture, from which its exact depth is cast; None for others."""
+        entry = self.datasets.entries[dataset]
+        if kinds_of(entry) != ["embedded"]:
+            return None
+        return {
+            "family": entry["embedded"]["family"],
+            "seed": self.scene_seed(SimpleNamespace(dataset=dataset, scene=scene)),
+            "recorded": self.config["embedded"]["frames"],
+        }

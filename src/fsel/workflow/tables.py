@@ -1,0 +1,236 @@
+"""Tables and figures as data: a file says what its functions read, write and take.
+
+`fsel.experiments.TABLES` lists them; workflow/rules/paper.smk and studies.smk declare the rules.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.refusal import Refusal
+from fsel.workflow.resources import Size
+
+Values = Mapping[str, Any]
+"""Name -> value, or a function of the wildcards that returns it."""
+
+SMALL = Size()
+WILDCARD = re.compile(r"\{(\w+)\}")
+
+
+def nothing(experiment: Experiment) -> Values:
+    """No inputs, or no params."""
+    return {}
+
+
+@dataclass(frozen=True)
+class Job:
+    """A rule: a function of the library, and where its arguments come from.
+
+    Attributes:
+        function: what is run; the rule has its name. Its parameters are the inputs, outputs and
+            params of their names (see `fsel.workflow.job.arguments`).
+        outputs: name -> path, or paths. Wildcards in braces; `{reconstructor}` is the folder of a
+            reconstructor with its slash, and empty for the first.
+        message: what is printed when it starts.
+        inputs: experiment -> name -> path, paths, or a function of the wildcards that returns them.
+            It may refuse an experiment that lacks what the job needs.
+        params: experiment -> name -> value, or a function of the wildcards. One that is named
+            `reconstruction` decides whether the job needs a GPU, and which sources it depends on.
+        size: of the job.
+        name: of the rule, where it is not the function's.
+    """
+
+    function: Callable[..., None]
+    outputs: Values
+    message: str
+    inputs: Callable[[Experiment], Values] = nothing
+    params: Callable[[Experiment], Values] = nothing
+    size: Size = SMALL
+    name: str = ""
+
+    @property
+    def rule(self) -> str:
+        """Name of the rule."""
+        return self.name or self.function.__name__
+
+    @property
+    def home(self) -> str:
+        """`module:function`."""
+        return f"{self.function.__module__}:{self.function.__name__}"
+
+
+@dataclass(frozen=True)
+class Table(Job):
+    """The rule that writes a table or draws a figure, and the rules of its file that come before.
+
+    Outputs named `table`, `numbers`, `differences` and `figures` are shown in the report.
+
+    Attributes:
+        title: printed in the report.
+        caption: a paragraph of the report, in reStructuredText.
+        category: a heading of the report.
+        jobs: the rules that its inputs come from, besides those of the stages. One that several
+            tables have is declared once.
+        needs: what is asked of the experiment besides inputs and params, when it is found out
+            whether the table can be made; each may refuse it.
+        targets: experiment -> the paths that stand for it in `paper`; its first output by default.
+    """
+
+    title: str = ""
+    caption: str = ""
+    category: str = "Tables"
+    jobs: Sequence[Job] = ()
+    needs: Sequence[Callable[[Experiment], object]] = ()
+    targets: Callable[[Experiment], list[str]] | None = None
+
+    def paths(self, experiment: Experiment) -> list[str]:
+        """The paths that stand for the table."""
+        if self.targets is not None:
+            return self.targets(experiment)
+        return [_first(self.outputs).replace("{reconstructor}", "")]
+
+
+def report_labels(title: str, output: str) -> Callable[[Any], dict[str, str]]:
+    """Input function: what the report prints beside an output of `SHOWN`.
+
+    Args:
+        title: of the table or figure; the name of a further reconstructor is added.
+        output: its name.
+    """
+    kind = "figure" if output == "figures" else "table"
+    form = {} if output == "figures" else {"form": "LaTeX" if output == "table" else "numbers"}
+    differences = ", differences" if output == "differences" else ""
+
+    def labels(wildcards: Any) -> dict[str, str]:
+        folder = getattr(wildcards, "reconstructor", "").rstrip("/")
+        return {kind: f"{title}{differences}" + (f", {folder}" if folder else ""), **form}
+
+    return labels
+
+
+PAPER = "Paper"  # category of the tables that `paper` makes
+SHOWN = ("table", "numbers", "differences", "figures")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A job of an experiment, as Snakemake takes it.
+
+    Attributes:
+        name, message: of the rule.
+        inputs, params, resources: see `Job`; `params` say by `job` which function is run.
+        outputs: name -> path or paths.
+        log, benchmark: their paths.
+        shown: name of an output -> category and labels in the report.
+    """
+
+    name: str
+    message: str
+    inputs: Values
+    outputs: Values
+    params: Values
+    resources: Values
+    log: str
+    benchmark: str
+    shown: Mapping[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The tables of an experiment.
+
+    Attributes:
+        entries: name -> table, those of the paper.
+        experiment: the run's.
+    """
+
+    entries: Mapping[str, Table]
+    experiment: Experiment
+
+    def rules(self) -> list[Rule]:
+        """The rules of all tables; those that several share once."""
+        jobs: dict[str, Job] = {}
+        for table in self.entries.values():
+            for job in (*table.jobs, table):
+                jobs.setdefault(job.rule, job)
+        return [self._rule(job) for job in jobs.values()]
+
+    def _rule(self, job: Job) -> Rule:
+        experiment = self.experiment
+        try:
+            inputs, params = job.inputs(experiment), job.params(experiment)
+        except Refusal as refusal:
+            inputs, params = {"refused": _raising(refusal)}, {}
+        reconstruction = params.get("reconstruction")
+        shown = {}
+        if isinstance(job, Table):
+            names = [name for name in SHOWN if name in job.outputs]
+            shown = {
+                n: {"category": job.category, "labels": report_labels(job.title, n)} for n in names
+            }
+        return Rule(
+            job.rule,
+            job.message,
+            {**inputs, "lib": experiment.library(job.function.__module__, reconstruction)},
+            job.outputs,
+            {**params, "job": job.home},
+            experiment.resources(job.size, reconstruction),
+            f"<results>/logs/{_place(job)}.log",
+            f"<results>/benchmarks/{_place(job)}.jsonl",
+            shown,
+        )
+
+    def captions(self) -> dict[str, str]:
+        """Rule -> caption in the report."""
+        return {table.rule: table.caption for table in self.entries.values()}
+
+    def of_the_paper(self) -> list[str]:
+        """Paths of the paper's tables that can be made here; what cannot, and why, is printed."""
+        made, said = self.possible()
+        if said:
+            count = sum(table.category == PAPER for table in self.entries.values())
+            head = f"paper: of {count} tables and figures, these cannot be made or are of less:"
+            print("\n".join([head, *said]), file=sys.stderr)
+        return made
+
+    def possible(self) -> tuple[list[str], list[str]]:
+        """Paths of the paper's tables that can be made here, and lines that say what cannot."""
+        made: list[str] = []
+        reasons = self.experiment.datasets.missing.values()
+        said = [f"  left out: {reason}" for reason in reasons]
+        for name, table in self.entries.items():
+            if table.category != PAPER:
+                continue
+            try:
+                for need in (table.inputs, table.params, *table.needs):
+                    need(self.experiment)
+                made += table.paths(self.experiment)
+            except Refusal as refusal:
+                reason = str(refusal).removeprefix("config: ").splitlines()[0]
+                said.append(f"  not made: {name}: {reason}")
+        return made, said
+
+
+def _place(job: Job) -> str:
+    """The rule's name in the reconstructor's folder, and the other wildcards below it."""
+    wildcards = dict.fromkeys(WILDCARD.findall(_first(job.outputs)))
+    folder = "{reconstructor}" if "reconstructor" in wildcards else ""
+    others = [f"{{{name}}}" for name in wildcards if name != "reconstructor"]
+    return "/".join([f"{folder}{job.rule}", *others])
+
+
+def _first(outputs: Values) -> str:
+    path = next(iter(outputs.values()))
+    return str(path if isinstance(path, str) else path[0])
+
+
+def _raising(refusal: Refusal) -> Callable[[Any], list[str]]:
+    def refused(wildcards: Any) -> list[str]:
+        raise refusal
+
+    return refused

@@ -1,0 +1,148 @@
+"""Every method on every evaluation problem, and what came of it.
+
+Inputs: problems and trained selectors.
+Outputs: <results>/{dataset}/{scene}/draw{draw}/selections.parquet and, of every reconstructor,
+evaluation.parquet; the searches' {subsets,oracle}.parquet; <tables>/ksweep.{tex,csv},
+<tables>/ksweep_differences.csv, <tables>/heatmap.csv, <figures>/heatmap.{pdf,png}.
+"""
+
+
+use rule stage as select with:
+    input:
+        **inputs.capture(inputs.DESCRIBED),
+        splits=inputs.of_draws(experiment, "split.parquet"),
+        features=inputs.of_draws(experiment, "features.parquet"),
+        weights=experiment.scorers,
+        lib=experiment.library("select"),
+    output:
+        selections=inputs.of_draws(experiment, "selections.parquet"),
+    log:
+        "<results>/logs/select/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/select/{dataset}/{scene}.jsonl"
+    resources:
+        **experiment.resources(Size(2000, 30, "capture")),
+    params:
+        budgets=experiment.config["budgets"],
+        seeds=experiment.draw_seeds,
+    message:
+        "Selecting frames of {wildcards.dataset}/{wildcards.scene}"
+
+
+use rule stage as evaluate with:
+    input:
+        **inputs.capture(),
+        splits=inputs.of_draws(experiment, "split.parquet"),
+        selections=inputs.of_draws(experiment, "selections.parquet"),
+        lib=experiment.library("evaluate", experiment.reconstruction_of),
+    output:
+        evaluations=inputs.of_draws(experiment, "{reconstructor}evaluation.parquet"),
+    log:
+        "<results>/logs/{reconstructor}evaluate/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/{reconstructor}evaluate/{dataset}/{scene}.jsonl"
+    resources:
+        **experiment.resources(
+            Size(4000, 180, "reconstruction"), experiment.reconstruction_of
+        ),
+    params:
+        reconstruction=experiment.reconstruction_of,
+        metrics=experiment.metrics,
+    message:
+        "Reconstructing {wildcards.dataset}/{wildcards.scene} from every selection"
+
+
+use rule stage as search_oracle with:
+    input:
+        **inputs.capture(inputs.DESCRIBED),
+        split="<results>/{dataset}/{scene}/draw{draw}/split.parquet",
+        lib=experiment.library("search_oracle", experiment.reconstruction),
+    output:
+        subsets="<results>/{dataset}/{scene}/draw{draw}/subsets.parquet",
+        oracle="<results>/{dataset}/{scene}/draw{draw}/oracle.parquet",
+    log:
+        "<results>/logs/search_oracle/{dataset}/{scene}/draw{draw}.log",
+    benchmark:
+        "<results>/benchmarks/search_oracle/{dataset}/{scene}/draw{draw}.jsonl"
+    resources:
+        **experiment.resources(
+            Size(4000, 120, "reconstruction"), experiment.reconstruction
+        ),
+    params:
+        search=experiment.config["search"],
+        reconstruction=experiment.reconstruction,
+        fitness=experiment.fitness,
+        metrics=experiment.metrics,
+        seed=lambda wildcards: experiment.scene_seed(
+            wildcards, "oracle", wildcards.draw
+        ),
+    message:
+        "Searching {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}, to compare with"
+
+
+use rule stage as ksweep with:
+    input:
+        evaluations=inputs.of_problems(
+            experiment.problems(), "{reconstructor}evaluation.parquet"
+        ),
+        oracles=lambda wildcards: inputs.of_problems(
+            experiment.searched_by(wildcards), "oracle.parquet"
+        ),
+        lib=experiment.library("ksweep"),
+    output:
+        table=report(
+            "<tables>/{reconstructor}ksweep.tex",
+            caption="../report/ksweep.rst",
+            category="Tables",
+            labels=report_labels("Input budget sweep", "table"),
+        ),
+        numbers=report(
+            "<tables>/{reconstructor}ksweep.csv",
+            caption="../report/ksweep.rst",
+            category="Tables",
+            labels=report_labels("Input budget sweep", "numbers"),
+        ),
+        differences=report(
+            "<tables>/{reconstructor}ksweep_differences.csv",
+            caption="../report/ksweep.rst",
+            category="Tables",
+            labels=report_labels("Input budget sweep", "differences"),
+        ),
+    log:
+        "<results>/logs/{reconstructor}ksweep.log",
+    benchmark:
+        "<results>/benchmarks/{reconstructor}ksweep.jsonl"
+    params:
+        problems=experiment.problems(),
+        searched=experiment.searched_by,
+        datasets=experiment.labels(),
+        budgets=experiment.config["budgets"],
+        metrics=experiment.metrics,
+        facts=experiment.facts_of,
+    message:
+        "Writing the budget sweep"
+
+
+use rule stage as heatmap with:
+    input:
+        numbers="<tables>/{reconstructor}ksweep.csv",
+        differences="<tables>/{reconstructor}ksweep_differences.csv",
+        lib=experiment.library("heatmap"),
+    output:
+        figures=report(
+            multiext("<figures>/{reconstructor}heatmap", ".pdf", ".png"),
+            caption="../report/heatmap.rst",
+            category="Heatmaps",
+            labels=report_labels("Gain over the strongest baseline", "figures"),
+        ),
+        cells="<tables>/{reconstructor}heatmap.csv",
+    log:
+        "<results>/logs/{reconstructor}heatmap.log",
+    benchmark:
+        "<results>/benchmarks/{reconstructor}heatmap.jsonl"
+    params:
+        datasets=experiment.labels(),
+        budgets=experiment.config["budgets"],
+        reconstructor=lambda wildcards: wildcards.reconstructor.rstrip("/"),
+    message:
+        "Drawing the gain over the strongest baseline"
