@@ -150,8 +150,8 @@ def trials(tried: Tried) -> str:
     scores = ", ".join(f"{trial.name} {trial.gain:+.2f}" for trial in known) or "none was scored"
     cut = ", cut off by the time" if tried.cut else ""
     return (
-        f"{counted(len(tried.trials), 'selection')} on {tried.validation} of the capture's own frames, "
-        f"{counted(tried.fits, 'fit')}{cut}; kept: {tried.kept}. dB over every n-th frame "
+        f"{counted(len(tried.trials), 'selection')} on {tried.validation} of the capture's own "
+        f"frames, {counted(tried.fits, 'fit')}{cut}; kept: {tried.kept}. dB over every n-th frame "
         f"({tried.trials[0].name}): {scores}"
     )
 

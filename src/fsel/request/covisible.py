@@ -23,6 +23,8 @@ ROUNDS = 4  # over all picks, each of which may be exchanged
 RISE = 1e-6  # share by which an exchange must raise the value: sums are not more exact
 
 _jit = numba.njit(cache=True, nogil=True)
+Pairs = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""What `_pairs` returns."""
 
 
 def covisible(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
@@ -35,9 +37,9 @@ def covisible(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
         k: how many.
     """
     seen = tracks(problem, pool)
-    start, partner, worth = _pairs(seen.arrays, _kept(seen), FOLD)
-    weight = _weights(seen.row, partner, len(pool))
-    return np.sort(_exchanged(start, partner, worth, weight, k, ROUNDS))
+    pairs = _pairs(seen.arrays, _kept(seen), FOLD)
+    weight = _weights(seen.row, pairs[1], len(pool))
+    return np.sort(_exchanged(pairs, weight, k, ROUNDS))
 
 
 def _kept(seen: Tracks) -> np.ndarray:
@@ -58,7 +60,7 @@ def _weights(row: np.ndarray, partner: np.ndarray, count: int) -> np.ndarray:
 
 
 @_jit
-def _pairs(arrays, kept, fold):
+def _pairs(arrays: tuple[np.ndarray, ...], kept: np.ndarray, fold: float) -> Pairs:
     """For each row: the observations of the points it sees, its own too, and its worth for each.
 
     Returns (n + 1,) starts of the rows' parts, (P,) int32 observations, (P,) float32 worths.
@@ -91,8 +93,9 @@ def _pairs(arrays, kept, fold):
 
 
 @_jit
-def _gain(r, start, partner, worth, weight, first, second):
+def _gain(r: int, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
     """What a row adds to the value of the picks, which serve each observation as noted."""
+    start, partner, worth = pairs
     total = 0.0
     for at in range(start[r], start[r + 1]):
         e, value = partner[at], worth[at]
@@ -106,8 +109,9 @@ def _gain(r, start, partner, worth, weight, first, second):
 
 
 @_jit
-def _add(r, start, partner, worth, first, second):
+def _add(r: int, pairs: Pairs, first: np.ndarray, second: np.ndarray) -> None:
     """Note the best and second best worth of every observation with one pick more."""
+    start, partner, worth = pairs
     for at in range(start[r], start[r + 1]):
         e, value = partner[at], worth[at]
         if value > first[e]:
@@ -117,27 +121,29 @@ def _add(r, start, partner, worth, first, second):
 
 
 @_jit
-def _best(picked, start, partner, worth, weight, first, second):
+def _best(
+    picked: np.ndarray, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: np.ndarray
+) -> tuple[int, float]:
     """The free row that adds most, and how much; the lowest of equals."""
     most, best = -1.0, -1
     for r in range(len(picked)):
         if not picked[r]:
-            gain = _gain(r, start, partner, worth, weight, first, second)
+            gain = _gain(r, pairs, weight, first, second)
             if gain > most:
                 most, best = gain, r
     return best, most
 
 
 @_jit
-def _exchanged(start, partner, worth, weight, k, rounds):
+def _exchanged(pairs: Pairs, weight: np.ndarray, k: int, rounds: int) -> np.ndarray:
     """(k,) rows: the greedy ones, each exchanged for a better one as long as there is any."""
-    n, count = len(start) - 1, len(weight)
+    n, count = len(pairs[0]) - 1, len(weight)
     first, second = np.zeros(count, np.float32), np.zeros(count, np.float32)
     picked, picks = np.zeros(n, np.bool_), np.empty(k, np.int64)
     for i in range(k):
-        picks[i], _ = _best(picked, start, partner, worth, weight, first, second)
+        picks[i], _ = _best(picked, pairs, weight, first, second)
         picked[picks[i]] = True
-        _add(picks[i], start, partner, worth, first, second)
+        _add(picks[i], pairs, first, second)
     for _ in range(rounds):
         changed = False
         for i in range(k):
@@ -145,9 +151,9 @@ def _exchanged(start, partner, worth, weight, k, rounds):
             second[:] = 0
             for j in range(k):
                 if j != i:
-                    _add(picks[j], start, partner, worth, first, second)
-            own = _gain(picks[i], start, partner, worth, weight, first, second)
-            best, most = _best(picked, start, partner, worth, weight, first, second)
+                    _add(picks[j], pairs, first, second)
+            own = _gain(picks[i], pairs, weight, first, second)
+            best, most = _best(picked, pairs, weight, first, second)
             if best >= 0 and most > own * (1 + RISE):
                 picked[picks[i]], picked[best] = False, True
                 picks[i], changed = best, True

@@ -97,7 +97,7 @@ def reconstruction(name: str) -> dict[str, Any]:
 
 
 def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> Swapped:
-    """Return the best of swaps in some seconds, scored by the reconstructor of `refine` at 64 pixels.
+    """Return the best of swaps in some seconds, scored as `refine` says, at 64 pixels.
 
     Args:
         problem: see `problem_swaps`; its capture's images are read.

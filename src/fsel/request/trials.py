@@ -1,4 +1,4 @@
-"""Selections that the capture itself judges, where nobody says what will be rendered.
+"""Selections tried on the capture itself, where nobody says what will be rendered.
 
 Not in the paper. No simple rule is good on every capture: every n-th frame is hard to beat where a
 camera moves steadily and bad where photos lie in clusters. So a few selections are reconstructed by
@@ -54,7 +54,7 @@ def tried(problem: Problem, rule: np.ndarray, patience: Patience) -> Tried | Non
 
     Returns:
         What was found; None without patience, or where there are too few frames to reconstruct
-        from or to judge by.
+        from or to score on.
     """
     started = time.perf_counter()
     race = race_of(problem, rule) if patience.seconds else None
