@@ -54,12 +54,12 @@ def test_covered_picks_leave_no_stretch_without_one():
     heap = rng.normal(scale=0.05, size=(30, 3))
     far = np.array([[40.0, 0, 0], [80, 0, 0], [120, 0, 0]])
     capture = capture_of(np.concatenate([heap, far]), np.tile(np.eye(3), (33, 1, 1)))
-    picks = fsel.select(capture, 5, patience=0, covered=True).indices
+    picks = fsel.select(capture, 5, patience=0, k_center=True).indices
     assert len(set(picks)) == 5
     assert {30, 31, 32} <= set(picks)
 
 
 def test_a_cover_goes_with_a_number_alone():
     capture = capture_of(np.eye(3)[[0, 1, 2, 0, 1, 2]] * 2, np.tile(np.eye(3), (6, 1, 1)))
-    with pytest.raises(ValueError, match="a cover is asked for, and the views to be rendered"):
-        fsel.select(capture, 2, targets="every:3", covered=True)
+    with pytest.raises(ValueError, match="a k-center is wanted, and the views to be rendered"):
+        fsel.select(capture, 2, targets="every:3", k_center=True)

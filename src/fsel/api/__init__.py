@@ -1,5 +1,6 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
+from fsel.api.covering import check_cover
 from fsel.api.reconstruction import evaluate, fit
 from fsel.api.request import (
     ALL_FRAMES,
@@ -18,6 +19,7 @@ __all__ = [
     "AUTO",
     "LEAST_FRAMES",
     "Selection",
+    "check_cover",
     "checked_request",
     "described",
     "evaluate",

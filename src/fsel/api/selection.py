@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fsel.api.covering import check_cover, cover_of, near_all, seeing_all
 from fsel.api.request import (
     checked_request,
     method_of,
@@ -22,10 +23,9 @@ from fsel.images.sharpness import sharpness as measure_sharpness
 from fsel.request import budget
 from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
-from fsel.request.cover import covering
+from fsel.request.cover import Cover
 from fsel.request.focus import Focus
 from fsel.request.patience import Patience, Tried
-from fsel.request.places import scene_places
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish
@@ -48,6 +48,7 @@ class Selection:
             excluded.
         budget: how k was found, where it was to be found.
         tried: what was tried on the capture's own frames, where nothing but k was stated.
+        cover: how often the picks see the sparse points, where a cover was stated.
         swapped: what swaps changed and gained, where swaps were wanted. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
         exchanged: name of a pick -> that of the blurred one whose place it took. At a smaller
@@ -60,20 +61,22 @@ class Selection:
     seconds: float
     budget: Budget | None = None
     tried: Tried | None = None
+    cover: Cover | None = None
     swapped: Swapped | None = None
     exchanged: dict[str, str] = field(default_factory=dict)
 
 
 def select(
     capture: Capture,
-    k: int | str | Auto,
+    k: int | str | Auto | None,
     targets: Request | Targets = None,
     method: str | Method | None = None,
     seed: int = 0,
     *,
     weights: str | Path | None = None,
     patience: float | Patience | None = None,
-    covered: bool = False,
+    cover: int = 0,
+    k_center: bool = False,
     refine: float | Refine | None = None,
     sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | None = None,
@@ -86,7 +89,8 @@ def select(
     Args:
         capture: what `read_capture` returns.
         k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: found
-            among the first picks of a nested method, see `fsel.request.budget`.
+            among the first picks of a nested method, see `fsel.request.budget`. None: as `cover`
+            says.
         targets: what will be rendered. None: anything that the capture saw. `every:8`: the frames
             0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
             by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
@@ -101,9 +105,11 @@ def select(
             neither targets nor a method, an object or frames; else 0. The same picks are kept on
             every machine that makes the planned reconstructions in that time. Or `fsel.Patience`,
             to watch or end them.
-        covered: whether `fsel` shall leave no frame farther from its picks than three times what
-            the best cover by k frames reaches, see `fsel.request.cover`. For picks that are not
-            tried, where nothing but k is stated.
+        cover: how often each sparse point that so many frames see is to be seen by the picks, see
+            `fsel.request.multicover`. With k, what is left of it is picked by the method; k of None
+            for as few as needed.
+        k_center: whether `fsel` shall leave no frame farther from its picks than three times what
+            the best cover by k frames reaches, see `fsel.request.cover`. It goes with k alone.
         refine: seconds in which swaps are tried that real reconstructions of the capture score, see
             `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
             them.
@@ -130,7 +136,8 @@ def select(
     method = method_of(method, weights)
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus, always, never)
-    trying = patience_of(patience, k, targets, method, focus, named=named)
+    check_cover(cover, k, targets, method, refine=refine is not None)
+    trying = patience_of(patience, k, targets, method, focus, cover, named=named)
     sharpness_of = _sharpness_of(capture, sharpness)
     known = np.zeros(len(capture))
     if "sharpness" in method.reads:
@@ -138,16 +145,19 @@ def select(
     if descriptors is None and "appearance" in method.reads:
         descriptors = described(capture)
     ranked = _ranked_by(method, seed)
-    number = number_of(k)
+    number = None if k is None else number_of(k)
     started = time.perf_counter()
     problem = request_problem(capture, targets, known, focus, descriptors)
-    if covered:
-        problem = _covered(problem, number, stated_beside(k, targets, method, focus))
+    if k_center:
+        problem = _near_all(problem, number, stated_beside(k, targets, method, focus, cover))
+    if cover:
+        problem = seeing_all(problem, number, cover)
+    count = len(problem.given) if number is None else number
     chosen = None
-    if isinstance(number, Auto):
-        frames, scores, chosen = _enough(problem, targets.views, ranked, number)
+    if isinstance(count, Auto):
+        frames, scores, chosen = _enough(problem, targets.views, ranked, count)
     else:
-        frames, scores = ranked(problem, number)
+        frames, scores = ranked(problem, count)
     frames, scores, tried = _tried(problem, frames, scores, trying)
     seconds, began, swapped = time.perf_counter() - started, frames, None
     sharp = sharpened(method, problem, frames, sharpness_of)
@@ -166,18 +176,15 @@ def select(
     names = tuple(capture.names[i] for i in frames)
     stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
     instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
-    return Selection(names, frames, scores, seconds, chosen, tried, swapped, instead)
+    reached = cover_of(problem, frames, cover) if cover else None
+    return Selection(names, frames, scores, seconds, chosen, tried, reached, swapped, instead)
 
 
-def _covered(problem: Problem, k: int | Auto, stated: str) -> Problem:
-    """The same with frames that are picked first, so that none is left far from the picks."""
-    if stated or isinstance(k, Auto):
-        raise ValueError(
-            f"a cover is asked for, and {stated}; it goes with a number of frames alone"
-        )
-    pool = problem.observed
-    rows = covering(scene_places(problem.capture, pool), k)
-    return replace(problem, given=pool[rows])
+def _near_all(problem: Problem, k: int | Auto | None, stated: str) -> Problem:
+    """See `near_all`; refused where more than a number of frames is stated."""
+    if stated or not isinstance(k, int):
+        raise ValueError(f"a k-center is wanted, and {stated}; it goes with a number of frames")
+    return near_all(problem, k)
 
 
 def _tried(

@@ -82,6 +82,8 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
     tried, swapped = outcome.selection.tried, outcome.selection.swapped
     if tried is not None:
         console.say("tried", record.trials(tried))
+    if outcome.selection.cover is not None:
+        console.say("cover", record.covered(outcome.selection.cover))
     if swapped is not None:
         console.say(
             "refined",
@@ -100,7 +102,7 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
 
 def _checked(
     asked: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
-) -> tuple[int | Auto, Focus | None, Targets]:
+) -> tuple[int | Auto | None, Focus | None, Targets]:
     """The number of frames, the object and the targets that are asked for.
 
     What cannot be done is refused here, before any image is opened.
@@ -116,6 +118,7 @@ def _checked(
     targets = api.checked_request(
         capture, k, asked.targets, method, focus, asked.always, asked.never
     )
+    api.check_cover(asked.cover, k, targets, method, refine=asked.refine is not None)
     what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
         what += "" if focus else " and as many beside them"
@@ -153,7 +156,9 @@ def _select(
             method,
             asked.seed,
             patience=trials,
-            covered=asked.geometry_only and not api.stated_beside(k, targets, method, focus),
+            cover=asked.cover,
+            k_center=asked.geometry_only
+            and not api.stated_beside(k, targets, method, focus, asked.cover),
             refine=refine,
             sharpness=sharpness_of,
             focus=focus,
@@ -178,7 +183,11 @@ def _refine(asked: argparse.Namespace) -> Refine | None:
 
 
 def _patience(
-    asked: argparse.Namespace, k: int | Auto, targets: Targets, method: Method, focus: Focus | None
+    asked: argparse.Namespace,
+    k: int | Auto | None,
+    targets: Targets,
+    method: Method,
+    focus: Focus | None,
 ) -> Patience:
     """How long selections are tried, which opens images."""
     if asked.geometry_only:
@@ -188,7 +197,7 @@ def _patience(
             )
         return Patience(0)
     named = not (asked.method is None and asked.weights is None)
-    return api.patience_of(asked.patience, k, targets, method, focus, named=named)
+    return api.patience_of(asked.patience, k, targets, method, focus, asked.cover, named=named)
 
 
 def _measuring(opened: LazyCapture, console: Console, seconds: dict[str, float]) -> SharpnessOf:
@@ -236,7 +245,7 @@ def _read(
     """
     if asked.refine is not None or "appearance" in method.reads:
         return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-    if method.tracks or patience.seconds:
+    if method.tracks or patience.seconds or asked.cover:
         with console.clock("points"):
             return opened.with_all_points()
     if asked.k == api.AUTO:
@@ -270,8 +279,8 @@ def _described(
     return found
 
 
-def _budget(asked: argparse.Namespace, opened: LazyCapture) -> int | Auto:
-    """The number of frames, or how it is to be found."""
+def _budget(asked: argparse.Namespace, opened: LazyCapture) -> int | Auto | None:
+    """The number of frames, or how it is to be found; None for as many as a cover takes."""
     if asked.k != api.AUTO:
         return asked.k
     camera = opened.raw.cameras[0]

@@ -49,6 +49,7 @@ def selection_content(
         },
         "settings": _settings(asked, method),
         "tried": _tried(outcome.selection.tried),
+        "cover": None if outcome.selection.cover is None else asdict(outcome.selection.cover),
         "refined": None
         if swapped is None
         else {
@@ -95,6 +96,7 @@ def _settings(asked: argparse.Namespace, method: Method) -> dict:
         "weights": str(asked.weights.resolve()) if asked.weights else None,
         "seed": asked.seed,
         "patience": asked.patience,
+        "cover": asked.cover,
         "refine": asked.refine,
         "appearance": asked.appearance if "appearance" in method.reads else None,
         "masks": str(asked.masks) if asked.masks else None,

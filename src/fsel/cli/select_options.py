@@ -17,6 +17,8 @@ from fsel.cli.values import (
 from fsel.request.memory import TRAINERS
 from fsel.request.refine import SETTINGS
 
+MOST_TIMES = 20  # that a point is to be seen
+
 
 def add_select(commands) -> None:
     command = capture_command(
@@ -25,8 +27,15 @@ def add_select(commands) -> None:
     command.add_argument(
         "-k",
         type=number_or_auto,
-        required=True,
         help="how many frames, or auto: until more are predicted to gain too little",
+    )
+    command.add_argument(
+        "--cover",
+        type=whole(1, MOST_TIMES),
+        default=0,
+        metavar="TIMES",
+        help="as few frames as needed so that every sparse point that so many frames see is seen "
+        "so often, from different directions; with -k, the rest of it is picked as usual",
     )
     command.add_argument(
         "--patience",

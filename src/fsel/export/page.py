@@ -9,7 +9,7 @@ from importlib.resources import files
 
 from fsel.data.points import SparsePoints
 from fsel.export.drawings import SHOWN, service_chart, sharpness_chart, shown, top_view
-from fsel.export.record import Outcome, reason, trials
+from fsel.export.record import Outcome, covered, reason, trials
 from fsel.export.scene import turning_view
 from fsel.request.targets import ALL
 from fsel.utils.wording import counted
@@ -39,6 +39,7 @@ def page(
     """
     name = escape(outcome.capture.source)
     budget, tried = outcome.selection.budget, outcome.selection.tried
+    cover = outcome.selection.cover
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
@@ -49,6 +50,7 @@ def page(
         f"{counted(len(outcome.targets.views), 'view')}.</p>",
         *([] if budget is None else [f"<p>{escape(reason(budget))}.</p>"]),
         *([] if tried is None else [f"<p>Tried {escape(trials(tried))}.</p>"]),
+        *([] if cover is None else [f"<p>{escape(covered(cover))}.</p>"]),
         *_figures(outcome, points),
         "<h2>Picks, in order</h2>",
         '<ol class="sheet">',

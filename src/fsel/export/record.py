@@ -15,6 +15,7 @@ from fsel.data.subsets import evenly
 from fsel.export.service import Service, closest_pick, service_of
 from fsel.request.blur import SHARPER, blurred
 from fsel.request.budget import Budget
+from fsel.request.cover import Cover
 from fsel.request.patience import Tried
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
 from fsel.utils.wording import counted
@@ -153,6 +154,16 @@ def trials(tried: Tried) -> str:
         f"{counted(len(tried.trials), 'selection')} on {tried.validation} of the capture's own "
         f"frames, {counted(tried.fits, 'fit')}{cut}; kept: {tried.kept}. dB over every n-th frame "
         f"({tried.trials[0].name}): {scores}"
+    )
+
+
+def covered(cover: Cover) -> str:
+    """How often points are seen, in words."""
+    full, even = cover.picks[-1] / cover.points, cover.even[-1] / cover.points
+    return (
+        f"{cover.points:,} points that {counted(cover.times, 'frame')} or more see: "
+        f"{counted(cover.frames, 'frame')} are enough to see each {cover.times} times; the picks "
+        f"see {full:.1%} of them so often, as many frames evenly spaced {even:.1%}"
     )
 
 

@@ -1,4 +1,4 @@
-"""A guarantee of cover, for picks that no image is looked at for.
+"""Guarantees of cover: of frames by poses, for picks that no image is looked at for; of points.
 
 Not in the paper. The rule alone may leave a long stretch of a capture without a pick. A traversal
 to the farthest frame, again and again, leaves no frame farther from its first k frames than twice
@@ -9,11 +9,32 @@ farther from the picks than three times what the best cover by as many frames re
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from fsel.request.places import distances_to
 
 SLACK = 1.5  # of the radius that the whole traversal reaches
+
+
+@dataclass(frozen=True)
+class Cover:
+    """A cover of the sparse points, see `fsel.request.multicover`.
+
+    Attributes:
+        times: how often each point is to be seen.
+        frames: how many frames it took.
+        points: that so many frames or more see.
+        picks: (times + 1,) how many of them the picks see 0, 1, ..., `times` times or more.
+        even: the same of as many frames evenly spaced.
+    """
+
+    times: int
+    frames: int
+    points: int
+    picks: tuple[int, ...]
+    even: tuple[int, ...]
 
 
 def covering(places: np.ndarray, k: int) -> np.ndarray:
