@@ -59,6 +59,16 @@ def test_every_point_is_seen_so_often_and_from_two_sides(times):
         assert apart >= min(ANGLE, best) / 2
 
 
+def test_a_share_of_the_points_takes_fewer_rows():
+    problem = with_points(random_problem(30), count=200)
+    seen = tracks(problem, problem.observed)
+    every, most = multicover(seen, 2), multicover(seen, 2, 0.8)
+    assert len(most) < len(every)
+    np.testing.assert_array_equal(most, every[: len(most)])
+    reached = [(sightings(seen, every[:m])[wanted(seen, 2)] >= 2).mean() for m in range(30)]
+    assert reached[len(most)] >= 0.8 > reached[len(most) - 1]
+
+
 def test_it_is_not_far_from_the_smallest_cover():
     for seed in range(10):
         sees = np.random.default_rng(seed).random((12, 9)) < 0.3
@@ -101,6 +111,8 @@ def test_covers_that_cannot_be_are_refused(ring, tmp_path, capsys):
     few = len(fsel.select(capture, None, cover=3).indices)
     for asked, said in (
         ({"k": few - 1, "cover": 3}, f"k is {few - 1}, and a cover of 3 takes {few} frames"),
+        ({"k": 6, "cover": 1, "cover_share": 1.5}, "share of a cover is 1.5; allowed: above 0"),
+        ({"k": 6, "cover_share": 0.5}, "0.5 of the points are to be seen, and no cover is stated"),
         ({"k": None}, "neither a number of frames nor a cover is stated"),
         ({"k": 6, "cover": -1}, "cover is -1; allowed: 1 or more"),
         ({"k": 6, "cover": 25}, "cover is 25, and no point of .* is seen by so many of 24"),

@@ -76,6 +76,7 @@ def select(
     weights: str | Path | None = None,
     patience: float | Patience | None = None,
     cover: int = 0,
+    cover_share: float = 1.0,
     k_center: bool = False,
     refine: float | Refine | None = None,
     sharpness: np.ndarray | SharpnessOf | None = None,
@@ -108,6 +109,8 @@ def select(
         cover: how often each sparse point that so many frames see is to be seen by the picks, see
             `fsel.request.multicover`. With k, what is left of it is picked by the method; k of None
             for as few as needed.
+        cover_share: of these points. All of them often take nearly all frames, since many points
+            are seen by hardly more frames than that.
         k_center: whether `fsel` shall leave no frame farther from its picks than three times what
             the best cover by k frames reaches, see `fsel.request.cover`. It goes with k alone.
         refine: seconds in which swaps are tried that real reconstructions of the capture score, see
@@ -136,7 +139,7 @@ def select(
     method = method_of(method, weights)
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus, always, never)
-    check_cover(cover, k, targets, method, refine=refine is not None)
+    check_cover(cover, cover_share, k, targets, method, refine=refine is not None)
     trying = patience_of(patience, k, targets, method, focus, cover, named=named)
     sharpness_of = _sharpness_of(capture, sharpness)
     known = np.zeros(len(capture))
@@ -151,7 +154,7 @@ def select(
     if k_center:
         problem = _near_all(problem, number, stated_beside(k, targets, method, focus, cover))
     if cover:
-        problem = seeing_all(problem, number, cover)
+        problem = seeing_all(problem, number, cover, cover_share)
     count = len(problem.given) if number is None else number
     chosen = None
     if isinstance(count, Auto):
@@ -176,7 +179,7 @@ def select(
     names = tuple(capture.names[i] for i in frames)
     stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
     instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
-    reached = cover_of(problem, frames, cover) if cover else None
+    reached = cover_of(problem, frames, cover, cover_share) if cover else None
     return Selection(names, frames, scores, seconds, chosen, tried, reached, swapped, instead)
 
 

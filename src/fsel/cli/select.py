@@ -118,7 +118,8 @@ def _checked(
     targets = api.checked_request(
         capture, k, asked.targets, method, focus, asked.always, asked.never
     )
-    api.check_cover(asked.cover, k, targets, method, refine=asked.refine is not None)
+    swapped = asked.refine is not None
+    api.check_cover(asked.cover, asked.cover_share, k, targets, method, refine=swapped)
     what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
         what += "" if focus else " and as many beside them"
@@ -157,6 +158,7 @@ def _select(
             asked.seed,
             patience=trials,
             cover=asked.cover,
+            cover_share=asked.cover_share,
             k_center=asked.geometry_only
             and not api.stated_beside(k, targets, method, focus, asked.cover),
             refine=refine,

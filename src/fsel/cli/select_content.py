@@ -97,6 +97,7 @@ def _settings(asked: argparse.Namespace, method: Method) -> dict:
         "seed": asked.seed,
         "patience": asked.patience,
         "cover": asked.cover,
+        "cover_share": asked.cover_share,
         "refine": asked.refine,
         "appearance": asked.appearance if "appearance" in method.reads else None,
         "masks": str(asked.masks) if asked.masks else None,

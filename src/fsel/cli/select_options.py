@@ -38,6 +38,13 @@ def add_select(commands) -> None:
         "so often, from different directions; with -k, the rest of it is picked as usual",
     )
     command.add_argument(
+        "--cover-share",
+        type=positive,
+        default=1.0,
+        metavar="SHARE",
+        help="of these points, as 0.9; all by default, which often take nearly all frames",
+    )
+    command.add_argument(
         "--patience",
         type=duration_or_none,
         metavar="TIME",

@@ -157,13 +157,18 @@ def trials(tried: Tried) -> str:
     )
 
 
+def _part(share: float) -> str:
+    """How many points are to be seen, in words."""
+    return "each" if share == 1 else f"{share:.0%}"
+
+
 def covered(cover: Cover) -> str:
     """How often points are seen, in words."""
     full, even = cover.picks[-1] / cover.points, cover.even[-1] / cover.points
     return (
         f"{cover.points:,} points that {counted(cover.times, 'frame')} or more see: "
-        f"{counted(cover.frames, 'frame')} are enough to see each {cover.times} times; the picks "
-        f"see {full:.1%} of them so often, as many frames evenly spaced {even:.1%}"
+        f"{counted(cover.frames, 'frame')} are enough to see {_part(cover.share)} {cover.times} "
+        f"times; the picks see {full:.1%} of them so often, as many frames evenly spaced {even:.1%}"
     )
 
 

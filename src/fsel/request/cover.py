@@ -24,6 +24,7 @@ class Cover:
 
     Attributes:
         times: how often each point is to be seen.
+        share: of the points that is to be seen so often.
         frames: how many frames it took.
         points: that so many frames or more see.
         picks: (times + 1,) how many of them the picks see 0, 1, ..., `times` times or more.
@@ -31,6 +32,7 @@ class Cover:
     """
 
     times: int
+    share: float
     frames: int
     points: int
     picks: tuple[int, ...]

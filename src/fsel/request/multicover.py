@@ -17,8 +17,8 @@ Arrays = tuple[np.ndarray, ...]
 _jit = numba.njit(cache=True, nogil=True)
 
 
-def multicover(seen: Tracks, times: int) -> np.ndarray:
-    """(m,) int64 rows, most useful first, so that every point is seen `times` times.
+def multicover(seen: Tracks, times: int, share: float = 1.0) -> np.ndarray:
+    """(m,) int64 rows, most useful first, so that points are seen `times` times.
 
     What counts are the points that so many rows see. Two rows or more are to see a point from
     directions two degrees apart, or as far apart as any two rows do. A row that widens the
@@ -27,9 +27,13 @@ def multicover(seen: Tracks, times: int) -> np.ndarray:
     Args:
         seen: which rows see which points, see `fsel.baselines.covisibility.tracks`.
         times: 1 or more.
+        share: of the points that count, which is to be seen so often. All of them often take all
+            rows: many points are seen by hardly more rows than `times`.
     """
+    counted = wanted(seen, times)
+    enough = int(np.ceil(share * counted.sum()))
     least = _widest(seen.arrays) if times > 1 else np.zeros(len(seen.point_start) - 1)
-    return _greedy(seen.arrays, wanted(seen, times), least, times)
+    return _greedy(seen.arrays, counted, least, times, enough)
 
 
 def wanted(seen: Tracks, times: int) -> np.ndarray:
@@ -78,12 +82,18 @@ def _widened(arrays: Arrays, own: int, picked: np.ndarray, width: float) -> floa
 
 
 @_jit
-def _greedy(arrays: Arrays, counted: np.ndarray, least: np.ndarray, times: int) -> np.ndarray:
-    """The row that adds most, again and again until none adds anything; the lowest of equals."""
+def _greedy(
+    arrays: Arrays, counted: np.ndarray, least: np.ndarray, times: int, enough: int
+) -> np.ndarray:
+    """The row that adds most, again and again; the lowest of equals.
+
+    Of all points, until none adds anything; of some, until enough of them are seen so often.
+    """
     _, _, point, _, row_start, seen = arrays
     n = len(row_start) - 1
     picked, rows = np.zeros(n, np.bool_), np.empty(n, np.int64)
     count, width = np.zeros(len(counted), np.int64), np.zeros(len(counted))
+    served, total = 0, counted.sum()
     for step in range(n):
         most, best = 0.0, -1
         for r in range(n):
@@ -98,11 +108,13 @@ def _greedy(arrays: Arrays, counted: np.ndarray, least: np.ndarray, times: int) 
                             gain += (min(wider, least[p]) - width[p]) / least[p]
             if gain > most:
                 most, best = gain, r
-        if best < 0:
+        if best < 0 or (enough < total and served >= enough):
             return rows[:step]
         for at in range(row_start[best], row_start[best + 1]):
             p = point[seen[at]]
             count[p] += 1
+            if counted[p] and count[p] == times:
+                served += 1
             width[p] = _widened(arrays, seen[at], picked, width[p])
         picked[best], rows[step] = True, best
     return rows
