@@ -14,6 +14,14 @@ from fsel.cli.console import Console
 from fsel.cli.refining import refining
 from fsel.cli.request import focus_of, inputs_of, reasons
 from fsel.cli.select_content import selection_content
+from fsel.cli.select_limits import (
+    budget_of,
+    check_budget,
+    form_of,
+    k_center_of,
+    patience_of,
+    refine_of,
+)
 from fsel.cli.trying import trying
 from fsel.data.capture import Capture
 from fsel.data.problem import Method
@@ -26,12 +34,10 @@ from fsel.ingest.lazy import LONG_SIDE, LazyCapture
 from fsel.outputs.records import FolderRecord
 from fsel.outputs.staging import staged
 from fsel.request.blur import SharpnessOf
-from fsel.request.budget import THRESHOLD, Auto
+from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.hidden import behind
-from fsel.request.memory import SPLATS
 from fsel.request.patience import Patience
-from fsel.request.refine import Refine
 from fsel.request.targets import ALL, ORBIT, Targets
 from fsel.utils.wording import counted
 
@@ -42,10 +48,10 @@ THUMBNAIL = 240  # pixels of the longer side, in the report
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     started = time.perf_counter()
-    _check_budget(asked)
+    check_budget(asked)
     method = api.method_of(asked.method, asked.weights)
     _check_appearance(asked, method)
-    _refine(asked)
+    refine_of(asked)
     with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, SIDES[asked.appearance])
         seconds = {"read": time.perf_counter() - started}
@@ -56,7 +62,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         held = outcome.targets.frames
         pictures = _pictures(asked, opened, picks, held)
         with console.clock("writing"):
-            points = subset.write(stage, opened, picks, held, _form(asked, opened))
+            points = subset.write(stage, opened, picks, held, form_of(asked, opened))
         report = page(outcome, entries, left, pictures, points)
         (stage / "report.html").write_text(report, encoding="utf-8")
         names = "".join(f"{name}\n" for name in outcome.selection.names)
@@ -114,7 +120,7 @@ def _checked(
         console.warn(f"{counted(len(gone), 'frame')} left out: {reasons(gone)}")
     subset.check_cameras(opened.raw)
     focus = focus_of(asked, opened)
-    k = _budget(asked, opened)
+    k = budget_of(asked, opened)
     targets = api.checked_request(
         capture, k, asked.targets, method, focus, asked.always, asked.never
     )
@@ -142,14 +148,14 @@ def _select(
 ) -> record.Outcome:
     """Select as the command line asks."""
     k, focus, targets = _checked(asked, console, opened, method)
-    patience = _patience(asked, k, targets, method, focus)
+    patience = patience_of(asked, k, targets, method, focus)
     sharpness, sharpness_of = None, _measuring(opened, console, seconds)
     if asked.geometry_only:
         sharpness_of = np.zeros(len(opened.capture)).__getitem__
     elif asked.sharpness or "sharpness" in method.reads:
         sharpness = sharpness_of(np.arange(len(opened.capture)))
     capture = _read(asked, console, opened, method, patience)
-    with trying(patience, console) as trials, refining(_refine(asked), console) as refine:
+    with trying(patience, console) as trials, refining(refine_of(asked), console) as refine:
         selection = api.select(
             capture,
             k,
@@ -159,8 +165,7 @@ def _select(
             patience=trials,
             cover=asked.cover,
             cover_share=asked.cover_share,
-            k_center=asked.geometry_only
-            and not api.stated_beside(k, targets, method, focus, asked.cover),
+            k_center=k_center_of(asked, k, targets, method, focus),
             refine=refine,
             sharpness=sharpness_of,
             focus=focus,
@@ -168,38 +173,6 @@ def _select(
         )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
-
-
-def _refine(asked: argparse.Namespace) -> Refine | None:
-    """For how long swaps are tried, and what scores them."""
-    if asked.refine is None:
-        if asked.reconstructor is not None:
-            raise ValueError(
-                f"--reconstructor is {asked.reconstructor}, which scores swaps alone. "
-                "Hint: --refine 30s"
-            )
-        return None
-    if asked.geometry_only:
-        raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
-    return Refine(asked.refine, reconstructor=asked.reconstructor or Refine.reconstructor)
-
-
-def _patience(
-    asked: argparse.Namespace,
-    k: int | Auto | None,
-    targets: Targets,
-    method: Method,
-    focus: Focus | None,
-) -> Patience:
-    """How long selections are tried, which opens images."""
-    if asked.geometry_only:
-        if asked.patience:
-            raise ValueError(
-                "--patience reconstructs from images, which --geometry-only leaves unopened"
-            )
-        return Patience(0)
-    named = not (asked.method is None and asked.weights is None)
-    return api.patience_of(asked.patience, k, targets, method, focus, asked.cover, named=named)
 
 
 def _measuring(opened: LazyCapture, console: Console, seconds: dict[str, float]) -> SharpnessOf:
@@ -279,42 +252,6 @@ def _described(
     found = descriptors(np.asarray(capture.images), asked.appearance, asked.appearance_weights)
     seconds["appearance"] = time.perf_counter() - started
     return found
-
-
-def _budget(asked: argparse.Namespace, opened: LazyCapture) -> int | Auto | None:
-    """The number of frames, or how it is to be found; None for as many as a cover takes."""
-    if asked.k != api.AUTO:
-        return asked.k
-    camera = opened.raw.cameras[0]
-    scale = (_form(asked, opened).long_side or opened.longest) / opened.longest
-    return Auto(
-        THRESHOLD if asked.threshold is None else asked.threshold,
-        asked.memory if asked.vram is None else asked.vram,
-        (max(1, round(camera.width * scale)), max(1, round(camera.height * scale))),
-        asked.trainer or SPLATS,
-    )
-
-
-def _check_budget(asked: argparse.Namespace) -> None:
-    """Refuse options of -k auto without it, and a GPU without the trainer that takes it."""
-    bounds = (asked.threshold, asked.memory, asked.vram)
-    if asked.k != api.AUTO and any(bound is not None for bound in bounds):
-        raise ValueError(
-            "--threshold, --memory and --vram go with -k auto alone, and k is "
-            f"{asked.k}. Hint: -k auto"
-        )
-    if (asked.vram is None) != (asked.trainer is None):
-        raise ValueError("--vram and --trainer go together, as --vram 8GB --trainer gsplat")
-
-
-def _form(asked: argparse.Namespace, opened: LazyCapture) -> subset.Form:
-    """How the subset is written."""
-    side = asked.long_side
-    if asked.downscale is not None:
-        side = max(1, round(opened.longest / asked.downscale))
-    if side is not None and side >= opened.longest:
-        side = None
-    return subset.Form(asked.link, side, asked.points, not asked.geometry_only, asked.masks)
 
 
 def _pictures(
