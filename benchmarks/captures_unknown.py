@@ -2,13 +2,16 @@
 
     OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 python benchmarks/captures_unknown.py measure FOLDER... \
         --rows rows.jsonl
+    ... measure FOLDER... --rows made.jsonl --made
     python benchmarks/captures_unknown.py page --rows rows.jsonl -o docs/results/captures_unknown.md
 
 One frame in eight is held out and not announced. Each selection of the others is reconstructed by
 `gaussians` (128 pixels, 600 steps, 6,000 Gaussians) and scored on the frames held out: every n-th
 frame, the rule alone (`--patience 0`), what is kept after trying on the capture's own frames (the
 default), and picks by geometry alone. What is tried makes all its planned fits, whatever the time.
-A row is written as soon as it is known; rows that are there are not measured again.
+`--made` measures on four captures made of each: a pause of a third of its length, six bursts, the same
+path filmed twice, and the second time in other light. A row is written as soon as it is known; rows that
+are there are not measured again.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ import argparse
 import json
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,8 +41,78 @@ from fsel.request.trials import race_of
 EVERY = 8  # one frame in so many is held out
 LONG_SIDE, SETTINGS = 128, {"steps": 600, "gaussians": 6000}
 EVEN, RULE, TRIED = "every n-th frame", "the rule alone", "tried"
+PAUSE, BURSTS, LIGHT = 1 / 3, 6, 1.4  # share of the frames; how many; factor of the intensities
+NOISE = 3.0  # grey levels, of a sensor whose frames show the same
 ENDLESS = Patience(float("inf"))
 SHARE = 2  # fits of a selection in the first heat, as ten seconds plan
+
+
+MADE_HEAD = (
+    "Made of real captures: the camera stands still for a third of the frames (with noise of 3 grey "
+    "levels); half of the frames, in six bursts; every second frame and then the others; the same "
+    "with the second pass 1.4 times as bright. PSNR over every n-th frame, the rule alone / tried.\n"
+)
+
+
+def paused(capture: Capture) -> Capture:
+    """The camera stands still at a third of the way, for a third of the frames."""
+    n = len(capture)
+    still = np.full(round(n * PAUSE / (1 - PAUSE)), n // 3)
+    order = np.concatenate([np.arange(n // 3), still, np.arange(n // 3, n)])
+    images = np.asarray(capture.images)[order].astype(np.float64)
+    pause = slice(n // 3, n // 3 + len(still))
+    images[pause] += np.random.default_rng(0).normal(0, NOISE, images[pause].shape)
+    return repeated(capture, order, images)
+
+
+def in_bursts(capture: Capture) -> Capture:
+    """Half of the frames, in six bursts."""
+    within = np.arange(len(capture)) * BURSTS / len(capture) % 1
+    return capture.subset(np.flatnonzero(within < 0.5))
+
+
+def filmed_twice(capture: Capture) -> Capture:
+    """Every second frame, then the others: two passes along one path."""
+    n = len(capture)
+    return capture.subset(np.concatenate([np.arange(0, n, 2), np.arange(1, n, 2)]))
+
+
+def in_other_light(capture: Capture) -> Capture:
+    """Two passes, the second one brighter."""
+    twice = filmed_twice(capture)
+    images = np.asarray(twice.images).astype(np.float64)
+    images[(len(capture) + 1) // 2 :] *= LIGHT
+    return repeated(twice, np.arange(len(twice)), images)
+
+
+def repeated(capture: Capture, order: np.ndarray, images: np.ndarray) -> Capture:
+    """Frames of a capture in some order, which may repeat them, with other images."""
+    points = capture.points
+    if points is not None:
+        seen = [np.flatnonzero(points.track_frame == frame) for frame in order]
+        points = replace(
+            points,
+            track_point=points.track_point[np.concatenate(seen)],
+            track_frame=np.repeat(np.arange(len(order)), [len(part) for part in seen]),
+        )
+    return replace(
+        capture,
+        names=tuple(f"{at:05d}" for at in range(len(order))),
+        world_to_camera=capture.world_to_camera[order],
+        intrinsics=capture.intrinsics[order],
+        images=np.clip(np.round(images), 0, 255).astype(np.uint8),
+        sequences=tuple(capture.sequences[frame] for frame in order),
+        points=points,
+        masks=None,
+    )
+
+
+MADE = {
+    "pause": paused,
+    "bursts": in_bursts,
+    "two passes": filmed_twice,
+    "other light": in_other_light,
+}
 
 
 def selections(capture: Capture, k: int) -> tuple[dict[str, np.ndarray], str, int]:
@@ -55,14 +129,15 @@ def selections(capture: Capture, k: int) -> tuple[dict[str, np.ndarray], str, in
     return {EVEN: even, RULE: rule, TRIED: outcome.frames}, outcome.kept, outcome.fits
 
 
-def rows(folder: Path, starts: list[int], budgets: list[int], known: set[tuple]) -> Iterator[dict]:
+def rows(
+    name: str, full: Capture, starts: list[int], budgets: list[int], known: set[tuple]
+) -> Iterator[dict]:
     """One a capture, hold-out, budget and method; those that are known are left out."""
-    full = read_capture(folder, long_side=LONG_SIDE)
     for start in starts:
         held = np.arange(start, len(full), EVERY)
         seen = np.setdiff1d(np.arange(len(full)), held)
         for k in budgets:
-            head = {"capture": folder.name, "start": start, "k": k}
+            head = {"capture": name, "start": start, "k": k}
             if k >= len(seen) or tuple(head.values()) in known:
                 continue
             picks, kept, fits = selections(full.subset(seen), k)
@@ -91,15 +166,36 @@ def measure(asked: argparse.Namespace) -> None:
         table = pd.read_json(asked.rows, lines=True)
         known = set(table[["capture", "start", "k"]].itertuples(index=False, name=None))
     with asked.rows.open("a") as file:
-        for folder in asked.folders:
-            for row in rows(folder, asked.starts, asked.budgets, known):
+        for name, capture in captures(asked):
+            for row in rows(name, capture, asked.starts, asked.budgets, known):
                 print(json.dumps(row), file=file, flush=True)
                 print(*row.values(), flush=True)
+
+
+def captures(asked: argparse.Namespace) -> Iterator[tuple[str, Capture]]:
+    """Those on disk, or what is made of them, and their names."""
+    for folder in asked.folders:
+        capture = read_capture(folder, long_side=LONG_SIDE)
+        if not asked.made:
+            yield folder.name, capture
+            continue
+        for how, make in MADE.items():
+            yield f"{folder.name}, {how}", make(capture)
 
 
 def page(asked: argparse.Namespace) -> None:
     """Write the page of results."""
     table = pd.read_json(asked.rows, lines=True)
+    each = _each(table)
+    parts = [_head(table), _summary(each), _by_capture(each), _kept(table)]
+    if asked.made_rows:
+        made = pd.read_json(asked.made_rows, lines=True)
+        parts += ["## Pauses, bursts, passes\n", MADE_HEAD, _by_capture(_each(made))]
+    asked.out.write_text("\n".join(parts))
+
+
+def _each(table: pd.DataFrame) -> pd.DataFrame:
+    """Differences from every n-th frame, one row a budget and capture, over its hold-outs."""
     cells = table.pivot_table(
         index=["capture", "start", "k"], columns="method", values=["psnr", "ssim"]
     ).dropna()
@@ -111,9 +207,7 @@ def page(asked: argparse.Namespace) -> None:
         },
         axis=1,
     )
-    each = gains.groupby(["k", "capture"]).mean()
-    parts = [_head(table), _summary(each), _by_capture(each), _kept(table)]
-    asked.out.write_text("\n".join(parts))
+    return gains.groupby(["k", "capture"]).mean()
 
 
 def _head(table: pd.DataFrame) -> str:
@@ -181,10 +275,12 @@ def main() -> None:
     command = commands.add_parser("measure")
     command.add_argument("folders", nargs="+", type=Path, help="captures on disk")
     command.add_argument("--rows", type=Path, required=True, help="file that rows are added to")
+    command.add_argument("--made", action="store_true", help="on captures made of them, see above")
     command.add_argument("--starts", type=int, nargs="+", default=[3, 7], help="first held out")
     command.add_argument("--budgets", type=int, nargs="+", default=[10, 20, 30])
     command = commands.add_parser("page")
     command.add_argument("--rows", type=Path, required=True)
+    command.add_argument("--made-rows", type=Path, help="of captures made of them")
     command.add_argument("-o", "--out", type=Path, required=True)
     asked = parser.parse_args()
     globals()[asked.what](asked)
