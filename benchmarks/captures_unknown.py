@@ -8,10 +8,10 @@
 One frame in eight is held out and not announced. Each selection of the others is reconstructed by
 `gaussians` (128 pixels, 600 steps, 6,000 Gaussians) and scored on the frames held out: every n-th
 frame, the rule alone (`--patience 0`), what is kept after trying on the capture's own frames (the
-default), and picks by geometry alone. What is tried makes all its planned fits, whatever the time.
-`--made` measures on four captures made of each: a pause of a third of its length, six bursts, the same
-path filmed twice, and the second time in other light. A row is written as soon as it is known; rows that
-are there are not measured again.
+default). What is tried makes all its planned fits, whatever the time. `--made` measures on four
+captures made of each: a pause of a third of its length, six bursts, the same path filmed twice, and
+the second time in other light. A row is written as soon as it is known; rows that are there are not
+measured again.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ SHARE = 2  # fits of a selection in the first heat, as ten seconds plan
 
 
 MADE_HEAD = (
-    "Made of real captures: the camera stands still for a third of the frames (with noise of 3 grey "
-    "levels); half of the frames, in six bursts; every second frame and then the others; the same "
-    "with the second pass 1.4 times as bright. PSNR over every n-th frame, the rule alone / tried.\n"
+    "Made of real captures: the camera stands still for a third of the frames (with noise of 3 "
+    "grey levels); half of the frames, in six bursts; every second frame and then the others; the "
+    "same with the second pass 1.4 times as bright.\n"
 )
 
 
