@@ -3,11 +3,15 @@ CORES ?= 2
 # images of containers often set it: every process would compile pandas anew, a second each
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: ksweep test weights labels docs
+.PHONY: ksweep check test weights labels docs rulegraph
 
 # the whole experiment: results/tables/ksweep.tex and results/figures/heatmap.pdf
 ksweep: .venv/installed
 	.venv/bin/snakemake --cores $(CORES)
+
+# whether that run has the bytes of the tables that the documentation quotes: docs/numerics.md
+check: .venv/installed
+	.venv/bin/python -m fsel.workflow.reference
 
 test: .venv/dev
 	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
@@ -25,9 +29,23 @@ labels: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(OURS) --configfile config/labels.yaml
 	.venv/bin/python -m fsel.workflow.ship $(OURS)
 
-# the numbers in README.md and docs/, from the tables that this checkout has: docs/results.yaml
+# docs/results/*.md, from the csv files that this checkout has: docs/results/pages.yaml
 docs: .venv/installed
-	.venv/bin/python -m fsel.workflow.docs
+	.venv/bin/python -m fsel.workflow.result_pages
+
+# the pages of docs/ and a reference of the Python API, in site/; a warning is an error
+.PHONY: site picture
+site: .venv/site
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
+
+# the first picture of README.md, three minutes: docs/figures/side_by_side.jpg
+picture: .venv/installed
+	.venv/bin/python examples/side_by_side.py --picture docs/figures/side_by_side.jpg
+
+# the rules of the default run, without arrows that others imply; `dot` and `tred` are graphviz's
+rulegraph: .venv/installed
+	.venv/bin/snakemake --rulegraph --workflow-profile none 2>/dev/null | tred \
+		| dot -Grankdir=LR -Nfontname=sans-serif -Tsvg > docs/figures/rulegraph.svg
 
 # compiled to bytecode at the first import: of torch and what it brings little is ever imported
 .venv/installed: pyproject.toml
@@ -37,4 +55,8 @@ docs: .venv/installed
 
 .venv/dev: .venv/installed
 	.venv/bin/python -m pip install --quiet --no-compile --editable '.[workflow,dev]'
+	touch $@
+
+.venv/site: .venv/installed
+	.venv/bin/python -m pip install --quiet --no-compile --editable '.[workflow,docs]'
 	touch $@

@@ -53,21 +53,24 @@ def fitted(
     model = RECONSTRUCTORS[name](capture, **settings).fit(frames)
     seconds = time.process_time() - started
     shown = frames[:: max(1, len(frames) // 10)]
-    found = []
+    scores = []
     for which in (held_out, shown):
         truth = np.asarray(capture.images[which])
-        found.append(float(score_views(model.render(capture.view(which)), truth)[:, 0].mean()))
-    return found[0], found[1], seconds
+        scores.append(float(score_views(model.render(capture.view(which)), truth)[:, 0].mean()))
+    return scores[0], scores[1], seconds
 
 
-def picks(capture: Capture, asked: argparse.Namespace) -> None:
+def picks(capture: Capture, options: argparse.Namespace) -> None:
     """Every selector under both reconstructors."""
-    judges = {"splats": {}, "gaussians": {"steps": asked.steps[0], "gaussians": asked.gaussians}}
+    judges = {
+        "splats": {},
+        "gaussians": {"steps": options.steps[0], "gaussians": options.gaussians},
+    }
     values = defaultdict(list)
-    for draw in range(asked.draws):
-        problem, held_out = problem_of(capture, asked.coverage, draw)
-        for k in asked.frames:
-            for method in asked.methods:
+    for draw in range(options.draws):
+        problem, held_out = problem_of(capture, options.coverage, draw)
+        for k in options.frames:
+            for method in options.methods:
                 frames = picked(problem, method, k)
                 for judge, settings in judges.items():
                     beyond, within, seconds = fitted(capture, judge, frames, held_out, **settings)
@@ -77,18 +80,18 @@ def picks(capture: Capture, asked: argparse.Namespace) -> None:
                         f"{beyond:.2f} dB, training {within:.2f} dB, {seconds:.1f} s",
                         flush=True,
                     )
-    for (k, method, judge), found in values.items():
-        print(f"{capture.source}, mean, K = {k}, {method}, {judge}: {np.mean(found):.2f} dB")
+    for (k, method, judge), scores in values.items():
+        print(f"{capture.source}, mean, K = {k}, {method}, {judge}: {np.mean(scores):.2f} dB")
 
 
-def fewer(capture: Capture, asked: argparse.Namespace) -> None:
+def fewer(capture: Capture, options: argparse.Namespace) -> None:
     """The picks of `fsel`, and all frames, at each number of steps."""
-    problem, held_out = problem_of(capture, asked.coverage, 0)
-    subsets = {str(k): picked(problem, "fsel", k) for k in asked.frames}
+    problem, held_out = problem_of(capture, options.coverage, 0)
+    subsets = {str(k): picked(problem, "fsel", k) for k in options.frames}
     subsets["all"] = problem.observed
-    for steps in asked.steps:
+    for steps in options.steps:
         for k, frames in subsets.items():
-            settings = {"steps": steps, "gaussians": asked.gaussians}
+            settings = {"steps": steps, "gaussians": options.gaussians}
             beyond, within, seconds = fitted(capture, "gaussians", frames, held_out, **settings)
             print(
                 f"{capture.source}, {steps} steps, K = {k} ({len(frames)}): held-out {beyond:.2f} "
@@ -108,9 +111,9 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=2, help="of targets, `picks` alone")
     parser.add_argument("--methods", nargs="+", default=METHODS, help="`picks` alone")
     parser.add_argument("--coverage", type=int, default=40, help="%% of the capture: the targets'")
-    asked = parser.parse_args()
-    for folder in asked.folders:
-        globals()[asked.what](fsel.read_capture(folder, long_side=asked.long_side), asked)
+    options = parser.parse_args()
+    for folder in options.folders:
+        globals()[options.what](fsel.read_capture(folder, long_side=options.long_side), options)
 
 
 if __name__ == "__main__":

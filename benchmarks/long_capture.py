@@ -81,15 +81,15 @@ def measured(capture: Path, out: Path, options: tuple[str, ...]) -> tuple[float,
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, default=FRAMES)
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         capture, out = Path(name, "capture"), Path(name, "out")
-        write_capture(capture, asked.frames)
+        write_capture(capture, arguments.frames)
         for options, (seconds, memory) in BOUNDS.items():
             wall, spent, peak = measured(capture, out, options)
             size = (out / "report.html").stat().st_size
             parts = json.loads((out / "selection.json").read_text())["seconds"]
-            print(" ".join(["fsel select", *options]), f"({asked.frames:,} frames, K = {K})")
+            print(" ".join(["fsel select", *options]), f"({arguments.frames:,} frames, K = {K})")
             print(f"  {wall:.1f} s, bound {seconds}; {spent:.1f} s of the processor; {parts}")
             print(
                 f"  {peak:.0f} MB, bound {memory}; report {size:,} bytes, bound {REPORT:,}",

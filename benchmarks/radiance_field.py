@@ -147,16 +147,16 @@ def main() -> None:
     parser.add_argument("--seeds", nargs="+", type=int, default=[100])
     parser.add_argument("--long-side", type=int, default=64)
     parser.add_argument("--draw", type=int, default=0)
-    asked = parser.parse_args()
-    if asked.what == "speed":
+    options = parser.parse_args()
+    if options.what == "speed":
         speed()
-    elif asked.folders:
-        read = (fsel.read_capture(f, long_side=asked.long_side) for f in asked.folders)
-        picks(read, asked.draw)
+    elif options.folders:
+        read = (fsel.read_capture(f, long_side=options.long_side) for f in options.folders)
+        picks(read, options.draw)
     else:
-        size = (asked.long_side, asked.long_side * 3 // 4)
-        made = (generated(family, seed, size) for family in FAMILIES for seed in asked.seeds)
-        picks(made, asked.draw)
+        size = (options.long_side, options.long_side * 3 // 4)
+        made = (generated(family, seed, size) for family in FAMILIES for seed in options.seeds)
+        picks(made, options.draw)
 
 
 if __name__ == "__main__":

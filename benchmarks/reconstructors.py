@@ -56,12 +56,12 @@ def measure(section: dict) -> dict[str, float | str]:
     started = processor_seconds()
     model = reconstructor_of(capture, section).fit(frames)
     fitted = processor_seconds()
-    found = psnr(model, capture, held)
+    value = psnr(model, capture, held)
     return {
         "fit": fitted - started,
         "view": (processor_seconds() - fitted) / len(held),
         "memory": max(first, model.peak_bytes) / 1e6,
-        "psnr": found,
+        "psnr": value,
         "device": model.device,
     }
 
@@ -71,13 +71,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="+")
     parser.add_argument("--one", action="store_true", help="measure here, and print JSON")
-    asked = parser.parse_args()
-    if asked.one:
-        print(json.dumps(measure(section_of(asked.names[0]))))
+    options = parser.parse_args()
+    if options.one:
+        print(json.dumps(measure(section_of(options.names[0]))))
         return
     print("| reconstructor | fit, s | a view, s | peak memory, MB | PSNR, dB | device |")
     print("|---|---|---|---|---|---|")
-    for name in asked.names:
+    for name in options.names:
         done = subprocess.run(
             [sys.executable, __file__, "--one", name], stdout=subprocess.PIPE, check=True, text=True
         )

@@ -199,11 +199,11 @@ def exponent(counts: list[int], values: list[float]) -> float:
     return float(np.log(values[-1] / values[start]) / np.log(counts[-1] / counts[start]))
 
 
-def table(found: Mapping[str, Mapping[int, Mapping[str, float]]], counts: list[int]) -> str:
+def table(by_stage: Mapping[str, Mapping[int, Mapping[str, float]]], counts: list[int]) -> str:
     """Rows of stages in Markdown."""
     head = [f"{count:,}" for count in counts]
     lines = ["| stage | " + " | ".join(head) + " | exponents |", "|---" * (len(head) + 2) + "|"]
-    for name, by_count in found.items():
+    for name, by_count in by_stage.items():
         measured = [by_count.get(count, {}) for count in counts]
         cells = [
             f"{m['seconds']:.1f} s, {m['peak_mb']:.0f} MB" if m else "failed" for m in measured
@@ -225,12 +225,12 @@ def stored(folder: Path) -> dict[str, int]:
 
 
 def plan(
-    found: Mapping[str, Mapping[int, Mapping[str, float]]], sizes: Mapping[str, int], frames: int
+    by_stage: Mapping[str, Mapping[int, Mapping[str, float]]], sizes: Mapping[str, int], frames: int
 ) -> str:
     """What a thousand scenes of so many frames take, in Markdown, from what one takes."""
     hours = {
         name: SCENES * by_count[frames]["seconds"] / 3600
-        for name, by_count in found.items()
+        for name, by_count in by_stage.items()
         if by_count.get(frames)
     }
     lines = ["| for 1,000 scenes | |", "|---|---|"]
@@ -254,31 +254,31 @@ def main() -> None:
     parser.add_argument("--stored", type=int, default=STORED, help="pixels of stored images")
     parser.add_argument("--side", type=int, default=SIDE, help="pixels of reconstructions")
     parser.add_argument("--stage", help=argparse.SUPPRESS)
-    asked = parser.parse_args()
-    if asked.stage:
-        run(stages(asked.out, asked.stored, asked.side)[asked.stage])
+    options = parser.parse_args()
+    if options.stage:
+        run(stages(options.out, options.stored, options.side)[options.stage])
         return
-    sides = ["--stored", str(asked.stored), "--side", str(asked.side)]
-    needed = {"describe", "split", *asked.only}
-    found: dict[str, dict[int, dict[str, float]]] = {}
+    sides = ["--stored", str(options.stored), "--side", str(options.side)]
+    needed = {"describe", "split", *options.only}
+    by_stage: dict[str, dict[int, dict[str, float]]] = {}
     sizes: dict[int, dict[str, int]] = {}
     with tempfile.TemporaryDirectory() as name:
         home = Path(name)
-        base = base_capture(home, asked.stored)
-        for count in asked.frames:
+        base = base_capture(home, options.stored)
+        for count in options.frames:
             folder = home / str(count)
             store(base, count, folder)
-            if not asked.only or "ingest" in asked.only:
+            if not options.only or "ingest" in options.only:
                 write_capture(home / f"{count}-raw", -(-count // PASSED))
-            for stage in stages(folder, asked.stored, asked.side):
-                if not asked.only or stage in needed:
-                    found.setdefault(stage, {})[count] = alone(folder, stage, sides)
-                    print(count, stage, found[stage][count], file=sys.stderr, flush=True)
+            for stage in stages(folder, options.stored, options.side):
+                if not options.only or stage in needed:
+                    by_stage.setdefault(stage, {})[count] = alone(folder, stage, sides)
+                    print(count, stage, by_stage[stage][count], file=sys.stderr, flush=True)
             sizes[count] = stored(folder)
-            asked.out.write_text(json.dumps({"stages": found, "bytes": sizes}, indent=1))
-    print(table(found, asked.frames))
-    first = asked.frames[0]
-    print(plan(found, sizes[first], first))
+            options.out.write_text(json.dumps({"stages": by_stage, "bytes": sizes}, indent=1))
+    print(table(by_stage, options.frames))
+    first = options.frames[0]
+    print(plan(by_stage, sizes[first], first))
 
 
 if __name__ == "__main__":

@@ -195,13 +195,13 @@ def main() -> None:
     prepared, problem = prepared_of(K + 5, rng), problem_of(K + 5, rng)
     for call in calls(prepared, read_by_fsel(prepared, problem), problem, fresh).values():
         call()  # compiles
-    found: dict[str, dict[int, tuple[float, float]]] = {}
+    cells_of: dict[str, dict[int, tuple[float, float]]] = {}
     for pool in POOLS:
         prepared, problem = prepared_of(pool, rng), problem_of(pool, rng)
         read = read_by_fsel(prepared, problem)
         for name, call in calls(prepared, read, problem, fresh).items():
             if pool <= LARGEST.get(name, pool):
-                found.setdefault(name, {})[pool] = measured(call)
+                cells_of.setdefault(name, {})[pool] = measured(call)
         same = all(
             np.array_equal(recomputed(given, scorer, 5), greedy(given, scorer, 5)[0])
             for given, scorer in ((prepared, fresh), (read, pretrained.method().scorer))
@@ -209,7 +209,7 @@ def main() -> None:
         bound, aim = (limits.get(pool, np.nan) for limits in (BOUNDS, AIMS))
         print(f"{pool} candidates: bound {bound:.0f} ms, fsel's aim {aim:.0f}; same picks: {same}")
     print(f"{'ms (MiB)':22s}" + "".join(f"{pool:>18,d}" for pool in POOLS) + "  exponent")
-    for name, cells in found.items():
+    for name, cells in cells_of.items():
         texts = [f"{ms:.1f} ({mib:.0f})" for ms, mib in cells.values()]
         slope = exponent(list(cells), [ms for ms, _ in cells.values()])
         texts += ["--"] * (len(POOLS) - len(texts))

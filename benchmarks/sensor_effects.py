@@ -59,16 +59,18 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--gaussians", type=int, default=20_000)
-    asked = parser.parse_args()
-    for family in asked.families:
+    options = parser.parse_args()
+    for family in options.families:
         for name, without in LEFT_OUT.items():
-            capture = filmed(family, asked.seed, without)
+            capture = filmed(family, options.seed, without)
             frames, held_out = split(capture, 30)
-            model, seconds = fitted(capture, frames, steps=asked.steps, gaussians=asked.gaussians)
+            model, seconds = fitted(
+                capture, frames, steps=options.steps, gaussians=options.gaussians
+            )
             within = scores(model, capture, frames)[0]
             beyond = scores(model, capture, held_out)[0]
             print(
-                f"{family} {asked.seed}, {name}: training {within:.2f} dB, held-out "
+                f"{family} {options.seed}, {name}: training {within:.2f} dB, held-out "
                 f"{beyond:.2f} dB, {seconds:.0f} s",
                 flush=True,
             )

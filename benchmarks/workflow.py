@@ -41,8 +41,8 @@ def seconds_by_rule(results: Path) -> pd.DataFrame:
 
 def processor_seconds(path: Path) -> float:
     """What a job's log says at its end."""
-    found = USED.findall(path.with_suffix(".log").read_text(encoding="utf-8"))
-    return float(found[-1]) if found else float("nan")
+    matches = USED.findall(path.with_suffix(".log").read_text(encoding="utf-8"))
+    return float(matches[-1]) if matches else float("nan")
 
 
 def main() -> None:

@@ -27,6 +27,7 @@ COMMANDS = """
 from pathlib import Path
 from fsel.cli import main
 from fsel.cli.console import Console
+from fsel.cli.posing import locked
 
 Console.silent = False  # bars are shown at terminals alone, and need tqdm
 for line in [
@@ -38,6 +39,8 @@ for line in [
 ]:
     assert main(line.split()) == 0, line
 assert Path("ring.ply").stat().st_size and Path("compared/compare.txt").is_file()
+with locked(Path("lock")):  # what finding poses adds to these
+    pass
 print(*{name.partition(".")[0] for name in sys.modules})
 """
 CALLS = """

@@ -3,8 +3,11 @@
 import re
 import subprocess
 import sys
+from ast import literal_eval
 from pathlib import Path
 
+import cv2
+import nbformat
 import pytest
 from small_captures import write_ring
 
@@ -14,11 +17,11 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def run(folder, *command):
-    found = subprocess.run(
+    done = subprocess.run(
         [sys.executable, *map(str, command)], cwd=folder, capture_output=True, text=True
     )
-    assert found.returncode == 0, found.stderr
-    return found.stdout
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def test_select_and_compare(tmp_path):
@@ -46,6 +49,33 @@ def test_train_a_selector(tmp_path):
     assert scorer.provenance["policy"] == "less_is_more"
 
 
+def test_side_by_side(tmp_path):
+    write_ring(tmp_path / "ring")
+    example = ROOT / "examples" / "side_by_side.py"
+    fewer = ["--targets", "2:12:4", "-k", "6", "--long-side", "48"]
+    sooner = ["--steps", "30", "--gaussians", "500", "--picture", "a.jpg"]
+    printed = run(tmp_path, example, "--capture", "ring", *fewer, *sooner).splitlines()
+    assert printed[0] == "24 frames, 3 held out, 6 to select"
+    assert re.fullmatch(r"every n-th frame: \d+\.\d\d dB, frames \[.*\]", printed[1])
+    assert re.fullmatch(r"fsel: \d+\.\d\d dB, frames \[.*\]", printed[2])
+    height, width = cv2.imread(str(tmp_path / "ring" / "images" / "frame_000.jpg")).shape[:2]
+    assert cv2.imread(str(tmp_path / "a.jpg")).shape == (48 * height // width + 30, 3 * 48, 3)
+
+
+def test_the_notebook_runs_and_shows_that_the_picks_are_ahead(tmp_path):
+    notebook = nbformat.read(ROOT / "examples" / "which_frames.ipynb", as_version=4)
+    nbformat.validate(notebook)
+    cells = [cell["source"] for cell in notebook.cells if cell["cell_type"] == "code"]
+    *setup, compared, number = cells
+    shown = "print({row[:2]: row[2] for row in rows})"
+    lines = [*setup, compared.removesuffix("rows"), shown, f"print({number})"]
+    (tmp_path / "cells.py").write_text("\n".join(lines))
+    psnr, frames = run(tmp_path, "cells.py").splitlines()
+    scores = literal_eval(psnr)
+    assert all(scores["fsel", k] > scores["uniform", k] for k in (6, 10, 15))
+    assert 2 <= int(frames) <= 54
+
+
 @pytest.mark.parametrize("page", ["README.md", "docs/cli.md"])
 def test_code_in_the_docs_runs(page, tmp_path):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S)
@@ -63,8 +93,8 @@ def test_commands_in_the_docs_run(tmp_path):
     lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
     # as few steps and pixels as a test has time for
     shorter = {"5000": "20", "--long-side 256": "--long-side 48"}
-    for given, asked in shorter.items():
-        lines = [line.replace(given, asked) for line in lines]
+    for given, small in shorter.items():
+        lines = [line.replace(given, small) for line in lines]
     commands = [line for line in lines if line.startswith("fsel ")]
     assert {command.split()[1] for command in commands} == {
         "demo",

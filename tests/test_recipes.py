@@ -110,9 +110,3 @@ def test_the_table_measures_the_new_dataset(extended):
     assert sizes["scene"].tolist() == ["mine/desk"]
     assert sizes["frames"].tolist() == [40]
     assert sizes["extent"].tolist() == pytest.approx([8.0])
-
-
-def test_the_pages_of_the_copy_name_what_was_added(extended):
-    page = (extended / "config" / "README.md").read_text()
-    for name in ("pose_table", "mean_image", "mae"):
-        assert f"`{name}`" in page

@@ -97,15 +97,15 @@ def test_auto_for_a_whole_capture_is_the_number_of_picks_for_views_on_its_path()
     """And the picks are those of the request with that number, off the path too."""
     problem = random_problem(90, 3)
     capture = replace(problem.capture, names=tuple(f"{i:03d}.jpg" for i in range(90)))
-    found = fsel.select(capture, "auto")
+    chosen = fsel.select(capture, "auto")
     along = targets_of(capture, None).views.subset(np.round(np.linspace(0, 59, 30)).astype(int))
     pool, views = np.arange(90), replace(problem, targets=along, candidates=np.arange(90))
     views = replace(views, whole=True, proxies=np.arange(30))
     order = pretrained.method().ranked(views, 90)[0]
     shift, worth = budget.view_shift(capture, pool, along), budget.shipped_worth()
     expected = budget.find(shift[order], budget.Auto(), capture.size, worth).frames
-    assert found.budget.frames == len(found.names) == expected
-    assert found.names == fsel.select(capture, expected, patience=0).names
+    assert chosen.budget.frames == len(chosen.names) == expected
+    assert chosen.names == fsel.select(capture, expected, patience=0).names
 
 
 def test_methods_with_appearance_get_descriptors(folder):
@@ -220,8 +220,8 @@ def test_an_opened_capture_loads_the_frames_asked_for(folder):
     np.testing.assert_array_equal(part.world_to_camera, whole.world_to_camera[frames])
     for row, frame in enumerate(frames):
         expected = whole.points.xyz[whole.points.track_point[whole.points.track_frame == frame]]
-        found = part.points.xyz[part.points.track_point[part.points.track_frame == row]]
-        np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(expected, axis=0))
+        xyz = part.points.xyz[part.points.track_point[part.points.track_frame == row]]
+        np.testing.assert_array_equal(np.sort(xyz, axis=0), np.sort(expected, axis=0))
 
 
 def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch):
@@ -233,8 +233,8 @@ def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch
     assert sorted(set(points.track_frame)) == drawn
     for frame in drawn:
         expected = whole.xyz[whole.track_point[whole.track_frame == frame]]
-        found = points.xyz[points.track_point[points.track_frame == frame]]
-        np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(expected, axis=0))
+        xyz = points.xyz[points.track_point[points.track_frame == frame]]
+        np.testing.assert_array_equal(np.sort(xyz, axis=0), np.sort(expected, axis=0))
 
 
 def test_what_is_shipped_takes_the_place_of_its_policy(tmp_path):

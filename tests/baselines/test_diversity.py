@@ -58,14 +58,14 @@ def test_lazy_and_plain_greedy_pick_alike(seed):
 
 def test_lazy_greedy_looks_again_only_where_it_could_matter():
     known = np.array([5.0, 4.0, 1.0, 0.5])
-    asked = []
+    computed = []
 
     def gains(rows):
-        asked.extend(rows.tolist())
+        computed.extend(rows.tolist())
         return known[rows]
 
     assert lazy_greedy(known, gains, lambda row: None, 2).tolist() == [0, 1]
-    assert asked == [0, 1]
+    assert computed == [0, 1]
 
 
 def test_facility_location_is_near_the_best_subset():

@@ -129,20 +129,20 @@ def by_hand(views):
 
 def test_information_by_hand():
     blends = by_hand([[(0, 1, 1)], [(0, 1, 0.5), (1, 1, 0.5)], [(1, 2, 2)]])
-    judge = _Information(blends, damping=0.5)
-    np.testing.assert_allclose(judge.scores(), [2, 2, 4])
-    judge.add(0)  # splat 0 is now known to 1.5
-    np.testing.assert_allclose(judge.scores(), [1 / 1.5, 0.5 / 1.5 + 1, 4])
-    judge.add(2)
-    np.testing.assert_allclose(judge.scores(), [1 / 1.5, 0.5 / 1.5 + 0.5 / 2.5, 2 / 2.5])
+    criterion = _Information(blends, damping=0.5)
+    np.testing.assert_allclose(criterion.scores(), [2, 2, 4])
+    criterion.add(0)  # splat 0 is now known to 1.5
+    np.testing.assert_allclose(criterion.scores(), [1 / 1.5, 0.5 / 1.5 + 1, 4])
+    criterion.add(2)
+    np.testing.assert_allclose(criterion.scores(), [1 / 1.5, 0.5 / 1.5 + 0.5 / 2.5, 2 / 2.5])
 
 
 def test_heavy_damping_asks_for_the_fullest_view_whatever_is_known():
     blends = by_hand([[(0, 1, 1)], [(1, 1, 0.9)]])
-    judges = [_Information(blends, damping) for damping in (1e-6, 1e6)]
-    for judge in judges:
-        judge.add(0)
-    assert [int(np.argmax(judge.scores())) for judge in judges] == [1, 0]
+    criteria = [_Information(blends, damping) for damping in (1e-6, 1e6)]
+    for criterion in criteria:
+        criterion.add(0)
+    assert [int(np.argmax(criterion.scores())) for criterion in criteria] == [1, 0]
 
 
 def plain_coverage(blends, rows):
@@ -175,19 +175,20 @@ def plain_coverage(blends, rows):
 @pytest.mark.parametrize("seed", range(4))
 def test_coverage_against_a_plain_loop(seed):
     blends = blends_of(*random_scene(seed))
-    judge, rows = _Coverage(blends), []
+    criterion, rows = _Coverage(blends), []
     for row in (0, 3, 0, 2):
-        judge.add(row)
+        criterion.add(row)
         rows.append(row)
-        np.testing.assert_allclose(judge.scores(), plain_coverage(blends, rows), atol=1e-5)
+        np.testing.assert_allclose(criterion.scores(), plain_coverage(blends, rows), atol=1e-5)
 
 
 def test_the_unseen_comes_first_and_the_empty_last():
     blends = by_hand([[(0, 1, 1)], [(1, 1, 1)], [], [(0, 0.5, 0.5)]])
-    judge = _Coverage(blends)
-    np.testing.assert_array_equal(np.argsort(judge.scores(), kind="stable"), [2, 0, 1, 3])
-    judge.add(0)  # every splat lies in its image: both are covered up to the width of a direction
-    scores = judge.scores()
+    criterion = _Coverage(blends)
+    np.testing.assert_array_equal(np.argsort(criterion.scores(), kind="stable"), [2, 0, 1, 3])
+    # every splat lies in its image: both are covered up to the width of a direction
+    criterion.add(0)
+    scores = criterion.scores()
     assert scores[2] < scores[0] < scores[3] < 0
     assert scores[0] == pytest.approx(-1, abs=0.02)
 

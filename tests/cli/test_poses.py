@@ -14,7 +14,7 @@ from small_captures import record_of, state_orientation
 from fsel.cli import main, posing
 from fsel.images import files as image_files
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "layouts"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
 
 
 def run(*arguments):

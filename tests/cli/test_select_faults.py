@@ -174,7 +174,7 @@ def test_a_read_only_disk_is_refused_before_work(capture, tmp_path, monkeypatch,
     real = Path.mkdir
 
     def refuse(self, *arguments, **options):
-        if self.name.startswith(".out"):
+        if self.name.endswith(".out"):
             raise OSError(errno.EROFS, "Read-only file system", str(self))
         return real(self, *arguments, **options)
 

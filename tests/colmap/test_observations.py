@@ -134,8 +134,8 @@ def test_a_damaged_number_is_named(tmp_path):
     first = (tmp_path / "images.bin").read_bytes().index(b".jpg\0") + 5 + 8
     with pytest.raises(ValueError, match=r"'an image \d+.jpg' observes point 1001, which is not"):
         changed(tmp_path, "images.bin", first + 16, "<Q", 1001)
-    sights = np.frombuffer((tmp_path / "images.bin").read_bytes(), "<u8", 3 * 36, first)[2::3]
-    seen = int(np.flatnonzero(sights < 1000)[0])
+    points = np.frombuffer((tmp_path / "images.bin").read_bytes(), "<u8", 3 * 36, first)[2::3]
+    seen = int(np.flatnonzero(points < 1000)[0])
     with pytest.raises(ValueError, match=r"point \d+ is seen at \[inf, "):
         changed(tmp_path, "images.bin", first + 24 * seen, "<d", np.inf)
 

@@ -3,11 +3,12 @@
 from itertools import permutations
 
 import numpy as np
+import pandas as pd
 import pytest
 from selection_problems import capture_of, random_capture
 
 from fsel.data.geometry import pose_distance
-from fsel.data.split import COVERAGES, Split, coverage_split, evaluation_split
+from fsel.data.split import COVERAGES, Split, coverage_split, evaluation_split, splits_in
 
 
 def splits(capture):
@@ -119,3 +120,19 @@ def test_split_survives_its_table():
     again = Split.from_table(table.sample(frac=1, random_state=0))
     for name in ("targets", "proxies", "candidates", "region"):
         np.testing.assert_array_equal(getattr(again, name), getattr(parts, name))
+
+
+def test_a_table_of_several_splits_says_which_is_which():
+    capture = random_capture(70)
+    alone = evaluation_split(capture, 0, 0)
+    ((head, split),) = splits_in(alone.table(capture.names))
+    assert head == {}
+    np.testing.assert_array_equal(split.proxies, alone.proxies)
+    levels = {p: coverage_split(capture, p, 0) for p in (60, 25)}
+    tables = [split.table(capture.names).assign(coverage=p) for p, split in levels.items()]
+    read = list(splits_in(pd.concat(tables)))
+    assert [head for head, _ in read] == [{"coverage": 25}, {"coverage": 60}]
+    for head, split in read:
+        for name in ("targets", "proxies", "candidates", "region"):
+            expected = getattr(levels[head["coverage"]], name)
+            np.testing.assert_array_equal(getattr(split, name), expected)

@@ -28,11 +28,11 @@ class Drawn:
     """A method that draws frames at random, and counts its calls."""
 
     def __init__(self, nested: bool) -> None:
-        self.asked: list[int] = []
+        self.budgets: list[int] = []
         self.method = Method("drawn", "D", "candidates", nested, 2, self.select)
 
     def select(self, problem, k, rng):
-        self.asked.append(k)
+        self.budgets.append(k)
         return rng.permutation(problem.candidates)[:k]
 
 
@@ -42,8 +42,8 @@ def problem():
 
 
 def test_every_method_runs_with_each_of_its_seeds():
-    found = runs([METHODS["random"], METHODS["nearest"]])
-    assert [(run.method.name, run.seed) for run in found] == [
+    made = runs([METHODS["random"], METHODS["nearest"]])
+    assert [(run.method.name, run.seed) for run in made] == [
         *(("random", seed) for seed in range(METHODS["random"].seeds)),
         ("nearest", 0),
     ]
@@ -60,8 +60,8 @@ def test_scorers_say_whose_they_are(tmp_path):
         scorer = random_scorer(POLICIES[name], seed)
         paths[name, seed] = tmp_path / f"{name}{seed}{SUFFIX[type(scorer)]}"
         save_scorer(scorer, name, "a test", seed, "c", paths[name, seed])
-    found = [(run.method.name, run.seed) for run in learned_runs(paths.values())]
-    assert found == [
+    made = [(run.method.name, run.seed) for run in learned_runs(paths.values())]
+    assert made == [
         ("less_is_more_no_appearance", 0),
         ("less_is_more", 0),
         ("less_is_more", 1),
@@ -83,8 +83,8 @@ def test_each_scorer_picks_as_itself(tmp_path, problem):
     paths = [tmp_path / f"{seed}.safetensors" for seed in range(2)]
     for seed, path in enumerate(paths):
         save_scorer(Network(random_weights(seed)), "less_is_more", "a test", seed, "c", path)
-    found = learned_runs(paths)
-    for run in found:
+    made = learned_runs(paths)
+    for run in made:
         scorer = Scorer.load(paths[run.seed])
         expected = (
             POLICIES["less_is_more"].method(scorer).select(problem, 5, np.random.default_rng(0))
@@ -93,13 +93,13 @@ def test_each_scorer_picks_as_itself(tmp_path, problem):
         np.testing.assert_array_equal(picks.frames, expected)
 
 
-@pytest.mark.parametrize(("nested", "asked"), [(True, [6]), (False, [3, 6, 2])])
-def test_a_nested_method_runs_once(problem, nested, asked):
+@pytest.mark.parametrize(("nested", "sizes"), [(True, [6]), (False, [3, 6, 2])])
+def test_a_nested_method_runs_once(problem, nested, sizes):
     drawn = Drawn(nested)
-    found = list(picks_at(problem, Run(drawn.method, 1), [3, 6, 2], chance(7)))
-    assert drawn.asked == asked
-    assert [picks.k for picks in found] == [len(picks.frames) for picks in found] == [3, 6, 2]
-    for picks in found:
+    made = list(picks_at(problem, Run(drawn.method, 1), [3, 6, 2], chance(7)))
+    assert drawn.budgets == sizes
+    assert [picks.k for picks in made] == [len(picks.frames) for picks in made] == [3, 6, 2]
+    for picks in made:
         rng = np.random.default_rng(name_seed(7, "drawn", 1, 6 if nested else picks.k))
         expected = rng.permutation(problem.candidates)[: picks.k]
         np.testing.assert_array_equal(picks.frames, expected)
@@ -202,15 +202,15 @@ def test_new_subsets_are_measured_together_where_that_is_faster(together, fails,
     images = np.zeros((20, 12, 16, 3), np.uint8)
     flat = Together(replace(random_capture(20), images=images), together, fails)
     evaluator = Evaluator.on_frames(flat, np.array([7, 9]))
-    asked = [np.array([4, 3]), np.array([2, 1]), np.array([1, 2])]
-    evaluator.measure_together(asked)
+    subsets = [np.array([4, 3]), np.array([2, 1]), np.array([1, 2])]
+    evaluator.measure_together(subsets)
     assert flat.batches == batches
     known = len(flat.fitted)
-    scores = [evaluator.scores(subset) for subset in asked]
+    scores = [evaluator.scores(subset) for subset in subsets]
     assert sorted(flat.fitted[known:]) == alone
     other = Flat(flat.capture)
-    for subset, score in zip(asked, scores, strict=True):
+    for subset, score in zip(subsets, scores, strict=True):
         expected = Evaluator.on_frames(other, evaluator.frames).scores(subset)
         np.testing.assert_array_equal(score, expected)
-    evaluator.measure_together([*asked, np.array([5, 6])])
+    evaluator.measure_together([*subsets, np.array([5, 6])])
     assert flat.batches[len(batches) :] == ([[[5, 6]]] if together > 1 else [])

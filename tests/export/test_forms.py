@@ -4,6 +4,7 @@ import json
 import sys
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pycolmap
 import pytest
@@ -14,7 +15,7 @@ from fsel.export import placing
 from fsel.images import files as image_files
 from fsel.ingest.read import read_capture
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "layouts"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
 
 
 @pytest.fixture
@@ -96,14 +97,14 @@ def test_a_trainer_that_resizes_in_place_leaves_the_originals_alone(capture, tmp
 
 
 def test_files_share_blocks_where_the_file_system_can(tmp_path, monkeypatch):
-    (tmp_path / "a").write_bytes(b"image")
+    (tmp_path / "a").write_bytes(cv2.imencode(".png", np.zeros((4, 4), np.uint8))[1])
     asked = []
 
     def clone(target, request, source):
         asked.append(request)
         return 0
 
-    monkeypatch.setattr(placing.fcntl, "ioctl", clone)
+    monkeypatch.setattr("fcntl.ioctl", clone)
     placing.place(tmp_path / "a", tmp_path / "b", link=False, size=None)
     assert asked == [0x40049409]
     assert (tmp_path / "b").read_bytes() == b""  # the blocks were left to the file system

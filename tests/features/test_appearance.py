@@ -29,9 +29,9 @@ def test_descriptors_are_unit_rows_one_image_at_a_time():
 @pytest.mark.parametrize("shape", [(128, 95), (54, 96), (37, 41)])
 def test_sizes_that_the_grid_does_not_divide(shape):
     images = np.random.default_rng(0).integers(0, 256, (2, *shape, 3)).astype(np.uint8)
-    found = descriptors(images, "lab_hog")
-    assert np.isfinite(found).all()
-    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1, rtol=1e-6)
+    vectors = descriptors(images, "lab_hog")
+    assert np.isfinite(vectors).all()
+    np.testing.assert_allclose(np.linalg.norm(vectors, axis=1), 1, rtol=1e-6)
 
 
 def test_the_same_place_is_more_alike_than_another():

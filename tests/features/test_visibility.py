@@ -65,9 +65,9 @@ def test_a_frame_counts_by_the_angle_at_the_point():
 def test_of_many_frames_the_nearest_are_asked():
     frames = cameras(*np.zeros((NEAREST + 3, 3)))
     distance = np.arange(NEAREST + 3, 0, -1.0)[:, None]
-    found = visibility(frames, cameras((0, 0, 0)), distance, 1.0)
-    np.testing.assert_array_equal(found.nearest[0], np.arange(NEAREST + 2, 2, -1))
-    assert found.seen.shape == (1, NEAREST, 120)
+    visible = visibility(frames, cameras((0, 0, 0)), distance, 1.0)
+    np.testing.assert_array_equal(visible.nearest[0], np.arange(NEAREST + 2, 2, -1))
+    assert visible.seen.shape == (1, NEAREST, 120)
 
 
 def test_visibility_counts_are_summed_over_the_rows_that_a_view_asks():
@@ -128,13 +128,13 @@ def test_every_view_frame_and_point_for_itself():
     rng = np.random.default_rng(0)
     frames, views = scattered(rng, 12), scattered(rng, 5)
     distance, points = rng.uniform(size=(12, 5)), view_points(views, 2.0)
-    found = visibility(frames, views, distance, 2.0)
+    visible = visibility(frames, views, distance, 2.0)
     want = [
         [[seen_one_by_one(frames, row, views.centers[o], p) for p in points[o]] for row in rows]
-        for o, rows in enumerate(found.nearest)
+        for o, rows in enumerate(visible.nearest)
     ]
     assert 0.05 < np.mean(np.array(want) > 0) < 0.95
-    np.testing.assert_allclose(found.seen, want, rtol=1e-9)
+    np.testing.assert_allclose(visible.seen, want, rtol=1e-9)
 
 
 def test_gain_one_by_one():

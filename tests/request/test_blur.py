@@ -61,8 +61,8 @@ def test_a_blurred_pick_gives_way(sharpness, changed, instead):
 def test_any_frame_may_be_told_to_be_blurred():
     values = np.full(36, 100.0)
     values[[10, 2, 20]] = [40, 41, 0]
-    found = blurred(walk().capture, PICKS, values.__getitem__)
-    assert found.tolist() == [False, True, True, False]
+    blurry = blurred(walk().capture, PICKS, values.__getitem__)
+    assert blurry.tolist() == [False, True, True, False]
 
 
 def test_blurred_frames_are_the_same_in_blocks(monkeypatch):
@@ -96,14 +96,14 @@ def test_the_first_and_the_last_frame_have_neighbours_on_one_side():
 
 
 def test_only_frames_around_the_picks_are_looked_at_and_none_that_is_held_out():
-    asked = []
+    measured = []
 
     def sharpness_of(frames):
-        asked.append(frames.tolist())
+        measured.append(frames.tolist())
         return np.full(len(frames), 7.0)
 
     exchanged(walk(without=[11, 12]), np.array([10]), sharpness_of)
-    assert asked == [[7, 8, 9, 10, 13]]
+    assert measured == [[7, 8, 9, 10, 13]]
 
 
 @pytest.mark.parametrize("method", ["fsel", "uniform"])
@@ -113,17 +113,17 @@ def test_picks_of_fsel_alone_are_exchanged_and_the_selection_says_so(method):
     assert plain.exchanged == {}
     sharpness = np.full(36, 100.0)
     sharpness[plain.indices[2]] = 1
-    found = fsel.select(capture, 6, method=method, sharpness=sharpness)
+    exchanged = fsel.select(capture, 6, method=method, sharpness=sharpness)
     if method == "uniform":
-        assert found.names == plain.names
+        assert exchanged.names == plain.names
         return
-    (came, left), *others = found.exchanged.items()
+    (came, left), *others = exchanged.exchanged.items()
     assert (left, others) == (plain.names[2], [])
-    assert found.names == (*plain.names[:2], came, *plain.names[3:])
-    assert abs(found.indices[2] - plain.indices[2]) <= 4
-    np.testing.assert_array_equal(np.isnan(found.scores), np.arange(6) == 2)
+    assert exchanged.names == (*plain.names[:2], came, *plain.names[3:])
+    assert abs(exchanged.indices[2] - plain.indices[2]) <= 4
+    np.testing.assert_array_equal(np.isnan(exchanged.scores), np.arange(6) == 2)
     by_measuring = fsel.select(capture, 6, method=method, sharpness=sharpness.__getitem__)
-    assert by_measuring.names == found.names
+    assert by_measuring.names == exchanged.names
 
 
 def test_a_stand_in_that_swaps_took_out_again_stands_for_nothing(monkeypatch):
@@ -138,20 +138,20 @@ def test_a_stand_in_that_swaps_took_out_again_stands_for_nothing(monkeypatch):
         return Swapped(np.array([free, *picks[1:]]), 0.1, 2)
 
     monkeypatch.setattr(swaps, "refined", refined)
-    found = fsel.select(capture, 6, patience=0, sharpness=sharpness, refine=1.0)
-    assert found.exchanged == {both.names[1]: plain.names[1]}
-    np.testing.assert_array_equal(np.isnan(found.scores), np.arange(6) < 2)
+    exchanged = fsel.select(capture, 6, patience=0, sharpness=sharpness, refine=1.0)
+    assert exchanged.exchanged == {both.names[1]: plain.names[1]}
+    np.testing.assert_array_equal(np.isnan(exchanged.scores), np.arange(6) < 2)
 
 
 def test_no_file_is_measured_twice(monkeypatch):
-    asked = []
+    opened = []
 
     def measure(files, longest, progress):
-        asked.append(list(files))
+        opened.append(list(files))
         return np.array([float(file) for file in files])
 
     monkeypatch.setattr(previews, "sharpness_of_files", measure)
     sharpness_of = previews.sharpness_among(["0", "10", "20", "30"], 64)
     assert sharpness_of(np.array([2, 0])).tolist() == [20, 0]
     assert sharpness_of(np.array([0, 3, 2])).tolist() == [0, 30, 20]
-    assert asked == [["20", "0"], ["30"]]
+    assert opened == [["20", "0"], ["30"]]

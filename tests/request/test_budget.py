@@ -115,8 +115,8 @@ def test_the_world_may_be_moved_and_scaled(seed, power, shift):
     problem, scale = with_points(random_problem(40, seed)), 10.0**power
     rotation = Rotation.random(rng=rng).as_matrix()
     other = moved(problem, rotation, rng.normal(size=3) * shift * scale, scale)
-    found = [view_shift(p.capture, p.candidates, p.targets) for p in (problem, other)]
-    np.testing.assert_allclose(*found, atol=1e-6)
+    shifts = [view_shift(p.capture, p.candidates, p.targets) for p in (problem, other)]
+    np.testing.assert_allclose(*shifts, atol=1e-6)
 
 
 def test_frames_that_repeat_are_soon_enough():
@@ -203,13 +203,13 @@ def test_what_is_kept_fits_the_memory(ring):
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("arguments", "said"),
     [
         ({"k": "many"}, "k is 'many'; allowed: a number of frames, or 'auto'"),
         ({"k": "auto", "method": "kmedoids"}, "method is 'kmedoids'.*allowed: fsel, .*Hint"),
         ({"k": Auto(memory=9)}, "memory is 9 bytes; allowed: 196608"),
     ],
 )
-def test_what_cannot_be_found_is_refused(asked, said, ring):
+def test_what_cannot_be_found_is_refused(arguments, said, ring):
     with pytest.raises(ValueError, match=said):
-        fsel.select(ring, **asked)
+        fsel.select(ring, **arguments)

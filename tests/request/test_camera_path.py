@@ -13,11 +13,11 @@ TURNED = np.eye(4).tolist()
 
 
 def test_a_camera_path_is_read_back_in_the_captures_world(circle, tmp_path):
-    asked = ring(5)
+    poses = ring(5)
     rotation = cv2.Rodrigues(np.array([0.3, -0.2, 0.9]))[0]
     transform = np.vstack([np.column_stack([rotation, [1.0, 2, 3]]), [0, 0, 0, 1]])
     stated = []
-    for pose in asked:
+    for pose in poses:
         matrix = np.linalg.inv(np.vstack([pose, [0, 0, 0, 1]])) @ np.diag([1.0, -1, -1, 1])
         moved = transform @ matrix
         moved[:3, 3] *= 0.25
@@ -26,7 +26,7 @@ def test_a_camera_path_is_read_back_in_the_captures_world(circle, tmp_path):
     beside = {"transform": transform[:3].tolist(), "scale": 0.25}
     (tmp_path / "dataparser_transforms.json").write_text(json.dumps(beside))
     views = targets_of(circle, tmp_path / "path.json").views
-    np.testing.assert_allclose(views.world_to_camera, asked, atol=1e-9)
+    np.testing.assert_allclose(views.world_to_camera, poses, atol=1e-9)
 
 
 def test_the_applied_transform_of_a_transforms_file_is_undone(circle, tmp_path):

@@ -75,8 +75,8 @@ def close(view, *picks):
 
 def test_closeness_leaves_a_frame_out_where_it_is_looked_at_itself():
     closeness = Closeness.of(problem(5.6), np.array([4, 6]))
-    found = closeness(np.array([1, 4]))
-    np.testing.assert_allclose(found, [close(4, 1), close(6, 1, 4), close(5.6, 1, 4)])
+    values = closeness(np.array([1, 4]))
+    np.testing.assert_allclose(values, [close(4, 1), close(6, 1, 4), close(5.6, 1, 4)])
 
 
 @pytest.mark.usefixtures("three")

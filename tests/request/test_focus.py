@@ -42,8 +42,8 @@ def test_masks_say_where_the_object_is(ending, wrong, circle, tmp_path):
             **{**vars(circle), "names": tuple(f"{name}.jpg" for name in circle.names)}
         )
     write_masks(tmp_path / "m", circle, point, ending.removeprefix(".jpg"), wrong)
-    found = focus.from_masks(circle, tmp_path / "m")
-    np.testing.assert_allclose(found.center, point, atol=0.03)
+    thing = focus.from_masks(circle, tmp_path / "m")
+    np.testing.assert_allclose(thing.center, point, atol=0.03)
 
 
 def test_masks_that_show_nothing_are_refused(circle, tmp_path):
@@ -65,9 +65,9 @@ def test_masks_that_show_nothing_are_refused(circle, tmp_path):
 
 
 def test_a_box_has_a_centre_and_corners():
-    found = focus.from_box(np.array([0.0, 0, 0, 2, 4, 6]))
-    np.testing.assert_array_equal(found.center, [1, 2, 3])
-    assert {tuple(corner) for corner in found.corners} == {
+    thing = focus.from_box(np.array([0.0, 0, 0, 2, 4, 6]))
+    np.testing.assert_array_equal(thing.center, [1, 2, 3])
+    assert {tuple(corner) for corner in thing.corners} == {
         (1, 2, 3),
         *((x, y, z) for x in (0, 2) for y in (0, 4) for z in (0, 6)),
     }

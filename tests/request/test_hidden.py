@@ -21,8 +21,8 @@ def test_a_view_behind_a_wall_is_told_from_one_before_it():
     places = np.array([[0.0, 0, 2], [0, 0, 4.1], [0, 0, 6], [0.3, 0.1, 9], [0, 0, -3], [20, 0, 6]])
     views = capture_of(places, np.tile(np.eye(3), (6, 1, 1))).views
     # before it, at it, behind it twice, behind the cameras, beyond the wall's end
-    found = behind(views, cameras, wall(3.0, 5))
-    np.testing.assert_array_equal(found, [False, False, True, True, False, False])
+    hidden = behind(views, cameras, wall(3.0, 5))
+    np.testing.assert_array_equal(hidden, [False, False, True, True, False, False])
 
 
 def test_two_cameras_are_no_witnesses():

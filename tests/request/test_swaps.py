@@ -1,4 +1,4 @@
-"""Picks made better by swaps: what is kept, when it ends, how it is asked for."""
+"""Picks made better by swaps: what is kept, when it ends, how it is requested."""
 
 import numpy as np
 import pytest

@@ -17,10 +17,10 @@ from fsel.request.targets import targets_of
 def test_views_off_the_path_are_served_where_nothing_is_asked_for(circle):
     about = focus.Focus(np.zeros(3), np.zeros((1, 3)), "a point")
     problems = {
-        (asked, thing): request_problem(
-            circle, targets_of(circle, asked), np.zeros(24), about if thing else None, None
+        (request, thing): request_problem(
+            circle, targets_of(circle, request), np.zeros(24), about if thing else None, None
         )
-        for asked, thing in ((None, False), (None, True), ("every:8", False))
+        for request, thing in ((None, False), (None, True), ("every:8", False))
     }
     assert [len(p.targets) for p in problems.values()] == [48, 24, 3]
     assert [p.whole for p in problems.values()] == [True, True, False]

@@ -275,10 +275,10 @@ def test_views_that_stand_for_a_capture_count_less_after_seven_picks():
 
 def test_given_rows_come_first_and_the_rest_is_chosen_beside_them():
     problem = random_problem(60, 5, targets=9)
-    asked = problem.pool("observed")[[40, 7]]
+    first = problem.pool("observed")[[40, 7]]
     method = pretrained.method()
-    picks = method.ranked(dataclasses.replace(problem, given=asked), 9)[0]
-    assert picks[:2].tolist() == asked.tolist()
+    picks = method.ranked(dataclasses.replace(problem, given=first), 9)[0]
+    assert picks[:2].tolist() == first.tolist()
     assert len(set(picks.tolist())) == 9
     free = method.ranked(problem, 9)[0]
     again = method.ranked(dataclasses.replace(problem, given=free[:4]), 9)[0]

@@ -22,7 +22,7 @@ class Server:
 
     def __init__(self):
         self.body, self.etag, self.cuts, self.errors = BODY, '"one"', [], []
-        self.asked, self.ranges = [], True
+        self.requested, self.ranges = [], True
         outer = self
 
         class Handler(BaseHTTPRequestHandler):
@@ -37,14 +37,14 @@ class Server:
         threading.Thread(target=self._http.serve_forever, daemon=True).start()
 
     def answer(self, handler):
-        asked = handler.headers.get("Range")
-        self.asked.append(asked)
+        wanted = handler.headers.get("Range")
+        self.requested.append(wanted)
         if self.errors:
             handler.send_error(self.errors.pop(0))
             return
         start = 0
-        if asked and self.ranges and handler.headers.get("If-Range") == self.etag:
-            start = int(asked.removeprefix("bytes=").removesuffix("-"))
+        if wanted and self.ranges and handler.headers.get("If-Range") == self.etag:
+            start = int(wanted.removeprefix("bytes=").removesuffix("-"))
             if start >= len(self.body):
                 handler.send_error(416)
                 return
@@ -84,7 +84,7 @@ def test_a_file_is_fetched_with_its_checksum_beside(server, tmp_path):
 def test_a_cut_connection_is_continued_where_it_was_cut(server, tmp_path):
     server.cuts = [1_000_000, 500_000]
     fetch(server, tmp_path / "scene.zip", DIGEST)
-    assert server.asked == [None, "bytes=1000000-", "bytes=1500000-"]
+    assert server.requested == [None, "bytes=1000000-", "bytes=1500000-"]
     assert (tmp_path / "scene.zip").read_bytes() == BODY
 
 
@@ -93,9 +93,9 @@ def test_another_run_goes_on_where_one_gave_up(server, tmp_path):
     with pytest.raises(OSError, match=r"cut 5 times .* 1000000 bytes are kept"):
         fetch(server, tmp_path / "scene.zip")
     assert not (tmp_path / "scene.zip").exists()
-    server.asked.clear()
+    server.requested.clear()
     fetch(server, tmp_path / "scene.zip")
-    assert server.asked == ["bytes=1000000-"]
+    assert server.requested == ["bytes=1000000-"]
     assert (tmp_path / "scene.zip").read_bytes() == BODY
 
 
@@ -125,10 +125,10 @@ def test_a_part_that_is_already_whole(server, tmp_path):
 def test_a_busy_server_is_asked_again_and_a_missing_file_is_not(server, tmp_path):
     server.errors = [503, 500]
     fetch(server, tmp_path / "scene.zip", DIGEST)
-    server.errors, before = [404, 404], len(server.asked)
+    server.errors, before = [404, 404], len(server.requested)
     with pytest.raises(OSError, match="answers 404"):
         fetch(server, tmp_path / "other.zip")
-    assert len(server.asked) == before + 1
+    assert len(server.requested) == before + 1
 
 
 def test_a_wrong_checksum_leaves_nothing(server, tmp_path):
@@ -165,8 +165,8 @@ def test_one_folder_and_the_archives_in_it(tmp_path):
     inner = archive(tmp_path / "inner.zip", {"seq-01/frame.txt": "pose"}).read_bytes()
     members = {"chess/TrainSplit.txt": "sequence1", "chess/seq-01.zip": inner, "fire/x": "other"}
     unpack(archive(tmp_path / "all.zip", members), "chess", tmp_path / "data" / "chess")
-    found = sorted(str(p.relative_to(tmp_path / "data")) for p in tmp_path.glob("data/**/*"))
-    assert found == ["chess", "chess/TrainSplit.txt", "chess/seq-01", "chess/seq-01/frame.txt"]
+    files = sorted(str(p.relative_to(tmp_path / "data")) for p in tmp_path.glob("data/**/*"))
+    assert files == ["chess", "chess/TrainSplit.txt", "chess/seq-01", "chess/seq-01/frame.txt"]
     assert (tmp_path / "data/chess/seq-01/frame.txt").read_text() == "pose"
 
 

@@ -40,8 +40,8 @@ def test_the_sweep_table_prints_means_of_the_evaluations(swept, tmp_path):
     )
     tables = [pd.read_parquet(path) for path in paths]
     expected = np.mean([t.query("method == 'fvs' and k == 5")["psnr"].mean() for t in tables])
-    found = read_csv(numbers).query("method == 'fvs' and k == 5 and metric == 'psnr'")
-    assert found["mean"].item() == pytest.approx(expected, abs=1e-6)
+    cell = read_csv(numbers).query("method == 'fvs' and k == 5 and metric == 'psnr'")
+    assert cell["mean"].item() == pytest.approx(expected, abs=1e-6)
     text = table.read_text()
     for method in METHODS.values():
         assert f"\n{method.label} & " in text

@@ -1,4 +1,4 @@
-"""Labels by another reconstructor than the one that judges."""
+"""Labels by another reconstructor than the one that evaluates."""
 
 import numpy as np
 import pandas as pd
@@ -19,15 +19,15 @@ def test_a_search_by_gaussians_measures_by_gaussians(scene, labelled, tmp_path):
     settings = {"seed": 5, "search": SEARCH, "reconstruction": GAUSSIANS, "inputs": []}
     settings |= {"coverages": [25], "fitness": METRICS, "config": "c"}
     label(scene, splits, [path], **settings)
-    found, usual = pd.read_parquet(path), pd.read_parquet(labelled / "p25.parquet")
+    labels, usual = pd.read_parquet(path), pd.read_parquet(labelled / "p25.parquet")
     split = Split.from_table(pd.read_parquet(splits))
     reconstructor = reconstructor_of(Capture.load(scene), GAUSSIANS)
     evaluator = Evaluator.on_frames(reconstructor, split.proxies)
-    best = found[found["rank"] == 0].iloc[0]
+    best = labels[labels["rank"] == 0].iloc[0]
     measured = evaluator(np.asarray(best["subset"]))
     np.testing.assert_allclose(measured, best[list(METRICS)].to_numpy(float), rtol=1e-9)
     # both searches begin with the same subsets, which the two reconstructors rank differently
-    begun = [table[table["generation"] == 0] for table in (found, usual)]
+    begun = [table[table["generation"] == 0] for table in (labels, usual)]
     first, other = ([tuple(s) for s in table["subset"]] for table in begun)
     assert first == other
     assert (begun[0]["psnr"].to_numpy() != begun[1]["psnr"].to_numpy()).all()

@@ -6,7 +6,8 @@ import pandas as pd
 from fsel.data.capture import Capture
 from fsel.data.split import coverage_split
 from fsel.stages.train import train
-from fsel.training import labelled as reading
+from fsel.training import problems as reading
+from fsel.training.labelled import labelled_problems
 from fsel.utils.files import read_table, write_table
 
 
@@ -37,12 +38,12 @@ def test_files_of_a_scene_are_read_once_for_all_levels(scene, tmp_path, monkeypa
     tables = [split.table(capture.names).assign(coverage=p) for p, split in levels.items()]
     splits = tmp_path / "splits.parquet"
     write_table(pd.concat(tables), splits, units={}, config="c")
-    asked = pd.DataFrame({"scene": "s", "coverage": [50, 25, 25], "rank": [0, 1, 0]})
+    rows = pd.DataFrame({"scene": "s", "coverage": [50, 25, 25], "rank": [0, 1, 0]})
     read = []
     monkeypatch.setattr(reading, "read_table", lambda p: read.append(p) or read_table(p))
-    found = list(reading.labelled_problems(asked, {"s": (scene, splits)}))
+    problems = list(labelled_problems(rows, {"s": (scene, splits)}))
     assert read == [scene / "descriptors.parquet", splits]
-    assert [part["rank"].tolist() for _, part in found] == [[0, 1], [0]]
-    for (problem, _), split in zip(found, levels.values(), strict=True):
+    assert [part["rank"].tolist() for _, part in problems] == [[0, 1], [0]]
+    for (problem, _), split in zip(problems, levels.values(), strict=True):
         np.testing.assert_array_equal(problem.candidates, split.candidates)
-    assert found[0][0].capture is found[1][0].capture
+    assert problems[0][0].capture is problems[1][0].capture

@@ -154,14 +154,14 @@ def test_a_pixel_has_the_number_of_the_object_that_its_ray_meets(family):
     pose = shot.poses(np.zeros(24))[frame]
     rays = unproject(made.camera).reshape(48, 64, 3) @ pose[:, :3]
     number_of = {mesh: n for n, group in caster.scene.objects.items() for mesh in group}
-    found = []
+    numbers = []
     for row, column in product(range(1, 48, 6), range(1, 64, 6)):
         met = first_met(corners, -pose[:, :3].T @ pose[:, 3], rays[row, column])
         number = 0 if met is None else number_of.get(owner[met], 0)
         assert made.objects[frame, row, column] == number
-        found.append(number)
-    assert found.count(SUBJECT) > 3
-    assert len(set(found)) > (2 if family == "scannet" else 1)
+        numbers.append(number)
+    assert numbers.count(SUBJECT) > 3
+    assert len(set(numbers)) > (2 if family == "scannet" else 1)
 
 
 def test_captures_about_no_object_have_no_masks(recording):
@@ -256,17 +256,17 @@ def _panned(pixels: float) -> tuple[np.ndarray, int]:
         bad=np.zeros(2, bool),
         lost=np.zeros(2, bool),
     )
-    asked = []
+    counts = []
 
     def colors(origins, rays):
-        asked.append(len(rays))
+        counts.append(len(rays))
         bar = np.abs(rays[:, 0] / rays[:, 1]) < 0.75 / 50  # a pixel and a half wide
         return np.repeat(bar[:, None], 3, axis=1).astype(np.float32)
 
     depth = np.full((2, 48, 64), 5.0)
     rng = np.random.default_rng(0)
     images = film(SimpleNamespace(colors=colors), shot, unproject(camera), depth, camera, rng)
-    return images[0, 24, :, 0] / 255.0, len(asked) // 2
+    return images[0, 24, :, 0] / 255.0, len(counts) // 2
 
 
 @pytest.mark.parametrize("pixels", [5, 10, 15])

@@ -20,10 +20,10 @@ def test_strategy_climbs_a_noisy_hill_and_leaves_held_coefficients_alone():
         shift = rng.normal()
         return np.array([shift - sum((p[n] - best[n]) ** 2 for n in NAMES) for p in policies])
 
-    found, log = refine(objective, start, NAMES, RefineSettings(generations=80), seed=0)
-    assert list(found) == list(start)
-    assert found["target_gain"] == 2.0
-    assert max(abs(found[name] - best[name]) for name in NAMES) < 0.1
+    refined, log = refine(objective, start, NAMES, RefineSettings(generations=80), seed=0)
+    assert list(refined) == list(start)
+    assert refined["target_gain"] == 2.0
+    assert max(abs(refined[name] - best[name]) for name in NAMES) < 0.1
     assert len(log) == 80
 
 
@@ -50,14 +50,14 @@ class Valley:
     ("bests", "kept"),
     [
         ((0.1, 0.1), "start"),
-        ((0.9, 0.8), "found"),
+        ((0.9, 0.8), "refined"),
         ((1.0, 0.1), "start"),  # 19 and -15.2 dB: better on the mean, by less than the doubt
         ((1.0,), "start"),  # a single draw says nothing of its own doubt
     ],
 )
 def test_what_was_found_must_hold_on_draws_kept_apart(bests, kept):
-    rules = {"start": {"d_min_s": 0.0}, "found": {"d_min_s": 1.0}}
-    chosen = _better([Valley(best) for best in bests], rules["start"], rules["found"])
+    rules = {"start": {"d_min_s": 0.0}, "refined": {"d_min_s": 1.0}}
+    chosen = _better([Valley(best) for best in bests], rules["start"], rules["refined"])
     assert chosen is rules[kept]
 
 

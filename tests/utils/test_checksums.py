@@ -2,9 +2,6 @@
 
 import hashlib
 import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,7 +13,6 @@ from fsel.utils import checksums
 from fsel.utils.checksums import Damaged, beside, check, damages, write
 from fsel.utils.files import mapped_array, read_table
 
-RULES = Path(__file__).parents[2] / "workflow" / "rules"
 WRITERS = {
     "a.parquet": lambda path: pd.DataFrame({"x": np.arange(50)}).to_parquet(path),
     "a.npy": lambda path: np.save(path, np.arange(50)),
@@ -123,47 +119,3 @@ def test_readers_name_damaged_files_that_have_no_checksum(tmp_path):
                 read(path)
     with pytest.raises(FileNotFoundError, match=r"frames\.parquet"):
         Capture.load(tmp_path)
-
-
-WORKFLOW = """
-import sys
-from snakemake.exceptions import WorkflowError
-
-include: "{rules}/checksums.smk"
-
-onstart:
-    check_artefacts(workflow.dag)
-
-rule last:
-    input: "made.npy"
-    output: "table.tex"
-    shell: "false"
-
-rule first:
-    output: "made.npy"
-    shell: "echo anew > made.npy"
-"""
-
-
-def snakemake(folder, *words):
-    command = [sys.executable, "-m", "snakemake", "--cores", "1", *words]
-    environment = {**os.environ, "PYTHONWARNINGS": "ignore"}
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
-
-
-def test_a_damaged_input_is_refused_before_outputs_are_removed(tmp_path):
-    (tmp_path / "Snakefile").write_text(WORKFLOW.format(rules=RULES))
-    (tmp_path / "made.npy").write_text("whole\n")
-    write(tmp_path / "made.npy")
-    (tmp_path / "table.tex").write_text("good")
-    os.utime(tmp_path / "table.tex", ns=(10**18, 10**18))  # older than its input: the job would run
-    (tmp_path / "made.npy").write_text("half")
-    done = snakemake(tmp_path)
-    said = done.stdout + done.stderr
-    assert done.returncode != 0
-    assert "made.npy: has 4 bytes, and had 6 when it was made" in said
-    assert "snakemake --cores 1 --force made.npy" in said
-    assert (tmp_path / "table.tex").read_text() == "good"
-    done = snakemake(tmp_path, "--force", "made.npy")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert (tmp_path / "made.npy").read_text() == "anew\n"

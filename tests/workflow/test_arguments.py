@@ -1,8 +1,5 @@
-"""Every rule has what the function of its script takes, and nothing more."""
+"""Every rule has what its function takes, and nothing more."""
 
-import ast
-import importlib
-import itertools
 import json
 import os
 import subprocess
@@ -13,7 +10,7 @@ import pytest
 from dry_runs import ROOT
 from snakemake.iocontainers import Namedlist
 
-from fsel.workflow.job import arguments
+from fsel.workflow.job import arguments, function_of
 
 RULES = """
 import json, sys
@@ -39,6 +36,7 @@ with SnakemakeApi(OutputSettings(quiet={Quietness.ALL})) as api:
         {
             "name": rule.name,
             "script": Path(rule.script).stem,
+            "job": rule.params.get("job"),
             "input": shape(rule.input),
             "output": shape(rule.output),
             "params": {"named": dict.fromkeys(rule.params.keys(), "one"), "unnamed": 0},
@@ -81,35 +79,17 @@ def handed(rule, several):
     return SimpleNamespace(rule=rule["name"], threads=1, **kinds)
 
 
-def function_run_by(script):
-    """The function that a script hands to `run`."""
-    tree = ast.parse((ROOT / "workflow" / "scripts" / f"{script}.py").read_text())
-    (called,) = [
-        node.args[1].id
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "run"
-    ]
-    (home,) = [
-        node.module
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and called in [name.name for name in node.names]
-    ]
-    return home, called
-
-
 @pytest.fixture(scope="module")
-def bound(rules):
-    """The rules whose scripts take their arguments by name."""
-    scripts = ROOT / "workflow" / "scripts"
-    found = [r for r in rules if "run(snakemake" in (scripts / f"{r['script']}.py").read_text()]
+def run(rules):
+    """The rules that the runner runs."""
+    found = [rule for rule in rules if rule["script"] == "run" and rule["name"] != "stage"]
     assert len(found) > 15
     return found
 
 
-def test_every_rule_has_what_its_function_takes(bound):
-    for rule in bound:
-        home, name = function_run_by(rule["script"])
-        function = getattr(importlib.import_module(home), name)
+def test_every_rule_has_what_its_function_takes(run):
+    for rule in run:
+        function = function_of(rule["name"], rule["job"])
         refused = []
         for several in (False, True):
             try:
@@ -119,12 +99,10 @@ def test_every_rule_has_what_its_function_takes(bound):
         assert len(refused) < 2, refused
 
 
-def test_rule_script_module_and_function_have_one_name(bound):
-    """An experiment's module may hold all of its rules: selection, evaluation and table."""
-    by_script = itertools.groupby(sorted(bound, key=lambda r: r["script"]), lambda r: r["script"])
-    for script, sharing in by_script:
-        home, name = function_run_by(script)
-        assert name == script
-        assert home.rpartition(".")[2] == name or home.startswith("fsel.experiments.")
-        names = [rule["name"] for rule in sharing]
-        assert script in names or len(names) > 1
+def test_a_rule_is_named_as_its_function_or_a_variant_of_it(run):
+    names = {rule["name"] for rule in run}
+    assert {"train", "train_no_appearance", "ingest_masked", "features_labelled"} <= names
+    for rule in run:
+        function = function_of(rule["name"], rule["job"])
+        variant = rule["name"] != function.__name__
+        assert not variant or function.__module__.startswith("fsel.stages."), rule["name"]

@@ -14,7 +14,7 @@ from snakemake.iocontainers import Namedlist
 import fsel
 from fsel.utils import checksums
 from fsel.utils.files import digest
-from fsel.workflow.job import arguments, job, run
+from fsel.workflow.job import arguments, function_of, job, run
 
 
 def named(unnamed=(), **items) -> Namedlist:
@@ -121,6 +121,23 @@ def test_a_job_logs_and_digests_its_parameters(tmp_path):
     assert "ValueError: wrong" in log.read_text()
 
 
+def test_a_rule_s_function_is_the_stage_of_its_name_or_the_one_that_it_names():
+    for rule in ("select", "search_oracle", "train_no_appearance", "features_labelled"):
+        stage = function_of(rule)
+        assert rule.startswith(stage.__name__)
+        assert stage.__module__ == f"fsel.stages.{stage.__name__}"
+    assert function_of("any", f"{__name__}:taste") is taste
+    with pytest.raises(ValueError, match="rule taste: there is no stage of this name"):
+        function_of("taste")
+
+
+def test_the_param_that_names_the_function_is_no_argument_and_not_in_the_digest(tmp_path):
+    seen = []
+    asked = rule(params=named(job="module:function", k=3), log=[str(tmp_path / "a.log")])
+    run(asked, lambda k, config: seen.append((k, config)))
+    assert seen == [(3, digest({"k": 3}))]
+
+
 def test_a_stage_runs_as_a_job_and_its_refusal_is_logged(tmp_path):
     log, seen = tmp_path / "a.log", []
     run(rule(params=named(k=3), log=[str(log)]), lambda k, config: seen.append((k, config)))
@@ -193,4 +210,4 @@ def test_everything_imports_pycolmap_without_its_handlers():
         for p in library.rglob("*.py")
         if re.search(r"^\s*(import|from) pycolmap", p.read_text(), re.M)
     ]
-    assert [path.name for path in found] == ["held.py"]
+    assert [path.name for path in found] == ["bindings.py"]

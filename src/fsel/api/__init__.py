@@ -1,6 +1,7 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
 from fsel.api.covering import check_cover
+from fsel.api.measured import described, measured
 from fsel.api.reconstruction import evaluate, fit
 from fsel.api.request import (
     ALL_FRAMES,
@@ -12,7 +13,7 @@ from fsel.api.request import (
     patience_of,
     stated_beside,
 )
-from fsel.api.selection import Selection, described, select, sharpened
+from fsel.api.selection import Selection, select, sharpened
 
 __all__ = [
     "ALL_FRAMES",
@@ -24,6 +25,7 @@ __all__ = [
     "described",
     "evaluate",
     "fit",
+    "measured",
     "method_of",
     "number_of",
     "patience_of",

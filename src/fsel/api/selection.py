@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsel.api.covering import check_cover, cover_of, near_all, seeing_all
+from fsel.api.measured import Describe, measured
 from fsel.api.request import (
     checked_request,
     method_of,
@@ -81,7 +82,7 @@ def select(
     refine: float | Refine | None = None,
     sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | None = None,
-    descriptors: np.ndarray | None = None,
+    descriptors: np.ndarray | Describe | None = None,
     always: Wish = None,
     never: Wish = None,
 ) -> Selection:
@@ -119,8 +120,9 @@ def select(
         sharpness: (N,) of every frame, where it is known already, or what measures it of some;
             else it is measured of the capture's images, of all for methods that read it. Blurred
             picks of `fsel` are exchanged, see `fsel.request.blur`; zeros exchange none.
-        descriptors: (N, D) of every frame, where they are known already; else measured for methods
-            that read them, by `lab_hog`, which needs no weights.
+        descriptors: (N, D) of every frame, where they are known already, or what measures them of
+            a capture; else measured by `lab_hog`, which needs no weights; for methods that read
+            them.
         focus: an object that targets must see, see `fsel.request.focus`.
         always, never: names or numbers of frames that are selected first, by methods that score
             frames, and of frames that are not selected; or a file with a name a line.
@@ -142,11 +144,7 @@ def select(
     check_cover(cover, cover_share, k, targets, method, refine=refine is not None)
     trying = patience_of(patience, k, targets, method, focus, cover, named=named)
     sharpness_of = _sharpness_of(capture, sharpness)
-    known = np.zeros(len(capture))
-    if "sharpness" in method.reads:
-        known = sharpness_of(np.arange(len(capture)))
-    if descriptors is None and "appearance" in method.reads:
-        descriptors = described(capture)
+    known, descriptors = measured([method], capture, sharpness_of, descriptors)
     ranked = _ranked_by(method, seed)
     number = None if k is None else number_of(k)
     started = time.perf_counter()
@@ -212,7 +210,7 @@ def sharpened(
 
 
 def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) -> SharpnessOf:
-    """Function that says how sharp frames are; see `select`."""
+    """What says how sharp frames are; see `select`."""
     if sharpness is None:
         return lambda frames: measure_sharpness(capture.images[frames])
     return sharpness if callable(sharpness) else np.asarray(sharpness).__getitem__
@@ -248,10 +246,3 @@ def _ranked_by(method: Method, seed: int) -> Ranked:
         return picks, np.full(k, np.nan)
 
     return ranked
-
-
-def described(capture: Capture) -> np.ndarray:
-    """(N, D) float32 appearance descriptors of every frame, which need no weights."""
-    from fsel.features.appearance import descriptors
-
-    return descriptors(np.asarray(capture.images), "lab_hog")

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from fsel.baselines.splat_views import Blends, greedy_on_splats, held_by
 from fsel.data.geometry import camera_centers
 from fsel.data.problem import Method, Problem
+from fsel.utils.compiled import exact
 
 BINS = 128  # directions on the sphere
 EMPTY = -2.0  # score of a view that no splat reaches: below that of full coverage
-
-_fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
 def fibonacci_sphere(count: int) -> np.ndarray:
@@ -57,7 +55,7 @@ class _Coverage:
         _raise(new, self.directions, blends.splats, self.centers, *entries)
 
 
-@_fast
+@exact
 def _summed(start, weight, best):
     """(V,) sums over each view's entries."""
     total = np.zeros(len(start) - 1)
@@ -67,7 +65,7 @@ def _summed(start, weight, best):
     return total
 
 
-@_fast
+@exact
 def _nearest(rays, directions):
     """(n,) the direction of largest cosine with each of (3, n) rays; rays inside: it vectorises."""
     n = rays.shape[1]
@@ -82,7 +80,7 @@ def _nearest(rays, directions):
     return out
 
 
-@_fast
+@exact
 def _raise(new, directions, splats, centers, start, index, best):
     """Raise the coverage of all entries of some splats to that by a newly seen direction.
 

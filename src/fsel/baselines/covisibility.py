@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from fsel.data.geometry import directions, reference_points, viewing_angles
 from fsel.data.problem import Problem
 from fsel.features.static import MVSNET_ANGLE, MVSNET_SPREAD
+from fsel.utils.compiled import exact
 
 PREDICTED = 256  # points at most that stand in for missing ones
-
-_jit = numba.njit(cache=True, nogil=True)
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ def tracks(problem: Problem, pool: np.ndarray) -> Tracks:
     )
 
 
-@_jit
+@exact
 def grouped(key, groups):
     """Stable counting sort: (groups + 1,) starts, and places by key; negative keys are dropped."""
     start = np.zeros(groups + 1, np.int64)
@@ -107,7 +105,7 @@ def _predicted(problem: Problem, pool: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return xyz, point, row
 
 
-@_jit
+@exact
 def shared_points(of, tracks, out):
     """Write into (n,) `out` how many points each row shares with one row; its own are counted."""
     point_start, row, point, _, row_start, seen = tracks
@@ -118,7 +116,7 @@ def shared_points(of, tracks, out):
             out[row[other]] += 1
 
 
-@_jit
+@exact
 def most_shared(tracks):
     """The largest number of points that two rows share."""
     n = len(tracks[4]) - 1
@@ -131,7 +129,7 @@ def most_shared(tracks):
     return most
 
 
-@_jit
+@exact
 def _score(bearing, first, second):
     """MVSNet's score of one point from two observations (Yao et al. 2018).
 
@@ -146,7 +144,7 @@ def _score(bearing, first, second):
     return np.exp(-((angle - MVSNET_ANGLE) ** 2) / (2 * spread**2))
 
 
-@_jit
+@exact
 def scores_with(of, tracks, out):
     """Write into (n,) `out` MVSNet's score of one row with every row; zero with itself."""
     point_start, row, point, bearing, row_start, seen = tracks
@@ -158,7 +156,7 @@ def scores_with(of, tracks, out):
                 out[row[other]] += _score(bearing, own, other)
 
 
-@_jit
+@exact
 def score_rows(rows, tracks):
     """(b, n) float32 MVSNet's scores of (b,) rows with every row; zero with themselves."""
     point_start, row, point, bearing, row_start, seen = tracks
@@ -172,7 +170,7 @@ def score_rows(rows, tracks):
     return out
 
 
-@_jit
+@exact
 def score_sums(tracks):
     """(n,) every row's scores with all others, summed; each pair is met once."""
     point_start, row, _, bearing, row_start, _ = tracks

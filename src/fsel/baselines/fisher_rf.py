@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from fsel.baselines.splat_views import Blends, greedy_on_splats
 from fsel.data.problem import Method, Problem
+from fsel.utils.compiled import exact
 
 DAMPING = 1e-6  # the released default of lambda
 
@@ -31,7 +31,7 @@ class _Information:
         self.known[self.blends.index[part]] += self.blends.square[part]
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@exact
 def _information(start, index, square, per_known):
     """(V,) sums of a view's squares, each divided by what is known of its splat."""
     total = np.zeros(len(start) - 1)

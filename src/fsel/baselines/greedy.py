@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numba
 import numpy as np
 
 from fsel.data.geometry import centered
+from fsel.utils.compiled import exact
 
 TIE = 1e-5  # gains closer than this share are equal: sums of float32 values are not more exact
 BLOCK = 256  # rows whose values are held at a time
@@ -82,7 +82,7 @@ def locate(values: Callable[[np.ndarray], np.ndarray], bounds: np.ndarray, k: in
     return lazy_greedy(bounds, gains, add, k)
 
 
-@numba.njit(cache=True, nogil=True)
+@exact
 def _gained(values, served):
     """(b,) sums of what (b, n) values add to the best so far."""
     total = np.zeros(len(values))

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numba
 import numpy as np
 
 from fsel.baselines.greedy import BLOCK, locate
 from fsel.data.problem import Method, Problem
+from fsel.utils.compiled import exact
 
 ROUNDING = 1e-6  # of a distance in float32
 HELD = 2048  # frames up to which all distances are held: 16 MB
 
-_jit = numba.njit(cache=True, nogil=True)
 Rows = Callable[[np.ndarray], np.ndarray]
 """(b,) rows -> (b, n) float32 distances to all, symmetric, 0 to itself."""
 
@@ -112,7 +111,7 @@ def fasterpam(distance: Rows, count: int, medoids: np.ndarray) -> np.ndarray:
     return medoids
 
 
-@_jit
+@exact
 def _swapped(distance, candidates, medoids, to_medoids, since):
     """Weigh (b,) candidates by their (b, n) distances; swap in place, medoids' distances too.
 
@@ -136,7 +135,7 @@ def _swapped(distance, candidates, medoids, to_medoids, since):
     return since
 
 
-@_jit
+@exact
 def _assigned(to_medoids):
     """Place of each row's nearest medoid, and its distances to the nearest and second nearest."""
     k, n = to_medoids.shape
@@ -152,7 +151,7 @@ def _assigned(to_medoids):
     return near, first, second
 
 
-@_jit
+@exact
 def _changes(row, near, first, second, k):
     """Loss change of swapping a candidate for each medoid: a common part, and (k,) the rest."""
     change = np.zeros(k)

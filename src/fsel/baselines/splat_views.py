@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-import numba
 import numpy as np
 
 from fsel.baselines.covisibility import grouped
@@ -18,14 +17,12 @@ from fsel.data.capture import Capture
 from fsel.data.geometry import centered, farthest_views, pose_matrices
 from fsel.data.problem import Problem
 from fsel.reconstruct.splats import Splats
+from fsel.utils.compiled import exact
 
 FIT_SIDE = 32  # pixels of the longer side, of fitted images and of views
 START = 4  # farthest views before the first reconstruction, as in FisherRF's schedule
 FAINT = np.float32(1e-2)  # of a pixel: splats that fill less of a view are left out
 MANTISSA = 13  # bits of a depth that are dropped to order splats: steps of a thousandth remain
-
-_jit = numba.njit(cache=True, nogil=True)
-_fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
 @dataclass(frozen=True)
@@ -166,7 +163,7 @@ def _room(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.int64)
 
 
-@_fast
+@exact
 def _project(splats, pose, k, width, height, across, down, key):
     """Write pixel coordinates less one half, and keys that grow with depth; -1 out of the view.
 
@@ -189,7 +186,7 @@ def _project(splats, pose, k, width, height, across, down, key):
         key[i] = bits[i] >> MANTISSA if inside & (depth[i] > 0) else -1
 
 
-@_jit
+@exact
 def _blend(opacity, across, down, key, clear, index, weight, square):
     """Write the entries of one view, front to back, and the light that passes; return their
     number."""
@@ -209,7 +206,7 @@ def _blend(opacity, across, down, key, clear, index, weight, square):
     return count
 
 
-@_jit
+@exact
 def _fill(clear, across, down, opacity):
     """Blend one splat into the light that still passes; the sum of its weights and of their
     squares."""

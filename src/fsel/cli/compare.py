@@ -24,8 +24,7 @@ from fsel.export.compared import Cell, Compared, differences
 from fsel.export.versus import comparison
 from fsel.images.previews import sharpness_among
 from fsel.metrics import Metrics
-from fsel.outputs.records import FolderRecord
-from fsel.outputs.staging import staged
+from fsel.outputs.atomic import staged
 from fsel.reconstruct import Model, Reconstructor
 from fsel.request.blur import SharpnessOf, blurred
 from fsel.request.focus import Focus
@@ -45,7 +44,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     checked(asked)
     metrics = metrics_of(asked)
     methods = [api.method_of(name) for name in asked.methods]
-    with staged(asked.out, "compare", FolderRecord(), inputs_of(asked), asked.force) as stage:
+    with staged(asked.out, "compare", inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, asked.long_side)
         focus = focus_of(asked, opened)
         targets = _checked(asked, opened.capture, methods, focus)
@@ -117,11 +116,7 @@ def _picks(
     focus: Focus | None,
 ) -> Picks:
     """(k, method) -> one selection a seed; nested methods are asked once for the largest k."""
-    sharpness = np.zeros(len(capture))
-    if any("sharpness" in method.reads for method in methods):
-        sharpness = sharpness_of(np.arange(len(capture)))
-    looked_at = any("appearance" in method.reads for method in methods)
-    descriptors = api.described(capture) if looked_at else None
+    sharpness, descriptors = api.measured(methods, capture, sharpness_of)
     problem = request_problem(capture, targets, sharpness, focus, descriptors)
 
     def chance(run: Run, k: int) -> np.random.Generator:

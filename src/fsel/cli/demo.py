@@ -9,8 +9,7 @@ import numpy as np
 
 from fsel.cli.console import Console
 from fsel.layouts import colmap
-from fsel.outputs.records import FolderRecord
-from fsel.outputs.staging import staged
+from fsel.outputs.atomic import staged
 
 SCENES = {"garden": ("mipnerf360", 5)}  # family and seed; COLMAP places every frame of it
 FRAMES, SIZE = 80, (320, 240)
@@ -27,7 +26,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             f"a demonstration is generated with {error.name}, which is not installed. "
             "Hint: pip install 'fsel[demo]'"
         ) from error
-    with staged(asked.out, "demo", FolderRecord(), [], asked.force) as stage:
+    with staged(asked.out, "demo", [], asked.force) as stage:
         console.say("making", f"{FRAMES} frames of {asked.scene}, for about a minute")
         with console.clock("generating"):
             made = record(*SCENES[asked.scene], FRAMES, *SIZE)

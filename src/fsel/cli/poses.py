@@ -8,13 +8,12 @@ import shutil
 from fsel.cli.console import Console
 from fsel.cli.posing import CAPTURE, FOUND, found_poses
 from fsel.cli.request import inputs_of
-from fsel.outputs.records import FolderRecord
-from fsel.outputs.staging import staged
+from fsel.outputs.atomic import staged
 
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    with staged(asked.out, "poses", FolderRecord(), inputs_of(asked), asked.force) as stage:
+    with staged(asked.out, "poses", inputs_of(asked), asked.force) as stage:
         place = found_poses(asked, console)
         with console.clock("writing"):
             for part in ("images", "sparse"):

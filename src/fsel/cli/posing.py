@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import fcntl
 import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -18,9 +17,11 @@ from fsel.colmap.bindings import pycolmap
 from fsel.colmap.runs import MIN_PLACED, Work
 from fsel.images import files as image_files
 from fsel.images import orientation, video
+from fsel.images.previews import check_pixels
 from fsel.ingest import sfm
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.layouts import bare
+from fsel.utils.limits import cores
 from fsel.utils.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
@@ -90,7 +91,7 @@ def found_poses(asked: argparse.Namespace, console: Console) -> Path:
     files = [source] if video.is_video(source) else _photos(asked, console)
     place = cache() / _digest(files, settings)
     place.mkdir(parents=True, exist_ok=True)
-    with _held(place / "lock"):
+    with locked(place / "lock"):
         if not (place / FOUND).is_file():
             _find(source, files, settings, place, console)
     report = json.loads((place / FOUND).read_text(encoding="utf-8"))
@@ -126,8 +127,7 @@ def _photos(asked: argparse.Namespace, console: Console) -> list[Path]:
             f"images or in input; at least {MIN_PLACED} are needed"
         )
     if not asked.skip_unreadable:
-        for file in files:
-            image_files.size_of(file)
+        check_pixels(files)
     return files
 
 
@@ -159,8 +159,7 @@ def _find(
     else:
         report["turned"] = _put(files, folder, console)
     raw = bare.read(place / CAPTURE)
-    threads = len(os.sched_getaffinity(0))
-    work = Work(place / "matching", threads, ordered=filmed, watch=console.bar)
+    work = Work(place / "matching", cores(), ordered=filmed, watch=console.bar)
     try:
         model = sfm.place(raw, work=work)
     except sfm.NotPlaced as error:
@@ -201,9 +200,8 @@ def _put(files: Sequence[Path], folder: Path, console: Console) -> list[str]:
     return turned
 
 
-@contextmanager
-def _held(lock: Path) -> Iterator[None]:
-    """Waits until no other process fills the folder."""
-    with lock.open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
+def locked(path: Path) -> AbstractContextManager:
+    """A block that begins when no other process is within one of the same file."""
+    from filelock import FileLock  # here: most captures have their poses
+
+    return FileLock(path)

@@ -11,8 +11,7 @@ from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.cli.request import inputs_of
-from fsel.outputs.records import PlyRecord
-from fsel.outputs.staging import staged
+from fsel.outputs.atomic import staged
 from fsel.request.targets import named_in
 from fsel.utils.wording import counted
 
@@ -29,7 +28,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         )
     if asked.out.suffix.lower() != ENDING:
         raise ValueError(f"{asked.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
-    with staged(asked.out, "reconstruct", PlyRecord(), inputs_of(asked), asked.force) as stage:
+    with staged(asked.out, "reconstruct", inputs_of(asked), asked.force, folder=False) as stage:
         opened = posing.opened(asked, console, asked.long_side)
         frames = named_in(asked.frames, opened.capture)
         if len(frames) < 2:

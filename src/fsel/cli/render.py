@@ -13,8 +13,7 @@ from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.metrics import Metrics, score_views
-from fsel.outputs.records import FolderRecord
-from fsel.outputs.staging import staged
+from fsel.outputs.atomic import staged
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.request.targets import targets_of
 
@@ -22,7 +21,7 @@ from fsel.request.targets import targets_of
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     read, metrics = [*inputs_of(asked), asked.model], metrics_of(asked)
-    with staged(asked.out, "render", FolderRecord(), read, asked.force) as stage:
+    with staged(asked.out, "render", read, asked.force) as stage:
         model = GaussianModel.read_ply(asked.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
         opened = posing.opened(asked, console, asked.long_side)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -31,8 +32,7 @@ from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.images.previews import check_pixels, sharpness_among, thumbnails
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture
-from fsel.outputs.records import FolderRecord
-from fsel.outputs.staging import staged
+from fsel.outputs.atomic import staged
 from fsel.request.blur import SharpnessOf
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
@@ -52,7 +52,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
     method = api.method_of(asked.method, asked.weights)
     _check_appearance(asked, method)
     refine_of(asked)
-    with staged(asked.out, "select", FolderRecord(), inputs_of(asked), asked.force) as stage:
+    with staged(asked.out, "select", inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, SIDES[asked.appearance])
         seconds = {"read": time.perf_counter() - started}
         outcome = _select(asked, console, opened, method, seconds)
@@ -169,7 +169,7 @@ def _select(
             refine=refine,
             sharpness=sharpness_of,
             focus=focus,
-            descriptors=_described(asked, capture, method, seconds),
+            descriptors=_describing(asked, seconds),
         )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
@@ -242,16 +242,19 @@ def _check_appearance(asked: argparse.Namespace, method: Method) -> None:
     check_appearance(asked.appearance, asked.appearance_weights, options)
 
 
-def _described(
-    asked: argparse.Namespace, capture: Capture, method: Method, seconds: dict[str, float]
-) -> np.ndarray | None:
-    """(N, D) appearance of every frame, of methods that read it."""
-    if "appearance" not in method.reads:
-        return None
-    started = time.perf_counter()
-    found = descriptors(np.asarray(capture.images), asked.appearance, asked.appearance_weights)
-    seconds["appearance"] = time.perf_counter() - started
-    return found
+def _describing(
+    asked: argparse.Namespace, seconds: dict[str, float]
+) -> Callable[[Capture], np.ndarray]:
+    """What describes the appearance of every frame, and notes the time that it takes."""
+
+    def timed(capture: Capture) -> np.ndarray:
+        started = time.perf_counter()
+        images = np.asarray(capture.images)
+        appearance = descriptors(images, asked.appearance, asked.appearance_weights)
+        seconds["appearance"] = time.perf_counter() - started
+        return appearance
+
+    return timed
 
 
 def _pictures(

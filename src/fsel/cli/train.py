@@ -18,7 +18,7 @@ from fsel.cli.optimising import checked
 from fsel.cli.posing import warn_of
 from fsel.images.previews import sharpness_of_files
 from fsel.ingest.lazy import LONG_SIDE, open_capture
-from fsel.outputs.staging import refuse_overlap
+from fsel.outputs.atomic import refuse_overlap
 from fsel.reconstruct import reconstructor_of
 from fsel.selector import pretrained
 from fsel.selector.policies import POLICIES, RENAMED, Policy

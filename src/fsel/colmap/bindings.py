@@ -12,13 +12,15 @@ import threading
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _main = threading.current_thread() is threading.main_thread()
 _handlers = {number: signal.getsignal(number) for number in _SIGNALS if _main}
-_mask = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)  # they wait meanwhile
+_masked = getattr(signal, "pthread_sigmask", None)  # Windows has none
+_mask = _masked and _masked(signal.SIG_BLOCK, _SIGNALS)  # they wait meanwhile
 try:
     import pycolmap
 finally:
     for _number, _handler in _handlers.items():
         if _handler is not None:  # else it is none of Python's
             signal.signal(_number, _handler)
-    signal.pthread_sigmask(signal.SIG_SETMASK, _mask)
+    if _masked:
+        _masked(signal.SIG_SETMASK, _mask)
 
 __all__ = ["pycolmap"]

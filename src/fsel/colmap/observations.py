@@ -18,8 +18,8 @@ from fsel.colmap.bindings import pycolmap
 from fsel.data.capture import MOST_LENGTH
 from fsel.data.points import RawPoints
 
-SIGHT = np.dtype([("xy", "<f8", 2), ("point", "<u8")])  # an entry of an image, as on disk
-PLACE = np.dtype([("key", "<u8"), ("xyz", "<f8", 3), ("rgb", "u1", 3)])  # the start of a point
+OBSERVATION = np.dtype([("xy", "<f8", 2), ("point", "<u8")])  # an entry of an image, as on disk
+POINT = np.dtype([("key", "<u8"), ("xyz", "<f8", 3), ("rgb", "u1", 3)])  # the start of a point
 NO_POINT = 2**64 - 1  # of an observation that no point was made from
 
 
@@ -27,14 +27,14 @@ class Observed(NamedTuple):
     """A model's points, and what its images see of them.
 
     Attributes:
-        places: (M,) of the dtype `PLACE`: ids, ascending, positions and colours of the points.
-        sights: by an image's id, (n,) of the dtype `SIGHT`: pixels, and the id of a point or
-            `NO_POINT`; read from disk when looked at.
+        points: (M,) of the dtype `POINT`: ids, ascending, positions and colours.
+        observations: by an image's id, (n,) of the dtype `OBSERVATION`: pixels, and the id of a
+            point or `NO_POINT`; read from disk when looked at.
         names: by an image's id.
     """
 
-    places: np.ndarray
-    sights: dict[int, np.ndarray]
+    points: np.ndarray
+    observations: dict[int, np.ndarray]
     names: dict[int, str]
 
 
@@ -55,15 +55,15 @@ def observed(reconstruction: pycolmap.Reconstruction, model: Path | None = None)
 
 def _read(model: Path) -> Observed:
     content, starts = entries(model / POINTS)
-    places = b"".join(content[at : at + PLACE.itemsize] for at in starts)
-    sights, names = {}, {}
+    points = b"".join(content[at : at + POINT.itemsize] for at in starts)
+    observations, names = {}, {}
     content, starts = entries(model / IMAGES)
     for at in starts:
         (key,), (first, end) = unpack_from("<I", content, at), name_span(content, at)
         (count,) = unpack_from("<Q", content, end + 1)
         names[key] = content[first:end].decode()
-        sights[key] = np.frombuffer(content, SIGHT, count, end + 1 + 8)
-    return Observed(np.sort(np.frombuffer(places, PLACE), order="key"), sights, names)
+        observations[key] = np.frombuffer(content, OBSERVATION, count, end + 1 + 8)
+    return Observed(np.sort(np.frombuffer(points, POINT), order="key"), observations, names)
 
 
 def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPoints | None:
@@ -73,10 +73,10 @@ def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPo
         ValueError: naming the `source`, for numbers that are not finite, or an observation of a
             point that is not there.
     """
-    keys, xyz, rgb = (np.ascontiguousarray(seen.places[part]) for part in PLACE.names)
+    keys, xyz, rgb = (np.ascontiguousarray(seen.points[part]) for part in ("key", "xyz", "rgb"))
     if not len(keys):
         return None
-    key, frame, xy = _sights(seen, rows)
+    key, frame, xy = _observations(seen, rows)
     point = np.searchsorted(keys, key)
     absent = keys[np.minimum(point, len(keys) - 1)] != key
     for at in np.flatnonzero(absent)[:1]:
@@ -91,14 +91,16 @@ def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPo
     return RawPoints(xyz, rgb, track_point=point[first], track_frame=frame[first], track_xy=xy)
 
 
-def _sights(seen: Observed, rows: dict[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _observations(
+    seen: Observed, rows: dict[int, int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(L,) ids of points, (L,) frames and (L, 2) pixels of observations, frame by frame."""
-    nothing = np.empty(0, SIGHT)
+    nothing = np.empty(0, OBSERVATION)
     keys, frames, pixels = [nothing["point"]], [np.empty(0, np.int64)], [nothing["xy"]]
     for image, row in sorted(rows.items(), key=lambda item: item[1]):
-        sights = seen.sights.get(image, nothing)
-        made = sights["point"] != NO_POINT
-        keys.append(sights["point"][made])
+        entries_of = seen.observations.get(image, nothing)
+        made = entries_of["point"] != NO_POINT
+        keys.append(entries_of["point"][made])
         frames.append(np.full(len(keys[-1]), row))
-        pixels.append(sights["xy"][made])
+        pixels.append(entries_of["xy"][made])
     return np.concatenate(keys), np.concatenate(frames), np.concatenate(pixels)

@@ -69,7 +69,7 @@ def read(path: Path) -> RawPoints:
 
 def _colours(vertices: np.ndarray) -> np.ndarray:
     """(M, 3) uint8; colours that are no bytes count from 0 to 1."""
-    if not set(COLOUR) <= set(vertices.dtype.names):
+    if not set(COLOUR) <= set(vertices.dtype.names or ()):
         return np.full((len(vertices), 3), GREY, np.uint8)
     rgb = np.stack([vertices[name] for name in COLOUR], axis=1)
     if rgb.dtype.kind == "O":

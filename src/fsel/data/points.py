@@ -85,21 +85,13 @@ def points_from_table(table: pd.DataFrame) -> SparsePoints | None:
 
 
 @dataclass(frozen=True)
-class RawPoints:
-    """Sparse points; tracks refer to frames by the raw capture's order.
+class RawPoints(SparsePoints):
+    """Sparse points as a raw capture has them: its order numbers the frames.
 
     Attributes:
-        xyz: (M, 3) float64.
-        rgb: (M, 3) uint8.
-        track_point: (L,) int64.
-        track_frame: (L,) int64.
         track_xy: (L, 2) float64, pixels in the frame as its camera states it, distorted.
     """
 
-    xyz: np.ndarray
-    rgb: np.ndarray
-    track_point: np.ndarray
-    track_frame: np.ndarray
     track_xy: np.ndarray
 
     def without_pixels(self) -> SparsePoints:

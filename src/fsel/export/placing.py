@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 from pathlib import Path
@@ -61,7 +60,7 @@ def place(file: image_files.Image, path: Path, link: bool, size: tuple[int, int]
         image_files.write(image[None], path.parent, [path.name])
         return
     if orientation.of_file(file) != orientation.UPRIGHT:
-        path.write_bytes(orientation.taken_out(file.read_bytes()))
+        path.write_bytes(orientation.taken_out(file.read_bytes(), file))
         return
     if link:
         try:
@@ -75,6 +74,10 @@ def place(file: image_files.Image, path: Path, link: bool, size: tuple[int, int]
 
 def _cloned(file: Path, path: Path) -> bool:
     """Let the path share the file's blocks; False where the file system cannot."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return False
     with file.open("rb") as source, path.open("wb") as target:
         try:
             fcntl.ioctl(target.fileno(), FICLONE, source.fileno())

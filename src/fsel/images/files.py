@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from threading import Lock
 from types import TracebackType
+from typing import BinaryIO
 
 import cv2
 import numpy as np
 
 from fsel.images import headers, orientation
-from fsel.utils.files import mapped_array, unfinished
+from fsel.utils.files import atomic, mapped_array
 
 REDUCED = {
     8: cv2.IMREAD_REDUCED_COLOR_8,
@@ -170,12 +173,10 @@ def _decoded(path: Path, flags: int) -> np.ndarray:
     if not path.is_file():
         raise ValueError(f"{headers.shown(path)}: image file is missing")
     content = path.read_bytes()
-    if not content:
-        raise ValueError(f"{path}: image file is empty (0 bytes)")
-    headers.size_of(content, path)
-    stored = orientation.taken_out(content)  # OpenCV turns a TIFF whatever the flags say
+    if headers.opened(BytesIO(content), path).format == "TIFF":
+        content = orientation.taken_out(content, path)  # OpenCV turns it whatever the flags say
     try:
-        pixels = np.frombuffer(stored, np.uint8)
+        pixels = np.frombuffer(content, np.uint8)
         image = cv2.imdecode(pixels, flags | cv2.IMREAD_IGNORE_ORIENTATION)
     except cv2.error:
         image = None
@@ -203,15 +204,18 @@ def write(frames: np.ndarray, folder: Path, names: list[str]) -> None:
 def write_upright(file: Path, place: Path) -> None:
     """Write a photo turned as its EXIF asks, under a name of the same ending.
 
-    A JPEG is encoded again at quality 97 and keeps its EXIF, with orientation 1.
+    A JPEG is encoded again at quality 97. The EXIF is kept, with orientation 1: COLMAP guesses
+    focal lengths by it.
 
     Raises:
         ValueError: see `load`.
     """
-    turned = orientation.applied(load(file), orientation.of_file(file))
-    write(turned[None], place.parent, [place.name])
-    if place.suffix.lower() in JPEG:
-        place.write_bytes(orientation.with_exif(place.read_bytes(), file.read_bytes()))
+    from PIL import Image, ImageOps  # here: most photos are upright
+
+    photo = Image.fromarray(np.ascontiguousarray(load(file)))
+    photo.getexif()[orientation.ORIENTATION] = orientation.of_file(file)
+    upright = ImageOps.exif_transpose(photo)
+    upright.save(place, quality=QUALITY, exif=orientation.upright_exif(file))
 
 
 class ArrayFile:
@@ -224,13 +228,13 @@ class ArrayFile:
     def __init__(self, count: int, path: Path | None) -> None:
         self._count, self._path = count, path
         self._items: list[np.ndarray] = []
-        self._file = None
-        self._started = False
-        if path is not None:
-            self._partial = unfinished(path)
-            self._file = self._partial.open("wb")
+        self._file: BinaryIO | None = None
+        self._stack = ExitStack()
 
     def __enter__(self) -> ArrayFile:
+        if self._path is not None:
+            partial = self._stack.enter_context(atomic(self._path))
+            self._file = self._stack.enter_context(partial.open("wb"))
         return self
 
     def append(self, item: np.ndarray) -> None:
@@ -238,28 +242,20 @@ class ArrayFile:
         if self._file is None:
             self._items.append(item)
             return
-        if not self._started:
+        if not self._file.tell():
             header = {
                 "descr": np.lib.format.dtype_to_descr(item.dtype),
                 "fortran_order": False,
                 "shape": (self._count, *item.shape),
             }
             np.lib.format.write_array_header_1_0(self._file, header)
-            self._started = True
         self._file.write(np.ascontiguousarray(item).data)
 
     def __exit__(
         self, kind: type | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._file is not None:
-            self._file.close()
-            if error is None:
-                self._partial.replace(self._path)
-            else:
-                self._partial.unlink()
+        self._stack.__exit__(kind, error, trace)
 
     def array(self) -> np.ndarray:
         """All items, after the block: an array, or a read-only map of the file."""
-        if self._path is None:
-            return np.stack(self._items)
-        return mapped_array(self._path)
+        return np.stack(self._items) if self._path is None else mapped_array(self._path)

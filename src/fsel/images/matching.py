@@ -50,7 +50,7 @@ def match(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray
     Returns:
         Two (n, 2) float64 of pixels, top-left centre at (0.5, 0.5); empty where too few agree.
     """
-    sift = cv2.SIFT_create(FEATURES)
+    sift = cv2.SIFT.create(FEATURES)
     found = [
         sift.detectAndCompute(cv2.cvtColor(i, cv2.COLOR_RGB2GRAY), None) for i in (first, second)
     ]
@@ -137,7 +137,7 @@ def focal_from_poses(
         k = np.array([focal, focal, width / 2, height / 2])
         return float(np.median(np.concatenate([epipolar_distances(*m, k, k) for m in matches])))
 
-    grid = np.linspace(*np.log(FOCAL_RANGE), 40)
+    grid = np.linspace(np.log(FOCAL_RANGE[0]), np.log(FOCAL_RANGE[1]), 40)
     best = grid[np.argmin([cost(value) for value in grid])]
     step = grid[1] - grid[0]
     found = minimize_scalar(cost, bounds=(best - step, best + step), method="bounded")

@@ -1,120 +1,81 @@
-"""The orientation that an image file asks to be shown in (EXIF): read, taken out, applied."""
+"""The orientation that an image file asks to be shown in, by its EXIF: read, and taken out."""
 
 from __future__ import annotations
 
-import mmap
-from collections.abc import Iterator
+import struct
+from io import BytesIO
 from pathlib import Path
-from struct import error as Short
-from struct import pack_into, unpack_from
+from typing import BinaryIO
 from zlib import crc32
 
-import numpy as np
-
-from fsel.images.headers import JPEG, PNG, Cut, chunks
-from fsel.images.jpeg import Content, segments
+from fsel.images import headers
 
 ORIENTATION = 0x0112  # the tag
 UPRIGHT = 1  # its value where pixels are stored as they are to be shown
-EXIF = b"Exif\0\0"  # before the block in a JPEG, and in some WebP files
-EXIF_SEGMENT, EXIF_CHUNK = 0xE1, b"eXIf"
-FORMS = {3: "H", 4: "I"}  # of TIFF's numbers of two and of four bytes
-ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
-TURNS = {
-    2: lambda image: image[:, ::-1],
-    3: lambda image: image[::-1, ::-1],
-    4: lambda image: image[::-1],
-    5: lambda image: image.swapaxes(0, 1),
-    6: lambda image: image[::-1].swapaxes(0, 1),
-    7: lambda image: image[::-1, ::-1].swapaxes(0, 1),
-    8: lambda image: image.swapaxes(0, 1)[::-1],
-}
+SHORT, LONG = 3, 4  # TIFF's numbers of two and of four bytes
+EXIF = b"Exif\0\0"  # before the block in a JPEG
+CHUNK = b"eXIf"  # before the block in a PNG
 
 
 def of_file(path: Path) -> int:
     """The orientation that an image file states, 1 to 8; 1 where it states none.
 
     Raises:
-        ValueError: for an empty file.
+        ValueError: see `fsel.images.headers.opened`.
     """
-    with (
-        path.open("rb") as file,
-        mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content,
-    ):
-        values = [unpack_from(form, content, at)[0] for at, form in _places(content)]
-    return next((value for value in values if value in TURNS), UPRIGHT)
+    with path.open("rb") as file:
+        return _stated(file, path)[0]
 
 
-def taken_out(content: bytes) -> bytes:
-    """A file's content that states orientation 1 where it states one; nothing else changes."""
-    places = _places(content)
-    if not places:
+def taken_out(content: bytes, path: Path) -> bytes:
+    """A file's content that states orientation 1 where it states one; nothing else changes.
+
+    Raises:
+        ValueError: see `fsel.images.headers.opened`.
+    """
+    value, block = _stated(BytesIO(content), path)
+    if value == UPRIGHT:
         return content
-    found = bytearray(content)
-    for at, form in places:
-        pack_into(form, found, at, UPRIGHT)
-    if content.startswith(PNG):
-        for kind, start, end in chunks(content):
-            if kind == EXIF_CHUNK:
-                pack_into(">I", found, end, crc32(found[start - 4 : end]))
-    return bytes(found)
+    before, after = block, _upright(block, value)
+    if CHUNK + block in content:  # a PNG's chunk has a checksum
+        before, after = (part + crc32(CHUNK + part).to_bytes(4) for part in (before, after))
+    return content.replace(before, after)
 
 
-def applied(image: np.ndarray, orientation: int) -> np.ndarray:
-    """(h, w, 3) or (w, h, 3): the (h, w, 3) stored pixels as an orientation wants them shown."""
-    return TURNS[orientation](image) if orientation in TURNS else image
+def upright_exif(path: Path) -> bytes:
+    """The EXIF of a file, for a copy whose pixels are upright; empty where it states no turn.
 
-
-def with_exif(encoded: bytes, original: bytes) -> bytes:
-    """A JPEG with the EXIF of the JPEG that it was made of, if any, which states orientation 1.
-
-    COLMAP guesses focal lengths by it.
+    Raises:
+        ValueError: see `fsel.images.headers.opened`.
     """
-    kept = taken_out(original)
-    parts = [
-        kept[start:end]
-        for marker, start, end in (segments(kept) if kept.startswith(JPEG) else ())
-        if marker == EXIF_SEGMENT and kept.startswith(EXIF, start + 4)
-    ]
-    return b"".join([encoded[:2], *parts, encoded[2:]])
+    with path.open("rb") as file:
+        value, block = _stated(file, path)
+    return EXIF + _upright(block, value) if block else b""
 
 
-def _places(content: Content) -> list[tuple[int, str]]:
-    """Where orientations stand, and in what form; what is damaged states none."""
+def _stated(file: BinaryIO, path: Path) -> tuple[int, bytes]:
+    """An orientation, and the block in TIFF's form that states it; empty if none does."""
+    from PIL import Image  # here: see `fsel.images.headers`
+
+    image = headers.opened(file, path)
+    block = image.info.get("exif", b"").removeprefix(EXIF)
+    if image.format == "TIFF":
+        file.seek(0)
+        block = file.read()
+    exif = Image.Exif()
     try:
-        return [place for start in _blocks(content) for place in _in_block(content, start)]
-    except (Cut, Short, IndexError):
-        return []
+        with headers.without_warnings():
+            exif.load(block)
+            value = exif.get(ORIENTATION, UPRIGHT)
+    except headers.FAULTS:  # damaged EXIF states none
+        return UPRIGHT, b""
+    return (value, block) if value in range(1, 9) else (UPRIGHT, b"")
 
 
-def _blocks(content: Content) -> Iterator[int]:
-    """Where blocks in TIFF's form begin that say how the image is to be shown."""
-    if content[:4] in ORDERS:
-        yield 0
-    elif content[: len(JPEG)] == JPEG:
-        for marker, start, _ in segments(content):
-            if marker == EXIF_SEGMENT and content[start + 4 : start + 4 + len(EXIF)] == EXIF:
-                yield start + 4 + len(EXIF)
-    elif content[: len(PNG)] == PNG:
-        yield from (start for kind, start, _ in chunks(content) if kind == EXIF_CHUNK)
-    elif content[:4] == b"RIFF":
-        at = 12
-        while at + 8 <= len(content):
-            kind, length = unpack_from("<4sI", content, at)
-            if kind == b"EXIF":
-                named = content[at + 8 : at + 8 + len(EXIF)] == EXIF
-                yield at + 8 + named * len(EXIF)
-            at += 8 + length + length % 2
-
-
-def _in_block(content: Content, block: int) -> Iterator[tuple[int, str]]:
-    """The orientations of a block's first image."""
-    order = ORDERS.get(content[block : block + 4])
-    if order is None:
-        return
-    at = block + unpack_from(f"{order}I", content, block + 4)[0]
-    (count,) = unpack_from(f"{order}H", content, at)
-    for entry in range(at + 2, at + 2 + 12 * count, 12):
-        tag, kind = unpack_from(f"{order}HH", content, entry)
-        if tag == ORIENTATION and kind in FORMS:
-            yield entry + 8, order + FORMS[kind]
+def _upright(block: bytes, value: int) -> bytes:
+    """A block in TIFF's form with orientation 1 wherever it states another one."""
+    order = "<" if block.startswith(b"II") else ">"
+    for form, kind in ((f"{order}HHIH", SHORT), (f"{order}HHII", LONG)):
+        entry, upright = (struct.pack(form, ORIENTATION, kind, 1, v) for v in (value, UPRIGHT))
+        block = block.replace(entry, upright)
+    return block

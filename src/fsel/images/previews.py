@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from fsel.images import files as image_files
 from fsel.images.sharpness import variance_of_laplacian
+from fsel.utils.limits import cores
 
 SHARPNESS_SIDE = 480  # pixels at least: half a 4K frame's motion blur is still seen there
 MANY = 10_000  # files from which on half that size is enough: decoding is all that takes time
@@ -98,8 +98,8 @@ def check_pixels(files: Sequence[image_files.Image]) -> None:
     Raises:
         ValueError: naming the file.
     """
-    files = [file for file in files if not isinstance(file, image_files.VideoFrame)]
-    in_turn(lambda at: image_files.check_pixels(files[at]), files)
+    paths = [file for file in files if not isinstance(file, image_files.VideoFrame)]
+    in_turn(lambda at: image_files.check_pixels(paths[at]), paths)
 
 
 def _factor(longest: int, side: int) -> int:
@@ -119,7 +119,7 @@ def in_turn(
     ends the call after what is under way.
     """
     film = any(isinstance(file, image_files.VideoFrame) for file in files)
-    pool = ThreadPoolExecutor(1 if film else len(os.sched_getaffinity(0)))
+    pool = ThreadPoolExecutor(1 if film else cores())
     try:
         return list(progress(pool.map(work, range(len(files))), len(files)))
     finally:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fsel.colmap.undistortion import Lens, prepared
 from fsel.data.geometry import OPENGL_TO_OPENCV, invert_pose
-from fsel.data.points import grouped_rows
+from fsel.data.points import RawPoints, grouped_rows
 from fsel.images import files as image_files
 from fsel.images.matching import choose_pairs, epipolar_distances, match
 from fsel.layouts.contract import RawCapture
@@ -81,20 +81,22 @@ def _judged(
     side: int,
     bound: float,
 ) -> Agreement:
-    found = errors(raw)
+    pixels = errors(raw)
     # not interpolated: between a number and the infinity of a point behind its camera lies nan
-    median, p95 = (float(v) for v in np.percentile(found, [50, 95], method="higher"))
+    median, p95 = (float(v) for v in np.percentile(pixels, [50, 95], method="higher"))
     cause = ""
     if median > bound * side:
         trials = {name: float(np.median(errors(changed))) for name, changed in _mistakes(raw)}
-        best = min(trials, key=trials.get)
+        best = min(trials, key=trials.__getitem__)
         cause = best if trials[best] <= bound * side else UNKNOWN
-    return Agreement(kind, median, p95, side, len(found), cause)
+    return Agreement(kind, median, p95, side, len(pixels), cause)
 
 
 def reprojection_errors(raw: RawCapture) -> np.ndarray:
     """(L,) pixels between each observation and its point's projection; inf behind the camera."""
     points = raw.sparse()
+    if points is None:
+        return np.empty(0)
     errors = np.full(len(points.track_xy), np.inf)
     for frame, rows in enumerate(grouped_rows(points.track_frame, len(raw.names))):
         pose = raw.world_to_camera[frame]
@@ -154,10 +156,16 @@ def _mistakes(raw: RawCapture) -> Iterator[tuple[str, RawCapture]]:
             )
             yield what, _posed(raw, (full @ matrix)[:, :3])
     points = raw.sparse()
-    for scale in SCALES if points is not None else ():
-        scaled = replace(points, track_xy=points.track_xy * scale)
+    if points is None:
+        return
+    for scale in SCALES:
         what = f"intrinsics {scale:g} times as large as the pixels that points were seen at"
-        yield what, replace(raw, points=lambda _, scaled=scaled: scaled)
+        yield what, _scaled(raw, points, scale)
+
+
+def _scaled(raw: RawCapture, points: RawPoints, scale: float) -> RawCapture:
+    scaled = replace(points, track_xy=points.track_xy * scale)
+    return replace(raw, points=lambda _: scaled)
 
 
 def _posed(raw: RawCapture, poses: np.ndarray) -> RawCapture:

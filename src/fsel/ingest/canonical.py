@@ -6,9 +6,11 @@ import logging
 import os
 import time
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import cast
 
 import cv2
 import numpy as np
@@ -66,7 +68,7 @@ def ingest(
         intrinsics=intrinsics,
         images=frames,
         sequences=tuple(raw.sequences),
-        points=points and points.without_pixels(),
+        points=points.without_pixels() if points else None,
         masks=masks,
         source=source,
     )
@@ -169,7 +171,7 @@ def _opened(
     return frames.array(), np.array(intrinsics), masks.array() if raw.masks else None
 
 
-def _unopened(raw: RawCapture, long_side: int) -> tuple[LazyImages, np.ndarray]:
+def _unopened(raw: RawCapture, long_side: int) -> tuple[np.ndarray, np.ndarray]:
     """A lazy stack of images, and intrinsics at the size that the cameras state."""
     lens_of: dict[Camera, Lens] = {}
     size = None
@@ -179,7 +181,8 @@ def _unopened(raw: RawCapture, long_side: int) -> tuple[LazyImages, np.ndarray]:
         size = size or lens_of[camera].size
         check_same_size(file, lens_of[camera].size, size)
     intrinsics = np.array([lens_of[camera].intrinsics for camera in raw.cameras])
-    return LazyImages(raw.images, raw.cameras, size), intrinsics
+    images = LazyImages(raw.images, raw.cameras, lens_of[raw.cameras[0]].size)
+    return cast("np.ndarray", images), intrinsics  # it can do what `Capture` needs of one
 
 
 class LazyImages:
@@ -195,7 +198,7 @@ class LazyImages:
     ndim = 4
 
     def __init__(
-        self, files: list[image_files.Image], cameras: list[Camera], size: tuple[int, int]
+        self, files: Sequence[image_files.Image], cameras: list[Camera], size: tuple[int, int]
     ) -> None:
         self._files, self._cameras, self._size = files, cameras, size
         self._lens_of = lru_cache(maxsize=LENSES)(Lens)
@@ -206,10 +209,10 @@ class LazyImages:
 
     def __getitem__(self, rows) -> np.ndarray:
         """(h, w, 3) for a number, (n, h, w, 3) for a slice or an array of numbers."""
-        asked = np.arange(len(self))[rows]
-        if asked.ndim == 0:
-            return self._open(int(asked))
-        return np.array([self._open(i) for i in asked], np.uint8).reshape(-1, *self.shape[1:])
+        numbers = np.arange(len(self))[rows]
+        if numbers.ndim == 0:
+            return self._open(int(numbers))
+        return np.array([self._open(i) for i in numbers], np.uint8).reshape(-1, *self.shape[1:])
 
     def __array__(self, dtype=None, copy=None) -> np.ndarray:
         return self[:] if dtype is None else self[:].astype(dtype)

@@ -65,19 +65,19 @@ def triangulate(capture: Capture) -> SparsePoints | None:
         database = folder / "database.db"
         extract(database, folder / "images", names, Work(), one_camera=False)
         model = _posed_model(capture, names, database)
-        asked = [(names[i], names[j]) for i, j in neighbours(capture)]
-        match_pairs(database, asked, THREADS)
+        pairs = [(names[i], names[j]) for i, j in neighbours(capture)]
+        match_pairs(database, pairs, THREADS)
         output = folder / "sparse"
         output.mkdir()
         options = pycolmap.IncrementalPipelineOptions(num_threads=THREADS, random_seed=SEED)
-        found = pycolmap.triangulate_points(
+        triangulated = pycolmap.triangulate_points(
             model, database, folder / "images", output, options=options
         )
         rows = {name: i for i, name in enumerate(names)}
-        seen = {key: rows[image.name] for key, image in found.images.items()}
-        points = points_of(observed(found), seen, capture.source)
+        frames = {key: rows[image.name] for key, image in triangulated.images.items()}
+        points = points_of(observed(triangulated), frames, capture.source)
     log.info("%s: triangulated %d points", capture.source, len(points.xyz) if points else 0)
-    return points and points.without_pixels()
+    return points.without_pixels() if points else None
 
 
 def neighbours(capture: Capture) -> list[tuple[int, int]]:
@@ -144,10 +144,13 @@ def estimate(capture: Capture) -> tuple[np.ndarray, np.ndarray, SparsePoints]:
         raw = RawCapture(
             list(capture.names), files, capture.world_to_camera, cameras, list(capture.sequences)
         )
-        found = reconstruct(raw, known_cameras=True)
+        placed = reconstruct(raw, known_cameras=True)
+        points = placed.sparse()
+    if points is None:
+        raise ValueError(f"{capture.source}: COLMAP made no points")
     rows = {name: i for i, name in enumerate(capture.names)}
-    kept = np.array([rows[name] for name in found.names])
-    return kept, found.world_to_camera, found.sparse().without_pixels()
+    kept = np.array([rows[name] for name in placed.names])
+    return kept, placed.world_to_camera, points.without_pixels()
 
 
 def reconstruct(
@@ -171,7 +174,8 @@ def place(
 
     Args:
         raw: of which names and images are used.
-        known_cameras: whether its cameras are too, and held; without, one is found for all frames.
+        known_cameras: whether its cameras are used too, and fixed; without, COLMAP estimates one
+            for all frames.
         work: how; in one thread and in silence, forgetting everything, if None.
 
     Raises:
@@ -223,13 +227,13 @@ def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> 
     if not rows:
         raise ValueError(f"none of the model's images {sorted(posed)[:3]} is in the capture")
     kept = sorted(rows.values())
-    found = [posed[name] for name in sorted(rows, key=rows.get)]
-    ids, seen = [image.image_id for image in found], cache(lambda: observed(model))
+    images = [posed[name] for name in sorted(rows, key=rows.__getitem__)]
+    ids, seen = [image.image_id for image in images], cache(lambda: observed(model))
     return replace(
         raw.subset(kept, reason),
-        world_to_camera=np.array([image.cam_from_world().matrix() for image in found]),
-        cameras=[colmap.camera_of(model.cameras[image.camera_id]) for image in found],
-        points=lambda asked: points_of(
-            seen(), {ids[row]: at for at, row in enumerate(asked)}, "the model"
+        world_to_camera=np.array([image.cam_from_world().matrix() for image in images]),
+        cameras=[colmap.camera_of(model.cameras[image.camera_id]) for image in images],
+        points=lambda frames: points_of(
+            seen(), {ids[row]: at for at, row in enumerate(frames)}, "the model"
         ),
     )

@@ -1,7 +1,8 @@
-"""The gate that every capture passes, whether `read_capture` or a command asks for it."""
+"""Validation of a capture, whether `read_capture` or a command reads it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def validated(
     or where `skip_unreadable` asks which can be.
 
     Args:
-        raw: what a layout's reader found.
+        raw: what a layout's reader returned.
         source: what was read, in words.
         long_side: pixels of the longer side that images will be brought to.
         max_error: greatest median disagreement of poses and images, as a share of the images'
@@ -67,10 +68,9 @@ def _readable(raw: RawCapture, source: str) -> RawCapture:
     Raises:
         ValueError: when none is left.
     """
-    faults = [""] * len(raw.names)
-    for group in (raw.images, raw.masks or ()):
-        for at, fault in enumerate(in_turn(lambda at, of=group: image_files.fault(of[at]), group)):
-            faults[at] = faults[at] or fault
+    faults = _faults(raw.images)
+    if raw.masks:
+        faults = [one or other for one, other in zip(faults, _faults(raw.masks), strict=True)]
     kept = [at for at, fault in enumerate(faults) if not fault]
     if not kept:
         raise ValueError(
@@ -79,6 +79,10 @@ def _readable(raw: RawCapture, source: str) -> RawCapture:
         )
     gone = {name: fault for name, fault in zip(raw.names, faults, strict=True) if fault}
     return replace(raw.subset(kept), dropped=raw.dropped | gone)
+
+
+def _faults(files: Sequence[image_files.Image]) -> list[str]:
+    return in_turn(lambda at: image_files.fault(files[at]), files)
 
 
 def check_images(raw: RawCapture, long_side: int) -> None:
@@ -100,9 +104,9 @@ def check_images(raw: RawCapture, long_side: int) -> None:
             f"{headers.shown(missing)}: image file is missing ({count} in all). Hint: "
             "`skip_unreadable` (--skip-unreadable) leaves such frames out"
         )
-    found = in_turn(lambda at: headers.check(files[at][0]), [file for file, _ in files])
+    sizes = in_turn(lambda at: headers.check(files[at][0]), [file for file, _ in files])
     first = None
-    for (file, camera), size in zip(files, found, strict=True):
+    for (file, camera), size in zip(files, sizes, strict=True):
         try:
             brought = working_size(camera, size, long_side)
         except ValueError as error:

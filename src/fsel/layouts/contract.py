@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -75,11 +75,11 @@ class RawCapture:
     """
 
     names: list[str]
-    images: list[Image]
+    images: Sequence[Image]
     world_to_camera: np.ndarray
     cameras: list[Camera]
     sequences: list[str]
-    masks: list[Image] | None = None
+    masks: Sequence[Image] | None = None
     mask_values: tuple[int, int] = (1, 255)
     points: Callable[[tuple[int, ...]], RawPoints | None] | None = None
     dropped: dict[str, str] = field(default_factory=dict)
@@ -100,7 +100,7 @@ class RawCapture:
             cameras=[self.cameras[i] for i in rows],
             sequences=[self.sequences[i] for i in rows],
             masks=[self.masks[i] for i in rows] if self.masks else None,
-            points=points and (lambda asked: points(tuple(rows[i] for i in asked))),
+            points=points and (lambda frames: points(tuple(rows[i] for i in frames))),
             dropped=self.dropped | gone,
         )
 

@@ -7,8 +7,9 @@ scikit-image is the oracle for PSNR and SSIM, a plain NumPy twin for GMSD (both 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from fsel.utils.compiled import reordered
 
 F = np.float32
 NAMES = ("psnr", "ssim", "gmsd")  # the columns
@@ -22,9 +23,6 @@ C1, C2 = F(0.01**2), F(0.03**2)
 GMSD_CONSTANT = F(170.0 / 255.0**2)
 LUMA = (F(0.299), F(0.587), F(0.114))
 PSNR_CEILING = 100.0  # dB, for identical images
-
-# sums may be taken in any order, or they would not vectorise
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})
 
 
 def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None) -> np.ndarray:
@@ -84,7 +82,7 @@ def inside(masks: np.ndarray) -> np.ndarray:
     return masks[:, MARGIN:-MARGIN, MARGIN:-MARGIN].mean(axis=(1, 2))
 
 
-@_jit
+@reordered
 def _score(rendered, truth, masks):
     out = np.empty((len(rendered), 3))
     height, width = rendered.shape[1:3]
@@ -114,7 +112,7 @@ def _score(rendered, truth, masks):
     return out
 
 
-@_jit
+@reordered
 def _ssim(first, second, counted, width):
     """Sum of SSIM over the windows of one channel that count.
 
@@ -154,7 +152,7 @@ def _ssim(first, second, counted, width):
     return total
 
 
-@_jit
+@reordered
 def _weigh(line, step, out):
     """The Gaussian over eleven entries that lie a step apart; slices, as they vectorise."""
     l0, l1, l2, l3, l4 = line, line[step:], line[2 * step :], line[3 * step :], line[4 * step :]
@@ -171,7 +169,7 @@ def _weigh(line, step, out):
         )
 
 
-@_jit
+@reordered
 def _counted(mask):
     """(h * w,) float32, 1 at the first pixel of each whole window whose middle the mask holds."""
     height, width = mask.shape
@@ -182,7 +180,7 @@ def _counted(mask):
     return first.reshape(height * width)
 
 
-@_jit
+@reordered
 def _gmsd(first, second, mask):
     a, b = _gradients(_halved(first)), _gradients(_halved(second))
     total, squares, count = 0.0, 0.0, 0
@@ -199,7 +197,7 @@ def _gmsd(first, second, mask):
     return np.sqrt(max(squares / count - mean * mean, 0.0))
 
 
-@_jit
+@reordered
 def _halved(image):
     """2x2 means; a last odd row or column is dropped."""
     half = np.empty((image.shape[0] // 2, image.shape[1] // 2), F)
@@ -211,7 +209,7 @@ def _halved(image):
     return half
 
 
-@_jit
+@reordered
 def _gradients(image):
     """Magnitude of the Prewitt gradient, where a pixel has its whole 3x3 neighbourhood."""
     out = np.empty((image.shape[0] - 2, image.shape[1] - 2), F)

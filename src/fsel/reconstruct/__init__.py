@@ -88,7 +88,7 @@ RECONSTRUCTORS: Registry[Factory] = Registry(
         "external": "fsel.reconstruct.external:External",
     },
 )
-"""By name. `check_needs` asks whether one can work here, with some settings."""
+"""By name. `check_needs` refuses one that cannot work here, with some settings."""
 
 
 def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None:
@@ -115,9 +115,9 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
         lacking = [error]
     except ExceptionGroup as group:
         lacking = group.exceptions
-    if found := [error for error in lacking if devices or not isinstance(error, NoDevice)]:
-        said = "\n".join(map(str, found))
-        raise MissingRequirement(f"reconstructor {name!r}: {said}") from found[0]
+    if missing := [error for error in lacking if devices or not isinstance(error, NoDevice)]:
+        said = "\n".join(map(str, missing))
+        raise MissingRequirement(f"reconstructor {name!r}: {said}") from missing[0]
 
 
 def needs_gpu(reconstruction: Mapping[str, Any]) -> bool:
@@ -128,8 +128,8 @@ def needs_gpu(reconstruction: Mapping[str, Any]) -> bool:
     Args:
         reconstruction: the config's section: name, settings.
     """
-    asked = getattr(RECONSTRUCTORS.checked(reconstruction["name"]), "needs_gpu", None)
-    return False if asked is None else bool(asked(**reconstruction["settings"]))
+    declared = getattr(RECONSTRUCTORS.checked(reconstruction["name"]), "needs_gpu", None)
+    return False if declared is None else bool(declared(**reconstruction["settings"]))
 
 
 def reconstructor_of(capture: Capture, reconstruction: Mapping[str, Any]) -> Reconstructor:

@@ -1,4 +1,4 @@
-"""The GPU that some reconstructors work on, through torch; asked for by name, never assumed."""
+"""The GPU that some reconstructors work on, through torch; taken by name, never assumed."""
 
 from __future__ import annotations
 

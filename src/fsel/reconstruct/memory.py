@@ -45,5 +45,5 @@ def _highest() -> int:
 
 
 def _resident(field: str) -> int:
-    found = re.findall(rf"{field}:\s+(\d+) kB", Path("/proc/self/status").read_text())
-    return int(found[0]) * 1024
+    matches = re.findall(rf"{field}:\s+(\d+) kB", Path("/proc/self/status").read_text())
+    return int(matches[0]) * 1024

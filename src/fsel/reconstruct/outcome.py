@@ -12,7 +12,7 @@ FINISHED = ""
 
 
 class NoDevice(OSError):
-    """A GPU is asked for, and there is none here."""
+    """A GPU is named for a device, and there is none here."""
 
 
 class MissingRequirement(ValueError):
@@ -20,7 +20,7 @@ class MissingRequirement(ValueError):
 
 
 class Unfinished(RuntimeError):
-    """A reconstruction without the images that were asked of it.
+    """A reconstruction without the images that it was to make.
 
     Evaluations go on: tables show the outcome in the place of numbers. A search stops, since a
     subset that was not measured cannot be ranked.

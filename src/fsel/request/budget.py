@@ -21,7 +21,7 @@ from fsel.data.geometry import pairwise_angles, pairwise_distances
 from fsel.request.memory import LEAST, SPLATS, within
 from fsel.request.scene_depth import viewing_distance
 
-THRESHOLD = 0.02  # dB a frame; see docs/speed.md for the choice
+THRESHOLD = 0.02  # dB a frame; the choice: docs/notebook/2026-11-number-of-frames.md
 WHOLE = 30  # views of a whole capture that the number of frames is found by
 NEAREST = 3  # picked frames that a view is served by
 RECORD = "budget.json"

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from fsel.data.geometry import SAME_AXIS
@@ -25,11 +24,9 @@ from fsel.features.columns import (
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
 from fsel.features.static import FLAT
 from fsel.selector.screening import best_of, best_row, highest, screen
+from fsel.utils.compiled import exact, reordered
 
 UNSCORED = 1e30  # what a row could have whose score was never computed
-
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy")  # 1 / 0 is infinite
-_fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
 class Memory(NamedTuple):
@@ -55,7 +52,7 @@ class Memory(NamedTuple):
     gains: np.ndarray
 
 
-@_jit
+@exact
 def begin(rows):
     """The raw columns that follow the selection, (5, n), and the memory, before the first pick.
 
@@ -81,7 +78,7 @@ def begin(rows):
     return raw, memory
 
 
-@_jit
+@exact
 def update(row, selectable, rows, memory, raw):
     """Update what follows the selection by one pick.
 
@@ -112,7 +109,7 @@ def update(row, selectable, rows, memory, raw):
         raw[GAIN] *= rows.lasting / count
 
 
-@_jit
+@exact
 def _spread(points, row, count, ranked, inverse_sums, out):
     """Distance to the fourth nearest of few picks, or the inverse root of the summed inverse
     squares of many; see `fsel.features.conditioned`."""
@@ -133,7 +130,7 @@ def _spread(points, row, count, ranked, inverse_sums, out):
             out[i] = 1 / math.sqrt(inverse_sums[i])
 
 
-@_jit
+@exact
 def _enough(selectable, out):
     """Bound a column by a multiple of its mean over the rows that are still selectable."""
     total, left = 0.0, 0
@@ -146,7 +143,7 @@ def _enough(selectable, out):
         out[i] = min(out[i], ceiling)
 
 
-@_jit
+@exact
 def _nearest(points, row, squares, out):
     x, y, z = points[row, 0], points[row, 1], points[row, 2]
     for i in range(len(points)):
@@ -156,7 +153,7 @@ def _nearest(points, row, squares, out):
             out[i] = math.sqrt(gap)
 
 
-@_jit
+@exact
 def _smallest_angle(vectors, row, squares, out):
     """2 atan2(|a - b|, |a + b|), taken only where the chord |a - b| has shrunk."""
     x, y, z = vectors[row, 0], vectors[row, 1], vectors[row, 2]
@@ -170,7 +167,7 @@ def _smallest_angle(vectors, row, squares, out):
             out[i] = 2 * math.atan2(chord, math.sqrt(total))
 
 
-@_fast
+@reordered
 def _likest(descriptors, row, first, out):
     for i in range(len(descriptors)):
         likeness = 0.0
@@ -180,7 +177,7 @@ def _likest(descriptors, row, first, out):
             out[i] = likeness
 
 
-@_jit
+@exact
 def _least_apart(looks, row, out):
     for i in range(len(looks)):
         here, ahead = 0.0, 0.0
@@ -190,7 +187,7 @@ def _least_apart(looks, row, out):
         out[i] = min(out[i], math.sqrt(here) + math.sqrt(ahead))
 
 
-@_jit
+@exact
 def _look(visible, row, memory):
     """Count what a pick sees, in the views that it is near to."""
     for o in range(len(visible.nearest)):
@@ -202,7 +199,7 @@ def _look(visible, row, memory):
                 )
 
 
-@_fast
+@reordered
 def _visibility_gains(seen, rates, views, out):
     """One view's part of `fsel.features.visibility.visibility_gain`."""
     slope = (1 + rates) * np.exp(-rates) / (views * len(rates))
@@ -213,7 +210,7 @@ def _visibility_gains(seen, rates, views, out):
         out[m] = gain
 
 
-@_jit
+@exact
 def _gain(rows, memory, out):
     """The target gain: closeness to the views, and their points that come into view."""
     target_gain(rows.closeness, memory.covered, memory.apart, out)
@@ -223,7 +220,7 @@ def _gain(rows, memory, out):
             out[nearest[o, m]] += POINTS * memory.gains[o, m]
 
 
-@_fast
+@reordered
 def target_gain(closeness, covered, apart, out):
     """Each row's mean closeness to the views, each view discounted by what covers it; in
     proportion less where the row looks much like one picked."""
@@ -235,7 +232,7 @@ def target_gain(closeness, covered, apart, out):
         out[i] = gain / max(len(discount), 1) * (apart[i] / NOVEL)
 
 
-@_jit
+@exact
 def _scale(column, selectable):
     """Mean of a column over the rows still selectable, and what its z-scores are multiplied by:
     one over the population deviation, or zero where the column is flat."""
@@ -254,7 +251,7 @@ def _scale(column, selectable):
     return mean, 1 / deviation if deviation > FLAT * scale else 0.0
 
 
-@_jit
+@exact
 def standardise_rows(raw, selectable, out):
     """Write z-scores over the rows still selectable of all (5, n) columns but the target gain,
     which is copied, to `out` (n, 5) float64. A row that was picked becomes zero."""
@@ -266,7 +263,7 @@ def standardise_rows(raw, selectable, out):
             out[i, c] = (raw[c, i] - mean) * factor if selectable[i] else 0.0
 
 
-@_jit
+@exact
 def run_linear(k, fixed, coefficients, rows, picks, scores):
     """The greedy loop (paper, Eq. 1 and 2) with a linear scorer.
 
@@ -294,7 +291,7 @@ def run_linear(k, fixed, coefficients, rows, picks, scores):
         update(row, selectable, rows, memory, raw)
 
 
-@_jit
+@exact
 def run_network(k, static, base, rows, layers, picks, scores):
     """The greedy loop (paper, Eq. 1 and 2) with a network.
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from fsel.features.columns import FOLLOWING, FOLLOWING_INPUTS
 from fsel.selector.scorer import WIDTH
+from fsel.utils.compiled import exact, inlined, reordered
 
 BLOCK = 64  # rows a matrix product: its operands stay in the first cache, and on one thread
 SCREEN = 1e-4  # float32 scores err by less than this share of their terms' magnitude
@@ -44,11 +44,9 @@ _P0, _P1, _P2, _P3, _P4, _P5, _P6, _P7, _P8, _P9, _P10, _P11 = _P
 _FIVE, _HALF, _ONE, _SQUARE = (np.float32(v) for v in (5, 0.5, 1, 2 / 25))
 
 _f32 = np.float32
-_jit = numba.njit(cache=True, nogil=True)
-_fast = numba.njit(cache=True, nogil=True, fastmath=True)
 
 
-@_fast
+@reordered
 def highest(scored, inputs, seen, bounds, out):
     """Write the (n,) scores that rows could have at most, given those that they had.
 
@@ -76,7 +74,7 @@ def highest(scored, inputs, seen, bounds, out):
         out[i] = total
 
 
-@numba.njit(inline="always", fastmath=True)
+@inlined
 def _gelu(z):
     x = min(max(z, -_FIVE), _FIVE)
     s = x * x * _SQUARE - _ONE
@@ -94,7 +92,7 @@ def _gelu(z):
     return _HALF * z * (_ONE + x * p)
 
 
-@_fast
+@reordered
 def _score_block(block, base, inputs, narrow, hidden, product, out, seen):
     """Write float32 scores, less the last bias, of up to 64 rows, and the inputs that gave them."""
     first, second, second_bias, third = narrow
@@ -115,7 +113,7 @@ def _score_block(block, base, inputs, narrow, hidden, product, out, seen):
         out[block[i]] = total
 
 
-@_jit
+@exact
 def exact_score(static, inputs, wide):
     """One row's float64 score with the exact GELU, and the magnitude of its terms.
 
@@ -146,7 +144,7 @@ def exact_score(static, inputs, wide):
     return score, magnitude
 
 
-@_jit
+@exact
 def screen(most, selectable, static, base, inputs, layers, out, seen):
     """Score the rows that could be the best, and say which they were.
 
@@ -185,7 +183,7 @@ def screen(most, selectable, static, base, inputs, layers, out, seen):
     return rows[:done]
 
 
-@_jit
+@exact
 def best_of(scores, selectable):
     """The row with the highest score of those not yet picked; ties go to the lowest."""
     best = -1
@@ -195,7 +193,7 @@ def best_of(scores, selectable):
     return best
 
 
-@_jit
+@exact
 def best_row(rows, approximate, static, inputs, wide):
     """The best of some rows and its float64 score, among those that screening leaves open.
 

@@ -13,7 +13,7 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
-from fsel.training.offline import searched
+from fsel.training.labelling import searched
 from fsel.utils.files import fingerprint, read_table, write_table
 
 logger = logging.getLogger(__name__)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.training.labelled import read_problems
 from fsel.training.ordering import ordered_item
+from fsel.training.problems import read_problems
 from fsel.utils.files import read_table, write_table
 
 

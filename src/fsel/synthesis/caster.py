@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 
 from fsel.synthesis import textures
 from fsel.synthesis.solids import Scene
+from fsel.utils.compiled import exact
 
 EPSILON = 1e-3  # metres that a shadow ray starts off its surface
 HAZE = np.float32(1 / 150)  # one over the metres at which 63 % of a colour is air
@@ -19,7 +19,7 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("ni,ni->n", vectors, vectors))
 
 
-@numba.njit(cache=True, nogil=True)
+@exact
 def _surface(solid, origins, rays, which, distance, outwards):
     """Points (m, 3) that the `solid` rays hit, and unit normals (m, 3) towards the camera."""
     points = np.empty((len(solid), 3), np.float32)

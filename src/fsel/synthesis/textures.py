@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from fsel.utils.compiled import exact
+
 F = np.float32
-_jit = numba.njit(cache=True, fastmath=True, nogil=True)
 
 PLAIN, NOISE, BRICK, PLANK, TILE, STRIPE, POSTER, BOOKS, LEAVES, COBBLE, RUG, MARBLE = range(12)
 SUN_SHARE = F(0.75)
@@ -20,7 +20,7 @@ def material(kind: int, first, second, third, scale: float, seed: int, gloss: fl
     return np.array([kind, *first, *second, *third, scale, seed, gloss], np.float32)
 
 
-@_jit
+@exact
 def _hash(x, y, z, seed):
     h = np.uint32(x) * np.uint32(374761393) + np.uint32(y) * np.uint32(668265263)
     h += np.uint32(z) * np.uint32(2147483647) + np.uint32(seed) * np.uint32(1274126177)
@@ -29,7 +29,7 @@ def _hash(x, y, z, seed):
     return F(h & np.uint32(65535)) * F(1.0 / 65535.0)
 
 
-@_jit
+@exact
 def _noise(x, y, z, seed):
     """Trilinear value noise in 0..1."""
     ix, iy, iz = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
@@ -46,7 +46,7 @@ def _noise(x, y, z, seed):
     return total
 
 
-@_jit
+@exact
 def _fractal(x, y, z, seed):
     return (
         F(0.55) * _noise(x, y, z, seed)
@@ -55,12 +55,12 @@ def _fractal(x, y, z, seed):
     )
 
 
-@_jit
+@exact
 def _unit(value):
     return min(max(value, F(0)), F(1))
 
 
-@_jit
+@exact
 def _brick(u, v, seed):
     row = int(np.floor(v * F(2)))
     along = u + F(0.5) * (row % 2)
@@ -69,7 +69,7 @@ def _brick(u, v, seed):
     return _hash(row, column, 3, seed), F(1) if mortar else F(0), F(1)
 
 
-@_jit
+@exact
 def _plank(u, v, seed):
     row = int(np.floor(v))
     grain = _noise(u * F(0.8), v * F(9), F(row * 5), seed)
@@ -77,20 +77,20 @@ def _plank(u, v, seed):
     return F(0.5) * board + F(0.5) * grain, F(1) if v - row < F(0.09) else F(0), F(1)
 
 
-@_jit
+@exact
 def _tile(u, v, seed):
     row, column = int(np.floor(v)), int(np.floor(u))
     blend = F((row + column) % 2) * F(0.6) + F(0.4) * _hash(row, column, 2, seed)
     return blend, F(1) if v - row < F(0.06) or u - column < F(0.06) else F(0), F(1)
 
 
-@_jit
+@exact
 def _stripe(u, v, seed):
     wave = (u + F(0.12) * _noise(u, v, F(0), seed)) % F(1)
     return F(1) if wave < F(0.5) else F(0), F(0.7) if (v % F(2.7)) < F(0.35) else F(0), F(1)
 
 
-@_jit
+@exact
 def _poster(u, v, seed):
     row, column = int(np.floor(v)), int(np.floor(u))
     du = u - column - F(0.3) - F(0.4) * _hash(row, column, 8, seed)
@@ -100,7 +100,7 @@ def _poster(u, v, seed):
     return _hash(row, column, 5, seed), third, F(0.6) + F(0.6) * _hash(row, column, 11, seed)
 
 
-@_jit
+@exact
 def _books(u, v, seed):
     column = int(np.floor(u * F(3)))
     row = int(np.floor(v))
@@ -110,14 +110,14 @@ def _books(u, v, seed):
     return _hash(column, row, 4, seed), third, light
 
 
-@_jit
+@exact
 def _leaves(x, y, z, seed):
     blend = _unit((_fractal(x * F(2), y * F(2), z * F(2), seed) - F(0.3)) * F(2.5))
     third = F(1) if _noise(x * F(3), y * F(3), z * F(3), seed + 3) > F(0.8) else F(0)
     return blend, third, F(0.4) + F(1.1) * _noise(x * F(1.2), y * F(1.2), z * F(1.2), seed + 5)
 
 
-@_jit
+@exact
 def _cobble(u, v, seed):
     """Cells of scattered stones: the nearest two decide the stone and the joint."""
     row, column = int(np.floor(v)), int(np.floor(u))
@@ -134,7 +134,7 @@ def _cobble(u, v, seed):
     return tone, F(1) if second - first < F(0.12) else F(0), F(1.1) - F(0.3) * first
 
 
-@_jit
+@exact
 def _rug(u, v, seed):
     """Nested diamonds between bands, as woven."""
     band = int(np.floor(v / F(2)))
@@ -145,13 +145,13 @@ def _rug(u, v, seed):
     return _hash(ring, band % 2, 7, seed), third, F(0.75) + F(0.4) * _hash(ring, 3, 8, seed)
 
 
-@_jit
+@exact
 def _marble(x, y, z, seed):
     vein = abs((x + z + F(3) * _fractal(x, y, z, seed)) % F(1) - F(0.5)) * F(2)
     return F(1) - vein, F(1) if vein < F(0.12) else F(0), F(1)
 
 
-@_jit
+@exact
 def _pattern(kind, x, y, z, u, v, seed):
     """Blend of the first two colours, the third's share, and a brightness."""
     if kind == PLAIN:
@@ -179,7 +179,7 @@ def _pattern(kind, x, y, z, u, v, seed):
     return _marble(x, y, z, seed)
 
 
-@_jit
+@exact
 def _albedo(point, normal, row, out):
     """The material's colour at a point, flat patterns laid along the nearest axis plane."""
     scale, seed = row[10], int(row[11])
@@ -199,7 +199,7 @@ def _albedo(point, normal, row, out):
         out[c] = (colour * (F(1) - third) + row[7 + c] * third) * light
 
 
-@_jit
+@exact
 def shade(points, normals, rays, kinds, towards, lit, table, ambient, out):
     """Colour of every hit: solid texture, Lambert, sky light from above, and a little gloss.
 
@@ -232,7 +232,7 @@ def shade(points, normals, rays, kinds, towards, lit, table, ambient, out):
             out[i, c] = out[i, c] * light + mirror
 
 
-@_jit
+@exact
 def sky(rays, seed):
     """(n, 3) colours, a gradient with clouds, of rays that leave the scene: (n, 3) unit, z up."""
     out = np.empty_like(rays)

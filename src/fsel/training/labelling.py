@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -80,6 +80,32 @@ def _random(evaluate, problem, split, search, rng) -> SearchResult:
 
 LABELLERS: dict[str, Labeller] = {"genetic": _genetic, "swap": _swap, "random": _random}
 """(evaluate, problem, split, search, rng) -> searched subsets; the config's `search.labeller`."""
+
+
+def searched(
+    evaluate: Evaluate,
+    problem: Problem,
+    split: Split,
+    search: Mapping[str, Any],
+    seeds: Sequence[int],
+    metrics: Metrics = METRICS,
+) -> pd.DataFrame:
+    """Search one problem's subsets (paper, section 3.4).
+
+    Args:
+        evaluate: (K,) frames -> (3,) metrics on the proxies.
+        problem: the selection problem.
+        split: of the problem.
+        search: the config's section of that name.
+        seeds: of the search: the scene's and the coverage.
+        metrics: that `evaluate` measures.
+
+    Returns:
+        What `search_table` does.
+    """
+    rng = np.random.default_rng(seeds)
+    result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
+    return search_table(result, search["stored"], metrics)
 
 
 def search_table(result: SearchResult, stored: int, metrics: Metrics = METRICS) -> pd.DataFrame:

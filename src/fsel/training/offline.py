@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,14 +20,13 @@ from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import COVERAGES, Split, coverage_split, targets_at
 from fsel.evaluation.evaluator import Evaluator
-from fsel.metrics import METRICS, Metrics
 from fsel.reconstruct import Reconstructor
 from fsel.selector.policies import Policy
 from fsel.selector.scorer import Network
 from fsel.training.imitation import Trajectory, train
 from fsel.training.journal import Journal
 from fsel.training.labelled import as_seen
-from fsel.training.labelling import search_subsets, search_table
+from fsel.training.labelling import searched
 from fsel.training.ordering import ordered_item
 from fsel.training.scorers import save_scorer
 from fsel.training.search import Evaluate, GeneticSettings
@@ -171,32 +170,6 @@ def label(
     evaluate = journal.remember(f"{task.described.name}/p{task.coverage}", task.evaluate)
     labels = searched(evaluate, problem, task.split, labelling.settings(), seeds)
     return as_seen(problem, ordered_item(problem, labels, labelling.kept), policy)
-
-
-def searched(
-    evaluate: Evaluate,
-    problem: Problem,
-    split: Split,
-    search: Mapping[str, Any],
-    seeds: Sequence[int],
-    metrics: Metrics = METRICS,
-) -> pd.DataFrame:
-    """Search one problem's subsets (paper, section 3.4).
-
-    Args:
-        evaluate: (K,) frames -> (3,) metrics on the proxies.
-        problem: the selection problem.
-        split: of the problem.
-        search: the config's section of that name.
-        seeds: of the search: the scene's and the coverage.
-        metrics: that `evaluate` measures.
-
-    Returns:
-        What `fsel.training.labelling.search_table` does.
-    """
-    rng = np.random.default_rng(seeds)
-    result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
-    return search_table(result, search["stored"], metrics)
 
 
 def imitate(

@@ -1,6 +1,16 @@
-"""Bounds on what is read, for the readers and for the command line, which imports nothing heavy."""
+"""Bounds on what is read and used, for readers and the command line: imports nothing slow."""
+
+from __future__ import annotations
+
+import os
 
 MAX_ERROR = 0.02
 """Median reprojection or epipolar error, as a share of the images' longer side."""
 MOST_PIXELS = 160_000_000
 """Of an image: a panorama of 16384 x 8192 fits, and the largest sensors."""
+
+
+def cores() -> int:
+    """Processor cores that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)  # Linux'
+    return len(affinity(0)) if affinity else os.cpu_count() or 1

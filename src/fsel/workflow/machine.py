@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from fsel.workflow import processor
 from fsel.workflow.refusal import Refusal
 
 FOLDER = Path(__file__).resolve().parents[3]  # of the checkout that holds the workflow
@@ -21,7 +22,8 @@ INHERITED = {
 
 def prepare() -> None:
     """Set what every job inherits, unless it is set already."""
-    for name, value in INHERITED.items():
+    # the same instructions on every processor, so the same bytes
+    for name, value in {**INHERITED, **processor.environment()}.items():
         os.environ.setdefault(name, value)
     # images of containers often set it: every job would compile pandas anew, a second each
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 from jsonschema import Draft202012Validator, ValidationError, validators
 
+from fsel.selector.policies import RENAMED
 from fsel.workflow.refusal import refuse
 
 REGISTRY = re.compile(r"(fsel(?:\.\w+)+):(\w+)")
@@ -60,7 +61,14 @@ def complete(values: dict[str, Any], schema: dict[str, Any], hint: str, where: s
     except ValidationError as fault:
         keys = sorted(fault.schema.get("properties", {}))
         place = fault.json_path.removeprefix("$.").replace("$", where or "top level")
-        refuse(f"{place}: {fault.message}", (f"the keys here are {keys}; " if keys else "") + hint)
+        known = f"the keys here are {keys}; " if keys else ""
+        refuse(f"{place}: {fault.message}", _renamed(fault.instance) + known + hint)
+
+
+def _renamed(section: Any) -> str:
+    """Names of today for the former names of policies among a section's keys."""
+    former = [name for name in RENAMED if isinstance(section, dict) and name in section]
+    return "".join(f"{name!r} is named {RENAMED[name]!r} now; " for name in former)
 
 
 def _fill(validator: Any, properties: Any, values: Any, schema: Any) -> Iterator[ValidationError]:

@@ -36,10 +36,10 @@ def pair(table, degree, factor, truth, mask=None):
     seen = camera_of(pose, k, SIZE, NEAR)
     canvas = Canvas(len(table), SIZE, BACKGROUND, np.float64)
     canvas.draw(table, degree, factor, seen)
-    image, pull, grad = canvas.image, np.empty_like(canvas.image), np.zeros_like(table)
+    image, slope, grad = canvas.image, np.empty_like(canvas.image), np.zeros_like(table)
     masked = np.empty((0, 0), bool) if mask is None else mask
-    value = losses.loss_gradient(image, truth, masked, losses.window(np.float64), pull)
-    canvas.pull(table, degree, seen, pull, grad)
+    value = losses.loss_gradient(image, truth, masked, losses.window(np.float64), slope)
+    canvas.backward(table, degree, seen, slope, grad)
     slow = torch.tensor(table, requires_grad=True)
     given = (torch.tensor(factor), torch.tensor(pose), torch.tensor(k), SIZE, NEAR)
     picture = twin.render(slow, degree, *given, torch.tensor(BACKGROUND))

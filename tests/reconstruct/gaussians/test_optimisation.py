@@ -22,28 +22,28 @@ def test_the_window_is_the_published_one():
 
 def test_equal_images_have_no_loss_and_no_gradient():
     truth = np.random.default_rng(0).integers(0, 256, (3, 13, 17), dtype=np.uint8)
-    pull = np.empty((3, 13, 17))
-    value = losses.loss_gradient(truth * (1 / 255), truth, NO_MASK, losses.window(float), pull)
+    slope = np.empty((3, 13, 17))
+    value = losses.loss_gradient(truth * (1 / 255), truth, NO_MASK, losses.window(float), slope)
     assert abs(value) < 1e-12
-    assert np.abs(pull).max() < 1e-12
+    assert np.abs(slope).max() < 1e-12
 
 
 def test_an_empty_mask_has_no_loss_and_no_gradient():
     truth = np.random.default_rng(0).integers(0, 256, (3, 13, 17), dtype=np.uint8)
-    pull, mask = np.full((3, 13, 17), np.nan), np.zeros((13, 17), bool)
-    value = losses.loss_gradient(np.ones((3, 13, 17)), truth, mask, losses.window(float), pull)
+    slope, mask = np.full((3, 13, 17), np.nan), np.zeros((13, 17), bool)
+    value = losses.loss_gradient(np.ones((3, 13, 17)), truth, mask, losses.window(float), slope)
     assert abs(value) < 1e-12
-    assert (pull == 0).all()
+    assert (slope == 0).all()
 
 
 def test_l1_of_two_constant_images_by_hand():
     image, truth = np.full((3, 40, 40), 0.5), np.full((3, 40, 40), 51, np.uint8)
-    pull = np.empty_like(image)
-    value = losses.loss_gradient(image, truth, NO_MASK, losses.window(float), pull)
+    slope = np.empty_like(image)
+    value = losses.loss_gradient(image, truth, NO_MASK, losses.window(float), slope)
     # truth is 0.2; far from the edge SSIM is (2 * 0.1 + 1e-4) / (0.25 + 0.04 + 1e-4)
     inner = 1 - 0.2001 / 0.2901
     assert 0.8 * 0.3 + 0.2 * inner == pytest.approx(value, abs=0.02)
-    assert pull[0, 20, 20] > 0
+    assert slope[0, 20, 20] > 0
 
 
 def test_adam_updates_touched_rows_alone_as_torch_does():

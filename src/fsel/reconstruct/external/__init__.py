@@ -6,10 +6,12 @@ import logging
 import shutil
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views
+from fsel.data.capture import Views
+from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.external import command, folder, nvml
 from fsel.reconstruct.external.settings import ExternalSettings
 from fsel.reconstruct.keywords import settings_from
@@ -20,51 +22,40 @@ __all__ = ["External", "ExternalModel", "ExternalSettings"]
 logger = logging.getLogger(__name__)
 
 
-class External:
+class External(Bound[ExternalSettings]):
     """The reconstructor bound to one capture; see `ExternalSettings`.
 
     A program sees the selected frames alone: their images, cameras and masks, and the sparse points
     that at least two of them see. Frames are in the order of the capture.
-
-    Args:
-        capture: already at the reconstruction size.
-        settings: keyword arguments of `ExternalSettings`.
-
-    Raises:
-        ValueError: for a setting outside its range.
     """
 
-    def __init__(self, capture: Capture, **settings) -> None:
-        self.capture = capture
-        self.settings = settings_from(ExternalSettings, settings)
+    settings_type = ExternalSettings
 
-    @staticmethod
-    def check(**settings) -> None:
-        """Refuse what is asked for and is not there.
+    @classmethod
+    def check_requirements(cls, settings: ExternalSettings) -> None:
+        """Refuse an environment, a program, a file or a GPU that is not here.
 
         Raises:
-            ValueError: for a setting outside its range.
-            ExceptionGroup: of one error each for an environment, a program, a file and a GPU.
+            ExceptionGroup: of one error for each.
         """
-        found = settings_from(ExternalSettings, settings)
-        lacking: list[Exception] = [FileNotFoundError(said) for said in found.missing()]
-        if found.venv is not None and not (Path(found.venv) / "bin").is_dir():
-            lacking.append(FileNotFoundError(f"venv: no virtual environment in {found.venv}"))
-        elif (program := command.absent(found)) is not None:
-            lacking.append(FileNotFoundError(program))
-        if found.workspace is not None and not Path(found.workspace).is_dir():
-            lacking.append(FileNotFoundError(f"workspace: no folder {found.workspace}"))
-        if found.gpu:
+        missing: list[Exception] = [FileNotFoundError(said) for said in settings.missing()]
+        if settings.venv is not None and not (Path(settings.venv) / "bin").is_dir():
+            missing.append(FileNotFoundError(f"venv: no virtual environment in {settings.venv}"))
+        elif (program := command.absent(settings)) is not None:
+            missing.append(FileNotFoundError(program))
+        if settings.workspace is not None and not Path(settings.workspace).is_dir():
+            missing.append(FileNotFoundError(f"workspace: no folder {settings.workspace}"))
+        if settings.gpu:
             try:
                 nvml.library()
             except (ImportError, OSError) as error:
-                lacking.append(error)
-        if lacking:
-            raise ExceptionGroup("what is asked for and is not there", lacking)
+                missing.append(error)
+        if missing:
+            raise ExceptionGroup("what is needed and is not here", missing)
 
-    @staticmethod
-    def needs_gpu(**settings) -> bool:
-        """As the settings say."""
+    @classmethod
+    def needs_gpu(cls, **settings: Any) -> bool:
+        """Return what the setting `gpu` says."""
         return settings_from(ExternalSettings, settings).gpu
 
     def fit(self, frames: np.ndarray) -> ExternalModel:
@@ -130,7 +121,7 @@ class ExternalModel:
         """(T, h, w, 3) float32 images in [0, 1], by the command `render`.
 
         Raises:
-            Unfinished: when the command fails, or leaves other images than were asked for.
+            Unfinished: when the command fails, or leaves other images than the targets.
         """
         shutil.rmtree(self.folder / folder.RENDERINGS, ignore_errors=True)
         folder.write_targets(self.folder, views)

@@ -40,12 +40,12 @@ class Spent:
 
 def environment(venv: str | None) -> dict[str, str]:
     """This process's variables without what would lead a program to this one's packages."""
-    found = {name: value for name, value in os.environ.items() if name not in HIDDEN}
+    variables = {name: value for name, value in os.environ.items() if name not in HIDDEN}
     if venv is not None:
         folder = Path(venv).resolve()
-        found["VIRTUAL_ENV"] = str(folder)
-        found["PATH"] = f"{folder / 'bin'}{os.pathsep}{found.get('PATH', os.defpath)}"
-    return found
+        variables["VIRTUAL_ENV"] = str(folder)
+        variables["PATH"] = f"{folder / 'bin'}{os.pathsep}{variables.get('PATH', os.defpath)}"
+    return variables
 
 
 def absent(settings: ExternalSettings) -> str | None:

@@ -121,8 +121,8 @@ def _write_model(folder: Path, capture: Capture, names: list[str]) -> bool:
     seen = [points.track_point[rows] for rows in rows_of]
     width, height = capture.size
     pixels = []
-    for found, pose, params in zip(seen, capture.world_to_camera, capture.intrinsics, strict=True):
-        local = points.xyz[found] @ pose[:, :3].T + pose[:, 3]
+    for rows, pose, params in zip(seen, capture.world_to_camera, capture.intrinsics, strict=True):
+        local = points.xyz[rows] @ pose[:, :3].T + pose[:, 3]
         pixels.append(local[:, :2] / local[:, 2:] * params[:2] + params[2:])
     cameras = [
         pycolmap.Camera(model="PINHOLE", width=width, height=height, params=params)

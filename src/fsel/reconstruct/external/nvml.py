@@ -35,7 +35,7 @@ def library() -> ModuleType:
 
 
 class Watch:
-    """Looks at GPUs while a process group runs; looks at nothing where none is asked for.
+    """Looks at GPUs while a process group runs; looks at nothing where none is used.
 
     Memory is that of the group's processes. Where the driver does not tell processes apart, as in
     some containers, it is what all GPUs hold beyond what they held at the start.
@@ -81,12 +81,12 @@ class Watch:
         return sum(int(memory(device).used) for device in self._devices)
 
     def _own(self) -> int:
-        found = 0
+        used = 0
         for device in self._devices:
             for process in self._nvml.nvmlDeviceGetComputeRunningProcesses(device):
                 if _group(process.pid) == self._group:
-                    found += process.usedGpuMemory or 0
-        return found
+                    used += process.usedGpuMemory or 0
+        return used
 
 
 def _group(process: int) -> int | None:

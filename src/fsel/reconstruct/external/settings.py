@@ -80,7 +80,7 @@ class ExternalSettings:
 def _filled(word: str, folder: Path) -> str:
     """A word with the places filled in."""
     places = {FOLDER: folder, RECIPES: Path(__file__).parent / "recipes", HERE: Path.cwd()}
-    return MARK.sub(lambda found: str(places[found[0]]), word)
+    return MARK.sub(lambda match: str(places[match[0]]), word)
 
 
 def _words(name: str, value) -> tuple[str, ...] | None:

@@ -11,13 +11,12 @@ import time
 
 import numpy as np
 
-from fsel.data.capture import Capture
 from fsel.reconstruct import gpu
+from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.feed_forward import loading
 from fsel.reconstruct.feed_forward.model import FeedForwardModel, frame_for, inputs_of, table_of
 from fsel.reconstruct.feed_forward.settings import FeedForwardSettings
 from fsel.reconstruct.gaussians.model import GaussianModel
-from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.outcome import FAILED, Unfinished
 from fsel.reconstruct.subset import distinct, restricted
 
@@ -26,38 +25,23 @@ __all__ = ["FeedForward", "FeedForwardModel", "FeedForwardSettings"]
 logger = logging.getLogger(__name__)
 
 
-class FeedForward:
+class FeedForward(Bound[FeedForwardSettings]):
     """The reconstructor bound to one capture; see `FeedForwardSettings`.
 
     A model sees the selected frames' images, and their cameras where it takes cameras. One that
     predicts cameras is placed by the similarity that carries those it predicts for the selected
     frames to the given ones. Frames enter in the order of the capture: some models take the first
-    as their reference. Masks are not used.
-
-    Args:
-        capture: already at the reconstruction size; the model's processor brings the images to the
-            size that it was trained on.
-        settings: keyword arguments of `FeedForwardSettings`.
-
-    Raises:
-        ValueError: for a setting outside its range.
+    as their reference. Masks are not used. The model's processor brings the images to the size that
+    it was trained on.
     """
 
-    def __init__(self, capture: Capture, **settings) -> None:
-        self.capture = capture
-        self.settings = settings_from(FeedForwardSettings, settings)
+    settings_type = FeedForwardSettings
 
-    @staticmethod
-    def check(**settings) -> None:
-        """Refuse, by name, what is not there: the package, the device, the model, its weights."""
-        found = settings_from(FeedForwardSettings, settings)
-        loading.check(found)
-        gpu.check(found.device)
-
-    @staticmethod
-    def needs_gpu(**settings) -> bool:
-        """As the settings say."""
-        return settings_from(FeedForwardSettings, settings).device == "cuda"
+    @classmethod
+    def check_requirements(cls, settings: FeedForwardSettings) -> None:
+        """Refuse, by name, what is not here: the package, the model, its weights, the device."""
+        loading.check(settings)
+        super().check_requirements(settings)
 
     def fit(self, frames: np.ndarray) -> FeedForwardModel | GaussianModel:
         """Reconstruct from a subset, in one pass.

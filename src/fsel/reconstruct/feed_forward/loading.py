@@ -72,10 +72,10 @@ def _loaded(model: str, weights: str | None, device: str, overrides: str):
         return ffgs.GSPipeline.from_pretrained(model, device=device, processor_overrides=changed)
     entry = ffgs.zoo.get_entry(model)
     spec, file = ffgs.get_model_spec(entry.model_type), _file(entry, weights)
-    found = ffgs.zoo.sha256_file(file)
-    if found != entry.weights.sha256:
+    digest = ffgs.zoo.sha256_file(file)
+    if digest != entry.weights.sha256:
         raise ValueError(
-            f"{file}: sha256 is {found}; the zoo of ffgs states {entry.weights.sha256} for "
+            f"{file}: sha256 is {digest}; the zoo of ffgs states {entry.weights.sha256} for "
             f"{model}. Hint: {_command(entry)}"
         )
     network = spec.model_cls(**entry.model)
@@ -94,12 +94,12 @@ def _file(entry, weights: str | None) -> Path:
     from huggingface_hub import try_to_load_from_cache
 
     pinned = entry.weights
-    found = try_to_load_from_cache(pinned.repo, pinned.file, revision=pinned.revision)
-    if not isinstance(found, str):
+    cached = try_to_load_from_cache(pinned.repo, pinned.file, revision=pinned.revision)
+    if not isinstance(cached, str):
         raise FileNotFoundError(
             f"weights of {entry.name} are not in the cache of Hugging Face. Hint: {_command(entry)}"
         )
-    return Path(found)
+    return Path(cached)
 
 
 def _command(entry) -> str:

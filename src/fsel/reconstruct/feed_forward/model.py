@@ -46,8 +46,8 @@ class FeedForwardModel:
     @property
     def bytes(self) -> int:
         """Memory of the parameters."""
-        found = self.output.gaussians
-        parts = (found.means, found.scales, found.quats, found.opacities, found.colors)
+        out = self.output.gaussians
+        parts = (out.means, out.scales, out.quats, out.opacities, out.colors)
         return sum(part.nbytes for part in parts)
 
     def render(self, views: Views) -> np.ndarray:

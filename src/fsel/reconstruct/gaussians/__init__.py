@@ -12,11 +12,11 @@ import numpy as np
 
 from fsel.data.capture import Capture
 from fsel.reconstruct import gpu
+from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.gaussians import initial
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import GaussianSettings
 from fsel.reconstruct.gaussians.training import Begun, Steps, Training
-from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.subset import distinct, restricted
 
@@ -25,33 +25,14 @@ __all__ = ["GaussianModel", "GaussianSettings", "Gaussians"]
 logger = logging.getLogger(__name__)
 
 
-class Gaussians:
+class Gaussians(Bound[GaussianSettings]):
     """The reconstructor bound to one capture; see `GaussianSettings`.
 
     A model depends on the selected frames alone: on their images, cameras and masks, and on the
     sparse points that at least two of them see. The order of the frames does not matter.
-
-    Args:
-        capture: already at the reconstruction size.
-        settings: keyword arguments of `GaussianSettings`.
-
-    Raises:
-        ValueError: for a setting outside its range.
     """
 
-    def __init__(self, capture: Capture, **settings) -> None:
-        self.capture = capture
-        self.settings = settings_from(GaussianSettings, settings)
-
-    @staticmethod
-    def check(**settings) -> None:
-        """Refuse settings outside their range, and a GPU that is asked for and is not there."""
-        gpu.check(settings_from(GaussianSettings, settings).device)
-
-    @staticmethod
-    def needs_gpu(**settings) -> bool:
-        """As the settings say."""
-        return settings_from(GaussianSettings, settings).device == "cuda"
+    settings_type = GaussianSettings
 
     def fit(
         self,
@@ -64,7 +45,7 @@ class Gaussians:
         Args:
             frames: (K,) int64 distinct frames, K >= 2.
             progress: called after each step with the steps made, all steps, and the loss.
-            stop: asked before each step; when it says True, the model so far is returned.
+            stop: called before each step; when it returns True, the model so far is returned.
 
         Raises:
             ValueError: for fewer than two frames, repeated ones, or nothing to start from.
@@ -108,12 +89,12 @@ class Gaussians:
             if full := [one for one in begun if len(one.table)]:
                 training = made.training(full, self.settings)
                 steps, kept = training.run(progress, stop), training.kept
-        found = iter(kept)
+        fitted = iter(kept)
         seconds, peak_bytes = time.perf_counter() - started, peak.bytes
         return [
             made.model(
                 frame=one.frame,
-                table=next(found) if len(one.table) else one.table,
+                table=next(fitted) if len(one.table) else one.table,
                 background=one.background,
                 steps=steps,
                 seconds=seconds / len(subsets),

@@ -91,7 +91,7 @@ def draw(
     Returns:
         (..., v, h, w, 3) images, and (..., v, n) bool, which Gaussians a view sees.
     """
-    image, _, found = rasterization(
+    image, _, record = rasterization(
         means=parts.mean,
         quats=parts.turn,
         scales=parts.scale.exp(),
@@ -107,7 +107,7 @@ def draw(
         packed=False,
         backgrounds=background[..., None, :].expand(*poses.shape[:-2], 3).contiguous(),
     )
-    return image, (found["radii"] > 0).all(dim=-1)
+    return image, (record["radii"] > 0).all(dim=-1)
 
 
 def cameras(frame: Frame, views: Views) -> tuple[Tensor, Tensor]:
@@ -143,8 +143,8 @@ class CudaTraining(Steps):
         self.first, self.second = torch.zeros_like(self.table), torch.zeros_like(self.table)
         self.count = torch.zeros(self.table.shape[:2], device=DEVICE)
         self.background = on_device(np.stack([one.background for one in begun]))
-        found = [cameras(one.frame, one.capture.views) for one in begun]
-        self.poses, self.matrices = (torch.cat(parts) for parts in zip(*found, strict=True))
+        views = [cameras(one.frame, one.capture.views) for one in begun]
+        self.poses, self.matrices = (torch.cat(parts) for parts in zip(*views, strict=True))
         self.truth = _bytes(np.concatenate([np.asarray(one.capture.images) for one in begun]))
         masks = [one.capture.masks for one in begun if one.capture.masks is not None]
         self.masks = _bytes(np.concatenate(masks)) if masks else None
@@ -166,9 +166,9 @@ class CudaTraining(Steps):
                 *(factor, self.background, NEAREST),
             )
             mask = None if self.masks is None else self.masks[rows]
-            found = image_loss(image[:, 0], self.truth[rows].float() / 255, mask)
-            found.sum().backward()
-            loss += found.detach()
+            losses = image_loss(image[:, 0], self.truth[rows].float() / 255, mask)
+            losses.sum().backward()
+            loss += losses.detach()
             touched |= seen[:, 0]
         weights = settings.opacity_penalty, settings.scale_penalty
         penalty(parts.logit, parts.scale, born, *weights).sum().backward()

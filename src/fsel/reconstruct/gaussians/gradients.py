@@ -23,7 +23,8 @@ from fsel.reconstruct.gaussians.projection import (
     seen,
     tilts,
 )
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT, inlined, jit
+from fsel.reconstruct.gaussians.table import COLOR, LOGIT
+from fsel.utils.compiled import inlined, reordered
 
 LANES = 32  # Gaussians of a block
 # numbers of a Gaussian in a block: position in the camera's axes, quaternion, standard deviations,
@@ -32,8 +33,8 @@ POINT, TURN, SIZE, INVERSE, SUMS, MEAN_OUT, SCALE_OUT, TURN_OUT = 0, 3, 7, 10, 1
 FIELDS = 28
 
 
-@jit
-def backward(table, degree, camera, rows, rank, source, pulls, grad):
+@reordered
+def backward(table, degree, camera, rows, rank, source, sums, grad):
     """Add the gradients of the projected Gaussians to those of the parameters.
 
     Args:
@@ -41,22 +42,22 @@ def backward(table, degree, camera, rows, rank, source, pulls, grad):
         rows: (v, COLUMNS) projected Gaussians, nearest first.
         rank, source: (v,) int32 where each is in `rows` and in `table`, in the table's order, in
             which memory is read fastest.
-        pulls: (v, 9) as `rasterize.backward` fills them: gradients with respect to the colour;
+        sums: (v, 9) as `rasterize.backward` fills them: gradients with respect to the colour;
             sums over the pixels of the gradient g with respect to the exponent, and of g dx, g dy,
             g dx dx, g dx dy, g dy dy, with dx and dy from the Gaussian to the pixel.
         grad: like `table`, added to.
     """
-    _shade_back(table, degree, camera, rows, rank, source, pulls, grad)
+    _shade_back(table, degree, camera, rows, rank, source, sums, grad)
     block = np.ones(FIELDS * LANES)
     for start in range(0, len(rows), LANES):
         count = min(LANES, len(rows) - start)
-        _gather(table, camera, rows, rank, source, pulls, block, start, count)
+        _gather(table, camera, rows, rank, source, sums, block, start, count)
         _differentiate(block, camera)
         _scatter(block, source, grad, start, count)
 
 
-@jit
-def _gather(table, camera, rows, rank, source, pulls, block, start, count):
+@reordered
+def _gather(table, camera, rows, rank, source, sums, block, start, count):
     lens = numbers(camera)
     for p in range(count):
         n, i = rank[start + p], source[start + p]
@@ -70,10 +71,10 @@ def _gather(table, camera, rows, rank, source, pulls, block, start, count):
         block[(INVERSE + 1) * LANES + p] = -1.0 * rows[n, XY]
         block[(INVERSE + 2) * LANES + p] = -2.0 * rows[n, YY]
         for k in range(5):
-            block[(SUMS + k) * LANES + p] = pulls[n, 4 + k]
+            block[(SUMS + k) * LANES + p] = sums[n, 4 + k]
 
 
-@jit
+@reordered
 def _scatter(block, source, grad, start, count):
     for p in range(count):
         i = source[start + p]
@@ -83,7 +84,7 @@ def _scatter(block, source, grad, start, count):
             grad[i, 3 + k] += block[(SCALE_OUT + k) * LANES + p]
 
 
-@jit
+@reordered
 def _differentiate(block, camera):
     """Fill the gradients of a block from its other numbers."""
     lens = numbers(camera)
@@ -104,9 +105,9 @@ def _differentiate(block, camera):
         vv = block[(SUMS + 4) * LANES + o]
         # gradient with respect to the covariance: half of inverse, second moments, inverse
         p, q, r, t = a * uu + b * uv, a * uv + b * vv, b * uu + c * uv, b * uv + c * vv
-        pull = 0.5 * (p * a + q * b), 0.5 * (p * b + q * c), 0.5 * (r * b + t * c)
+        back = 0.5 * (p * a + q * b), 0.5 * (p * b + q * c), 0.5 * (r * b + t * c)
         du, dv = a * su + b * sv, b * su + c * sv
-        (dx, dy, dz), scale, quarter = _shape_back(lens, x, y, z, turn, s, pull)
+        (dx, dy, dz), scale, quarter = _shape_back(lens, x, y, z, turn, s, back)
         j, k = lens[15] / z, lens[16] / z
         dx, dy, dz = dx + du * j, dy + dv * k, dz - (du * j * x + dv * k * y) / z
         at = MEAN_OUT * LANES + o
@@ -119,20 +120,20 @@ def _differentiate(block, camera):
         block[at], block[at + LANES], block[at + 2 * LANES], block[at + 3 * LANES] = quarter
 
 
-@jit
-def _shade_back(table, degree, camera, rows, rank, source, pulls, grad):
+@reordered
+def _shade_back(table, degree, camera, rows, rank, source, sums, grad):
     """Gradients of the opacities, of the harmonics, and through them of the positions."""
     lens, values, weights = numbers(camera), np.empty(16), np.empty(16)
     for m in range(len(rows)):
         n, i = rank[m], source[m]
-        grad[i, LOGIT] += pulls[n, 3] / (1 + math.exp(table[i, LOGIT]))
+        grad[i, LOGIT] += sums[n, 3] / (1 + math.exp(table[i, LOGIT]))
         point = float(table[i, 0]), float(table[i, 1]), float(table[i, 2])
         x, y, z, inverse = direction(point, lens)
         basis(degree, x, y, z, values)
         # a colour below zero was cut, and does not move
-        red = pulls[n, 0] if rows[n, RED] > 0 else 0.0
-        green = pulls[n, 1] if rows[n, RED + 1] > 0 else 0.0
-        blue = pulls[n, 2] if rows[n, RED + 2] > 0 else 0.0
+        red = sums[n, 0] if rows[n, RED] > 0 else 0.0
+        green = sums[n, 1] if rows[n, RED + 1] > 0 else 0.0
+        blue = sums[n, 2] if rows[n, RED + 2] > 0 else 0.0
         for k in range((degree + 1) * (degree + 1)):
             at = COLOR + 3 * k
             weights[k] = red * table[i, at] + green * table[i, at + 1] + blue * table[i, at + 2]
@@ -148,12 +149,12 @@ def _shade_back(table, degree, camera, rows, rank, source, pulls, grad):
 
 
 @inlined
-def _shape_back(lens, x, y, z, turn, s, pull):
+def _shape_back(lens, x, y, z, turn, s, back):
     """Gradients through the covariance: of the point, of the logarithmic scales, and of the
     quaternion."""
     r, unit, shrink = rotation(turn)
     _, m, t = flattened(lens, x, y, z, r, s)
-    ga, gb, gc = pull
+    ga, gb, gc = back
     d = (
         *(2 * (ga * t[0] + gb * t[3]), 2 * (ga * t[1] + gb * t[4]), 2 * (ga * t[2] + gb * t[5])),
         *(2 * (gb * t[0] + gc * t[3]), 2 * (gb * t[1] + gc * t[4]), 2 * (gb * t[2] + gc * t[5])),
@@ -179,11 +180,11 @@ def _tilt_back(lens, x, y, z, m, n):
     """Gradients of the point from those of the projection's derivative."""
     tilt_x, tilt_y = tilts(lens, x, y, z)
     j, k = lens[15] / z, lens[16] / z
-    pull_x = -j * (n[0] * lens[8] + n[1] * lens[9] + n[2] * lens[10])
-    pull_y = -k * (n[3] * lens[8] + n[4] * lens[9] + n[5] * lens[10])
+    slope_x = -j * (n[0] * lens[8] + n[1] * lens[9] + n[2] * lens[10])
+    slope_y = -k * (n[3] * lens[8] + n[4] * lens[9] + n[5] * lens[10])
     # a tilt that is held does not move with the point
-    dx = pull_x / z if tilt_x == x / z else 0.0
-    dy = pull_y / z if tilt_y == y / z else 0.0
+    dx = slope_x / z if tilt_x == x / z else 0.0
+    dy = slope_y / z if tilt_y == y / z else 0.0
     # each row is proportional to one over the depth
     rows = n[0] * m[0] + n[1] * m[1] + n[2] * m[2] + n[3] * m[3] + n[4] * m[4] + n[5] * m[5]
     return dx, dy, -rows / z - dx * tilt_x - dy * tilt_y

@@ -5,7 +5,7 @@ Training and `.ply` files stop at degree two and three; published feed-forward m
 
 from __future__ import annotations
 
-from fsel.reconstruct.gaussians.table import jit
+from fsel.utils.compiled import reordered
 
 C0 = 0.28209479177387814  # sqrt(1 / (4 pi))
 C1 = 0.4886025119029199  # sqrt(3 / (4 pi))
@@ -21,7 +21,7 @@ C4 = (
 MOST = 25  # harmonics to degree four
 
 
-@jit
+@reordered
 def basis(degree, x, y, z, out):
     """Fill `out` (25,) with the (degree + 1)^2 harmonics of the unit direction x, y, z."""
     out[0] = C0
@@ -46,18 +46,18 @@ def basis(degree, x, y, z, out):
             out[24] = C4[6] * (xx * (xx - 3 * yy) - yy * (3 * xx - yy))
 
 
-@jit
-def slope(degree, x, y, z, pull):
-    """Gradient of `sum(pull * basis)` with respect to x, y and z, to degree two: what is trained.
+@reordered
+def slope(degree, x, y, z, w):
+    """Gradient of `sum(w * basis)` with respect to x, y and z, to degree two: what is trained.
 
     Args:
-        pull: (9,) gradient with respect to each harmonic.
+        w: (9,) gradient with respect to each harmonic.
     """
     dx, dy, dz = 0.0, 0.0, 0.0
     if degree > 0:
-        dx, dy, dz = -C1 * pull[3], -C1 * pull[1], C1 * pull[2]
+        dx, dy, dz = -C1 * w[3], -C1 * w[1], C1 * w[2]
     if degree > 1:
-        dx += C2[0] * (y * pull[4] - z * pull[7]) + 2 * x * (C2[2] * pull[8] - C2[1] * pull[6])
-        dy += C2[0] * (x * pull[4] - z * pull[5]) - 2 * y * (C2[2] * pull[8] + C2[1] * pull[6])
-        dz += -C2[0] * (y * pull[5] + x * pull[7]) + 4 * C2[1] * z * pull[6]
+        dx += C2[0] * (y * w[4] - z * w[7]) + 2 * x * (C2[2] * w[8] - C2[1] * w[6])
+        dy += C2[0] * (x * w[4] - z * w[5]) - 2 * y * (C2[2] * w[8] + C2[1] * w[6])
+        dz += -C2[0] * (y * w[5] + x * w[7]) + 4 * C2[1] * z * w[6]
     return dx, dy, dz

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.reconstruct.gaussians.table import jit
+from fsel.utils.compiled import reordered
 
 SSIM_SHARE = 0.2
 REACH = 5  # pixels of the window on each side
@@ -22,8 +22,8 @@ def window(dtype) -> np.ndarray:
     return (weights / (2 * weights.sum() - weights[0])).astype(dtype)
 
 
-@jit
-def loss_gradient(image, truth, mask, weights, pull):
+@reordered
+def loss_gradient(image, truth, mask, weights, gradient):
     """Loss of an image against the truth and its gradient.
 
     Where the mask is False both are taken to be black, as beyond the image: nothing there counts.
@@ -33,7 +33,7 @@ def loss_gradient(image, truth, mask, weights, pull):
         truth: (3, h, w) uint8.
         mask: (h, w) bool, or (0, 0) for all pixels.
         weights: as `window` gives them.
-        pull: (3, h, w), filled with the gradient.
+        gradient: (3, h, w), filled with the gradient.
 
     Returns:
         The loss, a mean over all pixels and channels.
@@ -52,16 +52,16 @@ def loss_gradient(image, truth, mask, weights, pull):
         total += SSIM_SHARE * _similarity(smooth, share)
         for k in range(3):
             _smooth(smooth[k], weights, padded, maps[2 + k])
-        total += _combine(maps, share, pull[c])
+        total += _combine(maps, share, gradient[c])
     if len(mask):
         for c in range(3):
             for y in range(height):
                 for x in range(width):
-                    pull[c, y, x] = pull[c, y, x] if mask[y, x] else kind(0)
+                    gradient[c, y, x] = gradient[c, y, x] if mask[y, x] else kind(0)
     return total
 
 
-@jit
+@reordered
 def _moments(image, truth, mask, maps):
     """The image, the truth, both squares and the product."""
     grey, none, masked = image.dtype.type(1 / 255), image.dtype.type(0), len(mask) > 0
@@ -73,7 +73,7 @@ def _moments(image, truth, mask, maps):
             maps[2, y, x], maps[3, y, x], maps[4, y, x] = a * a, b * b, a * b
 
 
-@jit
+@reordered
 def _smooth(source, weights, padded, out):
     """Convolve with the window; `padded` has zeros along its sides, and stays so."""
     height, width = source.shape
@@ -100,7 +100,7 @@ def _smooth(source, weights, padded, out):
             made[x] = near + w4 * (line[x + 1] + line[x + 9]) + w5 * (line[x] + line[x + 10])
 
 
-@jit
+@reordered
 def _similarity(smooth, share):
     """Sum of share times (1 - SSIM); the first three maps become its gradients with respect to the
     smoothed image, its smoothed square and the smoothed product."""
@@ -125,19 +125,19 @@ def _similarity(smooth, share):
     return total * share
 
 
-@jit
-def _combine(maps, share, pull):
+@reordered
+def _combine(maps, share, gradient):
     """Gradient of the whole loss, and the L1 part of the loss."""
-    kind = pull.dtype.type
+    kind = gradient.dtype.type
     two, slope, none = kind(2), kind(1 - SSIM_SHARE) * share, kind(0)
     total = 0.0
-    for y in range(pull.shape[0]):
+    for y in range(gradient.shape[0]):
         line = none
-        for x in range(pull.shape[1]):
+        for x in range(gradient.shape[1]):
             a, b = maps[0, y, x], maps[1, y, x]
             gap = a - b
             line += abs(gap)
             edge = slope if gap > none else (-slope if gap < none else none)
-            pull[y, x] = edge + maps[2, y, x] + two * a * maps[3, y, x] + b * maps[4, y, x]
+            gradient[y, x] = edge + maps[2, y, x] + two * a * maps[3, y, x] + b * maps[4, y, x]
         total += line
     return total * slope

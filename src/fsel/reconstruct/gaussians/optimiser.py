@@ -5,7 +5,7 @@ Only the Gaussians that a step's views see are updated, as in Taming 3DGS (Malli
 gsplat's `visible_adam`; each counts its own steps for Adam's bias corrections.
 
 The published rates are for 30,000 steps. A training of fewer steps takes longer ones: all rates but
-the opacity's are multiplied by sqrt(30,000 / steps) (measured: docs/gaussians.md).
+the opacity's are multiplied by sqrt(30,000 / steps) (measured: docs/notebook).
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import math
 import numpy as np
 
 from fsel.reconstruct.gaussians.exponential import exponential
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, jit, width_of
+from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
+from fsel.utils.compiled import reordered
 
 PUBLISHED_STEPS = 30_000
 MEAN_RATES = (1.6e-4, 1.6e-6)  # first and last, times the scene's extent
@@ -95,7 +96,7 @@ class Adam:
         self.first[rows], self.second[rows], self.count[rows] = 0, 0, 0
 
 
-@jit
+@reordered
 def _update(table, grad, first, second, count, touched, rates, corrections):
     kind = table.dtype.type
     keep1, keep2, one = kind(DECAYS[0]), kind(DECAYS[1]), kind(1)
@@ -113,7 +114,7 @@ def _update(table, grad, first, second, count, touched, rates, corrections):
             row[c] -= rates[c] * size * m / (np.sqrt(v) * spread + tiny)
 
 
-@jit
+@reordered
 def penalise(table, grad, touched, opacity, scale):
     """Add the gradients of `opacity` times the mean opacity and `scale` times the mean standard
     deviation, of the touched rows; the means are over all."""
@@ -127,7 +128,7 @@ def penalise(table, grad, touched, opacity, scale):
             grad[i, axis] += scale * exponential(max(min(table[i, axis], most), -most))
 
 
-@jit
+@reordered
 def shake(table, touched, rng, size):
     """Move faint Gaussians at random, along their own axes, the farther the fainter."""
     for i in touched:
@@ -137,7 +138,7 @@ def shake(table, touched, rng, size):
             _shift(table[i], rng, reach)
 
 
-@jit
+@reordered
 def _shift(row, rng, reach):
     """Add the covariance times a normal vector."""
     w, x, y, z = row[6], row[7], row[8], row[9]

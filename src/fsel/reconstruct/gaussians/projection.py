@@ -9,7 +9,8 @@ import math
 import numpy as np
 
 from fsel.reconstruct.gaussians.harmonics import MOST, basis
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT, inlined, jit
+from fsel.reconstruct.gaussians.table import COLOR, LOGIT
+from fsel.utils.compiled import inlined, reordered
 
 LOW_PASS = 0.3  # pixels^2 added to the projected variances
 LEAST_ALPHA = 1 / 255  # below it a Gaussian adds nothing to a pixel
@@ -22,7 +23,7 @@ U, V, XX, XY, YY, PEAK, RED, RANGE, HALF_X, HALF_Y, LEAN = 0, 1, 2, 3, 4, 5, 6, 
 COLUMNS = 16  # one cache line of float32
 
 
-@jit
+@reordered
 def project(table, degree, factor, camera, rows, source):
     """Project the Gaussians that a camera sees.
 
@@ -163,7 +164,7 @@ def direction(point, lens):
     return x * inverse, y * inverse, z * inverse, inverse
 
 
-@jit
+@reordered
 def _shade(table, degree, camera, rows, source):
     """Fill the colours of the projected Gaussians, seen from the camera."""
     lens, values = numbers(camera), np.empty(MOST)

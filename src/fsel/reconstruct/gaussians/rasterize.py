@@ -12,8 +12,8 @@ import numpy as np
 
 from fsel.reconstruct.gaussians.exponential import exponential
 from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, XX, XY, YY, U, V
-from fsel.reconstruct.gaussians.table import jit
 from fsel.reconstruct.gaussians.tiles import TILE
+from fsel.utils.compiled import reordered
 
 PIXELS = TILE * TILE
 LARGEST_ALPHA = 0.99
@@ -22,7 +22,7 @@ FLOOR = math.log(LEAST_ALPHA) - 0.1  # exponents below it are as good as it: the
 CHECKED = 8  # Gaussians between two looks at whether a tile is finished
 
 
-@jit
+@reordered
 def composite(rows, starts, members, background, image, rest):
     """Render tiles.
 
@@ -55,7 +55,7 @@ def composite(rows, starts, members, background, image, rest):
                     image[c, top + y, left + x] = color + background[c] * passed
 
 
-@jit
+@reordered
 def _centres(rows):
     """x, then y, of a tile's pixel centres from its corner."""
     at = np.empty(2 * PIXELS, rows.dtype)
@@ -65,7 +65,7 @@ def _centres(rows):
     return at
 
 
-@jit
+@reordered
 def _open(state, wide, high):
     """Start a tile; pixels beyond the image are finished."""
     for p in range(PIXELS):
@@ -74,7 +74,7 @@ def _open(state, wide, high):
             state[c * PIXELS + p] = 0
 
 
-@jit
+@reordered
 def _finished(state):
     light = state[0]
     for p in range(1, PIXELS):
@@ -82,7 +82,7 @@ def _finished(state):
     return light < 0
 
 
-@jit
+@reordered
 def _add(state, at, rows, i, left, top):
     """One Gaussian onto one tile."""
     kind = rows.dtype.type
@@ -106,15 +106,15 @@ def _add(state, at, rows, i, left, top):
         state[3 * PIXELS + p] += weight * blue
 
 
-@jit
-def backward(rows, starts, members, image, pull, pulls):
-    """Gradients of what the image's gradient pulls on, summed over each Gaussian's pixels.
+@reordered
+def backward(rows, starts, members, image, slope, sums):
+    """Carry the image's gradient back to the projected Gaussians, summed over their pixels.
 
     Args:
         rows, starts, members: as in `composite`.
         image: (3, h, w) as `composite` filled it.
-        pull: (3, h, w) gradient with respect to it.
-        pulls: (v, 9) zeros, filled: see `gradients.backward`.
+        slope: (3, h, w) gradient with respect to it.
+        sums: (v, 9) zeros, filled: see `gradients.backward`.
     """
     height, width = image.shape[1:]
     across = (width + TILE - 1) // TILE
@@ -128,18 +128,18 @@ def backward(rows, starts, members, image, pull, pulls):
             for x in range(wide):
                 p, behind = y * TILE + x, rows.dtype.type(0)
                 for c in range(3):
-                    gradient = pull[c, top + y, left + x]
+                    gradient = slope[c, top + y, left + x]
                     state[(2 + c) * PIXELS + p] = gradient
                     behind += gradient * image[c, top + y, left + x]
                 state[PIXELS + p] = behind
         for n in range(starts[t], starts[t + 1]):
             if (n - starts[t]) % CHECKED == CHECKED - 1 and _finished(state):
                 break
-            _pull(state, at, rows, members[n], left, top, pulls)
+            _add_back(state, at, rows, members[n], left, top, sums)
 
 
-@jit
-def _pull(state, at, rows, i, left, top, out):
+@reordered
+def _add_back(state, at, rows, i, left, top, out):
     """The gradients of one Gaussian on one tile, with `_add`'s arithmetic."""
     kind = rows.dtype.type
     none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)

@@ -61,13 +61,13 @@ class Canvas:
         rasterize.composite(self.rows, *self.tiles, self.background, self.image, self.rest)
         return self.source
 
-    def pull(self, table, degree, camera, gradient, grad) -> None:
+    def backward(self, table, degree, camera, gradient, grad) -> None:
         """Add the parameters' gradients of the last drawing to `grad`, like `table`.
 
         Args:
             table, degree, camera: what was drawn.
             gradient: (3, h, w) of the image.
         """
-        pulls = np.zeros((len(self.rows), 9), table.dtype)
-        rasterize.backward(self.rows, *self.tiles, self.image, gradient, pulls)
-        gradients.backward(table, degree, camera, self.rows, self.rank, self.source, pulls, grad)
+        sums = np.zeros((len(self.rows), 9), table.dtype)
+        rasterize.backward(self.rows, *self.tiles, self.image, gradient, sums)
+        gradients.backward(table, degree, camera, self.rows, self.rank, self.source, sums, grad)

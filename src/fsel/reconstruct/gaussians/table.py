@@ -7,7 +7,6 @@ training uses float32, the tests compare float64 with automatic differentiation.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 MEAN = slice(0, 3)  # position in the normalised frame
@@ -15,11 +14,6 @@ SCALE = slice(3, 6)  # logarithms of the standard deviations along the three axe
 TURN = slice(6, 10)  # quaternion w, x, y, z, of any length but zero
 LOGIT = 10  # of the opacity
 COLOR = 11  # first of the harmonics' coefficients: (count, 3), all three channels of one together
-
-# sums may be taken in any order, or they would not vectorise
-FAST = {"reassoc", "contract"}
-jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
-inlined = numba.njit(inline="always", nogil=True, error_model="numpy", fastmath=FAST)
 
 
 def width_of(degree: int) -> int:

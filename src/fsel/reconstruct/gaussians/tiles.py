@@ -15,14 +15,14 @@ from fsel.reconstruct.gaussians.projection import (
     U,
     V,
 )
-from fsel.reconstruct.gaussians.table import inlined, jit
+from fsel.utils.compiled import exact, inlined
 
 TILE = 8  # pixels
 SLACK = 0.01  # pixels by which spans are widened: a pair too many costs time, one too few an error
 DIGIT = 11  # bits sorted at a time
 
 
-@jit
+@exact
 def by_depth(depth):
     """Order of positive float32 depths, nearest first, lowest index among equals: a radix sort."""
     count = len(depth)
@@ -44,7 +44,7 @@ def by_depth(depth):
     return order
 
 
-@jit
+@exact
 def sort_rows(depth, rows):
     """Projected Gaussians nearest first, and the place (v,) int32 that each came to."""
     order = by_depth(depth)
@@ -56,7 +56,7 @@ def sort_rows(depth, rows):
     return ordered, rank
 
 
-@jit
+@exact
 def assign(rows, width, height):
     """Tiles of sorted Gaussians: those with a pixel centre inside the ellipse where alpha is 1/255.
 

@@ -134,7 +134,7 @@ class Training(Steps):
             camera_of(pose, k, capture.size, NEAREST)
             for pose, k in zip(poses, capture.intrinsics, strict=True)
         ]
-        self.window, self.pull = losses.window(np.float32), np.empty_like(self.canvas.image)
+        self.window, self.slope = losses.window(np.float32), np.empty_like(self.canvas.image)
 
     def step(self, step: int) -> float:
         """One update; returns the mean loss of its views before it, without the penalties."""
@@ -145,9 +145,9 @@ class Training(Steps):
             seen.append(self.canvas.draw(table, degree, factor, self.cameras[view]).copy())
             mask = self.masks[view] if self.masks is not None else np.empty((0, 0), bool)
             loss += losses.loss_gradient(
-                self.canvas.image, self.truth[view], mask, self.window, self.pull
+                self.canvas.image, self.truth[view], mask, self.window, self.slope
             )
-            self.canvas.pull(table, degree, self.cameras[view], self.pull, self.grad)
+            self.canvas.backward(table, degree, self.cameras[view], self.slope, self.grad)
         touched = seen[0] if len(seen) == 1 else np.unique(np.concatenate(seen))
         optimiser.penalise(
             table, self.grad, touched, settings.opacity_penalty, settings.scale_penalty

@@ -9,7 +9,8 @@ import numpy as np
 import scipy.ndimage
 
 from fsel.reconstruct.radiance_field.rays import width_of
-from fsel.reconstruct.radiance_field.space import HALF_SIDE, jit
+from fsel.reconstruct.radiance_field.space import HALF_SIDE
+from fsel.utils.compiled import exact
 
 
 @dataclass(frozen=True)
@@ -44,12 +45,12 @@ class Grid:
 
     @property
     def shape(self) -> tuple[float, int, np.ndarray]:
-        """What `sample` asks for: step, side, occupied."""
+        """Arguments of `sample`: step, side, occupied."""
         return self.step, self.side, self.occupied
 
     @property
     def field(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What `composite` asks for: index, density, flat colour."""
+        """Arguments of `composite`: index, density, flat colour."""
         return self.index, self.density, self.color.reshape(-1)
 
     @property
@@ -79,13 +80,13 @@ class Grid:
         """
         cells = _covered(kept, side)
         vertices = _around(cells)
-        found = np.flatnonzero(vertices)
+        places = np.flatnonzero(vertices)
         index = np.full(side**3, -1, np.int32)
-        index[found] = np.arange(len(found), dtype=np.int32)
-        density = np.empty(len(found), np.float32)
-        color = np.empty((len(found), self.color.shape[1]), np.float32)
+        index[places] = np.arange(len(places), dtype=np.int32)
+        density = np.empty(len(places), np.float32)
+        color = np.empty((len(places), self.color.shape[1]), np.float32)
         old = (self.side, self.index, self.density, self.color)
-        _resample(found, side, *old, empty, density, color)
+        _resample(places, side, *old, empty, density, color)
         return Grid(side, cells.reshape(-1), index, density, color, self.harmonics)
 
     def neighbours(self) -> np.ndarray:
@@ -126,12 +127,12 @@ def _around(cells: np.ndarray) -> np.ndarray:
     return vertices
 
 
-@jit
-def _resample(found, side, old_side, index, density, color, empty, new_density, new_color):
-    """Trilinear values at the vertices `found`; colours over the old vertices that are there."""
+@exact
+def _resample(places, side, old_side, index, density, color, empty, new_density, new_color):
+    """Trilinear values at the vertices `places`; colours over the old vertices that are there."""
     ratio = (old_side - 1) / (side - 1)
-    for n in range(len(found)):
-        x, y, z = found[n] // (side * side), found[n] // side % side, found[n] % side
+    for n in range(len(places)):
+        x, y, z = places[n] // (side * side), places[n] // side % side, places[n] % side
         u, v, w = x * ratio, y * ratio, z * ratio
         i, j, k = min(int(u), old_side - 2), min(int(v), old_side - 2), min(int(w), old_side - 2)
         total, value = 0.0, 0.0

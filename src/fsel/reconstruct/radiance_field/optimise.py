@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from fsel.reconstruct.radiance_field.space import jit
+from fsel.utils.compiled import exact
 
 BETAS = (0.9, 0.99)
 TINY = 1e-10  # beside the root of the second moment
 
 
-@jit
+@exact
 def add_variation(rows, values, weight, bend, gradient):
     """Gradient of the total variation: Huber's norm of each difference between neighbours.
 
@@ -35,7 +35,7 @@ def add_variation(rows, values, weight, bend, gradient):
                 gradient[n, m] -= push
 
 
-@jit
+@exact
 def adam_step(values, gradient, moments, rate, turn):
     """One step of Adam (Kingma and Ba 2015), and the gradient is zero again.
 

@@ -16,12 +16,13 @@ from fsel.reconstruct.radiance_field.rays import (
     trilinear,
     width_of,
 )
-from fsel.reconstruct.radiance_field.space import HALF_SIDE, jit
+from fsel.reconstruct.radiance_field.space import HALF_SIDE
+from fsel.utils.compiled import exact
 
 MIDDLE = 0.5  # share of a step before the first sample, where it is not drawn
 
 
-@jit
+@exact
 def _buffers(step, count, dtype):
     """Of the longest ray: a straight line bends in contracted space, to less than twice as long."""
     room = int(4.0 * math.sqrt(3.0) * HALF_SIDE / step) + 2
@@ -35,7 +36,7 @@ def _buffers(step, count, dtype):
     return samples, kept, np.empty(count, dtype)
 
 
-@jit
+@exact
 def loss_and_gradient(rays, truth, late, near, grid, field, count, background, least, gradients):
     """Squared error of a batch of rays, summed over channels, mean over rays; and its gradient.
 
@@ -57,8 +58,8 @@ def loss_and_gradient(rays, truth, late, near, grid, field, count, background, l
     loss = 0.0
     for q in range(len(rays)):
         harmonics(rays[q], basis)
-        found = sample(rays[q], near, late[q], step, side, occupied, cells, parts)
-        samples = cells[:found], parts[:found]
+        met = sample(rays[q], near, late[q], step, side, occupied, cells, parts)
+        samples = cells[:met], parts[:met]
         n, left = composite(samples, side, step, field, basis, least, kept, out)
         behind = 0.0
         for channel in range(3):
@@ -70,21 +71,21 @@ def loss_and_gradient(rays, truth, late, near, grid, field, count, background, l
     return loss / len(rays)
 
 
-@jit
+@exact
 def render_rays(rays, near, grid, field, count, background, least, out):
     """Colour of each ray, samples in the middle of their steps; fills (n, 3)."""
     step, side, occupied = grid
     (cells, parts), kept, basis = _buffers(step, count, out.dtype)
     for q in range(len(rays)):
         harmonics(rays[q], basis)
-        found = sample(rays[q], near, MIDDLE, step, side, occupied, cells, parts)
-        samples = cells[:found], parts[:found]
+        met = sample(rays[q], near, MIDDLE, step, side, occupied, cells, parts)
+        samples = cells[:met], parts[:met]
         _, left = composite(samples, side, step, field, basis, least, kept, out[q])
         for channel in range(3):
             out[q, channel] += left * background[channel]
 
 
-@jit
+@exact
 def largest_weights(rays, near, grid, field, seen):
     """Largest weight that each cell's samples have in the colour of any ray; fills (side**3,)."""
     step, side, occupied = grid
@@ -93,9 +94,9 @@ def largest_weights(rays, near, grid, field, seen):
     rows, shares = kept[0][0], kept[1][0]
     seen[:] = 0
     for q in range(len(rays)):
-        found = sample(rays[q], near, MIDDLE, step, side, occupied, cells, parts)
+        met = sample(rays[q], near, MIDDLE, step, side, occupied, cells, parts)
         left = 1.0
-        for s in range(found):
+        for s in range(met):
             trilinear(cells[s], parts[s], side, index, rows, shares)
             weight = left * (1.0 - math.exp(-optical_depth(rows, shares, density, step)))
             seen[cells[s]] = max(seen[cells[s]], weight)

@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 
 from fsel.reconstruct.radiance_field.lanes import LANES, blend, scatter
-from fsel.reconstruct.radiance_field.space import HALF_SIDE, jit, pace, shrink
+from fsel.reconstruct.radiance_field.space import HALF_SIDE, pace, shrink
+from fsel.utils.compiled import exact
 
 MARGIN = 0.25  # cells before the wall of the cube, at which a ray ends: the wall is at infinity
 OPAQUE = 1e-4  # transmittance at which a ray ends
 DENSEST = 15.0  # logarithm of the largest density: no exponential overflows
 
 
-@jit
+@exact
 def sample(ray, near, late, step, side, occupied, cells, parts):
     """Samples of one ray in occupied cells, at equal steps of contracted length.
 
@@ -58,7 +59,7 @@ def sample(ray, near, late, step, side, occupied, cells, parts):
     return count
 
 
-@jit
+@exact
 def trilinear(cell, part, side, index, rows, shares):
     """Rows of the eight vertices around a sample, and their weights; fills two (8,) arrays."""
     for c in range(8):
@@ -70,7 +71,7 @@ def trilinear(cell, part, side, index, rows, shares):
         shares[c] = u * v * w
 
 
-@jit
+@exact
 def optical_depth(rows, shares, density, step):
     """Of one sample: the exponential of the interpolated logarithm of density, times the step."""
     raw = 0.0
@@ -79,7 +80,7 @@ def optical_depth(rows, shares, density, step):
     return math.exp(min(raw, DENSEST)) * step
 
 
-@jit
+@exact
 def harmonics(ray, basis):
     """Real spherical harmonics of a direction, up to factors: 1; x, y, z; five of degree two."""
     x, y, z = float(ray[3]), float(ray[4]), float(ray[5])
@@ -91,13 +92,13 @@ def harmonics(ray, basis):
         basis[7], basis[8] = x * x - y * y, (3.0 * z * z - 1.0) / 2.0
 
 
-@jit
+@exact
 def width_of(count):
     """Numbers a vertex keeps for `count` harmonics of three channels, filled up to whole lanes."""
     return (3 * count + LANES - 1) // LANES * LANES
 
 
-@jit
+@exact
 def composite(samples, side, step, field, basis, least, kept, out):
     """Colour of one ray, front to back, and what its gradient needs.
 
@@ -139,7 +140,7 @@ def composite(samples, side, step, field, basis, least, kept, out):
     return n, left
 
 
-@jit
+@exact
 def _shade(lanes, basis, channels):
     """Colour seen from the basis' direction: the sigmoid of the harmonics' sum."""
     zero = basis[0] * 0
@@ -153,7 +154,7 @@ def _shade(lanes, basis, channels):
     channels[2] = 1.0 / (1.0 + math.exp(-blue))
 
 
-@jit
+@exact
 def backpropagate(n, kept, basis, slope, behind, gradients):
     """Carry the gradient of one ray's colour back to the vertices.
 

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from fsel.data.capture import Capture
-from fsel.reconstruct.keywords import settings_from
+from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.radiance_field.model import RadianceModel, rays_of
@@ -19,28 +19,14 @@ NEAR = 0.1  # of the frame's unit: where rays start unless points are nearer
 NEAREST = 1.0  # per cent of the points that count as mistaken for being too near
 
 
-class RadianceField:
+class RadianceField(Bound[RadianceSettings]):
     """The reconstructor bound to one capture; see `RadianceSettings`.
 
     A model depends on the selected frames alone: on their images, cameras and masks, and on the
     sparse points that at least two of them see. The order of the frames does not matter.
-
-    Args:
-        capture: already at the reconstruction size.
-        settings: keyword arguments of `RadianceSettings`.
-
-    Raises:
-        ValueError: for a setting outside its range.
     """
 
-    def __init__(self, capture: Capture, **settings) -> None:
-        self.capture = capture
-        self.settings = settings_from(RadianceSettings, settings)
-
-    @staticmethod
-    def check(**settings) -> None:
-        """Refuse settings outside their range; it needs nothing else."""
-        settings_from(RadianceSettings, settings)
+    settings_type = RadianceSettings
 
     def fit(self, frames: np.ndarray, progress: Progress | None = None) -> RadianceModel:
         """Reconstruct from a subset.

@@ -9,15 +9,12 @@ from __future__ import annotations
 
 import math
 
-import numba
-
-# products and sums may be fused; nothing else may change, so that one machine gives one result
-jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+from fsel.utils.compiled import exact
 
 HALF_SIDE = 2.0  # of the cube that all of space is contracted into
 
 
-@jit
+@exact
 def shrink(r):
     """Factor by which a point at largest coordinate r moves towards the middle."""
     if r <= 1.0:
@@ -26,7 +23,7 @@ def shrink(r):
     return (2.0 - inverse) * inverse
 
 
-@jit
+@exact
 def pace(x, y, z, dx, dy, dz):
     """Contracted length that a ray passes at a point for each unit of its own length."""
     ax, ay, az = abs(x), abs(y), abs(z)

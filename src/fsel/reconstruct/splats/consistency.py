@@ -49,8 +49,8 @@ def agreed(
     Returns:
         (K, h, w) float32 inverse depths, and (K, h, w) float32 opacities. Blocks change no bit.
     """
-    count, asked = maps.neighbours.shape
-    each = asked * (maps.inverse[0].size + 1) * PAIR_BYTES
+    count, neighbours = maps.neighbours.shape
+    each = neighbours * (maps.inverse[0].size + 1) * PAIR_BYTES
     step = max(1, VERDICT_BYTES // each)
     rows = [slice(first, first + step) for first in range(0, count, step)]
 

@@ -1,4 +1,4 @@
-"""What matching needs of single frames: made when first asked for, so that memory follows the
+"""What matching needs of single frames: made when first needed, so that memory follows the
 frames that are used and not those of the capture."""
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class Frames:
 
     def __getitem__(self, frame: int) -> Prepared:
         if frame not in self._known:
-            found = self._prepared(frame)
-            make_room(self._known, FRAME_BYTES // sum(part.nbytes for part in found))
-            self._known[frame] = found
+            prepared = self._prepared(frame)
+            make_room(self._known, FRAME_BYTES // sum(part.nbytes for part in prepared))
+            self._known[frame] = prepared
         return self._known[frame]
 
     def _prepared(self, frame: int) -> Prepared:

@@ -10,14 +10,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
+
+from fsel.utils.compiled import exact
 
 F, INT = np.float32, np.int32
 U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
-# what is cut or compared must not come from an estimated quotient or another order of sums
-_exact = {"nnan", "ninf", "nsz"}
-_jit = numba.njit(cache=True, fastmath=_exact, nogil=True, error_model="numpy")
 
 OWN = F(0.2)  # what a pixel's own matching confidence is worth beside a neighbour's agreement
 DOUBT = F(0.35)  # opacity is one half where the support equals this and no neighbour disagrees
@@ -44,7 +42,7 @@ class Verdicts(NamedTuple):
     bounds: np.ndarray
 
 
-@_jit
+@exact
 def compare(first, inverse, rays, neighbours, rotation, translation, ks, tolerance):
     """Carry every pixel of B depth maps in a row into their neighbours and compare.
 
@@ -62,16 +60,16 @@ def compare(first, inverse, rays, neighbours, rotation, translation, ks, toleran
         `Verdicts`.
     """
     maps, height, width = inverse.shape
-    (count, asked), size = neighbours.shape, height * width
-    pixels = np.empty((count, asked, size + 1), U32)
+    (count, each), size = neighbours.shape, height * width
+    pixels = np.empty((count, each, size + 1), U32)
     others, carried = np.empty_like(pixels), np.empty(pixels.shape, F)
-    bounds = np.empty((count, asked, 2), np.int64)
+    bounds = np.empty((count, each, 2), np.int64)
     flat, ray = inverse.reshape(maps, size), rays.reshape(maps, 2, size)
     at, z = np.empty(size, INT), np.empty(size, F)
     theirs, back = np.empty(size, F), np.empty(size, F)
     for i in range(count):
         own, lines = flat[first + i], ray[first + i]
-        for m in range(asked):
+        for m in range(each):
             j = neighbours[i, m]
             _locate(own, lines, rotation[i, m], translation[i, m], ks[j], width, height, at, z)
             for p in range(size):
@@ -86,7 +84,7 @@ def compare(first, inverse, rays, neighbours, rotation, translation, ks, toleran
     return Verdicts(pixels, others, carried, bounds)
 
 
-@_jit
+@exact
 def _list(own, theirs, at, z, tolerance, back, pixels):
     """Fill the list of one map and neighbour, and what is carried back to every pixel; bounds."""
     agree, floats = np.empty(len(own), np.uint8), np.empty(len(own), np.uint8)
@@ -106,7 +104,7 @@ def _list(own, theirs, at, z, tolerance, back, pixels):
     return np.int64(end), np.int64(last) + 1
 
 
-@_jit
+@exact
 def _locate(own, ray, rotation, translation, k, width, height, at, z):
     """Fill the flat pixel that each pixel falls on in a neighbour, -1 outside, and its depth.
 
@@ -129,7 +127,7 @@ def _locate(own, ray, rotation, translation, k, width, height, at, z):
         z[p] = depth
 
 
-@_jit
+@exact
 def vote(first, sure, neighbours, verdicts, against_weight):
     """Opacity of every pixel of B depth maps in a row.
 
@@ -165,7 +163,7 @@ def vote(first, sure, neighbours, verdicts, against_weight):
     return opacity.reshape(count, height, width)
 
 
-@_jit
+@exact
 def fuse(first, inverse, opacity, neighbours, verdicts):
     """Inverse depth of every pixel of B maps, averaged with the neighbours that agree, by opacity.
 
@@ -198,7 +196,7 @@ def fuse(first, inverse, opacity, neighbours, verdicts):
     return fused.reshape(count, height, width)
 
 
-@_jit
+@exact
 def place(fused, opacity, rays, camera_to_world, images, threshold):
     """Splats of the pixels that are opaque enough.
 

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from fsel.utils.compiled import exact
+
 F, INT = np.float32, np.int32
-# no sum in another order and no product fused with a sum: compiled anew or loaded from a cache,
-# these functions round alike
-_exact = {"nnan", "ninf", "nsz"}
-_jit = numba.njit(cache=True, fastmath=_exact, nogil=True, error_model="numpy")
 
 HALF_WEIGHT = F(0.25)  # of the median pixel's weight: below, coarser levels are mixed in
 
 
-@_jit
+@exact
 def typical_weight(total):
     """Median weight of the pixels that any splat falls on; 1 where there are none.
 
@@ -37,7 +34,7 @@ def typical_weight(total):
     return low if upto > count // 2 else F(0.5) * (low + high)
 
 
-@_jit
+@exact
 def _ranked(values, rank):
     """Value of a rank, from 0, of positive float32, whose bits, as integers, have their order:
     found from histograms of the first 12 bits, of the next 12, and of the last 8."""
@@ -60,7 +57,7 @@ def _ranked(values, rank):
     return np.array([prefix]).view(np.float32)[0]
 
 
-@_jit
+@exact
 def fill_holes(total, typical):
     """Colours from weighted sums, pixels of little weight being mixed with coarser levels
     (pull-push).
@@ -92,7 +89,7 @@ def fill_holes(total, typical):
     return filled
 
 
-@_jit
+@exact
 def _halved(planes):
     """2x2 means of (4, h, w), missing pixels of odd sizes counting as empty."""
     height, width = planes.shape[1:]
@@ -110,7 +107,7 @@ def _halved(planes):
     return half
 
 
-@_jit
+@exact
 def _blended(coarse, planes, full):
     """The coarser (3, ...) colours, bilinearly enlarged, under the level's own by its weight."""
     height, width = planes.shape[1:]
@@ -135,7 +132,7 @@ def _blended(coarse, planes, full):
     return color
 
 
-@_jit
+@exact
 def _widen(short, line):
     """Fill a line of twice the length, or one less, with a line's linear interpolation."""
     width = len(line)

@@ -42,7 +42,7 @@ def depth_range(capture: Capture) -> np.ndarray:
 
 
 def look_depth(limits: np.ndarray) -> float:
-    """The depth at which frames are asked for parallax, from all frames' (N, 2) ranges."""
+    """The depth at which frames are compared by parallax, from all frames' (N, 2) ranges."""
     return float(np.median(2 / (1 / limits[:, 0] + 1 / limits[:, 1])))
 
 

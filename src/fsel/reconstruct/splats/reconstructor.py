@@ -8,15 +8,15 @@ and depth maps are cached, since a search meets the same pairs of frames again a
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from fsel.data.capture import Capture, Views
 from fsel.data.geometry import invert_pose
 from fsel.reconstruct import ply
-from fsel.reconstruct.keywords import settings_from
+from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import fusion, planes, render, stereo
@@ -62,6 +62,7 @@ class SplatSettings:
     planes: tuple[int, int] = (32, 96)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "planes", tuple(self.planes))  # a configuration has a list
         if not 1 <= self.partners <= MAX_PARTNERS:
             raise ValueError(f"partners must be 1 to {MAX_PARTNERS}, got {self.partners}")
         if not 0 <= self.small_penalty < self.large_penalty <= stereo.LARGEST_PENALTY:
@@ -73,17 +74,13 @@ class SplatSettings:
             raise ValueError(f"planes must be (least, most) with 2 <= least, got {self.planes}")
 
 
-class Splats:
-    """The reconstructor bound to one capture; see `SplatSettings`.
+class Splats(Bound[SplatSettings]):
+    """The reconstructor bound to one capture; see `SplatSettings`."""
 
-    Args:
-        capture: already at the reconstruction size.
-        settings: keyword arguments of `SplatSettings`.
-    """
+    settings_type = SplatSettings
 
-    def __init__(self, capture: Capture, **settings) -> None:
-        self.capture = capture
-        self.settings = _settings(settings)
+    def __init__(self, capture: Capture, **settings: Any) -> None:
+        super().__init__(capture, **settings)
         self.frames = Frames(capture)
         self.frame = Frame.of(capture)
         local = self.frame.localised(capture)
@@ -94,11 +91,6 @@ class Splats:
         self.ks = capture.intrinsics.astype(np.float32)
         self._pairs: dict[tuple[int, int], np.ndarray] = {}
         self._maps: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray]] = {}
-
-    @staticmethod
-    def check(**settings) -> None:
-        """Refuse settings outside their range; it needs nothing else."""
-        _settings(settings)
 
     def fit(self, frames: np.ndarray) -> SplatModel:
         """Reconstruct from a subset.
@@ -117,11 +109,11 @@ class Splats:
         maps = [self._depth_map(i, frames[order[a]], keep) for a, i in enumerate(frames.tolist())]
         inverse = np.stack([m[0] for m in maps])
         opacity = np.stack([m[1] for m in maps])
-        asked = np.ascontiguousarray(order[:, : self.settings.neighbours])
-        rotation, translation = _relative(self.poses[frames], asked)
+        neighbours = np.ascontiguousarray(order[:, : self.settings.neighbours])
+        rotation, translation = _relative(self.poses[frames], neighbours)
         rays = np.stack([self.frames[i].rays for i in frames.tolist()])
         tolerance = self.settings.tolerance * (self.inverse[frames, 1] - self.inverse[frames, 0])
-        kept = Maps(inverse, rays, asked, rotation, translation, self.ks[frames], tolerance)
+        kept = Maps(inverse, rays, neighbours, rotation, translation, self.ks[frames], tolerance)
         fused, opacity = agreed(kept, opacity, self.settings.rounds, self.settings.against)
         least = np.float32(self.settings.opacity)
         poses = invert_pose(self.poses[frames]).astype(np.float32)
@@ -167,9 +159,9 @@ class Splats:
                 np.int16(self.settings.small_penalty),
                 np.float32(self.settings.large_penalty),
             )
-            found = stereo.winner(total, cost, self.inverse[frame])
-            make_room(self._maps, MAP_BYTES // (2 * found[0].nbytes))
-            self._maps[key] = found
+            depth_map = stereo.winner(total, cost, self.inverse[frame])
+            make_room(self._maps, MAP_BYTES // (2 * depth_map[0].nbytes))
+            self._maps[key] = depth_map
         return self._maps[key]
 
     def _pair(self, frame: int, source: int, keep: bool) -> np.ndarray:
@@ -189,18 +181,11 @@ class Splats:
             self.inverse[frame],
             np.float32(self.settings.truncation),
         )
-        found = stereo.box_filter(cost)
+        cost = stereo.box_filter(cost)
         if keep:
             make_room(self._pairs, self._most_pairs)
-            self._pairs[frame, source] = found
-        return found
-
-
-def _settings(given: Mapping) -> SplatSettings:
-    """From keywords; a config's lists are tuples here."""
-    return settings_from(
-        SplatSettings, {k: tuple(v) if isinstance(v, list) else v for k, v in given.items()}
-    )
+            self._pairs[frame, source] = cost
+        return cost
 
 
 @dataclass(frozen=True)
@@ -264,9 +249,9 @@ class SplatModel:
         ply.write_round(path, self.positions, self.colors / 255, opacity, scale)
 
 
-def _relative(poses: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _relative(poses: np.ndarray, neighbours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Camera-to-neighbour rotations (K, M, 3, 3) and translations (K, M, 3), float32."""
-    rotation = poses[asked][..., :3] @ poses[:, None, :, :3].transpose(0, 1, 3, 2)
+    rotation = poses[neighbours][..., :3] @ poses[:, None, :, :3].transpose(0, 1, 3, 2)
     moved = rotation @ poses[:, None, :, 3:]
-    translation = poses[asked][..., 3] - moved[..., 0]
+    translation = poses[neighbours][..., 3] - moved[..., 0]
     return rotation.astype(np.float32), translation.astype(np.float32)

@@ -5,24 +5,20 @@ float32: positions are relative to a scene whose far plane is some thousand pixe
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from fsel.reconstruct.splats.holes import fill_holes, typical_weight
 from fsel.reconstruct.splats.simd import add_scaled
+from fsel.utils.compiled import exact
 
 F, INT = np.float32, np.int32
 U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check
-# no sum in another order and no product fused with a sum: compiled anew or loaded from a cache,
-# these functions round alike
-_exact = {"nnan", "ninf", "nsz"}
-_jit = numba.njit(cache=True, fastmath=_exact, nogil=True, error_model="numpy")
 
 BINS = 24  # of inverse depth in the depth pass
 SHARE = F(0.08)  # of the opacity around a pixel that must lie in front of a surface to hide it
 
 
-@_jit
+@exact
 def render_views(splats, colors, poses, ks, size, tolerance, depths):
     """Views of a cloud of splats, holes filled.
 
@@ -56,7 +52,7 @@ def render_views(splats, colors, poses, ks, size, tolerance, depths):
     return out
 
 
-@_jit
+@exact
 def make_room(n, size):
     """Arrays that every view of n splats uses anew, see `_project`, `_inside` and `_reach`."""
     width, height = size
@@ -65,7 +61,7 @@ def make_room(n, size):
     return np.empty((3, n), F), cells, corners, index, mass
 
 
-@_jit
+@exact
 def render_view(splats, colors, pose, k, size, tolerance, depths, room):
     """One view of a cloud of splats.
 
@@ -99,7 +95,7 @@ def render_view(splats, colors, pose, k, size, tolerance, depths, room):
     return _accumulate(where, corners, splats[3], index, colors, reach)
 
 
-@_jit
+@exact
 def _project(splats, pose, k, size, bins, where, cells, corners):
     """Fill where splats fall: no branches, it vectorises.
 
@@ -128,7 +124,7 @@ def _project(splats, pose, k, size, bins, where, cells, corners):
         cells[i] = (line * INT(BINS) + bin_) * row + column if inside else INT(-1)
 
 
-@_jit
+@exact
 def _inside(cells, index):
     """Number of the cells that are none of -1, with which `index` then begins; always written, kept
     by a sum: no branches.
@@ -140,7 +136,7 @@ def _inside(cells, index):
     return np.int64(kept)
 
 
-@_jit
+@exact
 def _reach(mass, bins, tolerance):
     """Least inverse depth that counts at each pixel, 0 on the padding.
 
@@ -177,7 +173,7 @@ def _reach(mass, bins, tolerance):
     return reach
 
 
-@_jit
+@exact
 def _in_front(closeness, corners, reach, index):
     """Number of the indexed splats that count at any of their four pixels; `index` then begins with
     them. A third are hidden.
@@ -198,7 +194,7 @@ def _in_front(closeness, corners, reach, index):
     return np.int64(kept)
 
 
-@_jit
+@exact
 def _accumulate(where, corners, weights, index, colors, reach):
     """Colours and weights of what is no farther than `reach`, an inverse depth, over 2x2 pixels."""
     across, down, closeness = where[0], where[1], where[2]

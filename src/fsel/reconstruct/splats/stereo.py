@@ -8,14 +8,12 @@ plain twins of these kernels are in the tests.
 from __future__ import annotations
 
 import cv2
-import numba
 import numpy as np
+
+from fsel.utils.compiled import exact
 
 F, S, INT = np.float32, np.int16, np.int32
 U = np.uint64
-# what is cut or compared must not come from an estimated quotient or another order of sums
-_exact = {"nnan", "ninf", "nsz"}
-_jit = numba.njit(cache=True, fastmath=_exact, nogil=True, error_model="numpy")
 
 LARGEST_PENALTY = 7600  # four paths of a cost, at most 510, and a penalty stay within int16
 OUTSIDE = F(150)  # cost, of 255, where the source frame does not see the point
@@ -31,7 +29,7 @@ def packed(image):
     return levels[..., 0] | levels[..., 1] << U(16) | levels[..., 2] << U(32)
 
 
-@_jit
+@exact
 def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, truncation):
     """Matching cost of an ordered pair of frames at every pixel and plane.
 
@@ -72,7 +70,7 @@ def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, trun
     return cost
 
 
-@_jit
+@exact
 def _project(ray, rotation, translation, k, inverse, shape, index):
     """Fill the flat pixel of a source image that a pixel's point at each plane falls on, or -1."""
     fx, fy, cx, cy = F(2) * k[0], F(2) * k[1], F(2) * k[2], F(2) * k[3]
@@ -96,7 +94,7 @@ def _project(ray, rotation, translation, k, inverse, shape, index):
         index[d] = row * INT(shape[1]) + column if inside else INT(-1)
 
 
-@_jit
+@exact
 def box_filter(cost):
     """3x3 mean over pixels, borders repeated, plane by plane; (h, w, D) uint8, rounded down."""
     height, width, planes = cost.shape
@@ -120,7 +118,7 @@ def box_filter(cost):
     return out
 
 
-@_jit
+@exact
 def merge_costs(first, second, third, fourth, count):
     """Twice the mean of the better half of up to four pair costs, which tolerates occlusion.
 
@@ -152,7 +150,7 @@ def merge_costs(first, second, third, fourth, count):
     return out
 
 
-@_jit
+@exact
 def aggregate(cost, grey, small, large):
     """Semi-global aggregation along four axes (Hirschmueller, PAMI 2008).
 
@@ -203,7 +201,7 @@ def aggregate(cost, grey, small, large):
     return total
 
 
-@_jit
+@exact
 def _jumps(grey, small, large):
     """(2, h, w) int16 penalties of a jump between a pixel and the one before it, in its row and in
     its column; 0 without one before.
@@ -222,7 +220,7 @@ def _jumps(grey, small, large):
     return jumps
 
 
-@_jit
+@exact
 def winner(total, cost, inverse):
     """Winner-take-all with a parabola through the minimum, and how far the minimum stands out.
 

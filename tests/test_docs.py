@@ -1,0 +1,66 @@
+"""The pages of the documentation fit one another, the code and the measured tables."""
+
+import re
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+README = (ROOT / "README.md").read_text()
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")])
+
+
+def test_the_readme_is_short_and_has_no_markers():
+    assert len(README.splitlines()) <= 120
+    assert "<!--" not in README
+
+
+def test_the_readme_links_to_what_is_there():
+    links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", README)
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_the_readme_quotes_the_measured_means():
+    rows = re.findall(r"^\| .* \|$", README, re.M)
+    means = (DOCS / "results" / "ksweep.md").read_text()
+    measured = {row.rsplit("|", 2)[0].strip() for row in means.splitlines() if row[:1] == "|"}
+    quoted = [row.strip().removesuffix("|").strip() for row in rows if re.search(r"\d\.\d", row)]
+    assert quoted
+    assert [row for row in quoted if row not in measured] == []
+
+
+@pytest.mark.parametrize("folder", ["results", "notebook"])
+def test_an_index_names_every_page_of_its_folder(folder):
+    linked = re.findall(r"\]\(([\w-]+\.md)\)", (DOCS / folder / "index.md").read_text())
+    assert sorted(linked) == sorted({p.name for p in (DOCS / folder).glob("*.md")} - {"index.md"})
+
+
+def test_every_page_that_the_command_writes_is_there():
+    pages = yaml.safe_load((DOCS / "results" / "pages.yaml").read_text())["pages"]
+    assert [name for name in pages if not (DOCS / "results" / f"{name}.md").is_file()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_names_of_the_library_in_prose_exist(page):
+    prose = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
+    names = re.findall(r"`(fsel(?:\.(?!json)\w+)+)[`(]", prose)
+    assert [name for name in names if not exists(name)] == []
+
+
+def exists(name: str) -> bool:
+    """Whether a dotted name is a module, or what one holds."""
+    parts = name.split(".")
+    for cut in range(len(parts), 0, -1):
+        try:
+            found = import_module(".".join(parts[:cut]))
+        except ModuleNotFoundError:
+            continue
+        for part in parts[cut:]:
+            if not hasattr(found, part):
+                return False
+            found = getattr(found, part)
+        return True
+    return False

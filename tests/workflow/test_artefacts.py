@@ -1,0 +1,51 @@
+"""Damaged artefacts are refused before a job starts."""
+
+import os
+import subprocess
+import sys
+
+from fsel.utils.checksums import write
+
+WORKFLOW = """
+from fsel.workflow.artefacts import check_artefacts
+
+onstart:
+    jobs = list(workflow.dag.needrun_jobs())
+    check_artefacts(
+        [path for job in jobs for path in job.input],
+        [path for job in jobs for path in job.output],
+    )
+
+rule last:
+    input: "made.npy"
+    output: "table.tex"
+    shell: "false"
+
+rule first:
+    output: "made.npy"
+    shell: "echo anew > made.npy"
+"""
+
+
+def snakemake(folder, *words):
+    command = [sys.executable, "-m", "snakemake", "--cores", "1", *words]
+    environment = {**os.environ, "PYTHONWARNINGS": "ignore"}
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
+
+
+def test_a_damaged_input_is_refused_before_outputs_are_removed(tmp_path):
+    (tmp_path / "Snakefile").write_text(WORKFLOW)
+    (tmp_path / "made.npy").write_text("whole\n")
+    write(tmp_path / "made.npy")
+    (tmp_path / "table.tex").write_text("good")
+    os.utime(tmp_path / "table.tex", ns=(10**18, 10**18))  # older than its input: the job would run
+    (tmp_path / "made.npy").write_text("half")
+    done = snakemake(tmp_path)
+    said = done.stdout + done.stderr
+    assert done.returncode != 0
+    assert "made.npy: has 4 bytes, and had 6 when it was made" in said
+    assert "snakemake --cores 1 --force made.npy" in said
+    assert (tmp_path / "table.tex").read_text() == "good"
+    done = snakemake(tmp_path, "--force", "made.npy")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "made.npy").read_text() == "anew\n"

@@ -1,0 +1,200 @@
+"""What rules get from the checked configuration."""
+
+import zlib
+from types import SimpleNamespace
+
+import pytest
+from dry_runs import SMOKE, experiment, with_dataset
+
+from fsel.workflow import inputs
+from fsel.workflow.refusal import Refusal
+from fsel.workflow.resources import Size
+
+FIRST = {"name": "splats", "long_side": 48}
+SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}
+SCENE = SimpleNamespace(dataset="dl3dv", scene="evaluation00", reconstructor="")
+
+
+def test_scenes_and_problems():
+    made = experiment()
+    assert made.evaluation_scenes == [("dl3dv", "evaluation00"), ("seven_scenes", "evaluation00")]
+    assert made.problems(1) == ["dl3dv/evaluation00/draw0", "seven_scenes/evaluation00/draw0"]
+    assert len(made.problems()) == 4
+    assert made.labelled == {"train00": "train", "validation00": "validation"}
+    assert made.practised == ["dl3dv/train00"]
+    assert made.searched_problems() == ["dl3dv/evaluation00/draw0"]
+    assert made.labels() == {"dl3dv": "DL3DV", "seven_scenes": "7-Scenes"}
+
+
+def test_counted_scenes_are_disjoint_and_in_natural_order(tmp_path):
+    for number in range(1, 13):
+        (tmp_path / f"s{number}").mkdir()
+    entry = {"root": str(tmp_path), "scenes": {"train": 2, "evaluation": 9}}
+    made = experiment(datasets=with_dataset(**entry))
+    assert made.scenes("mine", "evaluation") == [f"s{n}" for n in range(1, 10)]
+    assert made.scenes("mine", "train") == ["s10", "s11"]
+    assert made.datasets.role_of("mine", "s10") == "train"
+
+
+def test_seeds_come_from_names():
+    made = experiment(seed=7)
+    assert made.scene_seed(SCENE, "select", 1) == zlib.crc32(b"7/dl3dv/evaluation00/select/1")
+    assert made.draw_seeds(SCENE)[1] == made.scene_seed(SCENE, "select", 1)
+    assert made.training_seed(SCENE) == zlib.crc32(b"7/dl3dv/evaluation00")
+    assert made.generated("dl3dv", "evaluation00") == {
+        "family": "dl3dv",
+        "seed": zlib.crc32(b"7/dl3dv/evaluation00"),
+        "recorded": 60,
+    }
+
+
+def test_scorers_are_trained_named_or_shipped():
+    made = experiment()
+    assert made.weights("less_is_more") == ["<results>/selector/seed0.safetensors"]
+    assert made.weights("less_is_more_no_appearance") == [
+        "<results>/selector/no_appearance/seed0.safetensors"
+    ]
+    assert made.fsel == ["<results>/selector/fsel/seed0.json"]
+    assert made.scorers[-1].endswith("src/fsel/selector/weights/fsel_rule.json")
+    training = SMOKE["training"] | {"weights": {"less_is_more": ["mine.safetensors"]}}
+    named = experiment(training=training, refinement={"seeds": 0})
+    assert named.weights("less_is_more") == ["mine.safetensors"]
+    assert [path.rsplit("/")[-1] for path in named.fsel] == ["fsel.json"]
+
+
+def test_further_reconstructors_are_folders():
+    made = experiment(reconstruction=[FIRST, SECOND, SECOND | {"as": "g.2"}])
+    assert made.further == ["gaussians/", "g.2/"]
+    assert made.folders == r"(?:|gaussians/|g\.2/)"
+    second = SimpleNamespace(reconstructor="g.2/")
+    assert made.reconstruction_of(SCENE)["name"] == "splats"
+    assert made.reconstruction_of(second) == SECOND
+    assert made.facts_of(second)["reconstructor"] == "g.2 (gaussians)"
+    assert made.facts_of(SCENE)["long_side"] == 48
+    assert made.searched_by(second) == []
+    assert made.searched_by(SCENE) == made.searched_problems()
+    with pytest.raises(Refusal, match="reconstruction has two named 'splats'"):
+        experiment(reconstruction=[FIRST, FIRST])
+
+
+def test_labels_may_come_from_another_reconstructor():
+    made = experiment(search=SMOKE["search"] | {"reconstruction": SECOND})
+    assert made.labeller == SECOND
+    assert made.reconstruction["name"] == "splats"
+    assert "reconstruction" not in made.config["search"]
+    assert experiment().labeller == experiment().reconstruction
+
+
+def test_searches_keep_their_metric_when_tables_print_another():
+    made = experiment(metrics=["psnr", "lpips"], lpips={"net": "alex"})
+    assert made.metrics == {"psnr": {}, "lpips": {"net": "alex", "weights": None}}
+    assert list(made.fitness) == ["psnr", "ssim", "lpips"]
+    assert list(experiment(metrics=["psnr"]).fitness) == ["psnr", "ssim", "gmsd"]
+
+
+def test_places_are_shared_by_name_or_by_dataset(tmp_path):
+    (tmp_path / "a").mkdir()
+    entry = {"root": str(tmp_path), "scenes": ["a"]}
+    by_name = with_dataset(**entry, places={"a": "house"})
+    assert experiment(datasets=by_name).places() == {"mine/a": "house"}
+    by_word = with_dataset(**entry, places="street")
+    assert experiment(datasets=by_word).facts()["places"] == {"mine/a": "street/a"}
+
+
+def test_a_missing_dataset_is_left_out_and_named_in_captions(tmp_path):
+    entry = {"label": "Gone", "root": str(tmp_path / "nowhere"), "scenes": ["a"]}
+    made = experiment(datasets=SMOKE["datasets"] | {"gone": entry})
+    assert "gone" not in made.datasets.entries
+    assert made.facts()["missing"] == ["Gone"]
+    assert str(tmp_path / "nowhere") in made.datasets.missing["gone"]
+
+
+def test_resources_grow_with_attempts_frames_and_pixels(tmp_path):
+    small, large = (experiment(reconstruction={"long_side": side}) for side in (48, 256))
+    needed = small.resources(Size(1000, 10))
+    assert [needed["mem_mb"](None, attempt=n) for n in (1, 3)] == [1000, 3000]
+    grown = [e.resources(Size(1000, 10, "reconstruction")) for e in (small, large)]
+    assert [n["runtime"](None, input=[], attempt=2) for n in grown] == [20, 80]
+    external = experiment(
+        reconstruction=[
+            FIRST,
+            {"name": "external", "long_side": 960, "settings": {"render": ["x"]}},
+        ]
+    )
+    assert external.resources(Size(grows="reconstruction"))["runtime"](None, [], 1) == 10
+
+
+def test_a_gpu_is_asked_for_where_the_reconstructor_uses_one():
+    cuda = SECOND | {"settings": {"device": "cuda"}}
+    made = experiment(reconstruction=[FIRST, cuda])
+    gpu = made.resources(Size(), made.reconstruction_of)["gpu"]
+    assert gpu(SCENE) == 0
+    assert gpu(SimpleNamespace(reconstructor="gaussians/")) == 1
+    assert "gpu" not in made.resources(Size())
+
+
+def test_rules_depend_on_the_reconstructor_that_they_use(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    made = experiment(reconstruction=[FIRST, SECOND])
+    files = made.library("evaluate", made.reconstruction_of)
+    splats, gaussians = files(SCENE), files(SimpleNamespace(reconstructor="gaussians/"))
+    assert any("reconstruct/gaussians/" in path for path in gaussians)
+    assert not any("reconstruct/gaussians/" in path for path in splats)
+    assert not any(
+        "layouts/co3d" in path
+        for path in experiment(datasets={"dl3dv": SMOKE["datasets"]["dl3dv"]}).library("ingest")
+    )
+
+
+def test_rooms_are_filmed_in_several_passes():
+    made = experiment()
+    assert inputs.rooms(made) == [("seven_scenes", "evaluation00")]
+    named = experiment(crosscapture={"held_out": {"dl3dv": {"evaluation00": ["a"]}}})
+    assert inputs.rooms(named) == [("dl3dv", "evaluation00")]
+    assert inputs.passes(named, SCENE) == ["a"]
+    unknown = experiment(crosscapture={"held_out": {"dl3dv": {"x": ["a"]}}})
+    with pytest.raises(Refusal, match=r"\['dl3dv/x'\] are no evaluation scenes"):
+        inputs.rooms(unknown)
+    alone = {name: SMOKE["datasets"][name] for name in ("dl3dv", "co3d")}
+    with pytest.raises(Refusal, match="no dataset with evaluation scenes was filmed"):
+        inputs.rooms(experiment(datasets=alone))
+
+
+@pytest.mark.parametrize(
+    ("changes", "part"),
+    [
+        ({"search": SMOKE["search"] | {"k": 7}}, r"search.k is 7, .* budgets \[5, 10\]"),
+        ({"oracle": {"draws": 0}}, "oracle.draws is 0"),
+    ],
+)
+def test_a_comparison_with_a_search_that_is_not_run_is_refused(changes, part):
+    with pytest.raises(Refusal, match=part):
+        inputs.held_out_problems(experiment(**changes))
+
+
+def test_a_second_source_of_poses_is_a_folder_in_each_scene(tmp_path):
+    (tmp_path / "a").mkdir()
+    datasets = with_dataset(root=str(tmp_path), scenes=["a"])
+
+    def scenes(**settings):
+        return inputs.posed_twice(experiment(datasets=datasets, pose_sources=settings))
+
+    for settings, part in (
+        ({}, "pose_sources.dataset is None"),
+        ({"dataset": "dl3dv"}, "'dl3dv', no dataset with a `root`"),
+        ({"dataset": "mine"}, "no folder in 1 of 1 scenes of mine"),
+    ):
+        with pytest.raises(Refusal, match=part):
+            scenes(**settings)
+    (tmp_path / "a" / "vggt").mkdir()
+    assert scenes(dataset="mine") == [("mine", "a")]
+
+
+def test_patterns_keep_the_braces_that_are_not_theirs():
+    assert inputs.expanded("{a}/{b}/{c}", a=[1, 2], c="x") == ["1/{b}/x", "2/{b}/x"]
+    assert inputs.of_draws(experiment(), "t.parquet", [3]) == [
+        "<results>/{dataset}/{scene}/draw3/t.parquet"
+    ]
+    assert inputs.captures(["a/b"], ["images"], "large/", "given_") == {
+        "given_images": ["<results>/a/b/large/images.npy"]
+    }

@@ -1,0 +1,70 @@
+"""Which variables jobs get on which processors, and that the libraries obey them."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from fsel.workflow import processor
+from fsel.workflow.processor import LEVEL, PINNED, environment
+
+SHOWN = """
+import json
+import cv2
+import numba
+from numpy._core._multiarray_umath import __cpu_features__ as numpy_has
+from numba.core.registry import cpu_target
+print(json.dumps({
+    "numba": cpu_target.target_context.codegen().magic_tuple()[1:],
+    "numpy": [name for name, there in numpy_has.items() if there],
+    "opencv": cv2.getCPUFeaturesLine(),
+    "ipp": cv2.ipp.getIppVersion(),
+}))
+"""
+
+
+def described(tmp_path, flags):
+    path = tmp_path / "cpuinfo"
+    path.write_text(f"processor : 0\nflags\t\t: fpu {' '.join(sorted(flags))}\nbugs : none\n")
+    return path
+
+
+@pytest.fixture
+def intel(monkeypatch):
+    monkeypatch.setattr(processor.platform, "machine", lambda: "x86_64")
+
+
+@pytest.mark.usefixtures("intel")
+def test_a_processor_of_level_three_is_pinned(tmp_path):
+    assert environment(described(tmp_path, LEVEL | {"avx512f"})) == PINNED
+    assert environment(tmp_path / "nothing") == PINNED
+
+
+@pytest.mark.usefixtures("intel")
+@pytest.mark.parametrize("lacking", sorted(LEVEL))
+def test_an_older_processor_is_left_alone(tmp_path, lacking):
+    assert environment(described(tmp_path, LEVEL - {lacking})) == {}
+
+
+def test_another_architecture_is_left_alone(tmp_path, monkeypatch):
+    monkeypatch.setattr(processor.platform, "machine", lambda: "aarch64")
+    assert environment(described(tmp_path, LEVEL)) == {}
+
+
+@pytest.mark.skipif(not environment(), reason="the processor is not of x86-64-v3")
+def test_libraries_obey():
+    ran = subprocess.run(
+        [sys.executable, "-c", SHOWN],
+        env=os.environ | environment(),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    shown = json.loads(ran.stdout)
+    assert shown["numba"] == ["haswell", ""]
+    # what NumPy dispatches by; the processor's single features stay listed
+    assert not {"X86_V4", "AVX512_ICL", "AVX512_SPR"} & set(shown["numpy"])
+    assert not shown["opencv"].endswith("*AVX512-SKX")
+    assert "AVX-512" not in shown["ipp"]

@@ -1,0 +1,86 @@
+"""What is named and not here is told before any job."""
+
+import pytest
+from dry_runs import ROOT, SMOKE, experiment, with_dataset
+
+from fsel.workflow import requirements
+from fsel.workflow.refusal import Refusal
+from fsel.workflow.tables import Tables
+
+SHIPPED = ROOT / "src" / "fsel" / "selector" / "weights"
+FIRST = {"name": "splats", "long_side": 48}
+SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}
+
+
+def check(**changes) -> None:
+    made = experiment(**changes)
+    requirements.check(made, Tables({}, made), ["config.yaml"])
+
+
+def refused(**changes) -> str:
+    with pytest.raises(Refusal) as refusal:
+        check(**changes)
+    assert "\nHint: " in str(refusal.value)
+    return str(refusal.value)
+
+
+def test_a_dataset_that_is_not_there_is_refused_unless_that_is_allowed():
+    datasets = with_dataset(layout="dl3dv", root="nowhere", scenes=["a"])
+    text = refused(datasets=datasets)
+    for part in (
+        "no folders (from ",
+        "for 1 of 5 datasets:\n  datasets.mine.root nowhere (no folder /",
+        "https://huggingface.co/datasets/DL3DV/DL3DV-Benchmark",
+        "allow_missing: true",
+    ):
+        assert part in text
+    check(datasets=datasets, allow_missing=True)
+    paged = with_dataset(root="nowhere", scenes=["a"], page="https://example.org/captures")
+    assert "; https://example.org/captures\n" in refused(datasets=paged)
+
+
+def test_without_the_labelled_dataset_nothing_is_made():
+    datasets = SMOKE["datasets"] | {
+        "dl3dv": {"label": "DL3DV", "layout": "dl3dv", "root": None, "scenes": {"train": ["a"]}}
+    }
+    text = refused(datasets=datasets, allow_missing=True)
+    assert "datasets.dl3dv.root is not set; https://" in text
+
+
+@pytest.mark.parametrize(
+    ("reconstruction", "parts"),
+    [
+        ({"settings": {"colour": 1}}, ["reconstruction, splats: reconstructor 'splats'", "colour"]),
+        (
+            [FIRST, SECOND | {"settings": {"steps": -1}}],
+            ["reconstruction, gaussians", "steps must be an integer of at least 0, got -1"],
+        ),
+    ],
+)
+def test_settings_that_a_reconstructor_does_not_take(reconstruction, parts):
+    text = refused(reconstruction=reconstruction)
+    for part in parts:
+        assert part in text
+
+
+def test_lpips_without_its_weights_is_refused_with_their_page():
+    text = refused(metrics=["psnr", "lpips"], lpips={"net": "alex"})
+    assert "lpips.weights is 'None'" in text
+    assert "https://download.pytorch.org/models/alexnet-owt-7be5be79.pth" in text
+    assert "snakemake paper --cores 2 --configfile config.yaml" in text
+
+
+@pytest.mark.parametrize(
+    ("path", "part"),
+    [("nowhere.safetensors", "nowhere.safetensors"), (str(SHIPPED / "fsel.json"), "made for")],
+)
+def test_scorers_that_are_not_there_or_of_another_policy(path, part):
+    text = refused(training=SMOKE["training"] | {"weights": {"less_is_more": [path]}})
+    assert "training.weights.less_is_more" in text
+    assert part in text
+
+
+def test_reconstructors_of_a_table_are_checked_when_it_is_asked_for():
+    requirements.check_reconstructors({"splats": FIRST | {"settings": {}}}, "transfer")
+    with pytest.raises(Refusal, match="transfer, g: reconstructor 'gaussians'"):
+        requirements.check_reconstructors({"g": SECOND | {"settings": {"steps": -1}}}, "transfer")

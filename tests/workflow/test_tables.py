@@ -1,0 +1,121 @@
+"""Tables as data become rules."""
+
+from types import SimpleNamespace
+
+import pytest
+from dry_runs import experiment
+
+from fsel.experiments import TABLES
+from fsel.workflow import inputs
+from fsel.workflow.refusal import Refusal, refuse
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table, Tables, report_labels
+
+WILDCARDS = SimpleNamespace(dataset="d", scene="s", reconstructor="")
+
+
+def measure(folder, out, *, reconstruction): ...
+
+
+def draw(files, table, numbers): ...
+
+
+def refused(made):
+    refuse("no scenes of this kind", "add some")
+
+
+MEASURED = Job(
+    measure,
+    outputs={"out": f"{inputs.SCENE}/{{reconstructor}}out.parquet"},
+    message="Measuring",
+    inputs=lambda made: inputs.capture(),
+    params=lambda made: {"reconstruction": made.reconstruction_of},
+    size=Size(4000, 30, "reconstruction"),
+)
+DRAWN = Table(
+    draw,
+    outputs=inputs.table_files("{reconstructor}drawn"),
+    message="Drawing",
+    inputs=lambda made: {"files": inputs.of_scenes(made.evaluation_scenes, "out.parquet")},
+    category="Paper",
+    title="Drawn",
+    caption="What was drawn.",
+    jobs=[MEASURED],
+)
+
+
+@pytest.fixture
+def made(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(type(experiment()), "library", lambda self, *given: given)
+    return experiment()
+
+
+def test_a_table_and_its_jobs_are_rules(made):
+    first, second = Tables({"drawn": DRAWN}, made).rules()
+    assert (first.name, second.name) == ("measure", "draw")
+    assert first.log == "<results>/logs/{reconstructor}measure/{dataset}/{scene}.log"
+    assert second.benchmark == "<results>/benchmarks/{reconstructor}draw.jsonl"
+    assert first.params["job"] == f"{__name__}:measure"
+    assert first.inputs["lib"] == (__name__, made.reconstruction_of)
+    assert second.inputs["lib"] == (__name__, None)
+    assert first.resources["gpu"](WILDCARDS) == 0
+    assert "gpu" not in second.resources
+    assert first.shown == {}
+    assert set(second.shown) == {"table", "numbers"}
+    assert second.shown["table"]["category"] == "Paper"
+
+
+def test_a_job_of_several_tables_is_one_rule(made):
+    other = Table(refused, outputs={"table": "t"}, message="", jobs=[MEASURED])
+    rules = Tables({"drawn": DRAWN, "other": other}, made).rules()
+    assert [rule.name for rule in rules] == ["measure", "draw", "refused"]
+
+
+@pytest.mark.parametrize("part", ["inputs", "params"])
+def test_a_table_that_cannot_be_made_refuses_when_asked_for(made, part):
+    table = Table(draw, outputs={"table": "<tables>/a.tex"}, message="", **{part: refused})
+    (rule,) = Tables({"a": table}, made).rules()
+    with pytest.raises(Refusal, match="no scenes of this kind"):
+        rule.inputs["refused"](WILDCARDS)
+
+
+def test_what_of_the_paper_can_be_made_and_why_not(made, capsys):
+    def paper(**more):
+        return Table(
+            draw, outputs={"table": "<tables>/a.tex"}, message="", category="Paper", **more
+        )
+
+    tables = {
+        "drawn": DRAWN,
+        "lacking": paper(inputs=refused),
+        "needing": paper(needs=[refused]),
+        "several": paper(targets=lambda made: ["<figures>/1.pdf", "<figures>/2.pdf"]),
+        "study": Table(draw, outputs={"table": "<tables>/b.tex"}, message="", category="Speed"),
+    }
+    found = Tables(tables, made).of_the_paper()
+    assert found == ["<tables>/drawn.tex", "<figures>/1.pdf", "<figures>/2.pdf"]
+    said = capsys.readouterr().err
+    assert "  not made: lacking: no scenes of this kind\n" in said
+    assert "  not made: needing: no scenes of this kind\n" in said
+
+
+def test_the_report_names_a_further_reconstructor():
+    further = SimpleNamespace(reconstructor="g.2/")
+    assert report_labels("Drawn", "table")(WILDCARDS) == {"table": "Drawn", "form": "LaTeX"}
+    assert report_labels("Drawn", "differences")(further) == {
+        "table": "Drawn, differences, g.2",
+        "form": "numbers",
+    }
+    assert report_labels("Drawn", "figures")(SimpleNamespace()) == {"figure": "Drawn"}
+
+
+def test_every_table_of_the_registry_says_what_it_is():
+    for name, table in TABLES.items():
+        assert table.rule == name
+        assert table.title, name
+        assert table.caption, name
+        assert table.message, name
+        home = table.function.__module__
+        assert home == TABLES.homes[name].partition(":")[0]
+        assert home.split(".")[2] in ("paper", "studies")
