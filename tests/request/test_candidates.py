@@ -128,3 +128,16 @@ def test_a_turned_scaled_and_shifted_world_changes_no_candidate():
         assert len(np.unique(frames)) == 6
         assert np.isin(frames, problem.observed).all()
         np.testing.assert_array_equal(frames, after[name], err_msg=name)
+
+
+def test_cameras_in_one_place_have_candidates():
+    capture = capture_of(np.zeros((12, 3)), np.tile(np.eye(3), (12, 1, 1)))
+    problem = replace(
+        random_problem(12, targets=2),
+        capture=capture,
+        candidates=np.arange(12),
+        proxies=np.arange(2),
+        targets=capture.view(np.arange(2)),
+    )
+    for name, frames in candidates(problem, 4).items():
+        assert len(np.unique(frames)) == 4, name

@@ -64,6 +64,14 @@ def test_the_time_ends_it_and_is_seen():
     assert (late.cut, late.fits, late.kept) == (True, 1, EVEN)
 
 
+def test_a_race_that_ends_with_a_heat_makes_no_fit_more():
+    stop = Patience(1e6, lambda made, planned, gone: made < 3)
+    found = race({"other": 9.0}).run(1, stop, 0.0)
+    assert (found.fits, found.cut, found.kept) == (3, True, "other")
+    found = race({"other": -9.0, "third": -9.0}).run(1, stop, 0.0)
+    assert (found.fits, found.cut, found.kept) == (3, False, EVEN)  # nothing was left to be tried
+
+
 def test_selections_that_leave_too_few_validation_frames_are_not_fitted():
     log = []
     picks = {EVEN: np.arange(0, 40, 2), "odd": np.arange(1, 30, 2)}

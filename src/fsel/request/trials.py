@@ -108,13 +108,16 @@ class Race:
         """
         heats = [(count, share * shares) for count, shares in HEATS]
         left = sum(self._runners(count) * seeds for count, seeds in heats)
-        cut, seed = False, 0
+        over, cut, seed = False, False, 0
         for count, seeds in heats:
             names = self._contenders()[:count]
+            cut = cut or (over and len(names) > 0)
             if cut or not names:
                 break
             jobs = [(name, seed + at) for at in range(seeds) for name in (self._even, *names)]
-            cut = self._heat(jobs, left, patience, started)
+            made = self._made
+            over = self._heat(jobs, left, patience, started)
+            cut = over and self._made < made + len(jobs)
             left -= self._runners(count) * seeds
             seed += seeds
         return Tried(tuple(map(self.trial, self._picks)), self._kept(), self._made, cut)
@@ -155,13 +158,13 @@ class Race:
     def _heat(
         self, jobs: list[tuple[str, int]], left: int, patience: Patience, started: float
     ) -> bool:
-        """Make some fits, one after the other; whether it was cut short."""
+        """Make some fits, one after the other, until the time is over; whether it is."""
         planned = self._made + left
-        for at, (name, seed) in enumerate(jobs, start=1):
+        for name, seed in jobs:
             self._scores[name].append(self._score(self._picks[name], seed))
             gone = time.perf_counter() - started
             if not patience.progress(self._made, planned, gone) or gone > patience.seconds:
-                return at < len(jobs)
+                return True
         return False
 
 
