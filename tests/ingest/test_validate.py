@@ -1,4 +1,4 @@
-"""One gate: what `read_capture` refuses, every command refuses, in the same words."""
+"""Validation: what `read_capture` refuses, every command refuses, in the same words."""
 
 import json
 import os

@@ -14,6 +14,13 @@ from fsel.workflow.tables import Job, Table, Tables, report_labels
 WILDCARDS = SimpleNamespace(dataset="d", scene="s", reconstructor="")
 
 
+class Wildcards(SimpleNamespace):
+    """As Snakemake's: attributes that can be listed."""
+
+    def items(self):
+        return self.__dict__.items()
+
+
 def measure(folder, out, *, reconstruction): ...
 
 
@@ -53,9 +60,10 @@ def made(tmp_path, monkeypatch):
 
 def test_a_table_and_its_jobs_are_rules(made):
     first, second = Tables({"drawn": DRAWN}, made).rules()
+    assert second.outputs == {"table": "<tables>/drawn.tex", "numbers": "<tables>/drawn.csv"}
     assert (first.name, second.name) == ("measure", "draw")
     assert first.log == "<results>/logs/{reconstructor}measure/{dataset}/{scene}.log"
-    assert second.benchmark == "<results>/benchmarks/{reconstructor}draw.jsonl"
+    assert second.benchmark == "<results>/benchmarks/draw.jsonl"
     assert first.params["job"] == f"{__name__}:measure"
     assert first.inputs["lib"] == (__name__, made.reconstruction_of)
     assert second.inputs["lib"] == (__name__, None)
@@ -64,6 +72,32 @@ def test_a_table_and_its_jobs_are_rules(made):
     assert first.shown == {}
     assert set(second.shown) == {"table", "numbers"}
     assert second.shown["table"]["category"] == "Paper"
+
+
+def test_further_reconstructors_have_a_rule_of_their_own(made):
+    sections = [{"name": "splats"}, {"name": "splats", "as": "s.2"}]
+    made = experiment(reconstruction=sections)  # its `library` is replaced by `made`
+    table = Table(
+        draw,
+        outputs=inputs.table_files("{reconstructor}drawn"),
+        message="",
+        inputs=lambda made: {"files": lambda wildcards: [f"{wildcards.reconstructor}a"]},
+        params=lambda made: {"facts": made.facts_of, "numbers": ["{reconstructor}b", 3]},
+    )
+    tables = Tables({"draw": table}, made)
+    first, further = tables.rules()
+    assert (first.name, further.name) == ("draw", "draw_further")
+    none, second = Wildcards(), Wildcards(reconstructor="s.2/")
+    assert first.inputs["files"](none) == ["a"]
+    assert first.params["facts"](none)["reconstructor"] == "splats"
+    assert first.params["numbers"] == ["b", 3]
+    assert first.constraints == {}
+    assert further.inputs["files"](second) == ["s.2/a"]
+    assert further.outputs["table"] == "<tables>/{reconstructor}drawn.tex"
+    assert further.params["facts"](second)["reconstructor"] == "s.2 (splats)"
+    assert further.constraints == {"reconstructor": r"s\.2/"}
+    assert further.log == "<results>/logs/{reconstructor}draw_further.log"
+    assert set(tables.captions()) == {"draw", "draw_further"}
 
 
 def test_a_job_of_several_tables_is_one_rule(made):

@@ -47,7 +47,7 @@ def test_studies_are_made_when_asked_for(tmp_path, usual):
     assert asked["evaluate_swaps"] == asked["select_budgets"] == asked["evaluate_budgets"] == 2
     assert usual["ksweep"] == 1
     assert not {*STUDIES, "speed_settings", "fit_budget"} & set(usual)
-    alone = planned(dry_run(tmp_path, changed(tmp_path), "results/smoke/tables/stability.csv"))
+    alone = planned(dry_run(tmp_path, changed(tmp_path), "stability"))
     assert set(alone) - {"total"} == {"stability"}
 
 
@@ -87,7 +87,7 @@ def test_its_tables_lie_in_a_folder_of_its_name(tmp_path):
     wanted = ["g.2/ksweep.tex", "gaussians/handsign.tex", "g.2/swaps.csv"]
     asked = planned(dry_run(tmp_path, config, *(f"results/smoke/tables/{w}" for w in wanted)))
     assert asked["evaluate"] == 4
-    assert asked["handsign"] == asked["ksweep"] == 1
+    assert asked["handsign_further"] == asked["swaps_further"] == asked["ksweep"] == 1
     assert asked["evaluate_swaps"] == 2
     unknown = dry_run(tmp_path, config, "results/smoke/tables/other/ksweep.tex")
     assert "MissingRuleException" in unknown.stdout + unknown.stderr

@@ -24,6 +24,8 @@ for declared in tables.rules():
             declared.log,
         benchmark:
             declared.benchmark
+        wildcard_constraints:
+            **declared.constraints,
         conda:
             "../envs/fsel.yaml"
         resources:

@@ -210,7 +210,7 @@ def sharpened(
 
 
 def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) -> SharpnessOf:
-    """What says how sharp frames are; see `select`."""
+    """Function that says how sharp frames are; see `select`."""
     if sharpness is None:
         return lambda frames: measure_sharpness(capture.images[frames])
     return sharpness if callable(sharpness) else np.asarray(sharpness).__getitem__

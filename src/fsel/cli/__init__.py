@@ -30,21 +30,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from fsel.cli.parser import parsed
         from fsel.cli.silence import native_lines_dropped
 
-        asked = parsed(arguments)
+        args = parsed(arguments)
         # before NumPy is imported: on a selection's small matrices several threads only wait for
         # one another
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         with native_lines_dropped():
-            return _run(asked, interruption)
+            return _run(args, interruption)
 
 
-def _run(asked: Namespace, interruption: Interruption) -> int:
+def _run(args: Namespace, interruption: Interruption) -> int:
     try:
-        command = import_module(f"fsel.cli.{asked.command}")
+        command = import_module(f"fsel.cli.{args.command}")
         from fsel.cli.console import Console
 
         interruption.working = True
-        command.run(asked, Console(asked.quiet, asked.json))
+        command.run(args, Console(args.quiet, args.json))
     except BaseException as error:
         interruption.working = False
         if interruption.number or isinstance(error, KeyboardInterrupt):
@@ -52,25 +52,25 @@ def _run(asked: Namespace, interruption: Interruption) -> int:
             return 128 + interruption.number if interruption.number else INTERRUPTED
         if not isinstance(error, ValueError | OSError | MemoryError):
             raise
-        print(f"fsel: {_in_words(error, asked)}", file=sys.stderr)
+        print(f"fsel: {_in_words(error, args)}", file=sys.stderr)
         return REFUSED
     return 0
 
 
-def _in_words(error: Exception, asked: Namespace) -> str:
+def _in_words(error: Exception, args: Namespace) -> str:
     """One line that names a file."""
     if isinstance(error, OSError) and error.strerror:
-        named = error.filename or getattr(asked, "out", None) or asked.capture
+        named = error.filename or getattr(args, "out", None) or args.capture
         if error.errno in FULL:  # a copy's error has the name of what was read
-            named = getattr(asked, "out", None) or named
+            named = getattr(args, "out", None) or named
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
-        return f"{_read(asked)}: takes more memory than there is"
+        return f"{_read(args)}: takes more memory than there is"
     if type(error).__name__ == "LinAlgError":  # NumPy's, which names no file
-        return f"{_read(asked)}: its cameras' poses leave the computation no answer ({error})"
+        return f"{_read(args)}: its cameras' poses leave the computation no answer ({error})"
     return " ".join(str(error).split("\n"))
 
 
-def _read(asked: Namespace) -> object:
-    """What a command reads, or writes where it reads nothing."""
-    return getattr(asked, "capture", None) or asked.out
+def _read(args: Namespace) -> object:
+    """Path that a command reads, or writes where it reads nothing."""
+    return getattr(args, "capture", None) or args.out

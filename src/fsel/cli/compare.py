@@ -39,120 +39,120 @@ Picks = dict[Cell, list[np.ndarray]]
 Scores = dict[Cell, np.ndarray]
 
 
-def run(asked: argparse.Namespace, console: Console) -> None:
+def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    checked(asked)
-    metrics = metrics_of(asked)
-    methods = [api.method_of(name) for name in asked.methods]
-    with staged(asked.out, "compare", inputs_of(asked), asked.force) as stage:
-        opened = posing.opened(asked, console, asked.long_side)
-        focus = focus_of(asked, opened)
-        targets = _checked(asked, opened.capture, methods, focus)
-        judged, masks = outlines(asked, opened.capture, targets.frames, focus)
+    checked(args)
+    metrics = metrics_of(args)
+    methods = [api.method_of(name) for name in args.methods]
+    with staged(args.out, "compare", inputs_of(args), args.force) as stage:
+        opened = posing.opened(args, console, args.long_side)
+        focus = focus_of(args, opened)
+        targets = _checked(args, opened.capture, methods, focus)
+        held_out, masks = outlines(args, opened.capture, targets.frames, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         if masks is not None:
-            shown = counted(len(judged), "held-out frame")
+            shown = counted(len(held_out), "held-out frame")
             console.say("object", f"in {shown}, compared inside of it alone")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
             bar = console.bar("sharpness")
             sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
-            picks = _picks(asked, capture, targets, methods, sharpness_of, focus)
-            unsharp = blurred(capture, judged, sharpness_of)
-        scores, evaluator = _scores(asked, capture, (judged, masks), picks, metrics, console)
-        compared = _compared(asked, capture, (judged, unsharp), picks, scores, evaluator)
+            picks = _picks(args, capture, targets, methods, sharpness_of, focus)
+            unsharp = blurred(capture, held_out, sharpness_of)
+        scores, evaluator = _scores(args, capture, (held_out, masks), picks, metrics, console)
+        compared = _compared(args, capture, (held_out, unsharp), picks, scores, evaluator)
         (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
-        content = _content(asked, compared, _rows(capture, picks, scores, metrics))
+        content = _content(args, compared, _rows(capture, picks, scores, metrics))
         (stage / "compare.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
         table = _table(content, metrics)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
         (stage / "renders").mkdir()
-        for name, sheet in _sheets(asked, capture, judged, picks, evaluator):
+        for name, sheet in _sheets(args, capture, held_out, picks, evaluator):
             cv2.imwrite(str(stage / "renders" / name), sheet[..., ::-1])
     console.text(table)
-    console.say("written", f"{asked.out}: compare.html, compare.json, compare.txt, renders")
+    console.say("written", f"{args.out}: compare.html, compare.json, compare.txt, renders")
     console.give(content)
 
 
-def _content(asked: argparse.Namespace, compared: Compared, rows: list[dict]) -> dict:
-    """What compare.json says."""
+def _content(args: argparse.Namespace, compared: Compared, rows: list[dict]) -> dict:
+    """Content of compare.json."""
     return {
-        "capture": str(asked.capture.resolve()),
+        "capture": str(args.capture.resolve()),
         "targets": list(compared.names),
         "blurred": [compared.names[i] for i in np.flatnonzero(compared.blurred)],
-        "reconstructor": asked.reconstructor,
-        "long_side": asked.long_side,
-        "seed": asked.seed,
+        "reconstructor": args.reconstructor,
+        "long_side": args.long_side,
+        "seed": args.seed,
         "rows": rows,
         "differences": differences(compared),
     }
 
 
 def _checked(
-    asked: argparse.Namespace, capture: Capture, methods: Sequence[Method], focus: Focus | None
+    args: argparse.Namespace, capture: Capture, methods: Sequence[Method], focus: Focus | None
 ) -> Targets:
     """Refuse every budget and method that cannot be served, before any image is opened."""
     for method in methods:
-        for k in asked.k:
+        for k in args.k:
             if k < 2:
                 raise ValueError(f"k is {k}; a reconstruction needs at least two frames")
             # what takes every frame is compared as such, whatever k is
             named = api.method_of() if method.name == api.ALL_FRAMES else method
-            targets = api.checked_request(capture, k, asked.targets, named, focus)
+            targets = api.checked_request(capture, k, args.targets, named, focus)
     if not len(targets.frames):
         raise ValueError(
-            f"targets are {asked.targets!r}: there is no truth to compare with; allowed: every:N, "
+            f"targets are {args.targets!r}: there is no truth to compare with; allowed: every:N, "
             "or a .txt list of frame names"
         )
     return targets
 
 
 def _picks(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     capture: Capture,
     targets: Targets,
     methods: Sequence[Method],
     sharpness_of: SharpnessOf,
     focus: Focus | None,
 ) -> Picks:
-    """(k, method) -> one selection a seed; nested methods are asked once for the largest k."""
+    """(k, method) -> one selection a seed; nested methods run once, at the largest k."""
     sharpness, descriptors = api.measured(methods, capture, sharpness_of)
     problem = request_problem(capture, targets, sharpness, focus, descriptors)
 
     def chance(run: Run, k: int) -> np.random.Generator:
-        return np.random.default_rng(asked.seed + run.seed)
+        return np.random.default_rng(args.seed + run.seed)
 
     picks: Picks = {}
     for run in runs(methods):
         if run.method.name == api.ALL_FRAMES:
-            picks |= {(k, api.ALL_FRAMES): [problem.observed] for k in asked.k}
+            picks |= {(k, api.ALL_FRAMES): [problem.observed] for k in args.k}
             continue
-        for made in picks_at(problem, run, asked.k, chance):
+        for made in picks_at(problem, run, args.k, chance):
             frames = api.sharpened(run.method, problem, made.frames, sharpness_of)
             picks.setdefault((made.k, run.method.name), []).append(frames)
     return picks
 
 
 def _scores(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     capture: Capture,
-    judged: tuple[np.ndarray, np.ndarray | None],
+    held_out: tuple[np.ndarray, np.ndarray | None],
     picks: Picks,
     metrics: Metrics,
     console: Console,
 ) -> tuple[Scores, Evaluator]:
     """(k, method) -> (seeds, T, M) metrics of the held-out frames, in their masks."""
-    frames, masks = judged
+    frames, masks = held_out
     truth = np.asarray(capture.images[frames])
-    keeping = _Keeping(bound(asked, capture))
+    keeping = _Keeping(bound(args, capture))
     evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks, metrics)
-    order = [(k, name) for k in asked.k for name in asked.methods]
+    order = [(k, name) for k in args.k for name in args.methods]
     runs = [(key, chosen) for key in order for chosen in picks[key]]
-    found: dict[Cell, list[np.ndarray]] = {key: [] for key in order}
+    scores: dict[Cell, list[np.ndarray]] = {key: [] for key in order}
     for key, chosen in console.bar("reconstructing")(runs, len(runs)):
         evaluator(chosen)  # what does not finish is refused
-        found[key].append(evaluator.measure(chosen).scores)
-    return {key: np.array(values) for key, values in found.items()}, evaluator
+        scores[key].append(evaluator.measure(chosen).scores)
+    return {key: np.array(values) for key, values in scores.items()}, evaluator
 
 
 def _rows(capture: Capture, picks: Picks, scores: Scores, metrics: Metrics) -> list[dict]:
@@ -168,9 +168,9 @@ def _rows(capture: Capture, picks: Picks, scores: Scores, metrics: Metrics) -> l
 
 
 def _compared(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     capture: Capture,
-    held: tuple[np.ndarray, np.ndarray],
+    frames: tuple[np.ndarray, np.ndarray],
     picks: Picks,
     scores: Scores,
     evaluator: Evaluator,
@@ -178,16 +178,16 @@ def _compared(
     """The same with pictures, at the size that was compared.
 
     Args:
-        asked: the command line.
+        args: the parsed command line.
         capture: the capture.
-        held: (T,) held-out frames, and (T,) bool which are blurred.
+        frames: (T,) held-out frames, and (T,) bool which are blurred.
         picks: of each k and method.
         scores: theirs.
         evaluator: which keeps the models.
     """
-    judged, unsharp = held
-    drawn = _drawn(judged)
-    views = capture.view(judged[drawn])
+    held_out, unsharp = frames
+    drawn = _drawn(held_out)
+    views = capture.view(held_out[drawn])
     renders = {}
     for key in scores:
         images = evaluator.reconstructor.fit(np.sort(picks[key][0])).render(views)
@@ -195,22 +195,22 @@ def _compared(
     width, height = capture.size
     return Compared(
         source=capture.source,
-        how=f"Reconstructed and compared by {asked.reconstructor} at {width}x{height} pixels, "
+        how=f"Reconstructed and compared by {args.reconstructor} at {width}x{height} pixels, "
         "shown larger. Hint: --reconstructor gaussians and a larger --long-side are for looks.",
-        names=tuple(capture.names[i] for i in judged),
+        names=tuple(capture.names[i] for i in held_out),
         metrics=tuple(evaluator.metrics),
         scores={key: values.mean(axis=0) for key, values in scores.items()},
         used={key: len(picks[key][0]) for key in scores},
         shown=tuple(drawn.tolist()),
-        truth=[_jpeg(np.asarray(capture.images[frame])) for frame in judged[drawn]],
+        truth=[_jpeg(np.asarray(capture.images[frame])) for frame in held_out[drawn]],
         renders=renders,
         blurred=unsharp,
     )
 
 
-def _drawn(judged: np.ndarray) -> np.ndarray:
-    """Which of the held-out frames are shown."""
-    return evenly(len(judged), SHOWN)
+def _drawn(held_out: np.ndarray) -> np.ndarray:
+    """Numbers of the held-out frames that are shown."""
+    return evenly(len(held_out), SHOWN)
 
 
 def _jpeg(image: np.ndarray) -> bytes:
@@ -243,24 +243,24 @@ def _table(content: dict, metrics: Metrics) -> str:
 
 
 def _sheets(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     capture: Capture,
-    judged: np.ndarray,
+    held_out: np.ndarray,
     picks: Picks,
     evaluator: Evaluator,
 ) -> Iterator[tuple[str, np.ndarray]]:
     """(file name, image) of a few held-out frames; a row for each k: truth, then methods."""
-    frames = judged[_drawn(judged)]
+    frames = held_out[_drawn(held_out)]
     views = capture.view(frames)
     rows: list[list[np.ndarray]] = [[] for _ in frames]
-    for k in asked.k:
+    for k in args.k:
         rendered = [
             evaluator.reconstructor.fit(np.sort(picks[k, name][0])).render(views)
-            for name in asked.methods
+            for name in args.methods
         ]
         for at, frame in enumerate(frames):
             cells = [_captioned(np.asarray(capture.images[frame]), "truth")]
-            for name, images in zip(asked.methods, rendered, strict=True):
+            for name, images in zip(args.methods, rendered, strict=True):
                 cells.append(_captioned(np.round(images[at] * 255).astype(np.uint8), f"{name} {k}"))
             rows[at].append(np.concatenate(cells, axis=1))
     names = file_names([capture.names[frame] for frame in frames])

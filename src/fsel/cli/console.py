@@ -1,4 +1,4 @@
-"""What the commands print, and where."""
+"""Output of the commands: what they print, and where."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ class Console:
             print(f"fsel: warning: {text}", file=sys.stderr, flush=True)
 
     def give(self, result: dict) -> None:
-        """The result, for scripts that asked for it."""
+        """Print the result, for scripts that take it."""
         if self.as_json:
             print(json.dumps(result, indent=1))
 
     @property
     def silent(self) -> bool:
-        """Whether bars and clocks are left out: they are shown on terminals alone, without
+        """Check whether bars and clocks are left out: they are shown on terminals alone, without
         --quiet."""
         return self.quiet or not sys.stderr.isatty()
 
@@ -82,7 +82,7 @@ class Console:
 
     @contextmanager
     def steps(self, label: str) -> Iterator[Callable[[int, int, float], None]]:
-        """What is told the steps made, all steps and the loss; a bar after two seconds."""
+        """Progress bar, after two seconds, of a function of steps made, all steps and the loss."""
         if self.silent:
             yield lambda made, count, loss: None
             return
@@ -90,16 +90,16 @@ class Console:
 
         with tqdm(desc=label, delay=PATIENCE, leave=False, unit="step") as shown:
 
-            def told(made: int, count: int, loss: float) -> None:
+            def advance(made: int, count: int, loss: float) -> None:
                 shown.total = count
                 shown.set_postfix(loss=f"{loss:.4f}", refresh=False)
                 shown.update(made - shown.n)
 
-            yield told
+            yield advance
 
     @contextmanager
     def seconds(self, label: str, most: float) -> Iterator[Callable[[float, str], None]]:
-        """What is told the seconds gone, of `most`, and a word beside them."""
+        """Progress bar of a function of the seconds gone, of `most`, and a word beside them."""
         if self.silent:
             yield lambda gone, word: None
             return
@@ -108,11 +108,11 @@ class Console:
         form = "{desc}: {n:.0f} of {total:.0f} s {bar} {postfix}"
         with tqdm(desc=label, total=most, leave=False, bar_format=form) as shown:
 
-            def told(gone: float, word: str) -> None:
+            def advance(gone: float, word: str) -> None:
                 shown.set_postfix_str(word, refresh=False)
                 shown.update(min(gone, most) - shown.n)
 
-            yield told
+            yield advance
 
     def bar(self, label: str) -> Progress:
         """A progress bar on standard error after two seconds."""

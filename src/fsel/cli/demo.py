@@ -17,7 +17,7 @@ RATE = 4.0  # frames a second, those that `fsel poses` takes of a video: all of 
 VIDEO = "walk.mp4"
 
 
-def run(asked: argparse.Namespace, console: Console) -> None:
+def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     try:
         from fsel.synthesis import record
@@ -26,16 +26,16 @@ def run(asked: argparse.Namespace, console: Console) -> None:
             f"a demonstration is generated with {error.name}, which is not installed. "
             "Hint: pip install 'fsel[demo]'"
         ) from error
-    with staged(asked.out, "demo", [], asked.force) as stage:
-        console.say("making", f"{FRAMES} frames of {asked.scene}, for about a minute")
+    with staged(args.out, "demo", [], args.force) as stage:
+        console.say("making", f"{FRAMES} frames of {args.scene}, for about a minute")
         with console.clock("generating"):
-            made = record(*SCENES[asked.scene], FRAMES, *SIZE)
+            made = record(*SCENES[args.scene], FRAMES, *SIZE)
         colmap.write(made, stage)
         film = cv2.VideoWriter(str(stage / VIDEO), cv2.VideoWriter.fourcc(*"mp4v"), RATE, SIZE)
         for image in made.images:
             film.write(np.ascontiguousarray(image[..., ::-1]))
         film.release()
         if not (stage / VIDEO).is_file():
-            raise ValueError(f"{asked.out / VIDEO}: OpenCV has no encoder for MPEG-4 here")
-    console.say("written", f"{asked.out}: images, sparse/0, {VIDEO}")
-    console.give({"capture": str(asked.out), "video": str(asked.out / VIDEO)})
+            raise ValueError(f"{args.out / VIDEO}: OpenCV has no encoder for MPEG-4 here")
+    console.say("written", f"{args.out}: images, sparse/0, {VIDEO}")
+    console.give({"capture": str(args.out), "video": str(args.out / VIDEO)})

@@ -27,9 +27,9 @@ from fsel.utils.names import natural
 from fsel.utils.wording import counted
 
 
-def run(asked: argparse.Namespace, console: Console) -> None:
+def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    opened = posing.opened(asked, console)
+    opened = posing.opened(args, console)
     sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     with console.clock("points"):
         capture = opened.with_points()
@@ -64,7 +64,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
 
 
 def described(opened: LazyCapture, capture: Capture, sharpness: np.ndarray) -> dict:
-    """What the command prints, with names in full.
+    """Report that the command prints, with names in full.
 
     Args:
         opened: the capture.
@@ -96,7 +96,7 @@ def described(opened: LazyCapture, capture: Capture, sharpness: np.ndarray) -> d
 
 
 def _looked_at(capture: Capture) -> list[float] | None:
-    """x, y, z of the point that the cameras look at, where there is one."""
+    """Coordinates of the point that the cameras look at, where there is one."""
     try:
         return attention(capture.centers, capture.axes).tolist()
     except ValueError:
@@ -108,8 +108,8 @@ def _worth_keeping(capture: Capture) -> tuple[list[str], str]:
     if len(capture) < api.LEAST_FRAMES:
         return list(capture.names), f"all {len(capture)} frames, which are too few to select from"
     chosen = api.select(capture, api.AUTO)
-    found = chosen.budget
-    return sorted(chosen.names, key=natural), "" if found is None else reason(found)
+    budget = chosen.budget
+    return sorted(chosen.names, key=natural), "" if budget is None else reason(budget)
 
 
 def _unregistered(files: Sequence[image_files.Image], skipped: Collection[str]) -> list[str]:

@@ -21,28 +21,28 @@ STEPPED = ("gaussians",)  # that take --steps
 CONFIGURED = ("external",)  # that nothing but a configuration can describe
 
 
-def checked(asked: argparse.Namespace) -> dict[str, int]:
+def checked(args: argparse.Namespace) -> dict[str, int]:
     """The settings of `--reconstructor` that the command line gives.
 
     Raises:
         ValueError: for a reconstructor that is unknown, cannot work here, or takes no `--steps`.
     """
     offered = [name for name in RECONSTRUCTORS if name not in CONFIGURED]
-    if asked.reconstructor not in offered:
-        raise ValueError(f"reconstructor is {asked.reconstructor!r}; allowed: {', '.join(offered)}")
-    if asked.steps is not None and asked.reconstructor not in STEPPED:
+    if args.reconstructor not in offered:
+        raise ValueError(f"reconstructor is {args.reconstructor!r}; allowed: {', '.join(offered)}")
+    if args.steps is not None and args.reconstructor not in STEPPED:
         raise ValueError(
-            f"--steps is {asked.steps}, and {asked.reconstructor} takes none; allowed with: "
+            f"--steps is {args.steps}, and {args.reconstructor} takes none; allowed with: "
             f"{', '.join(STEPPED)}"
         )
-    settings = {} if asked.steps is None else {"steps": asked.steps}
-    check_needs({"name": asked.reconstructor, "settings": settings})
+    settings = {} if args.steps is None else {"steps": args.steps}
+    check_needs({"name": args.reconstructor, "settings": settings})
     return settings
 
 
-def bound(asked: argparse.Namespace, capture: Capture) -> Reconstructor:
+def bound(args: argparse.Namespace, capture: Capture) -> Reconstructor:
     """The reconstructor that the command line names, bound to a capture."""
-    return RECONSTRUCTORS.checked(asked.reconstructor)(capture, **checked(asked))
+    return RECONSTRUCTORS.checked(args.reconstructor)(capture, **checked(args))
 
 
 def fitted(reconstructor: Reconstructor, frames: np.ndarray, console: Console) -> Model:
@@ -65,7 +65,7 @@ def fitted(reconstructor: Reconstructor, frames: np.ndarray, console: Console) -
 
 @contextmanager
 def stopped_by_interrupt(console: Console, kept: str) -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed; the second time it interrupts as usual."""
+    """Test of whether Ctrl-C was pressed; the second time it interrupts as usual."""
     pressed: list[int] = []
 
     def press(number: int, frame: FrameType | None) -> None:

@@ -44,7 +44,7 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
 
 
 def add_reading(command: argparse.ArgumentParser) -> None:
-    """How a folder is read."""
+    """Add options of how a folder is read."""
     command.add_argument(
         "--layout", default="auto", help="how the folder is laid out; recognised by default"
     )
@@ -68,7 +68,7 @@ def add_skipping(command: argparse.ArgumentParser) -> None:
 
 
 def add_video(command: argparse.ArgumentParser) -> None:
-    """How a video is thinned."""
+    """Add options of how a video is thinned."""
     thinned = command.add_mutually_exclusive_group()
     thinned.add_argument(
         "--video-frames",
@@ -90,7 +90,7 @@ def add_output(command: argparse.ArgumentParser, text: str) -> None:
 
 
 def add_request(command: argparse.ArgumentParser) -> None:
-    """What is to be rendered."""
+    """Add options of what is to be rendered."""
     command.add_argument(
         "--targets",
         metavar="WHAT",

@@ -11,13 +11,13 @@ from fsel.cli.request import inputs_of
 from fsel.outputs.atomic import staged
 
 
-def run(asked: argparse.Namespace, console: Console) -> None:
+def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    with staged(asked.out, "poses", inputs_of(asked), asked.force) as stage:
-        place = found_poses(asked, console)
+    with staged(args.out, "poses", inputs_of(args), args.force) as stage:
+        place = found_poses(args, console)
         with console.clock("writing"):
             for part in ("images", "sparse"):
                 shutil.copytree(place / CAPTURE / part, stage / part)
             shutil.copy(place / FOUND, stage / FOUND)
-    console.say("written", f"{asked.out}: images, sparse/0, {FOUND}")
-    console.give({"capture": str(asked.out), "poses": str(asked.out / FOUND)})
+    console.say("written", f"{args.out}: images, sparse/0, {FOUND}")
+    console.give({"capture": str(args.out), "poses": str(args.out / FOUND)})

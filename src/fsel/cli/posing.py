@@ -31,11 +31,11 @@ ENVIRONMENT = "FSEL_CACHE"
 MADE = 3  # of what is kept: counted up where the same files are placed otherwise than before
 
 
-def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> LazyCapture:
+def opened(args: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> LazyCapture:
     """The capture of a command line, or the one that COLMAP makes of its video or photos.
 
     Args:
-        asked: the command line.
+        args: the parsed command line.
         console: prints what is done.
         long_side: pixels of the longer side of images that are opened later.
 
@@ -43,21 +43,21 @@ def opened(asked: argparse.Namespace, console: Console, long_side: int = LONG_SI
         ValueError: for a video or photos that cannot be placed, options that do not fit, and all
             that `open_capture` refuses.
     """
-    if not needed(asked):
+    if not needed(args):
         with console.clock("reading"):
-            found = open_capture(
-                asked.capture,
-                asked.layout,
+            capture = open_capture(
+                args.capture,
+                args.layout,
                 long_side,
-                asked.max_error,
-                skip_unreadable=asked.skip_unreadable,
+                args.max_error,
+                skip_unreadable=args.skip_unreadable,
             )
-        warn_of(found.skipped, console)
-        return found
-    place = found_poses(asked, console)
-    found = open_capture(place / CAPTURE, "colmap", long_side, asked.max_error)
-    known = f"colmap at {asked.capture}"  # as a person knows it, not as the cache does
-    return replace(found, capture=replace(found.capture, source=known))
+        warn_of(capture.skipped, console)
+        return capture
+    place = found_poses(args, console)
+    capture = open_capture(place / CAPTURE, "colmap", long_side, args.max_error)
+    known = f"colmap at {args.capture}"  # as a person knows it, not as the cache does
+    return replace(capture, capture=replace(capture.capture, source=known))
 
 
 def warn_of(skipped: dict[str, str], console: Console) -> None:
@@ -68,15 +68,15 @@ def warn_of(skipped: dict[str, str], console: Console) -> None:
         console.warn(f"{counted(len(named), 'image')} skipped: {', '.join(named[:SHOWN])}{more}")
 
 
-def needed(asked: argparse.Namespace) -> bool:
-    """Whether poses are to be found; refuses options that would have no effect."""
-    filmed = video.is_video(asked.capture)
-    if not filmed and (asked.video_frames is not None or asked.rate is not None):
-        raise ValueError(f"{asked.capture}: is no video, which --video-frames and --rate are for")
-    return filmed or asked.poses == "colmap"
+def needed(args: argparse.Namespace) -> bool:
+    """Check whether poses are to be found; refuse options that would have no effect."""
+    filmed = video.is_video(args.capture)
+    if not filmed and (args.video_frames is not None or args.rate is not None):
+        raise ValueError(f"{args.capture}: is no video, which --video-frames and --rate are for")
+    return filmed or args.poses == "colmap"
 
 
-def found_poses(asked: argparse.Namespace, console: Console) -> Path:
+def found_poses(args: argparse.Namespace, console: Console) -> Path:
     """A folder with `capture`, a COLMAP capture, and `poses.json`, the report.
 
     It lies in the user's cache, under a digest of the files and settings: the second time nothing
@@ -86,9 +86,9 @@ def found_poses(asked: argparse.Namespace, console: Console) -> Path:
         ValueError: when the source holds too few images, or one that cannot be read, or fewer than
             three can be placed.
     """
-    source = asked.capture
-    settings = {"frames": asked.video_frames, "rate": asked.rate}
-    files = [source] if video.is_video(source) else _photos(asked, console)
+    source = args.capture
+    settings = {"frames": args.video_frames, "rate": args.rate}
+    files = [source] if video.is_video(source) else _photos(args, console)
     place = cache() / _digest(files, settings)
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
@@ -105,14 +105,14 @@ def found_poses(asked: argparse.Namespace, console: Console) -> Path:
     return place
 
 
-def _photos(asked: argparse.Namespace, console: Console) -> list[Path]:
+def _photos(args: argparse.Namespace, console: Console) -> list[Path]:
     """The photos of a folder; without `--skip-unreadable` all must be sound."""
-    source = asked.capture
+    source = args.capture
     if not source.is_dir():
         why = "is neither a video nor a folder of photos" if source.exists() else "no such folder"
         raise ValueError(f"{source}: {why}")
     files = bare.find(source)
-    if asked.skip_unreadable:
+    if args.skip_unreadable:
         faults = {file.name: image_files.fault(file) for file in files}
         warn_of({name: why for name, why in faults.items() if why}, console)
         files = [file for file in files if not faults[file.name]]
@@ -126,13 +126,13 @@ def _photos(asked: argparse.Namespace, console: Console) -> list[Path]:
             f"{source}: {counted(len(files), 'photo')} ({', '.join(bare.ENDINGS)}) in it, in "
             f"images or in input; at least {MIN_PLACED} are needed"
         )
-    if not asked.skip_unreadable:
+    if not args.skip_unreadable:
         check_pixels(files)
     return files
 
 
 def cache() -> Path:
-    """Where found poses are kept: FSEL_CACHE, else fsel in the user's cache folder."""
+    """Folder of poses that were found: FSEL_CACHE, else fsel in the user's cache folder."""
     own = os.environ.get(ENVIRONMENT)
     shared = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(own) if own else Path(shared) / "fsel"

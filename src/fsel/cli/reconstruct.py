@@ -18,27 +18,27 @@ from fsel.utils.wording import counted
 ENDING = ".ply"
 
 
-def run(asked: argparse.Namespace, console: Console) -> None:
+def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    checked(asked)
-    if asked.reconstructor not in WRITE_PLY:
+    checked(args)
+    if args.reconstructor not in WRITE_PLY:
         raise ValueError(
-            f"reconstructor {asked.reconstructor!r} has no .ply to write; allowed: "
+            f"reconstructor {args.reconstructor!r} has no .ply to write; allowed: "
             f"{', '.join(WRITE_PLY)}"
         )
-    if asked.out.suffix.lower() != ENDING:
-        raise ValueError(f"{asked.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
-    with staged(asked.out, "reconstruct", inputs_of(asked), asked.force, folder=False) as stage:
-        opened = posing.opened(asked, console, asked.long_side)
-        frames = named_in(asked.frames, opened.capture)
+    if args.out.suffix.lower() != ENDING:
+        raise ValueError(f"{args.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
+    with staged(args.out, "reconstruct", inputs_of(args), args.force, folder=False) as stage:
+        opened = posing.opened(args, console, args.long_side)
+        frames = named_in(args.frames, opened.capture)
         if len(frames) < 2:
-            raise ValueError(f"{asked.frames}: names one frame; two or more are needed")
+            raise ValueError(f"{args.frames}: names one frame; two or more are needed")
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
-        model: Any = fitted(bound(asked, loaded), np.arange(len(frames)), console)
+        model: Any = fitted(bound(args, loaded), np.arange(len(frames)), console)
         model.export_ply(stage)
     content = {
-        "reconstructor": asked.reconstructor,
+        "reconstructor": args.reconstructor,
         "frames": list(loaded.names),
         "size": list(loaded.size),
         "primitives": model.primitives,
@@ -52,6 +52,6 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         steps = f" in {counted(model.steps, 'step')}"
     console.say(
         "written",
-        f"{asked.out}: {model.primitives} Gaussians, fitted{steps} in {model.seconds:.1f} s",
+        f"{args.out}: {model.primitives} Gaussians, fitted{steps} in {model.seconds:.1f} s",
     )
     console.give(content)

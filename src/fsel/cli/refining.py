@@ -15,7 +15,7 @@ KEPT = "interrupted: the best picks so far are written; again to give up"
 
 @contextmanager
 def refining(refine: Refine | None, console: Console) -> Iterator[Refine | None]:
-    """What `fsel.select` is told of `--refine`; None where it was not asked for."""
+    """Argument `refine` of `fsel.select`; None without `--refine`."""
     if refine is None:
         yield None
         return

@@ -18,14 +18,14 @@ from fsel.reconstruct.gaussians import GaussianModel
 from fsel.request.targets import targets_of
 
 
-def run(asked: argparse.Namespace, console: Console) -> None:
+def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    read, metrics = [*inputs_of(asked), asked.model], metrics_of(asked)
-    with staged(asked.out, "render", read, asked.force) as stage:
-        model = GaussianModel.read_ply(asked.model)
+    read, metrics = [*inputs_of(args), args.model], metrics_of(args)
+    with staged(args.out, "render", read, args.force) as stage:
+        model = GaussianModel.read_ply(args.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
-        opened = posing.opened(asked, console, asked.long_side)
-        targets = targets_of(opened.capture, asked.targets)
+        opened = posing.opened(args, console, args.long_side)
+        targets = targets_of(opened.capture, args.targets)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         truth = None
         if len(targets.frames):
@@ -43,34 +43,34 @@ def run(asked: argparse.Namespace, console: Console) -> None:
                 row |= dict(zip(metrics, scores.round(5).tolist(), strict=True))
             rows.append(row)
         measured = metrics if truth is not None else ()
-        content = _content(asked, model, targets.views.size, rows, measured)
+        content = _content(args, model, targets.views.size, rows, measured)
         (stage / "render.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
         table = _table(rows, content["mean"], measured)
         (stage / "render.txt").write_text(table, encoding="utf-8")
     console.text(table)
-    console.say("written", f"{asked.out}: render.json, render.txt, renders")
+    console.say("written", f"{args.out}: render.json, render.txt, renders")
     console.give(content)
 
 
 def _names(known: tuple[str, ...], frames: np.ndarray, views: int) -> list[str]:
-    """What the views are called: as the frames that they are, else by number."""
+    """Names of the views: of the frames that they are, else by number."""
     if not len(frames):
         return [f"view_{t:03d}" for t in range(views)]
     return file_names([known[frame] for frame in frames])
 
 
 def _content(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     model: GaussianModel,
     size: tuple[int, int],
     rows: list[dict],
     metrics: Metrics,
 ) -> dict:
-    """What render.json holds; the means are null where there is no truth, and no metrics."""
+    """Content of render.json; the means are null where there is no truth, and no metrics."""
     means = {name: round(float(np.mean([r[name] for r in rows])), 5) for name in metrics}
     return {
-        "model": str(asked.model.resolve()),
-        "capture": str(asked.capture.resolve()),
+        "model": str(args.model.resolve()),
+        "capture": str(args.capture.resolve()),
         "size": list(size),
         "primitives": model.primitives,
         "mean": means or None,

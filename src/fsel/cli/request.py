@@ -1,4 +1,4 @@
-"""What the commands have in common."""
+"""Arguments that commands have in common: inputs, targets, an object."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from fsel.request.focus import Focus, check_within, from_box, from_masks, scene_
 from fsel.utils.wording import counted
 
 
-def focus_of(asked: argparse.Namespace, opened: LazyCapture) -> Focus | None:
+def focus_of(args: argparse.Namespace, opened: LazyCapture) -> Focus | None:
     """The object of `--masks` or `--box`; a box outside of the scene is refused."""
-    if asked.masks is not None:
-        return from_masks(opened.capture, asked.masks)
-    if asked.box is not None:
-        box = from_box(np.array(asked.box))
+    if args.masks is not None:
+        return from_masks(opened.capture, args.masks)
+    if args.box is not None:
+        box = from_box(np.array(args.box))
         check_within(box, scene_bounds(opened.with_points()))
         return box
     return None
 
 
 def outlines(
-    asked: argparse.Namespace, capture: Capture, frames: np.ndarray, focus: Focus | None
+    args: argparse.Namespace, capture: Capture, frames: np.ndarray, focus: Focus | None
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """The frames that show the object of `--masks` or `--box`, and (n, h, w) where; or all, None.
 
@@ -38,8 +38,8 @@ def outlines(
         return frames, None
     from fsel.metrics import inside  # here: numba takes longer to import than a selection takes
 
-    if asked.masks is not None:
-        shown = silhouettes.masked(capture, frames, asked.masks)
+    if args.masks is not None:
+        shown = silhouettes.masked(capture, frames, args.masks)
     else:
         shown = silhouettes.boxed(capture, frames, focus)
     kept = inside(shown) > 0
@@ -51,13 +51,13 @@ def outlines(
     return frames[kept], shown[kept]
 
 
-def inputs_of(asked: argparse.Namespace) -> list[Path]:
+def inputs_of(args: argparse.Namespace) -> list[Path]:
     """The files and folders that a command line names to be read."""
     names = ("capture", "masks", "frames", "targets", "weights", "always", "never")
-    named = [getattr(asked, name, None) for name in names]
+    named = [getattr(args, name, None) for name in names]
     return [Path(name) for name in named if name is not None and Path(name).exists()]
 
 
 def reasons(dropped: dict[str, str]) -> str:
-    """Why frames were left out, and how many for each reason."""
+    """Reasons why frames were left out, and how many for each."""
     return ", ".join(f"{reason} ({count})" for reason, count in Counter(dropped.values()).items())

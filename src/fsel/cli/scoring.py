@@ -1,4 +1,4 @@
-"""What `fsel compare` and `fsel render` measure, how they print it, and what their pictures are
+"""Metrics of `fsel compare` and `fsel render`, how they are printed, and what the pictures are
 called."""
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ from fsel.metrics import METRICS, REGISTERED, Metrics, checked
 WIDTH = 6  # letters of a column
 
 
-def metrics_of(asked: argparse.Namespace) -> Metrics:
+def metrics_of(args: argparse.Namespace) -> Metrics:
     """The metrics that a command line asks for, once each is known to work.
 
     Raises:
         ValueError, FileNotFoundError, ImportError: see `fsel.metrics.checked`; or for a backbone
             without weights.
     """
-    if asked.lpips_weights is None:
-        if asked.lpips_net is not None:
+    if args.lpips_weights is None:
+        if args.lpips_net is not None:
             raise ValueError(
-                f"--lpips-net is {asked.lpips_net} without --lpips-weights, the file of its weights"
+                f"--lpips-net is {args.lpips_net} without --lpips-weights, the file of its weights"
             )
         return METRICS
-    lpips = {"net": asked.lpips_net or "vgg", "weights": str(asked.lpips_weights)}
+    lpips = {"net": args.lpips_net or "vgg", "weights": str(args.lpips_weights)}
     return checked({"psnr": {}, "ssim": {}, "lpips": lpips})
 
 

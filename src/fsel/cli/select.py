@@ -59,10 +59,10 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         written = time.perf_counter()
         picks = outcome.selection.indices
         entries, left = record.picked(outcome), record.left(outcome)
-        held = outcome.targets.frames
-        pictures = _pictures(asked, opened, picks, held)
+        held_out = outcome.targets.frames
+        pictures = _pictures(asked, opened, picks, held_out)
         with console.clock("writing"):
-            points = subset.write(stage, opened, picks, held, form_of(asked, opened))
+            points = subset.write(stage, opened, picks, held_out, form_of(asked, opened))
         report = page(outcome, entries, left, pictures, points)
         (stage / "report.html").write_text(report, encoding="utf-8")
         names = "".join(f"{name}\n" for name in outcome.selection.names)
@@ -81,7 +81,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
 
 
 def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> None:
-    """Why so many frames, what was changed after they were picked, and how well they serve."""
+    """Say why so many frames, what was changed after they were picked, and how well they serve."""
     reached = outcome.service.curve[-1]
     if outcome.selection.budget is not None:
         console.say("k", record.reason(outcome.selection.budget))
@@ -109,7 +109,7 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
 def _checked(
     asked: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
 ) -> tuple[int | Auto | None, Focus | None, Targets]:
-    """The number of frames, the object and the targets that are asked for.
+    """Number of frames, object and targets of the command line.
 
     What cannot be done is refused here, before any image is opened.
     """
@@ -176,15 +176,15 @@ def _select(
 
 
 def _measuring(opened: LazyCapture, console: Console, seconds: dict[str, float]) -> SharpnessOf:
-    """What measures the sharpness of some frames, and adds the time that it takes."""
+    """Measurement of the sharpness of some frames, which adds up the time that it takes."""
     measure = sharpness_among(opened.raw.images, opened.longest, console.bar("sharpness"))
     seconds["sharpness"] = 0.0
 
     def timed(frames: np.ndarray) -> np.ndarray:
         started = time.perf_counter()
-        found = measure(frames)
+        values = measure(frames)
         seconds["sharpness"] += time.perf_counter() - started
-        return found
+        return values
 
     return timed
 
@@ -245,7 +245,7 @@ def _check_appearance(asked: argparse.Namespace, method: Method) -> None:
 def _describing(
     asked: argparse.Namespace, seconds: dict[str, float]
 ) -> Callable[[Capture], np.ndarray]:
-    """What describes the appearance of every frame, and notes the time that it takes."""
+    """Description of every frame's appearance, which notes the time that it takes."""
 
     def timed(capture: Capture) -> np.ndarray:
         started = time.perf_counter()
@@ -258,17 +258,17 @@ def _describing(
 
 
 def _pictures(
-    asked: argparse.Namespace, opened: LazyCapture, picks: np.ndarray, held: np.ndarray
+    asked: argparse.Namespace, opened: LazyCapture, picks: np.ndarray, held_out: np.ndarray
 ) -> list[bytes]:
-    """Of the picks, in pick order; opened in capture order, since some may be of one video.
+    """Pictures of the picks in pick order; opened in capture order, since some may be of a video.
 
     Every frame that is written is decoded, so that none without pixels is handed on.
     """
     files = opened.raw.images
     if asked.geometry_only:
-        check_pixels([files[i] for i in [*picks, *held]])
+        check_pixels([files[i] for i in [*picks, *held_out]])
         return []
     order = np.argsort(picks)
     made = thumbnails([files[picks[i]] for i in order], opened.longest, THUMBNAIL)
-    check_pixels([files[i] for i in held])
+    check_pixels([files[i] for i in held_out])
     return [made[at] for at in np.argsort(order)]

@@ -1,4 +1,4 @@
-"""What selection.json says of a selection, beside its frames."""
+"""Content of selection.json, its frames aside."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def selection_content(
     method: Method,
     seconds: dict[str, float],
 ) -> dict:
-    """selection.json without the entries of the frames.
+    """Content of selection.json without the entries of the frames.
 
     Args:
         asked: the command line.
@@ -114,7 +114,7 @@ def _settings(asked: argparse.Namespace, method: Method) -> dict:
 
 
 def _scorer(method: Method) -> dict | None:
-    """What made the scores: provenance, and the coefficients of a linear rule."""
+    """Scorer of the selection: provenance, and the coefficients of a linear rule."""
     if not isinstance(method, Learned):
         return None
     rule = method.scorer

@@ -17,7 +17,7 @@ from fsel.request.targets import Targets
 
 
 def budget_of(asked: argparse.Namespace, opened: LazyCapture) -> int | Auto | None:
-    """The number of frames, or how it is to be found; None for as many as a cover takes."""
+    """Number of frames, or how it is to be chosen; None for as many as a cover takes."""
     if asked.k != api.AUTO:
         return asked.k
     camera = opened.raw.cameras[0]
@@ -43,7 +43,7 @@ def check_budget(asked: argparse.Namespace) -> None:
 
 
 def form_of(asked: argparse.Namespace, opened: LazyCapture) -> subset.Form:
-    """How the subset is written."""
+    """Form in which the subset is written."""
     side = asked.long_side
     if asked.downscale is not None:
         side = max(1, round(opened.longest / asked.downscale))
@@ -53,7 +53,7 @@ def form_of(asked: argparse.Namespace, opened: LazyCapture) -> subset.Form:
 
 
 def refine_of(asked: argparse.Namespace) -> Refine | None:
-    """For how long swaps are tried, and what scores them."""
+    """Limit of the swaps, and what scores them; None without `--refine`."""
     if asked.refine is None:
         if asked.reconstructor is not None:
             raise ValueError(
@@ -73,7 +73,7 @@ def patience_of(
     method: Method,
     focus: Focus | None,
 ) -> Patience:
-    """How long selections are tried, which opens images."""
+    """Time for trials of selections, which open images."""
     if asked.geometry_only:
         if asked.patience:
             raise ValueError(

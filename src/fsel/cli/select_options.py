@@ -73,7 +73,7 @@ def add_select(commands) -> None:
 
 
 def _add_budget(command: argparse.ArgumentParser) -> None:
-    """How -k auto finds a number of frames."""
+    """Add options of how -k auto chooses a number of frames."""
     command.add_argument(
         "--threshold",
         type=positive,
@@ -101,7 +101,7 @@ def _add_budget(command: argparse.ArgumentParser) -> None:
 
 
 def _add_method(command: argparse.ArgumentParser) -> None:
-    """What selects, and the appearance that it compares frames by."""
+    """Add options of what selects, and the appearance that it compares frames by."""
     command.add_argument(
         "--method", help="fsel (by default), less_is_more, uniform, fvs, nearest, ..."
     )
@@ -125,7 +125,7 @@ def _add_method(command: argparse.ArgumentParser) -> None:
 
 
 def _add_looking(command: argparse.ArgumentParser) -> None:
-    """Which images are opened."""
+    """Add options of which images are opened."""
     looking = command.add_mutually_exclusive_group()
     looking.add_argument(
         "--sharpness",
@@ -154,7 +154,7 @@ def _add_wishes(command: argparse.ArgumentParser) -> None:
 
 
 def _add_form(command: argparse.ArgumentParser) -> None:
-    """How the subset is written."""
+    """Add options of how the subset is written."""
     command.add_argument(
         "--points",
         choices=("seen", "all", "none"),

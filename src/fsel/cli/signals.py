@@ -1,4 +1,4 @@
-"""What Ctrl-C and the signal TERM do, from the start of a command on.
+"""Handling of Ctrl-C and the signal TERM, from the start of a command on.
 
 Imports as little as it can: before the handlers are set, Ctrl-C prints a traceback.
 """
@@ -18,7 +18,7 @@ SAID = "fsel: interrupted, nothing was written"
 
 
 class Interruption:
-    """What was received; within the block both signals are handled.
+    """Signal that was received; within the block both signals are handled.
 
     What ran before takes its handlers back at the end.
 

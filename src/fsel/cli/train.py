@@ -37,61 +37,61 @@ MADE_BY = "fsel train: behaviour cloning"
 RATE = 1e-3  # of Adam (paper, Appendix A.3)
 
 
-def run(asked: argparse.Namespace, console: Console) -> None:
+def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    policy = _checked(asked)
+    policy = _checked(args)
     from fsel.training.journal import Journal
     from fsel.training.offline import Labelling, label, tasks
 
-    labelling = Labelling(coverages=tuple(asked.coverages), seed=asked.seed)
-    captures = [_described(asked, console, path, labelling) for path in asked.capture]
-    found = tasks(captures, labelling)
-    key = _key(asked, captures, labelling)
+    labelling = Labelling(coverages=tuple(args.coverages), seed=args.seed)
+    captures = [_described(args, console, path, labelling) for path in args.capture]
+    problems = tasks(captures, labelling)
+    key = _key(args, captures, labelling)
     trajectories: list[Trajectory] = []
-    with Journal(asked.out, key) as journal:
-        _announce(console, found, labelling, journal)
+    with Journal(args.out, key) as journal:
+        _announce(console, problems, labelling, journal)
         started = time.perf_counter()
-        for at, task in enumerate(found, start=1):
+        for at, task in enumerate(problems, start=1):
             trajectories += label(task, labelling, policy, journal)
-            left = (time.perf_counter() - started) / at * (len(found) - at)
-            what = f"{task.described.name} at {task.coverage} %, {at} of {len(found)}"
+            left = (time.perf_counter() - started) / at * (len(problems) - at)
+            what = f"{task.described.name} at {task.coverage} %, {at} of {len(problems)}"
             console.say("labelled", f"{what}; about {_in_words(left)} left")
-        record = _train(asked, console, trajectories, policy, key)
-    console.say("written", f"{asked.out}; fsel select --weights {asked.out} uses it")
+        record = _train(args, console, trajectories, policy, key)
+    console.say("written", f"{args.out}; fsel select --weights {args.out} uses it")
     console.give(record)
 
 
-def _checked(asked: argparse.Namespace) -> Policy:
+def _checked(args: argparse.Namespace) -> Policy:
     """The policy to train; what would fail after hours of work is refused."""
     if missing := [name for name in NEEDED if find_spec(name) is None]:
         raise ValueError(
             f"fsel train needs {', '.join(missing)}. Hint: pip install 'fsel[workflow]'"
         )
     trained = {name: policy for name, policy in POLICIES.items() if policy.kind is Network}
-    if asked.method not in trained:
-        raise unknown("--method", asked.method, trained, RENAMED)
-    if asked.out.suffix != ".safetensors":
-        raise ValueError(f"{asked.out}: a scorer is written as .safetensors")
-    refuse_overlap(asked.out, asked.capture)
-    if len({path.resolve() for path in asked.capture}) < len(asked.capture):
-        raise ValueError(f"{asked.capture[0]}: a capture is given twice; each counts once")
-    checked(asked)
-    if asked.out.exists():
-        if not asked.force:
-            raise FileExistsError(f"{asked.out}: exists already. Hint: --force replaces it")
-        if not pretrained.own(asked.out).scorer.provenance["made by"].startswith(MADE_BY):
-            raise FileExistsError(f"{asked.out}: --force replaces only what fsel train wrote")
-    return trained[asked.method]
+    if args.method not in trained:
+        raise unknown("--method", args.method, trained, RENAMED)
+    if args.out.suffix != ".safetensors":
+        raise ValueError(f"{args.out}: a scorer is written as .safetensors")
+    refuse_overlap(args.out, args.capture)
+    if len({path.resolve() for path in args.capture}) < len(args.capture):
+        raise ValueError(f"{args.capture[0]}: a capture is given twice; each counts once")
+    checked(args)
+    if args.out.exists():
+        if not args.force:
+            raise FileExistsError(f"{args.out}: exists already. Hint: --force replaces it")
+        if not pretrained.own(args.out).scorer.provenance["made by"].startswith(MADE_BY):
+            raise FileExistsError(f"{args.out}: --force replaces only what fsel train wrote")
+    return trained[args.method]
 
 
 def _described(
-    asked: argparse.Namespace, console: Console, path: Path, labelling: Labelling
+    args: argparse.Namespace, console: Console, path: Path, labelling: Labelling
 ) -> Described:
     """A capture with its descriptors, its sharpness and a reconstructor."""
     from fsel.training.offline import Described
 
     opened = open_capture(
-        path, asked.layout, LONG_SIDE, asked.max_error, skip_unreadable=asked.skip_unreadable
+        path, args.layout, LONG_SIDE, args.max_error, skip_unreadable=args.skip_unreadable
     )
     warn_of(opened.skipped, console)
     count = len(opened.capture)
@@ -104,35 +104,35 @@ def _described(
     sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
     capture = opened.loaded(np.arange(count), console.bar("images"))
     console.say("capture", f"{path}: {count} frames, {opened.layout}")
-    named = {"name": asked.reconstructor, "long_side": asked.long_side, "settings": checked(asked)}
+    named = {"name": args.reconstructor, "long_side": args.long_side, "settings": checked(args)}
     reconstructor = reconstructor_of(capture, named)
     return Described(str(path), capture, api.described(capture), sharpness, reconstructor)
 
 
-def _key(asked: argparse.Namespace, captures: Sequence[Described], labelling: Labelling) -> str:
-    """Of all that an evaluation depends on: with another key, searches start anew."""
+def _key(args: argparse.Namespace, captures: Sequence[Described], labelling: Labelling) -> str:
+    """Key of all that an evaluation depends on: with another one, searches start anew."""
     return digest(
         {
             "captures": {described.name: described.digest() for described in captures},
             "labelling": asdict(labelling),
-            "reconstruction": [asked.reconstructor, asked.long_side, asked.steps],
+            "reconstruction": [args.reconstructor, args.long_side, args.steps],
         }
     )
 
 
 def _announce(
-    console: Console, found: Sequence[Task], labelling: Labelling, journal: Journal
+    console: Console, problems: Sequence[Task], labelling: Labelling, journal: Journal
 ) -> None:
     """Say beforehand how long it takes."""
     from fsel.training.offline import seconds_needed
 
     with console.clock("timing a few reconstructions"):
-        seconds = seconds_needed(found[0], labelling) * len(found)
-    share = max(0.0, 1 - journal.known / (len(found) * labelling.evaluations))
+        seconds = seconds_needed(problems[0], labelling) * len(problems)
+    share = max(0.0, 1 - journal.known / (len(problems) * labelling.evaluations))
     console.say(
         "labels",
-        f"{counted(len(found), 'problem')} of up to {labelling.evaluations} reconstructions: about "
-        f"{_in_words(seconds * share)}, less where subsets share work",
+        f"{counted(len(problems), 'problem')} of up to {labelling.evaluations} reconstructions: "
+        f"about {_in_words(seconds * share)}, less where subsets share work",
     )
     if journal.known:
         console.say("resumed", f"after {journal.known} reconstructions of an earlier run")
@@ -143,7 +143,7 @@ def _in_words(seconds: float) -> str:
 
 
 def _train(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     console: Console,
     trajectories: Sequence[Trajectory],
     policy: Policy,
@@ -152,14 +152,14 @@ def _train(
     """Imitate the labels and write the scorer."""
     from fsel.training.offline import imitate
 
-    settings = {"seed": asked.seed, "epochs": asked.epochs, "learning_rate": RATE}
+    settings = {"seed": args.seed, "epochs": args.epochs, "learning_rate": RATE}
     made = (
         f"{MADE_BY} of {counted(len(trajectories), 'searched subset')} of "
-        f"{counted(len(asked.capture), 'capture')}, {counted(asked.epochs, 'epoch')}, "
-        f"labels by {asked.reconstructor} at {asked.long_side} pixels"
+        f"{counted(len(args.capture), 'capture')}, {counted(args.epochs, 'epoch')}, "
+        f"labels by {args.reconstructor} at {args.long_side} pixels"
     )
     with console.clock("training"):
-        log = imitate(policy, trajectories, [], asked.out, made_by=made, config=key, **settings)
+        log = imitate(policy, trajectories, [], args.out, made_by=made, config=key, **settings)
     first, last = (log.iloc[at] for at in (0, -1))
     console.say(
         "trained",
@@ -167,4 +167,4 @@ def _train(
         f"labels {first['agreement']:.1%} to {last['agreement']:.1%}",
     )
     epochs = log[["epoch", "loss", "agreement"]].to_dict("records")
-    return {"out": str(asked.out), "made by": made, "epochs": epochs}
+    return {"out": str(args.out), "made by": made, "epochs": epochs}

@@ -14,7 +14,7 @@ KEPT = "interrupted: what was tried so far decides; again to give up"
 
 @contextmanager
 def trying(patience: Patience, console: Console) -> Iterator[Patience]:
-    """The same patience, shown and interruptible."""
+    """Argument `patience` of `fsel.select`, with its progress shown."""
     if not patience.seconds:
         yield patience
         return

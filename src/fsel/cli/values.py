@@ -15,7 +15,7 @@ POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
 
 
 class Version(argparse.Action):
-    """Prints the version; it is looked up when asked for, since that takes as long as parsing."""
+    """Print of the version, looked up when it is needed, since that takes as long as parsing."""
 
     def __call__(self, parser, namespace, values, option=None):
         print(f"fsel {version('fsel')}")
@@ -47,10 +47,10 @@ def numbers(text: str) -> list[int]:
 
 def words(text: str) -> list[str]:
     """Words between commas, each once; spaces around them do not count."""
-    found = list(dict.fromkeys(word.strip() for word in text.split(",") if word.strip()))
-    if not found:
+    names = list(dict.fromkeys(word.strip() for word in text.split(",") if word.strip()))
+    if not names:
         raise argparse.ArgumentTypeError(f"{text!r} names nothing; allowed: words between commas")
-    return found
+    return names
 
 
 def positive(text: str) -> float:
@@ -66,22 +66,22 @@ def positive(text: str) -> float:
 
 def size_in_bytes(text: str) -> int:
     """8GB, 500M (powers of 1000), 8GiB, 500MiB (powers of 1024), or plain bytes."""
-    found = SIZE.fullmatch(text.strip())
-    if found is None or (found[3] and not found[2]) or not float(found[1]) > 0:
+    parts = SIZE.fullmatch(text.strip())
+    if parts is None or (parts[3] and not parts[2]) or not float(parts[1]) > 0:
         raise argparse.ArgumentTypeError(
             f"{text!r} is no size; allowed: as 8GB, 500M, 8GiB, or plain bytes, more than 0"
         )
-    return int(float(found[1]) * (1024 if found[3] else 1000) ** POWERS[found[2].lower()])
+    return int(float(parts[1]) * (1024 if parts[3] else 1000) ** POWERS[parts[2].lower()])
 
 
 def duration(text: str) -> float:
     """10s, 2m, 2min, 1h, or plain seconds."""
-    found = DURATION.fullmatch(text.strip())
-    if found is None or not float(found[1]) > 0:
+    parts = DURATION.fullmatch(text.strip())
+    if parts is None or not float(parts[1]) > 0:
         raise argparse.ArgumentTypeError(
             f"{text!r} is no duration; allowed: as 10s, 2m, 1h, or plain seconds, more than 0"
         )
-    return float(found[1]) * SECONDS[found[2]]
+    return float(parts[1]) * SECONDS[parts[2]]
 
 
 def duration_or_none(text: str) -> float:

@@ -12,7 +12,7 @@ from struct import error as Short
 from struct import unpack_from
 
 from fsel.colmap.bindings import pycolmap
-from fsel.utils.parsing import check_number
+from fsel.utils.parsing import check_file_count
 
 IMAGES, POINTS = "images.bin", "points3D.bin"
 CAMERA = 4 + 4 + 8 + 8  # id, model, width, height
@@ -32,16 +32,16 @@ def check_files(model: Path, images: Path) -> None:
 
     Raises:
         FileNotFoundError: for an empty folder.
-        ValueError: see `fsel.utils.parsing.check_number`. A million images would take the
+        ValueError: see `fsel.utils.parsing.check_file_count`. A million images would take the
             reader two minutes.
     """
     if not any(images.iterdir()):
         raise FileNotFoundError(f"{images}: no images in it")
-    check_number(images, _number_of_images(model), model)
+    check_file_count(images, _number_of_images(model), model)
 
 
 def _number_of_images(model: Path) -> int:
-    """As the binary file states it, if so many fit into it; of text, two lines each."""
+    """Number that a binary file states, if so many fit into it; of text, two lines an image."""
     packed, text = model / IMAGES, model / "images.txt"
     if packed.is_file():
         with packed.open("rb") as file:
@@ -70,7 +70,7 @@ def check_whole(model: Path) -> None:
 
 
 def is_binary(model: Path) -> bool:
-    """Whether COLMAP reads a folder's binary files, not its text."""
+    """Check whether COLMAP reads a folder's binary files, not its text."""
     return all((model / name).is_file() for name in (IMAGES, POINTS, "cameras.bin"))
 
 
@@ -110,7 +110,7 @@ def _after_camera(content: mmap, at: int) -> int:
 
 
 def name_span(content: mmap, at: int) -> tuple[int, int]:
-    """Where the name of the image that begins at `at` begins, and the zero byte behind it.
+    """Start of the name of the image that begins at `at`, and the zero byte behind it.
 
     Raises:
         ValueError: where no zero byte follows.
@@ -131,7 +131,7 @@ def _after_point(content: mmap, at: int) -> int:
 
 
 def _after_rig(content: mmap, at: int) -> int:
-    """Each sensor but the first says whether its pose follows."""
+    """End of a rig: each sensor but the first says whether its pose follows."""
     (sensors,) = unpack_from("<I", content, at + 4)
     at += RIG + SENSOR * (sensors > 0)
     for _ in range(1, sensors):

@@ -1,4 +1,4 @@
-"""pycolmap without the signal handlers that its log installs when it is imported.
+"""Import of pycolmap without the signal handlers that its log installs.
 
 They would print a C++ stack at the signal TERM. Everything imports pycolmap from here. Outside the
 main thread, where Python sets no handlers, pycolmap's stay.

@@ -39,7 +39,7 @@ class Observed(NamedTuple):
 
 
 def observed(reconstruction: pycolmap.Reconstruction, model: Path | None = None) -> Observed:
-    """What the images of a model that pycolmap has read see; of one without a pose, nothing.
+    """Observations of a model that pycolmap has read; an image without a pose has none.
 
     Args:
         reconstruction: the model.

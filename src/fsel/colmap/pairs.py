@@ -1,4 +1,4 @@
-"""Which images are matched with which, when no poses are known.
+"""Pairs of images that are matched when no poses are known.
 
 Neighbours in time, at growing distances; and images that look alike, wherever they are, which
 closes loops. Images are compared by VLAD (Jegou et al. 2010) of the features that are matched
@@ -49,13 +49,13 @@ def alike(described: np.ndarray, known: Pairs) -> Pairs:
     rows, columns = np.array(known, np.int64).reshape(-1, 2).T
     likeness[rows, columns] = likeness[columns, rows] = -np.inf
     best = np.argsort(-likeness, axis=1, kind="stable")[:, :LOOPS]
-    found = {
+    closest = {
         (min(i, j), max(i, j))
         for i, row in enumerate(best.tolist())
         for j in row
         if np.isfinite(likeness[i, j])
     }
-    return sorted(found)
+    return sorted(closest)
 
 
 def described(database: Path, names: Sequence[str]) -> np.ndarray:
@@ -78,8 +78,8 @@ def described(database: Path, names: Sequence[str]) -> np.ndarray:
 
 def _rooted(stored: pycolmap.Database, key: int) -> np.ndarray:
     """(m, 128) float32 square roots of an image's descriptors (Arandjelovic and Zisserman 2012)."""
-    found = stored.read_descriptors(key)
-    data = np.asarray(getattr(found, "data", found), np.float32).reshape(-1, 128)
+    descriptors = stored.read_descriptors(key)
+    data = np.asarray(getattr(descriptors, "data", descriptors), np.float32).reshape(-1, 128)
     return np.sqrt(data / np.maximum(data.sum(axis=1, keepdims=True), 1e-9))
 
 

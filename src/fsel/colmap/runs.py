@@ -25,7 +25,7 @@ IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
 
 @dataclass(frozen=True)
 class Work:
-    """How structure from motion runs.
+    """Settings of a run of structure from motion.
 
     Attributes:
         folder: keeps the database, so that a run that was cut off goes on; None for none.
@@ -105,14 +105,14 @@ def _by_size(folder: Path, names: Sequence[str]) -> dict[Size | None, list[str]]
 
     Those that cannot be read are together, for COLMAP to pass over.
     """
-    found: dict[Size | None, list[str]] = {}
+    groups: dict[Size | None, list[str]] = {}
     for name in names:
         try:
             size = image_files.size_of(folder / name)
         except ValueError:
             size = None
-        found.setdefault(size, []).append(name)
-    return found
+        groups.setdefault(size, []).append(name)
+    return groups
 
 
 def _camera_of(database: Path, size: Size | None) -> int | None:
@@ -138,10 +138,10 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
         match_pairs(database, [(names[i], names[j]) for i, j in part], work.threads)
 
 
-def match_pairs(database: Path, asked: Sequence[tuple[str, str]], threads: int) -> None:
+def match_pairs(database: Path, names: Sequence[tuple[str, str]], threads: int) -> None:
     """Match and verify some pairs of images, by name."""
     listed = database.with_name("pairs.txt")
-    listed.write_text("".join(f"{one} {other}\n" for one, other in asked), encoding="utf-8")
+    listed.write_text("".join(f"{one} {other}\n" for one, other in names), encoding="utf-8")
     pycolmap.match_image_pairs(
         database,
         matching_options=pycolmap.FeatureMatchingOptions(num_threads=threads),

@@ -42,12 +42,12 @@ def straight(camera: Camera) -> Camera:
 
 
 def _is_straight(camera: Camera) -> bool:
-    """Whether images need no undistortion; a fisheye without coefficients still does."""
+    """Check whether images need no undistortion; a fisheye without coefficients does."""
     return camera.colmap.is_undistorted() and "FISHEYE" not in camera.model
 
 
 def _four(model: pycolmap.Camera) -> tuple[float, ...]:
-    """fx, fy, cx, cy."""
+    """Intrinsics fx, fy, cx, cy."""
     k = model.calibration_matrix()
     return (k[0, 0], k[1, 1], k[0, 2], k[1, 2])
 
@@ -55,7 +55,7 @@ def _four(model: pycolmap.Camera) -> tuple[float, ...]:
 def undistortion_maps(
     camera: Camera, pinhole: Camera, size: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where each pixel of a straight image lies in the distorted one.
+    """Maps from each pixel of a straight image to its place in the distorted one.
 
     Args:
         camera: of the distorted image, stated at its own size.

@@ -58,7 +58,7 @@ class Views:
         return Views(self.world_to_camera[rows], self.intrinsics[rows], self.size)
 
     def joined(self, others: Views) -> Views:
-        """These, then others of the same size."""
+        """Views of these, then of others of the same size."""
         poses = np.concatenate([self.world_to_camera, others.world_to_camera])
         return Views(poses, np.concatenate([self.intrinsics, others.intrinsics]), self.size)
 
@@ -179,11 +179,11 @@ class Capture:
             masks=masks,
         )
 
-    def save(self, folder: str | Path, **found: Any) -> None:
+    def save(self, folder: str | Path, **details: Any) -> None:
         """Write frames.parquet, points.parquet, images.npy (and masks.npy) into `folder`.
 
         Arrays that already are those files, streamed there while they were made, stay as they are.
-        What was `found` while the capture was read goes into the metadata of frames.parquet.
+        `details` of how the capture was read go into the metadata of frames.parquet.
         """
         pd = _pandas()
         folder = Path(folder)
@@ -195,7 +195,7 @@ class Capture:
                 frames[f"w2c_{row}{column}"] = self.world_to_camera[:, row, column]
         for column, label in enumerate(("fx", "fy", "cx", "cy")):
             frames[label] = self.intrinsics[:, column]
-        frames.attrs |= {"source": self.source, **found}
+        frames.attrs |= {"source": self.source, **details}
         points = points_table(self.points)
         for table, name in ((frames, "frames.parquet"), (points, "points.parquet")):
             with atomic(folder / name) as temporary:
@@ -260,7 +260,7 @@ def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) 
 
 
 def _pandas() -> ModuleType:
-    """pandas; imported here since that takes longer than a selection, which does not need it."""
+    """Import pandas, which takes longer than a selection, which does not need it."""
     try:
         import pandas
     except ImportError as error:

@@ -21,7 +21,7 @@ GREY = 128  # of points without a colour
 def reader(
     path: Path, applied: np.ndarray | None, scale: float
 ) -> Callable[[tuple[int, ...]], RawPoints]:
-    """Reads a file's points once, whichever frames are asked for, in the world of COLMAP's poses.
+    """Reader of a file's points, once for whatever frames, in the world of COLMAP's poses.
 
     Args:
         path: the file.
@@ -31,11 +31,11 @@ def reader(
 
     @cache
     def points() -> RawPoints:
-        found = read(path)
-        xyz = found.xyz / scale
+        stated = read(path)
+        xyz = stated.xyz / scale
         if applied is not None:
             xyz = (xyz - applied[:, 3]) @ np.linalg.inv(applied[:, :3]).T
-        return replace(found, xyz=xyz)
+        return replace(stated, xyz=xyz)
 
     return lambda frames: points()
 
@@ -49,8 +49,8 @@ def read(path: Path) -> RawPoints:
     if not path.exists():
         raise ValueError(f"{path}: file of points is missing")
     try:
-        found = PlyData.read(str(regular(path)))
-        vertices = found["vertex"].data
+        content = PlyData.read(str(regular(path)))
+        vertices = content["vertex"].data
         with np.errstate(invalid="ignore"):  # a signalling NaN, which is refused below
             xyz = np.stack([vertices[name] for name in PLACE], axis=1).astype(np.float64)
         rgb = _colours(vertices)

@@ -72,7 +72,7 @@ def points_table(points: SparsePoints | None) -> pd.DataFrame:
 
 
 def points_from_table(table: pd.DataFrame) -> SparsePoints | None:
-    """What `points_table` made a table of."""
+    """Points of a table that `points_table` made."""
     if table.empty:
         return None
     lengths = table["track"].map(len).to_numpy()

@@ -1,4 +1,4 @@
-"""What a selection method is given, and what it must return."""
+"""Contract of selection methods: what they are given, and what they must return."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class Problem:
 
     @property
     def sequence(self) -> np.ndarray:
-        """What stands for all frames: the observed ones, 1,000 evenly spread where more are."""
+        """Frames that stand for all: the observed ones, 1,000 evenly spread where more are."""
         return self.observed[evenly(len(self.observed), MOST_FRAMES)]
 
     def pool(self, name: str) -> np.ndarray:

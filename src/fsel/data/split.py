@@ -56,7 +56,7 @@ class Split:
 
     @classmethod
     def from_table(cls, table: pd.DataFrame) -> Split:
-        """What `table` wrote down, its rows in any order."""
+        """Split that `table` wrote down, its rows in any order."""
         table = table.sort_values("frame")
         frame, role = table["frame"].to_numpy(np.int64), table["role"]
         proxies = table[role == "proxy"].sort_values("proxy_of")["frame"].to_numpy(np.int64)

@@ -41,16 +41,16 @@ def cloud_of(
     """
     if points == NONE:
         return NO_POINTS
-    found = opened.raw.subset(frames).sparse()
-    if found is None:
-        found = _triangulated(opened, frames, picks) if matched else NO_POINTS
+    sparse = opened.raw.subset(frames).sparse()
+    if sparse is None:
+        sparse = _triangulated(opened, frames, picks) if matched else NO_POINTS
     if points == ALL:
-        return found
-    if not len(found.track_point):
-        return kept(found, _held(opened.raw.subset(picks), found.xyz) >= LEAST_TRACK)
-    chosen = np.isin(found.track_frame, np.searchsorted(frames, picks))
-    seen = np.bincount(found.track_point[chosen], minlength=len(found.xyz))
-    return kept(found, seen >= LEAST_TRACK)
+        return sparse
+    if not len(sparse.track_point):
+        return kept(sparse, _held(opened.raw.subset(picks), sparse.xyz) >= LEAST_TRACK)
+    chosen = np.isin(sparse.track_frame, np.searchsorted(frames, picks))
+    seen = np.bincount(sparse.track_point[chosen], minlength=len(sparse.xyz))
+    return kept(sparse, seen >= LEAST_TRACK)
 
 
 def kept(points: RawPoints, chosen: np.ndarray) -> RawPoints:
@@ -96,17 +96,17 @@ def _held(raw: RawCapture, xyz: np.ndarray) -> np.ndarray:
 
 def _triangulated(opened: LazyCapture, frames: list[int], picks: list[int]) -> RawPoints:
     """Points from matches of the picks' images and their known poses."""
-    found = sfm.triangulate(open_images(opened, picks, MATCHED_SIDE))
-    if found is None:
+    made = sfm.triangulate(open_images(opened, picks, MATCHED_SIDE))
+    if made is None:
         return NO_POINTS
     rows = np.searchsorted(frames, picks)
-    at = rows[found.track_frame]
+    at = rows[made.track_frame]
     return RawPoints(
-        xyz=found.xyz,
-        rgb=found.rgb,
-        track_point=found.track_point,
+        xyz=made.xyz,
+        rgb=made.rgb,
+        track_point=made.track_point,
         track_frame=at,
-        track_xy=_seen_at(opened.raw.subset(frames), found.xyz[found.track_point], at),
+        track_xy=_seen_at(opened.raw.subset(frames), made.xyz[made.track_point], at),
     )
 
 

@@ -1,4 +1,4 @@
-"""What methods' picks are worth on the held-out frames of one capture, and the differences."""
+"""Scores of methods' picks on the held-out frames of one capture, and their differences."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from fsel.api import ALL_FRAMES
 from fsel.report.statistics import Interval, of_places
 
-Cell = tuple[int, str]  # k as it was asked for, and the method
+Cell = tuple[int, str]  # k as it was requested, and the method
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class Compared:
 
     @property
     def budgets(self) -> list[int]:
-        """k, in order."""
+        """Budgets k, in order."""
         return list(dict.fromkeys(k for k, _ in self.scores))
 
     @property
     def methods(self) -> list[str]:
-        """In order; the first one is compared with the others."""
+        """Methods in order; the first one is compared with the others."""
         return list(dict.fromkeys(name for _, name in self.scores))
 
     def called(self, k: int, method: str) -> str:
@@ -56,11 +56,11 @@ class Compared:
         return f"all {self.used[k, method]} frames" if method == ALL_FRAMES else method
 
     def interval(self, cell: Cell) -> Interval:
-        """Of mean PSNR, over held-out frames."""
+        """Interval of mean PSNR, over held-out frames."""
         return of_places(self.scores[cell][:, 0])
 
     def ahead(self, k: int, other: str) -> Interval:
-        """Of how much more PSNR the first method has, by held-out frame."""
+        """Interval of the PSNR by which the first method is ahead, over held-out frames."""
         return of_places(self._gaps(k, other))
 
     def ahead_on_sharp(self, k: int, other: str) -> Interval | None:
@@ -74,12 +74,12 @@ class Compared:
 
 
 def differences(compared: Compared) -> list[dict]:
-    """k, method (the first), than (another), psnr in dB, ci_low, ci_high, n frames, verdict.
+    """Rows of k, method (the first), than (another), psnr in dB, ci_low, ci_high, n, verdict.
 
     Where some frames are blurred, `sharp` has psnr, ci_low, ci_high and n of those that are not.
     """
     first = compared.methods[0]
-    found = []
+    entries = []
     for k in compared.budgets:
         for other in compared.methods[1:]:
             gap, sharp = compared.ahead(k, other), compared.ahead_on_sharp(k, other)
@@ -87,8 +87,8 @@ def differences(compared: Compared) -> list[dict]:
             entry = {"k": k, "method": first, "than": other, **_numbers(gap), "verdict": said}
             if sharp is not None:
                 entry["sharp"] = _numbers(sharp)
-            found.append(entry)
-    return found
+            entries.append(entry)
+    return entries
 
 
 def _numbers(gap: Interval) -> dict:

@@ -20,7 +20,7 @@ LEFT, BOTTOM = 60, 46  # room for the chart's labels, which are larger on narrow
 
 
 def shown(count: int) -> list[int]:
-    """Which of so many frames, targets or rows a report shows: all, or evenly spread ones."""
+    """Numbers of the frames, targets or rows that a report shows: all, or evenly spread ones."""
     return evenly(count, SHOWN).tolist()
 
 

@@ -55,7 +55,7 @@ def write_forms(subset: Subset, folder: Path, scene: str) -> None:
     Args:
         subset: the frames.
         folder: to write to.
-        scene: what Long-LRM is told that the capture is called.
+        scene: name of the capture, for Long-LRM.
     """
     cloud = _write_model(subset, folder)
     listed = [f"images/{name}" for name in subset.names]
@@ -72,8 +72,7 @@ def write_json(content: dict, path: Path) -> None:
 
 
 def transforms(parts: Sequence[tuple[Subset, str]], cloud: bool) -> dict:
-    """nerfstudio's transforms.json of subsets and the folders that they lie in; the world is the
-    capture's own.
+    """Content of transforms.json for subsets and their folders, in the capture's own world.
 
     Args:
         parts: (subset, folder with a slash behind, or nothing); the first one's cloud is named.
@@ -96,8 +95,8 @@ def transforms(parts: Sequence[tuple[Subset, str]], cloud: bool) -> dict:
     if any(values != shared for values in intrinsics):
         frames = [frame | values for frame, values in zip(frames, intrinsics, strict=True)]
         shared = {"camera_model": shared["camera_model"]}
-    found = {**shared, "frames": frames}
-    return found | ({"ply_file_path": f"{parts[0][1]}{CLOUD}"} if cloud else {})
+    content = {**shared, "frames": frames}
+    return content | ({"ply_file_path": f"{parts[0][1]}{CLOUD}"} if cloud else {})
 
 
 def _intrinsics(camera: Camera) -> dict:

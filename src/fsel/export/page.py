@@ -1,4 +1,4 @@
-"""report.html: a selection to look at, in one file that needs no other."""
+"""Page report.html: a selection to look at, in one file that needs no other."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _timeline(outcome: Outcome) -> list[str]:
 
 
 def _served(outcome: Outcome) -> str:
-    """What the service is of: without stated views it is measured at frames of the capture."""
+    """Views that service is measured at: without stated ones, frames of the capture."""
     if outcome.targets.kind != ALL:
         return "Service of the target views"
     return f"Service of the whole capture, at {len(outcome.served)} of its frames"

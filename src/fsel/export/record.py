@@ -29,7 +29,7 @@ class Outcome:
 
     Attributes:
         capture: the capture.
-        targets: what was asked for.
+        targets: views to be rendered.
         selection: the picks.
         sharpness: (N,) of every frame, or None where it was not measured.
         by_sharpness: whether the method read it; only then is it given as a reason.
@@ -43,7 +43,7 @@ class Outcome:
 
     @cached_property
     def service(self) -> Service:
-        """Of the targets by the picks."""
+        """Service of the targets by the picks."""
         pool, views = self.targets.pool(self.capture), self.targets.views
         if self.targets.kind == ALL:
             views = self.capture.view(self.served)
@@ -59,7 +59,7 @@ class Outcome:
 
     @cached_property
     def served(self) -> np.ndarray:
-        """(T,) frames that service is measured at where the whole capture is asked for: at the few
+        """(T,) frames that service is measured at where the whole capture is the target: at the few
         views that stand for it, the curve would bend at their number."""
         return evenly(len(self.capture), MOST_VIEWS)
 
@@ -116,7 +116,7 @@ def left(outcome: Outcome) -> list[dict]:
 
 
 def _left_out(targets: Targets, frame: int) -> str:
-    """Why a frame is not one of those that may be selected."""
+    """Reason why a frame is not one of those that may be selected."""
     if frame in targets.frames:
         return "held out as a target"
     return "is never to be selected" if frame in targets.never else "sees nothing of the object"
@@ -132,7 +132,7 @@ def _sharpness_ranks(sharpness: np.ndarray | None) -> np.ndarray | None:
 
 
 def reason(budget: Budget) -> str:
-    """Why a number of frames was found, in words."""
+    """Reason for a number of frames, in words."""
     if budget.within is not None and budget.within < budget.enough:
         return (
             f"{budget.frames} frames, which fit {budget.rule.memory:,} bytes by "
@@ -173,5 +173,5 @@ def covered(cover: Cover) -> str:
 
 
 def versions() -> dict[str, str]:
-    """Of Python and of the packages that picks depend on."""
+    """Versions of Python and of the packages that picks depend on."""
     return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}

@@ -1,4 +1,4 @@
-"""What the turning view of the report draws: cameras, picks, targets and points."""
+"""Scene of the report's turning view: cameras, picks, targets and points."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def scene_data(outcome: Outcome, points: SparsePoints | None) -> dict:
 
 
 def _extent(cameras: np.ndarray, cloud: np.ndarray) -> tuple[float, np.ndarray]:
-    """What the view is scaled to, and its middle: all cameras, and near points around them."""
+    """Extent and middle of the view: all cameras, and near points around them."""
     middle = (cameras.min(axis=0) + cameras.max(axis=0)) / 2
     reach = float(np.linalg.norm(cameras - middle, axis=1).max())
     far = np.linalg.norm(cloud - middle, axis=1)

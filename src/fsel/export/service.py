@@ -1,4 +1,4 @@
-"""How well picked frames cover the target views, and what each pick adds."""
+"""Service: how well picked frames cover the target views, and what each pick adds."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ SPLIT = "transforms_split.json"  # of both folders, for nerfstudio, which reads 
 
 @dataclass(frozen=True)
 class Form:
-    """How images and points are written.
+    """Form in which images and points are written.
 
     Attributes:
         link: as hard links; else as copies.

@@ -1,4 +1,4 @@
-"""compare.html: held-out frames beside what each method's picks render, in one file."""
+"""Page compare.html: held-out frames beside what each method's picks render, in one file."""
 
 from __future__ import annotations
 
@@ -63,18 +63,18 @@ def _table(compared: Compared) -> list[str]:
 
 
 def _with_interval(compared: Compared, cell: Cell) -> str:
-    found = compared.interval(cell)
-    if np.isnan(found.low):
-        return f"{found.mean:.2f}"
-    return f"{found.mean:.2f} <small>({found.low:.2f} to {found.high:.2f})</small>"
+    psnr = compared.interval(cell)
+    if np.isnan(psnr.low):
+        return f"{psnr.mean:.2f}"
+    return f"{psnr.mean:.2f} <small>({psnr.low:.2f} to {psnr.high:.2f})</small>"
 
 
 def _gap(compared: Compared, k: int, other: str) -> str:
-    found = compared.ahead(k, other)
-    if np.isnan(found.low):
-        return f"{found.mean:+.2f} dB"
-    text = f"{found.mean:+.2f} dB <small>({found.low:+.2f} to {found.high:+.2f})</small>"
-    return f"<b>{text}</b>" if found.excludes_zero else text
+    gain = compared.ahead(k, other)
+    if np.isnan(gain.low):
+        return f"{gain.mean:+.2f} dB"
+    text = f"{gain.mean:+.2f} dB <small>({gain.low:+.2f} to {gain.high:+.2f})</small>"
+    return f"<b>{text}</b>" if gain.excludes_zero else text
 
 
 def _budgets(compared: Compared) -> list[str]:
@@ -101,7 +101,7 @@ def _row(compared: Compared, at: int) -> str:
         f"<figcaption>held-out frame{unsharp}</figcaption></figure>"
     ]
     for (k, method), scores in compared.scores.items():
-        told = ", ".join(
+        values = ", ".join(
             f"{LABELS.get(metric, metric)} {value:.2f} dB"
             if metric == "psnr"
             else f"{LABELS.get(metric, metric)} {value:.3f}"
@@ -114,7 +114,7 @@ def _row(compared: Compared, at: int) -> str:
             f'<img alt="{label} renders {name}" src="{picture}"></div>'
             f'<input type="range" min="0" max="100" value="50" hidden '
             f'aria-label="share of the held-out frame beside {label}">'
-            f"<figcaption><b>{label}</b><br>{told}</figcaption></figure>"
+            f"<figcaption><b>{label}</b><br>{values}</figcaption></figure>"
         )
     return "".join([*cards, "</div></section>"])
 

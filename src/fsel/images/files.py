@@ -35,7 +35,7 @@ HINT = (
 
 
 class Video:
-    """A video read frame by frame; fast when the frames are asked for in order."""
+    """A video read frame by frame; fast when the frames are read in order."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -139,7 +139,7 @@ def check_pixels(file: Path) -> None:
 
 
 def fault(image: Image) -> str:
-    """What `headers.check` or `check_pixels` say against an image file, without its name.
+    """Fault that `headers.check` or `check_pixels` find in an image file, without its name.
 
     Nothing where it is sound, or for a frame of a video, which is left to the decoder.
     """

@@ -51,10 +51,10 @@ def match(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray
         Two (n, 2) float64 of pixels, top-left centre at (0.5, 0.5); empty where too few agree.
     """
     sift = cv2.SIFT.create(FEATURES)
-    found = [
+    features = [
         sift.detectAndCompute(cv2.cvtColor(i, cv2.COLOR_RGB2GRAY), None) for i in (first, second)
     ]
-    (a, descriptors_a), (b, descriptors_b) = found
+    (a, descriptors_a), (b, descriptors_b) = features
     nothing = np.empty((0, 2))
     if min(len(a), len(b)) < MIN_INLIERS:
         return nothing, nothing
@@ -140,5 +140,5 @@ def focal_from_poses(
     grid = np.linspace(np.log(FOCAL_RANGE[0]), np.log(FOCAL_RANGE[1]), 40)
     best = grid[np.argmin([cost(value) for value in grid])]
     step = grid[1] - grid[0]
-    found = minimize_scalar(cost, bounds=(best - step, best + step), method="bounded")
-    return float(width * np.exp(found.x))
+    minimum = minimize_scalar(cost, bounds=(best - step, best + step), method="bounded")
+    return float(width * np.exp(minimum.x))

@@ -64,13 +64,13 @@ def sharpness_of_files(
 def sharpness_among(
     files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """What measures some of the files, given their numbers, each once; see `sharpness_of_files`."""
+    """Measurement of some files by their numbers, each once; see `sharpness_of_files`."""
     known: dict[int, float] = {}
 
     def measured(frames: np.ndarray) -> np.ndarray:
         new = [frame for frame in frames.tolist() if frame not in known]
-        found = sharpness_of_files([files[frame] for frame in new], longest, progress)
-        known.update(zip(new, found.tolist(), strict=True))
+        values = sharpness_of_files([files[frame] for frame in new], longest, progress)
+        known.update(zip(new, values.tolist(), strict=True))
         return np.array([known[frame] for frame in frames.tolist()])
 
     return measured

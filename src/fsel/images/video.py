@@ -37,7 +37,7 @@ class Kept:
 
 
 def is_video(path: Path) -> bool:
-    """Whether a path is a file with a video's ending."""
+    """Check whether a path is a file with a video's ending."""
     return path.suffix.lower() in ENDINGS and path.is_file()
 
 

@@ -1,1 +1,1 @@
-"""From a folder on disk to a canonical capture: read, check, open, find poses."""
+"""Ingestion of a folder on disk: it is read, checked, opened, and becomes a canonical capture."""

@@ -1,4 +1,4 @@
-"""Whether poses, cameras and images of a capture agree, measured at ingestion."""
+"""Agreement of a capture's poses, cameras and images, measured at ingestion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ UNKNOWN = "poses and images (or points) that belong to different reconstructions
 
 @dataclass(frozen=True)
 class Agreement:
-    """How well a capture's parts agree.
+    """Measure of how well a capture's parts agree.
 
     Attributes:
         kind: `reprojection` of sparse points, `epipolar` distance of matches, or `none`.
@@ -66,15 +66,15 @@ def measure(raw: RawCapture, bound: float) -> Agreement:
     points = raw.sparse()
     if points is not None and len(points.track_xy):
         side = max(max(camera.width, camera.height) for camera in raw.cameras)
-        return _judged("reprojection", reprojection_errors, raw, side, bound)
+        return _agreement("reprojection", reprojection_errors, raw, side, bound)
     matches = list(_matches(raw))
     side = max((max(m[6]) for m in matches), default=MATCHING_LONG_SIDE)
     if sum(len(m[2]) for m in matches) < MIN_MATCHES:
         return Agreement("none", float("nan"), float("nan"), side, 0)
-    return _judged("epipolar", lambda r: _epipolar(r, matches), raw, side, bound)
+    return _agreement("epipolar", lambda r: _epipolar(r, matches), raw, side, bound)
 
 
-def _judged(
+def _agreement(
     kind: str,
     errors: Callable[[RawCapture], np.ndarray],
     raw: RawCapture,

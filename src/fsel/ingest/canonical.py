@@ -1,4 +1,4 @@
-"""From raw files to the canonical capture: order, checks, undistortion, resizing."""
+"""Canonical captures from raw files: order, checks, undistortion, resizing."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
 
 
 def _plain(name: str) -> bool:
-    """Whether a name can stand on a line of a list, and says where its file is without detours."""
+    """Check whether a name can stand on a line of a list, and leads to its file without detours."""
     return name.isprintable() and name == name.strip() and name == os.path.normpath(name)
 
 

@@ -1,4 +1,4 @@
-"""A capture opened for its poses: what its files say, with images left on disk until asked for."""
+"""A capture opened for its poses; its images are left on disk until they are indexed."""
 
 from __future__ import annotations
 

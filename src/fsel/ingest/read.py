@@ -29,7 +29,7 @@ TRIANGULATION_LONG_SIDE = 800
 
 @dataclass(frozen=True)
 class Ingestion:
-    """A capture, and what was found while it was read.
+    """A capture, and what reading it showed.
 
     Attributes:
         capture: the canonical capture.
@@ -50,14 +50,14 @@ def recognise(folder: str | Path) -> list[str]:
 def read_raw(
     path: str | Path, layout: str = "auto", reading: dict | None = None
 ) -> tuple[Layout, RawCapture]:
-    """What a capture's files say, before images are opened; see `read_folder`."""
-    found = _layout_of(Path(path), layout)
+    """Layout and raw capture of a folder, before images are opened; see `read_folder`."""
+    known = _layout_of(Path(path), layout)
     for key in reading or {}:
-        if key not in found.options:
-            allowed = ", ".join(found.options) or "nothing"
-            raise ValueError(f"reading.{key}: layout {found.name} takes {allowed}")
+        if key not in known.options:
+            allowed = ", ".join(known.options) or "nothing"
+            raise ValueError(f"reading.{key}: layout {known.name} takes {allowed}")
     with np.errstate(over="ignore", invalid="ignore"):  # what becomes of it is refused by name
-        return found, found.read(Path(path), **reading or {})
+        return known, known.read(Path(path), **reading or {})
 
 
 def read_capture(
@@ -81,7 +81,7 @@ def read_folder(
     reading: dict | None = None,
     store: Path | None = None,
 ) -> Ingestion:
-    """Read a capture from disk, and say what was found.
+    """Read a capture from disk, with the agreement of its parts and the frames left out.
 
     Args:
         path: its folder.
@@ -131,14 +131,14 @@ def _layout_of(folder: Path, layout: str) -> Layout:
     if layout != "auto":
         _allowed("layout", layout, ("auto", *LAYOUTS))
         return LAYOUTS[layout]
-    found = recognise(folder)
+    names = recognise(folder)
     pictured = any((folder / name).is_dir() for name in colmap.IMAGE_FOLDERS)
-    if not found or (found[0] == colmap.LAYOUT.name and not pictured):
+    if not names or (names[0] == colmap.LAYOUT.name and not pictured):
         near = folder.resolve().parents[:2] if folder.resolve().name in PARTS else ()
         around = next((outer for outer in near if recognise(outer)), None)
         if around is not None:
             raise ValueError(f"{folder}: is part of the capture {around}, give that folder")
-    if not found:
+    if not names:
         inner = [child.name for child in sorted(folder.iterdir()) if child.is_dir()]
         scenes = [name for name in inner if recognise(folder / name)]
         hint = f"; its folders {scenes[:3]} are captures, give one of them" if scenes else ""
@@ -148,9 +148,9 @@ def _layout_of(folder: Path, layout: str) -> Layout:
                 "`poses: colmap`, or `poses: file` reads them)"
             )
         raise ValueError(f"{folder}: no known layout ({', '.join(LAYOUTS)}){hint}")
-    also = f" (it also looks like {', '.join(found[1:])})" if found[1:] else ""
-    log.info("%s: recognised as %s%s", folder, found[0], also)
-    return LAYOUTS[found[0]]
+    also = f" (it also looks like {', '.join(names[1:])})" if names[1:] else ""
+    log.info("%s: recognised as %s%s", folder, names[0], also)
+    return LAYOUTS[names[0]]
 
 
 def _placed(raw: RawCapture, folder: Path, poses: str, model: str) -> RawCapture:

@@ -116,7 +116,7 @@ def check_images(raw: RawCapture, long_side: int) -> None:
 
 
 def _agreeing(raw: RawCapture, source: str, bound: float) -> Agreement:
-    """How well the parts agree, refused where they do not."""
+    """Agreement of the parts, refused where it is too poor."""
     agreement = measure(sample(raw)[1], bound)
     if agreement.share > bound:
         raise ValueError(

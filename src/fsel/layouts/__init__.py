@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from fsel.layouts.contract import Layout
+from typing import TYPE_CHECKING
+
 from fsel.utils.registry import Registry
+
+if TYPE_CHECKING:  # the names alone import nothing
+    from fsel.layouts.contract import Layout
 
 LAYOUTS: Registry[Layout] = Registry(
     "layout",

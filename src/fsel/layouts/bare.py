@@ -19,9 +19,9 @@ def find(folder: Path) -> list[Path]:
     """The image files of the first of images/, input/ and the folder itself that has any."""
     for name in FOLDERS:
         inside = (folder / name).glob("*")
-        found = [path for path in inside if path.suffix.lower() in ENDINGS and path.is_file()]
-        if found:
-            return sorted(found, key=lambda path: natural(path.name))
+        files = [path for path in inside if path.suffix.lower() in ENDINGS and path.is_file()]
+        if files:
+            return sorted(files, key=lambda path: natural(path.name))
     return []
 
 

@@ -27,8 +27,8 @@ def recognises(folder: Path) -> bool:
 
 
 def _annotations(folder: Path) -> Path | None:
-    found = [folder.parent / FRAMES, *sorted(folder.glob(f"*/{FRAMES}"))]
-    return next((path for path in found if path.is_file()), None)
+    places = [folder.parent / FRAMES, *sorted(folder.glob(f"*/{FRAMES}"))]
+    return next((path for path in places if path.is_file()), None)
 
 
 def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
@@ -96,8 +96,8 @@ def _read_list(path: Path) -> list[dict]:
 def _check_quality(path: Path, name: str, least: float) -> None:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: missing; it says how good the poses are")
-    found = next((s for s in _read_list(path) if s.get("sequence_name") == name), {})
-    quality = found.get("viewpoint_quality_score")
+    sequence = next((s for s in _read_list(path) if s.get("sequence_name") == name), {})
+    quality = sequence.get("viewpoint_quality_score")
     if quality is None or number(quality, path, "viewpoint_quality_score") < least:
         raise ValueError(
             f"{path}: viewpoint_quality_score of {name} is {quality}, at least {least:g} is asked "
@@ -106,7 +106,7 @@ def _check_quality(path: Path, name: str, least: float) -> None:
 
 
 def _missing(frame: dict, root: Path, path: Path) -> str:
-    """Why a frame cannot be used, or nothing."""
+    """Reason why a frame cannot be used, or nothing."""
     if not frame.get("viewpoint"):
         return "no viewpoint"
     file = inside(root, frame["image"]["path"], path)

@@ -65,7 +65,7 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
 
 
 def _check_names(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
-    """Refuse names that are no UTF-8, which pycolmap decodes when they are asked for."""
+    """Refuse names that are no UTF-8, which pycolmap decodes when they are read."""
     for key, image in reconstruction.images.items():
         try:
             str(image.name)
@@ -161,30 +161,30 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
 def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
     """Files by name; where downscaled copies have another ending, the one of the same folder.
 
-    What is not there is left to the gate, which refuses it or leaves its frame out.
+    Missing files are left to validation, which refuses them or leaves their frames out.
     """
     files = [inside(images, name, model) for name in names]
     there = {folder: _by_stem(folder) for folder in {file.parent for file in files}}
-    found = []
+    chosen = []
     for file in files:
         alike = there[file.parent].get(file.stem, [])
         other = len(alike) == 1 and file.name not in alike
-        found.append(file.with_name(alike[0]) if other else file)
-    twice = [file for file, count in Counter(found).items() if count > 1]
+        chosen.append(file.with_name(alike[0]) if other else file)
+    twice = [file for file, count in Counter(chosen).items() if count > 1]
     if twice:
         raise ValueError(f"{twice[0]}: would stand for several images of {model}")
-    return found
+    return chosen
 
 
 def _by_stem(folder: Path) -> dict[str, list[str]]:
     """Names of a folder's files by what comes before their endings."""
-    found: dict[str, list[str]] = {}
+    names: dict[str, list[str]] = {}
     if folder.is_dir():
         with os.scandir(folder) as entries:
             for entry in entries:
                 if entry.is_file():
-                    found.setdefault(Path(entry.name).stem, []).append(entry.name)
-    return found
+                    names.setdefault(Path(entry.name).stem, []).append(entry.name)
+    return names
 
 
 def camera_of(camera: pycolmap.Camera) -> Camera:
@@ -196,17 +196,17 @@ def with_points(raw: RawCapture, model: Path) -> RawCapture:
     return replace(raw, points=cache(lambda rows: _points_beside(raw, model, rows)))
 
 
-def _points_beside(raw: RawCapture, model: Path, asked: tuple[int, ...]) -> RawPoints | None:
-    """Where the model states its cameras at another size, observations are brought to `raw`'s."""
+def _points_beside(raw: RawCapture, model: Path, frames: tuple[int, ...]) -> RawPoints | None:
+    """Points of a model; observations of cameras of another size are brought to `raw`'s."""
     reconstruction = load_model(model)
     rows = matched(raw.names, [image.name for image in reconstruction.images.values()])
-    position = {row: at for at, row in enumerate(asked)}
+    position = {row: at for at, row in enumerate(frames)}
     images = [i for i in reconstruction.images.values() if rows.get(i.name) in position]
     numbered = {image.image_id: position[rows[image.name]] for image in images}
     points = points_of(observed(reconstruction, model), numbered, model)
     if points is None:
         return None
-    scale = np.ones((len(asked), 2))
+    scale = np.ones((len(frames), 2))
     for image in images:
         stated, own = raw.cameras[rows[image.name]], reconstruction.cameras[image.camera_id]
         scale[numbered[image.image_id]] = [stated.width / own.width, stated.height / own.height]
@@ -245,7 +245,7 @@ def write_text(model: pycolmap.Reconstruction, folder: Path) -> None:
 
 
 def write(recording: Recording, folder: Path) -> None:
-    """images/ and the text model sparse/0; frames whose pose was lost are absent from it."""
+    """Write images/ and the text model sparse/0, without frames whose pose was lost."""
     names = [f"{name}.png" for name in recording.names]
     image_files.write(recording.images, folder / "images", names)
     model = build_model(recording, recording.camera, names, ~recording.lost)

@@ -1,4 +1,4 @@
-"""What every layout's reader returns, and how readers refuse what is wrong."""
+"""Contract of layouts: the capture that a reader returns, the recording that a writer is given."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class RawCapture:
 
 @dataclass(frozen=True)
 class Layout:
-    """How a dataset lies on disk.
+    """Layout of a dataset on disk.
 
     Attributes:
         name: key in the registry and in the config.

@@ -18,7 +18,7 @@ COPIES = ("images_4", "images_2", "images")
 
 
 def recognises(folder: Path) -> bool:
-    """sparse/0 beside images_4 or images_2."""
+    """Look for sparse/0 beside images_4 or images_2."""
     small = (folder / "images_4").is_dir() or (folder / "images_2").is_dir()
     return small and (folder / "sparse" / "0").is_dir()
 
@@ -48,7 +48,7 @@ def _files(folder: Path) -> list[Path]:
 
 
 def write(recording: Recording, folder: Path) -> None:
-    """images_4 and sparse/0, whose camera is four times as large."""
+    """Write images_4 and sparse/0, whose camera is four times as large."""
     names = [f"{name}.jpg" for name in recording.names]
     image_files.write(recording.images, folder / "images_4", names)
     camera = colmap.scaled(recording.camera, FACTOR)

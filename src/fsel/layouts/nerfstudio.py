@@ -1,4 +1,4 @@
-"""nerfstudio's transforms.json."""
+"""Layout of nerfstudio: transforms.json."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fsel.data.points import RawPoints
 from fsel.images import files as image_files
 from fsel.layouts import colmap
 from fsel.layouts.contract import Layout, RawCapture, Recording
-from fsel.utils.parsing import check_number, inside, member, number, numbers, read_json, text
+from fsel.utils.parsing import check_file_count, inside, member, number, numbers, read_json, text
 
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
 """World rotation of nerfstudio's COLMAP import before January 2024."""
@@ -71,7 +71,7 @@ def from_json(
     content = read_json(path)
     frames, dropped = _frames(content, path)
     if (folder / images).is_dir():  # else they are in a video
-        check_number(folder, len(frames), path)
+        check_file_count(folder, len(frames), path)
     applied = _applied(content, path)
     applied = undo if applied is None else applied
     scale = number(content.get("applied_scale", 1.0), path, "applied_scale")
@@ -159,7 +159,7 @@ def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:
     home = file.parent.parent
     smaller = [home / folder / file.name for folder in copies]
     others = [home / folder / file.name for folder in FOLDERS]
-    return next((found for found in (*smaller, file, *others) if found.is_file()), file)
+    return next((path for path in (*smaller, file, *others) if path.is_file()), file)
 
 
 def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> np.ndarray:
@@ -256,7 +256,7 @@ def matrix_of(world_to_camera: np.ndarray, applied: np.ndarray) -> list:
 
 
 def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np.ndarray) -> dict:
-    """What transforms.json says of a recording; frames in arbitrary order, as COLMAP leaves them.
+    """Content of transforms.json for a recording; frames in arbitrary order, as COLMAP leaves them.
 
     Args:
         recording: whose poses are written.
@@ -276,7 +276,7 @@ def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np
 
 
 def write(recording: Recording, folder: Path) -> None:
-    """images/ and transforms.json."""
+    """Write images/ and transforms.json."""
     names = [f"{name}.png" for name in recording.names]
     image_files.write(recording.images, folder / "images", names)
     content = scene_of(recording, recording.camera, names, NEW_APPLIED_TRANSFORM)

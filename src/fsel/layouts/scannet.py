@@ -17,7 +17,7 @@ ORTHONORMAL = 1e-3
 
 
 def recognises(folder: Path) -> bool:
-    """intrinsic/ and pose/ beside color/, in the scene's folder or an export inside it."""
+    """Look for intrinsic/ and pose/ beside color/, in the scene's folder or an export inside it."""
     return (_root(folder) / "intrinsic" / "intrinsic_color.txt").is_file()
 
 
@@ -47,8 +47,8 @@ def read(folder: Path, instance: int | None = None) -> RawCapture:
             "SensReader (color, pose and intrinsic)"
         )
     stems = sorted(files, key=int)
-    found = {stem: read_matrix(root / "pose" / f"{stem}.txt") for stem in stems}
-    kept = [stem for stem in stems if _tracked(found[stem])]
+    poses = {stem: read_matrix(root / "pose" / f"{stem}.txt") for stem in stems}
+    kept = [stem for stem in stems if _tracked(poses[stem])]
     if not kept:
         raise ValueError(f"{root / 'pose'}: no frame has a finite pose")
     camera = _camera(root, files[kept[0]])
@@ -56,17 +56,17 @@ def read(folder: Path, instance: int | None = None) -> RawCapture:
     return RawCapture(
         names=kept,
         images=[files[stem] for stem in kept],
-        world_to_camera=np.array([invert_pose(found[stem]) for stem in kept]),
+        world_to_camera=np.array([invert_pose(poses[stem]) for stem in kept]),
         cameras=[camera] * len(kept),
         sequences=["capture"] * len(kept),
         masks=masks,
         mask_values=(instance, instance) if instance is not None else (1, 255),
-        dropped=dict.fromkeys(sorted(found.keys() - set(kept)), "tracking lost"),
+        dropped=dict.fromkeys(sorted(poses.keys() - set(kept)), "tracking lost"),
     )
 
 
 def _tracked(pose: np.ndarray) -> bool:
-    """Whether a pose is finite and about a rotation; lost ones are -inf, some NaN."""
+    """Check whether a pose is finite and about a rotation; lost ones are -inf, some NaN."""
     return bool(np.isfinite(pose).all()) and abs(np.linalg.det(pose[:3, :3]) - 1) < ORTHONORMAL
 
 
@@ -78,8 +78,8 @@ def _camera(root: Path, file: Path) -> Camera:
 
 
 def _masks(folder: Path, stems: list[str]) -> list[Path]:
-    found = [folder / "instance-filt", *sorted(folder.glob("*/instance-filt"))]
-    masks = next((path for path in found if path.is_dir()), None)
+    places = [folder / "instance-filt", *sorted(folder.glob("*/instance-filt"))]
+    masks = next((path for path in places if path.is_dir()), None)
     if masks is None:
         raise FileNotFoundError(
             f"{folder}: no instance-filt; unpack the scene's *_2d-instance-filt.zip there (test "

@@ -19,7 +19,7 @@ ROTATION = nerfstudio.OLD_APPLIED_TRANSFORM  # carried by the poses though the f
 
 
 def read_dslr(folder: Path) -> RawCapture:
-    """dslr/: bad frames and test frames are left out; of masks only 255 counts.
+    """Read dslr/; bad frames and test frames are left out; of masks only 255 counts.
 
     The distorted resized_images with transforms.json or, where those were not downloaded, the
     undistorted ones with their own file; the two do not mix.
@@ -74,7 +74,7 @@ def write_dslr(recording: Recording, folder: Path) -> None:
 
 
 def read_iphone(folder: Path) -> RawCapture:
-    """iphone/: metric poses in pose_intrinsic_imu.json, images in rgb.mkv or extracted into rgb/.
+    """Read iphone/: metric poses in pose_intrinsic_imu.json, images in rgb.mkv or in rgb/.
 
     Intrinsics and distortion come from nerfstudio/transforms.json; frames that its COLMAP model
     did not register are left out, and so are its test frames, which are views of the DSLR.

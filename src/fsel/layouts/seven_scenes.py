@@ -72,7 +72,7 @@ def read(folder: Path, pose_source: str = "original") -> RawCapture:
 
 
 def _sequences(folder: Path) -> list[str]:
-    """`sequence3` in the split files is the folder seq-03."""
+    """Folders of the passes that the split files name: `sequence3` is seq-03."""
     passes = []
     for split in ("TrainSplit.txt", "TestSplit.txt"):
         path = folder / split
@@ -83,14 +83,14 @@ def _sequences(folder: Path) -> list[str]:
             if not number.isdecimal():
                 raise ValueError(f"{path}: expected lines like sequence3, got {line!r}")
             passes.append(int(number))
-    found = [f"seq-{number:02d}" for number in sorted(set(passes))]
-    missing = [name for name in found if not (folder / name).is_dir()]
+    names = [f"seq-{number:02d}" for number in sorted(set(passes))]
+    missing = [name for name in names if not (folder / name).is_dir()]
     if missing:
         raise FileNotFoundError(
             f"{folder / missing[0]}: named by a split file but not there; the sequences are "
             "archives inside the scene's archive and must be unpacked too"
         )
-    return found
+    return names
 
 
 def _tracked(path: Path, pose_source: str) -> tuple[np.ndarray, float]:
@@ -105,7 +105,7 @@ def _pgt(folder: Path) -> dict[str, tuple[np.ndarray, float]]:
     """Frame name -> world-to-camera and focal length: `file qw qx qy qz tx ty tz f` a line."""
     from scipy.spatial.transform import Rotation  # here: slow to import, and seldom needed
 
-    found = {}
+    frames = {}
     for split in ("train", "test"):
         path = folder / f"pgt_{split}.txt"
         if not path.is_file():
@@ -120,8 +120,8 @@ def _pgt(folder: Path) -> dict[str, tuple[np.ndarray, float]]:
             rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
             pose = np.column_stack([rotation, rest[:3]])
             name = "/".join(Path(file).parts[-2:]).removesuffix(".color.png")
-            found[name] = (pose, rest[3])
-    return found
+            frames[name] = (pose, rest[3])
+    return frames
 
 
 def write(recording: Recording, folder: Path) -> None:

@@ -61,11 +61,11 @@ def read(folder: Path, focal: float | None = None) -> RawCapture:
 
 def _log_file(folder: Path) -> Path | None:
     """<Scene>_COLMAP_SfM.log in the scene's folder, or beside it."""
-    found = [
+    places = [
         *sorted(folder.glob("*_COLMAP_SfM.log")),
         folder.parent / f"{folder.name}_COLMAP_SfM.log",
     ]
-    return next((path for path in found if path.is_file()), None)
+    return next((path for path in places if path.is_file()), None)
 
 
 def _images_of(folder: Path) -> list[Path]:
@@ -98,19 +98,19 @@ def _read_log(path: Path, files: list[Path]) -> tuple[list[Path], np.ndarray, di
 
 def _estimated(files: list[Path], poses: np.ndarray, path: Path) -> float:
     """Focal length in pixels from matches of some pairs."""
-    found, size = [], (0, 0)
+    matches, size = [], (0, 0)
     for i, j in choose_pairs(poses, PAIRS):
         first, second = image_files.load(files[i]), image_files.load(files[j])
         size = first.shape[1::-1]
         xa, xb = match(first, second)
         if len(xa):
-            found.append((xa, xb, poses[i], poses[j]))
-    if not found:
+            matches.append((xa, xb, poses[i], poses[j]))
+    if not matches:
         raise ValueError(
             f"{path}: the release states no focal length and no pair of frames matches; give "
             "`reading: {focal: focal length over image width}`"
         )
-    return focal_from_poses(found, size)
+    return focal_from_poses(matches, size)
 
 
 def _read_nerfpp(folder: Path) -> RawCapture:
@@ -132,7 +132,7 @@ def _read_nerfpp(folder: Path) -> RawCapture:
 
 
 def write(recording: Recording, folder: Path) -> None:
-    """images/ at half size, sparse/0; frames whose pose was lost are absent from the model."""
+    """Write images/ at half size, and sparse/0 without frames whose pose was lost."""
     names = [f"{name}.jpg" for name in recording.names]
     image_files.write(recording.images, folder / "images", names)
     camera = colmap.scaled(recording.camera, FACTOR)

@@ -23,7 +23,7 @@ COMMENT = b"comment fsel "
 
 
 class Foreign(Exception):
-    """Why an output is not what a run of the command left behind."""
+    """Reason why an output is not what a run of the command left behind."""
 
 
 @contextmanager

@@ -30,7 +30,7 @@ class Damaged(ValueError):
 
 
 def beside(path: str | Path) -> Path:
-    """Where the checksum of a file is."""
+    """Path of a file's checksum."""
     path = Path(path)
     return path.with_name(f".{path.name}.sha256")
 
@@ -62,11 +62,11 @@ def check(path: str | Path) -> None:
         return
     except (ValueError, IndexError) as error:
         raise Damaged(f"{record}: not a checksum", path) from error
-    found = path.stat()
-    if found.st_size != size:
-        fault = f"{path}: has {found.st_size} bytes, and had {size} when it was made"
+    stat = path.stat()
+    if stat.st_size != size:
+        fault = f"{path}: has {stat.st_size} bytes, and had {size} when it was made"
         raise Damaged(fault, path)
-    if size > ALWAYS and found.st_ctime_ns <= known:
+    if size > ALWAYS and stat.st_ctime_ns <= known:
         return
     if _sha256(path) != wanted:
         raise Damaged(f"{path}: its bytes are not those that were made", path)
@@ -76,18 +76,18 @@ def check(path: str | Path) -> None:
 
 def damages(paths: Iterable[str | Path]) -> dict[Path, str]:
     """Damaged file -> what is wrong with it, of the files that are there."""
-    found = {}
+    faults = {}
     for path in sorted(set(map(Path, paths))):
         try:
             if path.is_file():
                 check(path)
         except Damaged as error:
-            found[path] = error.fault
-    return found
+            faults[path] = error.fault
+    return faults
 
 
 def remade(paths: Iterable[Path], options: str) -> str:
-    """What makes files anew, in words."""
+    """Sentence that says what makes files anew."""
     names = " ".join(shlex.quote(str(path)) for path in paths)
     return f"Make it anew, with {options}: snakemake --cores 1 --force {names}"
 

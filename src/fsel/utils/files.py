@@ -34,14 +34,14 @@ def unfinished(path: Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     pattern = re.compile(rf"\.([^.]+)\.(\d{{1,9}})\.{re.escape(path.name)}")
     for other in path.parent.iterdir():
-        found = pattern.fullmatch(other.name)
-        if found and _forsaken(other, found[1], int(found[2])):
+        parts = pattern.fullmatch(other.name)
+        if parts and _forsaken(other, parts[1], int(parts[2])):
             shutil.rmtree(other) if other.is_dir() else other.unlink(missing_ok=True)
     return path.with_name(f".{host()}.{os.getpid()}.{path.name}")
 
 
 def host() -> str:
-    """This machine's name, as a part of a file's name."""
+    """Name of this machine, as a part of a file's name."""
     return re.sub(r"[^\w-]", "-", socket.gethostname())
 
 
@@ -52,7 +52,7 @@ def _forsaken(path: Path, machine: str, process: int) -> bool:
 
 
 def running(process: int) -> bool:
-    """Whether a process of this machine runs, by its number; on Windows, whether it may."""
+    """Check whether a process of this machine runs, by its number; on Windows, whether it may."""
     if os.name == "nt":  # where signal 0 is not a question
         return True
     try:
@@ -106,11 +106,11 @@ def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
     """
     total = hashlib.sha256(digest(values).encode())
     for path in map(Path, paths):
-        found = path.stat()
-        if found.st_size < LARGE:
+        stat = path.stat()
+        if stat.st_size < LARGE:
             total.update(path.read_bytes())
         else:
-            total.update(f"{path.name} {found.st_size} {found.st_mtime_ns}".encode())
+            total.update(f"{path.name} {stat.st_size} {stat.st_mtime_ns}".encode())
     return total.hexdigest()[:12]
 
 

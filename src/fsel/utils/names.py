@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def matched(names: list[str], others: list[str]) -> dict[str, int]:
-    """Which of `names` each of `others` is: by whole names, else by file names, else by stems.
+    """Match two lists of names: by whole names, else by file names, else by stems.
 
     A way of comparing under which two of `names`, or two of `others`, are alike is passed over.
 
@@ -16,9 +16,9 @@ def matched(names: list[str], others: list[str]) -> dict[str, int]:
     """
     for key in (str, lambda name: Path(name).name, lambda name: Path(name).stem):
         rows = {key(name): i for i, name in enumerate(names)}
-        found = {other: rows[key(other)] for other in others if key(other) in rows}
-        if found and len(rows) == len(names) and len(set(found.values())) == len(found):
-            return found
+        pairs = {other: rows[key(other)] for other in others if key(other) in rows}
+        if pairs and len(rows) == len(names) and len(set(pairs.values())) == len(pairs):
+            return pairs
     return {}
 
 

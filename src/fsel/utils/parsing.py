@@ -46,7 +46,7 @@ def member(entry: object, key: str, path: Path, where: str = "") -> object:
 
 
 def text(entry: object, key: str, path: Path, where: str = "") -> str:
-    """The same for a value that must be a string."""
+    """String value of a JSON object, naming file and field when it is none."""
     value = member(entry, key, path, where)
     if not isinstance(value, str):
         raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} must be a string")
@@ -56,21 +56,21 @@ def text(entry: object, key: str, path: Path, where: str = "") -> str:
 def numbers(value: object, shape: tuple[int, ...], path: Path, what: str) -> np.ndarray:
     """A JSON value as a float64 array of a given shape, naming file and field otherwise."""
     try:
-        found = np.array(value, np.float64)
+        array = np.array(value, np.float64)
     except (TypeError, ValueError, OverflowError):
-        found = np.empty(0)
-    if found.shape != shape:
+        array = np.empty(0)
+    if array.shape != shape:
         wanted = "x".join(map(str, shape)) or "one number"
         raise ValueError(f"{path}: {what} must be {wanted}, got {repr(value)[:80]}")
-    return found
+    return array
 
 
 def number(value: object, path: Path, what: str) -> float:
     """A JSON value as a finite number, naming file and field otherwise."""
-    found = float(numbers(value, (), path, what))
-    if not math.isfinite(found):
-        raise ValueError(f"{path}: {what} must be finite, got {found}")
-    return found
+    scalar = float(numbers(value, (), path, what))
+    if not math.isfinite(scalar):
+        raise ValueError(f"{path}: {what} must be finite, got {scalar}")
+    return scalar
 
 
 def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:
@@ -106,7 +106,7 @@ def inside(folder: Path, relative: str | Path, source: Path) -> Path:
     return path
 
 
-def check_number(folder: Path, count: int, source: Path) -> None:
+def check_file_count(folder: Path, count: int, source: Path) -> None:
     """Refuse a folder that lacks most files of a large capture, before anything else is read.
 
     Every image has a file of its own, so that no name is looked at. A folder that holds links to

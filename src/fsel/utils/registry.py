@@ -1,4 +1,4 @@
-"""Registries: names, and what each stands for, imported when it is first asked for."""
+"""Registries: names, and what each stands for, imported when it is first used."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ import yaml
 
 from fsel.workflow import checks, reconstructors
 from fsel.workflow.datasets import Datasets, Section, kinds_of
+from fsel.workflow.refusal import refuse
 from fsel.workflow.schema import complete, read_schema
 
 PAGE = "config/README.md describes every key"
@@ -40,23 +41,28 @@ class Settings:
 
     @classmethod
     def load(cls, config: dict[str, Any], folder: Path) -> Self:
-        """Complete a configuration and take it apart; what must be there is not looked at.
+        """Complete a configuration and take it apart; datasets that are not there are left out.
 
         Args:
             config: as it was read; defaults are put in.
             folder: of the workflow.
 
         Raises:
-            Refusal: for an unknown key, or a value that is not allowed.
+            Refusal: for an unknown key, a value that is not allowed, or keys that do not fit
+                together.
         """
         schemas = folder / "workflow" / "schemas"
         complete(config, read_schema(schemas / "config.schema.yaml"), PAGE)
         path = Path(config["sources"] or folder / "config" / "sources.yaml")
+        if not path.is_file():
+            refuse(f"sources is {path}, not a file", "leave it out for config/sources.yaml")
         sources = yaml.safe_load(path.read_text(encoding="utf-8"))
         complete(sources, read_schema(schemas / "sources.schema.yaml"), f"in {path}", str(path))
         for name, entry in config["datasets"].items():
             checks.check_kind(name, entry)
         datasets = Datasets.of(config["datasets"], sources)
+        checks.check_datasets(datasets)
+        checks.check_search(config["search"])
         named = reconstructors.named(config["reconstruction"], "reconstruction")
         labeller = config["search"].get("reconstruction") or next(iter(named.values()))
         search = {key: value for key, value in config["search"].items() if key != "reconstruction"}
@@ -64,11 +70,8 @@ class Settings:
         return cls(own, folder, datasets, named, reconstructors.without_name(labeller))
 
     def check(self) -> None:
-        """Refuse parts that do not fit together, and what would only fail after hours of work."""
-        trained = self.trained
-        checks.check_datasets(self.datasets)
-        checks.check_search(self.config["search"])
-        checks.check_scenes(self.datasets, trained)
+        """Refuse too few scenes or frames, which would only be seen after hours of work."""
+        checks.check_scenes(self.datasets, self.trained)
         needed = {role: self.frames_needed(role) for role in ("train", "evaluation", "object")}
         needed["validation"] = needed["train"]
         checks.check_frames(self.datasets, needed, self.config["embedded"]["frames"])

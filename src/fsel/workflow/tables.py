@@ -8,7 +8,8 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 from fsel.workflow.experiment import Experiment
@@ -19,6 +20,7 @@ Values = Mapping[str, Any]
 """Name -> value, or a function of the wildcards that returns it."""
 
 SMALL = Size()
+FOLDER = "reconstructor"  # wildcard: the folder of a further one with its slash
 WILDCARD = re.compile(r"\{(\w+)\}")
 
 
@@ -92,7 +94,7 @@ class Table(Job):
         """The paths that stand for the table."""
         if self.targets is not None:
             return self.targets(experiment)
-        return [_first(self.outputs).replace("{reconstructor}", "")]
+        return [_emptied(_first(self.outputs))]
 
 
 def report_labels(title: str, output: str) -> Callable[[Any], dict[str, str]]:
@@ -126,6 +128,7 @@ class Rule:
         inputs, params, resources: see `Job`; `params` say by `job` which function is run.
         outputs: name -> path or paths.
         log, benchmark: their paths.
+        constraints: pattern of the wildcard `reconstructor` where it is not empty.
         shown: name of an output -> category and labels in the report.
     """
 
@@ -137,6 +140,7 @@ class Rule:
     resources: Values
     log: str
     benchmark: str
+    constraints: Mapping[str, str]
     shown: Mapping[str, dict[str, Any]]
 
 
@@ -153,12 +157,26 @@ class Tables:
     experiment: Experiment
 
     def rules(self) -> list[Rule]:
-        """The rules of all tables; those that several share once."""
+        """The rules of all tables; those that several share once.
+
+        A table of every reconstructor has two: that of the first one has no wildcard, so that its
+        name can be asked for; that of the others has `_further` after its name.
+        """
         jobs: dict[str, Job] = {}
         for table in self.entries.values():
             for job in (*table.jobs, table):
                 jobs.setdefault(job.rule, job)
-        return [self._rule(job) for job in jobs.values()]
+        found = []
+        for job in jobs.values():
+            if set(WILDCARD.findall(_first(job.outputs))) != {FOLDER}:
+                found.append(self._rule(job))
+                continue
+            found.append(self._rule(_of_first(job)))
+            if self.experiment.further:
+                further = self._rule(replace(job, name=f"{job.rule}_further"))
+                pattern = "|".join(map(re.escape, self.experiment.further))
+                found.append(replace(further, constraints={FOLDER: pattern}))
+        return found
 
     def _rule(self, job: Job) -> Rule:
         experiment = self.experiment
@@ -182,12 +200,14 @@ class Tables:
             experiment.resources(job.size, reconstruction),
             f"<results>/logs/{_place(job)}.log",
             f"<results>/benchmarks/{_place(job)}.jsonl",
+            {},
             shown,
         )
 
     def captions(self) -> dict[str, str]:
         """Rule -> caption in the report."""
-        return {table.rule: table.caption for table in self.entries.values()}
+        captions = {table.rule: table.caption for table in self.entries.values()}
+        return captions | {f"{name}_further": text for name, text in captions.items()}
 
     def of_the_paper(self) -> list[str]:
         """Paths of the paper's tables that can be made here; what cannot, and why, is printed."""
@@ -219,9 +239,33 @@ class Tables:
 def _place(job: Job) -> str:
     """The rule's name in the reconstructor's folder, and the other wildcards below it."""
     wildcards = dict.fromkeys(WILDCARD.findall(_first(job.outputs)))
-    folder = "{reconstructor}" if "reconstructor" in wildcards else ""
-    others = [f"{{{name}}}" for name in wildcards if name != "reconstructor"]
+    folder = f"{{{FOLDER}}}" if FOLDER in wildcards else ""
+    others = [f"{{{name}}}" for name in wildcards if name != FOLDER]
     return "/".join([f"{folder}{job.rule}", *others])
+
+
+def _of_first(job: Job) -> Job:
+    """A job of the first reconstructor alone: the wildcard of its folder is empty."""
+    return replace(
+        job,
+        outputs=_emptied(job.outputs),
+        inputs=lambda experiment: _emptied(job.inputs(experiment)),
+        params=lambda experiment: _emptied(job.params(experiment)),
+    )
+
+
+def _emptied(value: Any) -> Any:
+    if isinstance(value, str):
+        return value.replace(f"{{{FOLDER}}}", "")
+    if isinstance(value, Mapping):
+        return {key: _emptied(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return type(value)(_emptied(part) for part in value)
+    if callable(value):
+        return lambda wildcards: _emptied(
+            value(SimpleNamespace(**dict(wildcards.items()), **{FOLDER: ""}))
+        )
+    return value
 
 
 def _first(outputs: Values) -> str:
