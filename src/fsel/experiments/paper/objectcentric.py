@@ -114,7 +114,7 @@ def select_objects(
         split = object_split(small, draw, seed, targets)
         problem = object_problem(capture, split, described)
         tables.append(select(problem, contenders, [k], draw_chance(seed, draw)).assign(draw=draw))
-        logger.info("draw %d: the object's centre is %s", draw, problem.focus.round(3))
+        logger.info("draw %d: the object's centre is %s", draw, problem.focus)
     write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
 
 

@@ -29,7 +29,9 @@ from fsel.workflow.requirements import check_reconstructors
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job
 
-LABELS = {name: method.label for name, method in {**METHODS, **POLICIES}.items()}
+LABELS = {name: m.label for name, m in METHODS.items()} | {
+    name: policy.label for name, policy in POLICIES.items()
+}
 STRONGEST = "strongest"  # stands for a method that `strongest_baseline` names
 WARM_FRAMES, WARM_SIDE = 4, 32  # of a reconstruction that only compiles
 

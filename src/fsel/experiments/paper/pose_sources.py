@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from fsel.experiments import specs
@@ -73,7 +74,7 @@ def pair_poses(
         for capture, at, folder in zip(
             (given, other), rows, (given_folder, estimated_folder), strict=True
         ):
-            capture.subset([at[name] for name in shared]).save(folder)
+            capture.subset(np.array([at[name] for name in shared])).save(folder)
     logger.info("%s: %d frames placed by both", source, len(shared))
 
 

@@ -183,8 +183,8 @@ def evaluate_noise(
     frames = _drawn(capture, 0, targets, split_seed)
     exact = Evaluator.on_frames(reconstructor_of(capture, reconstruction), frames)
     tables = []
-    for case, picked in read_table(picks).groupby(NOISE, sort=False):
-        seen, change = disturbed(capture, *case, seed), case[0]
+    for (change, level, noise), picked in read_table(picks).groupby(NOISE, sort=False):
+        seen, case = disturbed(capture, change, level, noise, seed), (change, level, noise)
         own = Evaluator.on_frames(reconstructor_of(seen, reconstruction), frames)
         table = _measure(picked, exact, own, change)
         tables.append(table.assign(draw=0, **dict(zip(NOISE, case, strict=True))))

@@ -24,7 +24,9 @@ from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table
 
 LABELS = {name: method.label for name, method in SELECTORS.items()} | LEARNED
-PLAIN = {name: m.label for name, m in {**SELECTORS, **POLICIES}.items()}
+PLAIN = {name: method.label for name, method in SELECTORS.items()} | {
+    name: policy.label for name, policy in POLICIES.items()
+}
 MARKED = ("uniform", "fvs", "kmedoids", "cover", "nearest", "untrained", "less_is_more", "fsel")
 PLACE = {name: at for at, name in enumerate(LABELS)}
 CASE = ["change", "level", "scope"]

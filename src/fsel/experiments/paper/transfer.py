@@ -98,10 +98,11 @@ def transfer(
         facts: see `captions.captures_of`.
     """
     count = len(problems)
-    means, gaps = [], []
+    means: list[pd.DataFrame] = []
+    gaps: list[pd.DataFrame] = []
     for at, name in enumerate(reconstructors):
-        own = evaluations[at * count : (at + 1) * count]
-        cells = sweep_cells(named(problems, own), metrics, facts=facts)
+        paths = evaluations[at * count : (at + 1) * count]
+        cells = sweep_cells(named(problems, paths), metrics, facts=facts)
         for result, tables in (
             (summarise(cells, metrics), means),
             (paired(cells, list(OURS), metrics), gaps),

@@ -22,6 +22,7 @@ from fsel.report.latex import difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
 from fsel.report.sweep import BASELINES, LEARNED, place_of
+from fsel.selector import pretrained
 from fsel.selector.policies import POLICIES
 from fsel.utils.files import read_table, write_table, write_text
 from fsel.workflow import inputs
@@ -69,7 +70,7 @@ def select_pools(
         seeds: one a draw.
         config: digest of the parameters.
     """
-    learned = measuring.learned_runs(weights)
+    learned = [pretrained.own(path) for path in weights]
     others = {
         "candidates": measuring.runs(PAPER.values()),
         "observed": measuring.runs(PAPER.values()),
@@ -80,7 +81,7 @@ def select_pools(
         known = Problem.load(folder, split)
         for setting, policy in POLICY.items():
             problem = replace(known, proxies_free=setting != "candidates")
-            ours = [Run(policy.method(run.method.scorer), run.seed) for run in learned]
+            ours = [Run(policy.method(m.scorer), seed) for seed, m in enumerate(learned)]
             contenders = [*others[setting], *ours]
             chosen = measuring.select(problem, contenders, budgets, measuring.chance(seed))
             tables.append(chosen.assign(draw=draw, setting=setting))
@@ -138,10 +139,10 @@ def candidate_pools(
     order = ["setting", "method", "reference", "k", "mean", "ci_low", "ci_high", "n"]
     write_csv(both[order], numbers)
     text = (
-        r"\textbf{Equal candidate pools.} PSNR (dB) of the same weights of ours and of baselines, where "
-        "all may pick the same frames and know the same of the targets; the paper compares the "
-        "first row of ours with the baselines of the second block. In brackets beside ours: its "
-        "paired difference to the strongest other row of the block, with a 95\\% interval over "
+        r"\textbf{Equal candidate pools.} PSNR (dB) of the same weights of ours and of "
+        "baselines, where all may pick the same frames and know the same of the targets; the paper "
+        "compares the first row of ours with the baselines of the second block. In brackets beside "
+        "ours: its paired difference to the strongest other row of the block, with a 95\\% interval over "
         f"{means['n'].max()} scenes; bold where that excludes zero. {made_by(facts)}"
     )
     rows = [row for setting in SETTINGS for row in _block(means, gaps, setting, budgets)]

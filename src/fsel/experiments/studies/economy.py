@@ -13,7 +13,13 @@ import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.experiments import specs
-from fsel.experiments.studies.bench import Bench, bench_of, measure_cold, measure_model
+from fsel.experiments.studies.bench import (
+    Bench,
+    bench_of,
+    measure_cold,
+    measure_model,
+    measure_splats,
+)
 from fsel.experiments.studies.selection_time import timed
 from fsel.features.appearance import descriptors
 from fsel.images.sharpness import sharpness
@@ -75,7 +81,7 @@ def economy(
 def _of_reconstruction(place: Bench, reconstruction: Mapping) -> list[dict]:
     """Planes, opacity and views; the default has the first two."""
     most = asdict(SplatSettings(**reconstruction["settings"]))["planes"][1]
-    usual, model = measure_cold(place, reconstruction)
+    usual, model = measure_splats(place, reconstruction)
     every, _ = measure_cold(place, reconstruction, planes=(most, most))
     clear, _ = measure_cold(place, reconstruction, opacity=0.0)
     rows = [_row("planes", usual, every), _row("opacity", usual, clear)]

@@ -25,7 +25,7 @@ from fsel.reconstruct.splats import Splats
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, plain_table, tex
 from fsel.selector import plain
-from fsel.selector.greedy import Prepared, Rows, greedy
+from fsel.selector.greedy import Prepared, greedy
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Network, Scorer
 from fsel.utils.files import atomic, read_table, write_text
@@ -51,8 +51,8 @@ def single(problem: Problem) -> Problem:
     """The same problem with poses, intrinsics and sharpness in float32."""
 
     def views(given: Views) -> Views:
-        pair = (given.world_to_camera, given.intrinsics)
-        return Views(*(array.astype(np.float32) for array in pair), given.size)
+        poses, intrinsics = given.world_to_camera, given.intrinsics
+        return Views(poses.astype(np.float32), intrinsics.astype(np.float32), given.size)
 
     low = views(problem.capture.views)
     capture = replace(
@@ -77,10 +77,15 @@ def selections(
 
 def _cast(prepared: Prepared) -> Prepared:
     """Every float64 array in float32."""
-    *arrays, visible, lasting = prepared.rows
-    visible = visible._replace(seen=visible.seen.astype(np.float32))
-    rows = Rows(*(array.astype(np.float32) for array in arrays), visible, lasting)
-    return replace(prepared, static=prepared.static.astype(np.float32), rows=rows)
+    rows = prepared.rows
+    low: dict[str, Any] = {
+        name: value.astype(np.float32)
+        for name, value in rows._asdict().items()
+        if isinstance(value, np.ndarray)
+    }
+    visible = rows.visible._replace(seen=rows.visible.seen.astype(np.float32))
+    own = rows._replace(**low, visible=visible)
+    return replace(prepared, static=prepared.static.astype(np.float32), rows=own)
 
 
 def agreement(picks: np.ndarray, reference: np.ndarray) -> float:

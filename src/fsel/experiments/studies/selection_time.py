@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -79,7 +79,7 @@ def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
         names=tuple(f"{i:06d}" for i in range(frames)),
         world_to_camera=poses_at(centers, rotations),
         intrinsics=capture.intrinsics[nearest],
-        images=_Repeated(capture.images, nearest),
+        images=cast(np.ndarray, _Repeated(capture.images, nearest)),
         sequences=tuple(capture.sequences[i] for i in nearest),
         points=_tracked(capture, nearest),
         masks=None,

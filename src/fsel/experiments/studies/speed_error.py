@@ -87,18 +87,19 @@ def progress(subsets: Sequence[str | Path], labels: Sequence[str | Path]) -> pd.
         search, evaluations, generations, gap: mean PSNR in dB, on the proxies, of the fittest
         subset of the genetic search at its end minus that of the fittest after so many evaluations.
     """
-    found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {name: [] for name in speed.SEARCHES}
+    Curve = tuple[np.ndarray, np.ndarray]  # the gap and the generation of every evaluation
+    curves: dict[str, list[Curve]] = {name: [] for name in speed.SEARCHES}
     for path in subsets:
-        runs = dict(list(read_table(path).groupby("method")))
-        best = _incumbent(runs["search"])
-        for name, run in runs.items():
-            found[name].append((best[-1] - _incumbent(run), run["generation"].to_numpy()))
+        searches = dict(list(read_table(path).groupby("method")))
+        best = _incumbent(searches["search"])
+        for name, run in searches.items():
+            curves[name].append((best[-1] - _incumbent(run), run["generation"].to_numpy()))
     for path in labels:
         run = read_table(path)
         best = _incumbent(run)
-        found["labels"].append((best[-1] - best, run["generation"].to_numpy()))
+        curves["labels"].append((best[-1] - best, run["generation"].to_numpy()))
     tables = []
-    for name, runs in found.items():
+    for name, runs in curves.items():
         length = max(len(gap) for gap, _ in runs)
         at = np.unique(np.append(np.arange(STEP, length + 1, STEP), length))
         # a search that met fewer distinct subsets stays where it ended

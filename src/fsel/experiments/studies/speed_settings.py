@@ -10,7 +10,13 @@ from pathlib import Path
 import pandas as pd
 
 from fsel.experiments import specs
-from fsel.experiments.studies.bench import bench_of, halved, measure_cold, measure_model
+from fsel.experiments.studies.bench import (
+    bench_of,
+    halved,
+    measure_cold,
+    measure_model,
+    measure_splats,
+)
 from fsel.reconstruct.splats import SplatSettings
 from fsel.utils.files import atomic
 from fsel.workflow.resources import Size
@@ -48,7 +54,7 @@ def speed_settings(
     for folder, split, made in zip(folders, splits, generated, strict=True):
         place = bench_of(folder, split, made, k=k, long_side=reconstruction["long_side"])
         measure_cold(place, reconstruction)  # compiles
-        usual, model = measure_cold(place, reconstruction)
+        usual, model = measure_splats(place, reconstruction)
         for setting, value, default, changes in settings_of(reconstruction, place.capture.size):
             found = usual if default else measure_cold(place, reconstruction, **changes)[0]
             rows.append({"setting": setting, "value": value, "default": default, **found})

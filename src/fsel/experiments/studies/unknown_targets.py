@@ -170,8 +170,8 @@ def compared(rows: pd.DataFrame) -> pd.DataFrame:
     most gain of a place.
 
     Args:
-        rows: of all scenes, what `evaluate_unknown_targets` wrote with the columns scene and place; scenes
-            of one place are averaged.
+        rows: of all scenes, what `evaluate_unknown_targets` wrote with the columns scene
+            and place; scenes of one place are averaged.
     """
     scenes = rows.groupby(["views", "k", "method", "place", "scene"])["psnr"].mean()
     each = scenes.groupby(["views", "k", "method", "place"]).mean()
@@ -214,10 +214,10 @@ def _table(found: pd.DataFrame, views: str, facts: Mapping) -> str:
     by_budget = ", ".join(f"{n} at $K={k}$" for k, n in count.items())
     counted = by_budget if count.nunique() > 1 else str(count.iloc[0])
     caption = (
-        rf"\textbf{{Unknown targets, {TITLES[views]}.}} PSNR in dB where nobody says what will be rendered, "
-        "and in brackets the difference from uniform, bold where its 95\\% interval over scenes "
-        f"is above zero; last the worst scene. One frame in {EVERY} is held out and not announced, "
-        f"with {len(STARTS)} beginnings; known targets: \\texttt{{fsel}} is told of them. "
+        rf"\textbf{{Unknown targets, {TITLES[views]}.}} PSNR in dB where nobody says what will "
+        "be rendered, and in brackets the difference from uniform, bold where its 95\\% interval "
+        f"over scenes is above zero; last the worst scene. One frame in {EVERY} is held out and not "
+        f"announced, with {len(STARTS)} beginnings; known targets: \\texttt{{fsel}} is told of them. "
         f"Scenes: {counted}. {made_by(facts)}"
     )
     return plain_table(head, cells, caption=caption, label=f"tab:unknown_targets_{views}")

@@ -102,8 +102,8 @@ def trial(
     labelled = dict(zip(scenes, zip(folders, splits, strict=True), strict=True))
     data = training_steps(tried, table, labelled)
     draws = len(validation_splits) // len(validation_folders)
-    drawn = zip(np.repeat(validation_folders, draws), validation_splits, strict=True)
-    validation = [Problem.load(*item) for item in drawn]
+    repeated = [folder for folder in validation_folders for _ in range(draws)]
+    validation = [Problem.load(*pair) for pair in zip(repeated, validation_splits, strict=True)]
     rows = []
     for seed in range(seeds):
         network = trained(tried, data, seed=seed, epochs=epochs, learning_rate=learning_rate)
@@ -136,9 +136,9 @@ def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tupl
         views = torch.from_numpy(view_inputs(scene))
         for row in part.itertuples():
             picks = np.searchsorted(prepared.pool, np.array(row.picks))
-            inputs = follow(case.rollout(prepared, scene), picks)
-            tensors = (torch.from_numpy(array) for array in (*inputs, picks))
-            data.append((Steps(*tensors, views), row.weight))
+            arrays = (*follow(case.rollout(prepared, scene), picks), picks)
+            features, selectable, rows = (torch.from_numpy(array) for array in arrays)
+            data.append((Steps(features, selectable, rows, views), row.weight))
     return data
 
 
@@ -176,9 +176,10 @@ def selected(network: torch.nn.Module, case: Case, problem: Problem, k: int) -> 
 
     def score(features: np.ndarray, selectable: np.ndarray, past: np.ndarray) -> np.ndarray:
         picks = np.append(past, 0)  # the last is yet to be made, and not read
-        tensors = (torch.from_numpy(array) for array in (features, selectable, picks))
+        seen, open_rows, rows = map(torch.from_numpy, (features, selectable, picks))
         with torch.no_grad():
-            return network(Steps(*tensors, views))[-1].numpy()
+            scores: np.ndarray = network(Steps(seen, open_rows, rows, views))[-1].numpy()
+        return scores
 
     return prepared.pool[pick(case.rollout(prepared, scene), score, k)]
 
