@@ -25,7 +25,11 @@ import numpy as np
 FRAMES, IMAGES, SIZE, K = 50_000, 40, (640, 480), 50
 NOISE = 3.0  # grey levels, of a sensor: what most bytes of a JPEG go to
 GEOMETRY = ("--geometry-only",)
-BOUNDS = {GEOMETRY: (20, 1200), (): (None, 1200), ("--method", "sharpest"): (60, 1200)}
+BOUNDS = {
+    GEOMETRY: (20, 1200),
+    ("--patience", "0"): (None, 1200),
+    ("--method", "sharpest"): (60, 1200),
+}
 """Options -> most seconds and MB of memory; the report is to take 3 MB at most."""
 REPORT = 3_000_000  # bytes
 

@@ -97,7 +97,9 @@ def damage_pixels(path):
 
 
 def select(*arguments):
-    return main(["select", *map(str, arguments)])
+    """The command; without trying selections, unless it says for how long."""
+    trying = () if "--patience" in arguments else ("--patience", "0")
+    return main(["select", *map(str, arguments), *trying])
 
 
 def record_of(out):

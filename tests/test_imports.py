@@ -26,7 +26,7 @@ from fsel.selector.scorer import Network
 from fsel.experiments.studies.hard_cases.worlds import random_weights, world
 
 problem = world()
-fsel.select(problem.capture, 6)
+fsel.select(problem.capture, 6, patience=0)
 fsel.select(problem.capture, 6, method="untrained")
 greedy(POLICIES["less_is_more"].prepare(problem), Network(random_weights(0)), 6)
 print(*{"torch", "cma", "snakemake", "matplotlib"} & set(sys.modules))
@@ -35,7 +35,7 @@ COMMAND = """
 import sys
 from fsel.cli import main
 
-code = main(["select", sys.argv[1], "-k", "3", "-o", sys.argv[2], "--quiet"])
+code = main(["select", sys.argv[1], "-k", "3", "--patience", "0", "-o", sys.argv[2], "--quiet"])
 slow = {"matplotlib", "numba", "pandas", "scipy", "torch"}
 print(code, *slow & set(sys.modules))
 """

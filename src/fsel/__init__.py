@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from fsel.layouts import LAYOUTS
     from fsel.reconstruct import RECONSTRUCTORS
     from fsel.request.budget import Auto
+    from fsel.request.patience import Patience
     from fsel.request.refine import Refine
 
 _HOMES = {
@@ -31,6 +32,7 @@ _HOMES = {
     "select": "fsel.api",
     "Selection": "fsel.api",
     "Auto": "fsel.request.budget",
+    "Patience": "fsel.request.patience",
     "Refine": "fsel.request.refine",
     "fit": "fsel.api",
     "evaluate": "fsel.api",
@@ -43,6 +45,7 @@ __all__ = [
     "METHODS",
     "RECONSTRUCTORS",
     "Auto",
+    "Patience",
     "Refine",
     "Selection",
     "evaluate",

@@ -85,8 +85,8 @@ def test_from_a_folder_to_metrics_in_four_calls(folder, tmp_path):
 
 def test_budgets_nest_and_seeds_matter_only_to_chance(folder):
     capture = fsel.read_capture(folder, long_side=64)
-    six = fsel.select(capture, 6, seed=1)
-    nine = fsel.select(capture, 9, seed=2)
+    six = fsel.select(capture, 6, seed=1, patience=0)
+    nine = fsel.select(capture, 9, seed=2, patience=0)
     np.testing.assert_array_equal(six.indices, nine.indices[:6])
     drawn = [tuple(fsel.select(capture, 6, method="random", seed=s).indices) for s in (0, 0, 1)]
     assert drawn[0] == drawn[1] != drawn[2]
@@ -105,7 +105,7 @@ def test_auto_for_a_whole_capture_is_the_number_of_picks_for_views_on_its_path()
     shift, worth = budget.view_shift(capture, pool, along), budget.shipped_worth()
     expected = budget.find(shift[order], budget.Auto(), capture.size, worth).frames
     assert chosen.budget.frames == len(chosen.names) == expected
-    assert chosen.names == fsel.select(capture, expected).names
+    assert chosen.names == fsel.select(capture, expected, patience=0).names
 
 
 def test_methods_with_appearance_get_descriptors(folder):
@@ -161,10 +161,10 @@ def test_images_are_not_opened_for_a_method_that_reads_none(folder, monkeypatch)
         return np.ones(len(images))
 
     monkeypatch.setattr(selection, "measure_sharpness", measure)
-    first = fsel.select(capture, 6, sharpness=np.zeros(24))
+    first = fsel.select(capture, 6, patience=0, sharpness=np.zeros(24))
     fsel.select(capture, 6, method="uniform")
     assert not measured
-    assert fsel.select(capture, 6).names == first.names
+    assert fsel.select(capture, 6, patience=0).names == first.names
     fsel.select(capture, 6, method="sharpest")
     assert measured == [24, 24]
     assert api.method_of("fsel").reads == ()

@@ -61,7 +61,9 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
     assert (found["frames"], found["unregistered"]) == (10, ["frame_00010.jpg"])
     for name in ("match_image_pairs", "match_exhaustive", "extract_features"):
         monkeypatch.setattr(pycolmap, name, lambda *_, **__: pytest.fail("was matched again"))
-    assert run("select", video, "--rate", 5, "-k", 4, "-o", tmp_path / "picked") == 0
+    assert (
+        run("select", video, "--rate", 5, "-k", 4, "--patience", 0, "-o", tmp_path / "picked") == 0
+    )
     assert len(record_of(tmp_path / "picked")["frames"]) == 4
     assert record_of(tmp_path / "picked")["capture"]["folder"] == str(video)
     page = (tmp_path / "picked" / "report.html").read_text(encoding="utf-8")

@@ -223,7 +223,7 @@ def damaged(capture):
     "asked",
     [
         ["info"],
-        ["select", "-k", 6],
+        ["select", "-k", 6, "--patience", 0],
         ["compare", "-k", 4, "--methods", "uniform", "--long-side", 48],
         ["reconstruct", "--long-side", 48],
     ],

@@ -47,7 +47,7 @@ def of_command(folder, asked, rng):
     write_ring(folder / "ring", frames=24)
     out = folder / "out"
     line = [sys.executable, "-m", "fsel", "select", str(folder / "ring"), "-k", "6", "--quiet"]
-    line += ["-o", str(out)]
+    line += ["--patience", "0", "-o", str(out)]
     subprocess.run(line, check=True)
     line.append("--force")
     started = time.monotonic()

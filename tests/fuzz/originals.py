@@ -78,7 +78,7 @@ def commands(kind, folder, rng=None):
     """
     capture, out = str(folder / "capture"), ["-o", str(folder / "out")]
     names, model = str(folder / "names.txt"), str(folder / "model.ply")
-    select = ["select", capture, "-k", "3", "--quiet", *out]
+    select = ["select", capture, "-k", "3", "--patience", "0", "--quiet", *out]
     every = {
         "compare": ["compare", capture, "-k", "3", "--methods", "uniform", *SIZE, *out],
         "reconstruct": ["reconstruct", capture, "--frames", names, *SIZE, "-o", f"{out[1]}.ply"],

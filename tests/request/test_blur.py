@@ -128,9 +128,9 @@ def test_picks_of_fsel_alone_are_exchanged_and_the_selection_says_so(method):
 
 def test_a_stand_in_that_swaps_took_out_again_stands_for_nothing(monkeypatch):
     capture, sharpness = walk().capture, np.full(36, 100.0)
-    plain = fsel.select(capture, 6, sharpness=sharpness)
+    plain = fsel.select(capture, 6, patience=0, sharpness=sharpness)
     sharpness[plain.indices[:2]] = 1
-    both = fsel.select(capture, 6, sharpness=sharpness)
+    both = fsel.select(capture, 6, patience=0, sharpness=sharpness)
     assert list(both.exchanged) == list(both.names[:2])
     free = np.setdiff1d(np.arange(36), np.concatenate([plain.indices, both.indices]))[0]
 
@@ -138,7 +138,7 @@ def test_a_stand_in_that_swaps_took_out_again_stands_for_nothing(monkeypatch):
         return Swapped(np.array([free, *picks[1:]]), 0.1, 2)
 
     monkeypatch.setattr(swaps, "refined", refined)
-    exchanged = fsel.select(capture, 6, sharpness=sharpness, refine=1.0)
+    exchanged = fsel.select(capture, 6, patience=0, sharpness=sharpness, refine=1.0)
     assert exchanged.exchanged == {both.names[1]: plain.names[1]}
     np.testing.assert_array_equal(np.isnan(exchanged.scores), np.arange(6) < 2)
 

@@ -74,7 +74,20 @@ def test_the_command_says_what_swaps_gained(ring, tmp_path, capsys):
     said = capsys.readouterr().out
     record = record_of(tmp_path / "out")
     assert record["refined"]["tried"] >= 1
-    assert f"{record['refined']['gain']:+.2f} dB in {record['refined']['tried']}" in said
+    assert record["refined"]["reconstructor"] == "splats"
+    gain, tried = (record["refined"][what] for what in ("gain", "tried"))
+    assert f"{gain:+.2f} dB by splats in {tried} reconstructed" in said
+
+
+def test_swaps_are_scored_by_the_reconstructor_that_is_named(ring, tmp_path, capsys):
+    asked = ("-k", 4, "--refine", "0.1s", "--reconstructor", "gaussians", "-o", tmp_path / "out")
+    assert select(ring, *asked) == 0
+    assert "dB by gaussians in" in capsys.readouterr().out
+    assert record_of(tmp_path / "out")["refined"]["reconstructor"] == "gaussians"
+    with pytest.raises(ValueError, match="refine is 'external'; allowed: splats, gaussians"):
+        Refine(1.0, reconstructor="external")
+    assert select(ring, "-k", 4, "--reconstructor", "splats", "-o", tmp_path / "no") == 1
+    assert "scores swaps alone. Hint: --refine 30s" in capsys.readouterr().err
 
 
 def test_unopened_images_are_refused(ring, tmp_path, capsys):

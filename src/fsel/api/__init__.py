@@ -1,8 +1,18 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
+from fsel.api.covering import check_cover
 from fsel.api.measured import described, measured
 from fsel.api.reconstruction import evaluate, fit
-from fsel.api.request import ALL_FRAMES, AUTO, LEAST_FRAMES, checked_request, method_of, number_of
+from fsel.api.request import (
+    ALL_FRAMES,
+    AUTO,
+    LEAST_FRAMES,
+    checked_request,
+    method_of,
+    number_of,
+    patience_of,
+    stated_beside,
+)
 from fsel.api.selection import Selection, select, sharpened
 
 __all__ = [
@@ -10,6 +20,7 @@ __all__ = [
     "AUTO",
     "LEAST_FRAMES",
     "Selection",
+    "check_cover",
     "checked_request",
     "described",
     "evaluate",
@@ -17,6 +28,8 @@ __all__ = [
     "measured",
     "method_of",
     "number_of",
+    "patience_of",
     "select",
     "sharpened",
+    "stated_beside",
 ]

@@ -9,7 +9,8 @@ from fsel.data.problem import Method
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.memory import within
-from fsel.request.targets import Request, Targets, Wish, check_count, targets_of
+from fsel.request.patience import Patience
+from fsel.request.targets import ALL, Request, Targets, Wish, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import RENAMED, Learned
 from fsel.utils.wording import counted
@@ -53,7 +54,7 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
 
 def checked_request(
     capture: Capture,
-    k: int | str | Auto,
+    k: int | str | Auto | None,
     request: Request,
     method: Method,
     focus: Focus | None = None,
@@ -64,7 +65,7 @@ def checked_request(
 
     Arguments and errors are those of `select`; the method is what `method_of` returned.
     """
-    number = number_of(k)
+    number = None if k is None else number_of(k)
     if len(capture) < LEAST_FRAMES:
         raise ValueError(
             f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; "
@@ -84,6 +85,8 @@ def checked_request(
     if isinstance(number, Auto):
         _check_auto(number, method, capture)
         return targets
+    if number is None:
+        return targets
     check_count(number, targets, capture, everything=method.name == ALL_FRAMES)
     return targets
 
@@ -100,3 +103,58 @@ def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
             f"method is {method.name!r}, whose selection of fewer frames is not the beginning of "
             f"that of more, as finding k needs; allowed: {nested}. Hint: state k"
         )
+
+
+def patience_of(
+    patience: float | Patience | None,
+    k: int | str | Auto | None,
+    targets: Targets,
+    method: Method,
+    focus: Focus | None = None,
+    cover: int = 0,
+    *,
+    named: bool,
+) -> Patience:
+    """How long selections are tried on the capture's own frames.
+
+    Args:
+        patience: seconds, or None for what is usual: ten where nothing but a number of frames is
+            stated, else none.
+        k, targets, method, focus, cover: see `select`.
+        named: whether the method or its weights were stated.
+
+    Raises:
+        ValueError: for a patience below zero, or one where something is stated that leaves nothing
+            to try.
+    """
+    stated = stated_beside(k, targets, method, focus, cover)
+    if patience is None:
+        return Patience(0) if named or stated else Patience()
+    allowed = patience if isinstance(patience, Patience) else Patience(patience)
+    if allowed.seconds and stated:
+        raise ValueError(
+            f"patience is {allowed.seconds:g} s, and {stated}; selections are tried where nothing "
+            "but a number of frames is stated. Hint: leave one of the two out"
+        )
+    return allowed
+
+
+def stated_beside(
+    k: int | str | Auto | None,
+    targets: Targets,
+    method: Method,
+    focus: Focus | None = None,
+    cover: int = 0,
+) -> str:
+    """What is stated beside a number of frames, in words; empty where nothing is."""
+    if method.name != pretrained.DEFAULT:
+        return f"the method is {method.name}"
+    if focus is not None:
+        return "an object is stated"
+    if targets.kind != ALL:
+        return f"the views to be rendered are stated ({targets.kind})"
+    if len(targets.always):
+        return "frames are stated that are always to be selected"
+    if cover or k is None:
+        return "a cover of the points is stated"
+    return "the number of frames is to be found" if isinstance(number_of(k), Auto) else ""

@@ -8,16 +8,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fsel.api.covering import check_cover, cover_of, near_all, seeing_all
 from fsel.api.measured import Describe, measured
-from fsel.api.request import checked_request, method_of, number_of
+from fsel.api.request import (
+    checked_request,
+    method_of,
+    number_of,
+    patience_of,
+    stated_beside,
+)
 from fsel.data.capture import Capture, Views
 from fsel.data.problem import Method, Problem, checked_select
-from fsel.data.subsets import evenly
+from fsel.data.subsets import evenly, subset_key
 from fsel.images.sharpness import sharpness as measure_sharpness
 from fsel.request import budget
 from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
+from fsel.request.cover import Cover
 from fsel.request.focus import Focus
+from fsel.request.patience import Patience, Tried
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish
@@ -36,8 +45,11 @@ class Selection:
         names: k frame names in pick order.
         indices: (k,) int64 their numbers in the capture.
         scores: (k,) float64 the scorer's value when each was picked; NaN for methods without one.
-        seconds: spent selecting, features included, images and their sharpness excluded.
+        seconds: spent selecting, features and what was tried included, images and their sharpness
+            excluded.
         budget: how k was found, where it was to be found.
+        tried: what was tried on the capture's own frames, where nothing but k was stated.
+        cover: how often the picks see the sparse points, where a cover was stated.
         swapped: what swaps changed and gained, where swaps were wanted. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
         exchanged: name of a pick -> that of the blurred one whose place it took. At a smaller
@@ -49,18 +61,24 @@ class Selection:
     scores: np.ndarray
     seconds: float
     budget: Budget | None = None
+    tried: Tried | None = None
+    cover: Cover | None = None
     swapped: Swapped | None = None
     exchanged: dict[str, str] = field(default_factory=dict)
 
 
 def select(
     capture: Capture,
-    k: int | str | Auto,
+    k: int | str | Auto | None,
     targets: Request | Targets = None,
     method: str | Method | None = None,
     seed: int = 0,
     *,
     weights: str | Path | None = None,
+    patience: float | Patience | None = None,
+    cover: int = 0,
+    cover_share: float = 1.0,
+    k_center: bool = False,
     refine: float | Refine | None = None,
     sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | None = None,
@@ -73,7 +91,8 @@ def select(
     Args:
         capture: what `read_capture` returns.
         k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: found
-            among the first picks of a nested method, see `fsel.request.budget`.
+            among the first picks of a nested method, see `fsel.request.budget`. None: as `cover`
+            says.
         targets: what will be rendered. None: anything that the capture saw. `every:8`: the frames
             0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
             by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
@@ -83,6 +102,18 @@ def select(
         seed: of methods that draw at random.
         weights: a scorer that `fsel train` or the workflow made, in place of one that comes with
             the package.
+        patience: seconds in which selections are tried on the capture's own frames, see
+            `fsel.request.trials`; 0 for the rule alone. None: ten where nothing but k is stated,
+            neither targets nor a method, an object or frames; else 0. The same picks are kept on
+            every machine that makes the planned reconstructions in that time. Or `fsel.Patience`,
+            to watch or end them.
+        cover: how often each sparse point that so many frames see is to be seen by the picks, see
+            `fsel.request.multicover`. With k, what is left of it is picked by the method; k of None
+            for as few as needed.
+        cover_share: of these points. All of them often take nearly all frames, since many points
+            are seen by hardly more frames than that.
+        k_center: whether `fsel` shall leave no frame farther from its picks than three times what
+            the best cover by k frames reaches, see `fsel.request.cover`. It goes with k alone.
         refine: seconds in which swaps are tried that real reconstructions of the capture score, see
             `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
             them.
@@ -106,20 +137,29 @@ def select(
         >>> capture = fsel.read_capture("captures/garden")
         >>> fsel.select(capture, 20, targets="every:8").names
     """
+    named = not (method is None and weights is None)
     method = method_of(method, weights)
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus, always, never)
+    check_cover(cover, cover_share, k, targets, method, refine=refine is not None)
+    trying = patience_of(patience, k, targets, method, focus, cover, named=named)
     sharpness_of = _sharpness_of(capture, sharpness)
     known, descriptors = measured([method], capture, sharpness_of, descriptors)
     ranked = _ranked_by(method, seed)
-    number = number_of(k)
+    number = None if k is None else number_of(k)
     started = time.perf_counter()
     problem = request_problem(capture, targets, known, focus, descriptors)
+    if k_center:
+        problem = _near_all(problem, number, stated_beside(k, targets, method, focus, cover))
+    if cover:
+        problem = seeing_all(problem, number, cover, cover_share)
+    count = len(problem.given) if number is None else number
     chosen = None
-    if isinstance(number, Auto):
-        frames, scores, chosen = _enough(problem, targets.views, ranked, number)
+    if isinstance(count, Auto):
+        frames, scores, chosen = _enough(problem, targets.views, ranked, count)
     else:
-        frames, scores = ranked(problem, number)
+        frames, scores = ranked(problem, count)
+    frames, scores, tried = _tried(problem, frames, scores, trying)
     seconds, began, swapped = time.perf_counter() - started, frames, None
     sharp = sharpened(method, problem, frames, sharpness_of)
     started = time.perf_counter()
@@ -129,15 +169,37 @@ def select(
             raise ValueError("frames that are always to be selected cannot be swapped: no refine")
         from fsel.request.swaps import refined  # here: most selections reconstruct nothing
 
-        patience = refine if isinstance(refine, Refine) else Refine(refine)
-        swapped = refined(problem, frames, patience, seed)
+        swapping = refine if isinstance(refine, Refine) else Refine(refine)
+        swapped = refined(problem, frames, swapping, seed)
         frames = swapped.picks
     scores = np.where(frames == began, scores, np.nan)
     seconds += time.perf_counter() - started
     names = tuple(capture.names[i] for i in frames)
     stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
     instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
-    return Selection(names, frames, scores, seconds, chosen, swapped, instead)
+    reached = cover_of(problem, frames, cover, cover_share) if cover else None
+    return Selection(names, frames, scores, seconds, chosen, tried, reached, swapped, instead)
+
+
+def _near_all(problem: Problem, k: int | Auto | None, stated: str) -> Problem:
+    """See `near_all`; refused where more than a number of frames is stated."""
+    if stated or not isinstance(k, int):
+        raise ValueError(f"a k-center is wanted, and {stated}; it goes with a number of frames")
+    return near_all(problem, k)
+
+
+def _tried(
+    problem: Problem, frames: np.ndarray, scores: np.ndarray, patience: Patience
+) -> tuple[np.ndarray, np.ndarray, Tried | None]:
+    """The picks of the rule and their scores, or of a selection that the capture itself prefers."""
+    if not patience.seconds:
+        return frames, scores, None
+    from fsel.request.trials import tried  # here: it imports a reconstructor
+
+    outcome = tried(problem, frames, patience)
+    if outcome is None or subset_key(outcome.frames) == subset_key(frames):
+        return frames, scores, outcome
+    return outcome.frames, np.full(len(frames), np.nan), outcome
 
 
 def sharpened(

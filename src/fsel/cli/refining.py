@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 from fsel.cli.console import Console
 from fsel.cli.optimising import stopped_by_interrupt
@@ -13,15 +14,18 @@ KEPT = "interrupted: the best picks so far are written; again to give up"
 
 
 @contextmanager
-def refining(seconds: float | None, console: Console) -> Iterator[Refine | None]:
+def refining(refine: Refine | None, console: Console) -> Iterator[Refine | None]:
     """Argument `refine` of `fsel.select`; None without `--refine`."""
-    if seconds is None:
+    if refine is None:
         yield None
         return
-    with console.seconds("refining", seconds) as show, stopped_by_interrupt(console, KEPT) as stop:
+    with (
+        console.seconds("refining", refine.seconds) as show,
+        stopped_by_interrupt(console, KEPT) as stop,
+    ):
 
-        def told(best: Swapped, gone: float) -> bool:
+        def progress(best: Swapped, gone: float) -> bool:
             show(gone, f"{best.gain:+.2f} dB")
             return not stop()
 
-        yield Refine(seconds, told)
+        yield replace(refine, progress=progress)

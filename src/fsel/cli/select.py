@@ -15,6 +15,15 @@ from fsel.cli.console import Console
 from fsel.cli.refining import refining
 from fsel.cli.request import focus_of, inputs_of, reasons
 from fsel.cli.select_content import selection_content
+from fsel.cli.select_limits import (
+    budget_of,
+    check_budget,
+    form_of,
+    k_center_of,
+    patience_of,
+    refine_of,
+)
+from fsel.cli.trying import trying
 from fsel.data.capture import Capture
 from fsel.data.problem import Method
 from fsel.export import record, subset
@@ -25,10 +34,10 @@ from fsel.images.previews import check_pixels, sharpness_among, thumbnails
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture
 from fsel.outputs.atomic import staged
 from fsel.request.blur import SharpnessOf
-from fsel.request.budget import THRESHOLD, Auto
+from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.hidden import behind
-from fsel.request.memory import SPLATS
+from fsel.request.patience import Patience
 from fsel.request.targets import ALL, ORBIT, Targets
 from fsel.utils.wording import counted
 
@@ -39,11 +48,10 @@ THUMBNAIL = 240  # pixels of the longer side, in the report
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     started = time.perf_counter()
-    _check_budget(asked)
+    check_budget(asked)
     method = api.method_of(asked.method, asked.weights)
     _check_appearance(asked, method)
-    if asked.refine is not None and asked.geometry_only:
-        raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
+    refine_of(asked)
     with staged(asked.out, "select", inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, SIDES[asked.appearance])
         seconds = {"read": time.perf_counter() - started}
@@ -54,7 +62,7 @@ def run(asked: argparse.Namespace, console: Console) -> None:
         held_out = outcome.targets.frames
         pictures = _pictures(asked, opened, picks, held_out)
         with console.clock("writing"):
-            points = subset.write(stage, opened, picks, held_out, _form(asked, opened))
+            points = subset.write(stage, opened, picks, held_out, form_of(asked, opened))
         report = page(outcome, entries, left, pictures, points)
         (stage / "report.html").write_text(report, encoding="utf-8")
         names = "".join(f"{name}\n" for name in outcome.selection.names)
@@ -77,10 +85,16 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
     reached = outcome.service.curve[-1]
     if outcome.selection.budget is not None:
         console.say("k", record.reason(outcome.selection.budget))
-    swapped = outcome.selection.swapped
+    tried, swapped = outcome.selection.tried, outcome.selection.swapped
+    if tried is not None:
+        console.say("tried", record.trials(tried))
+    if outcome.selection.cover is not None:
+        console.say("cover", record.covered(outcome.selection.cover))
     if swapped is not None:
         console.say(
-            "refined", f"{swapped.gain:+.2f} dB in {counted(swapped.tried, 'reconstructed subset')}"
+            "refined",
+            f"{swapped.gain:+.2f} dB by {swapped.reconstructor} in "
+            f"{counted(swapped.tried, 'reconstructed subset')}",
         )
     picked = len(outcome.selection.names)
     if instead := outcome.selection.exchanged:
@@ -88,12 +102,13 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
             f"{len(instead)} of {counted(picked, 'pick')}, exchanged for sharp frames beside them"
         )
         console.say("blurred", text)
-    console.say("picked", f"{counted(picked, 'frame')} by {method.name}, service {reached:.1%}")
+    name = method.name if tried is None else tried.kept
+    console.say("picked", f"{counted(picked, 'frame')} by {name}, service {reached:.1%}")
 
 
 def _checked(
     asked: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
-) -> tuple[int | Auto, Focus | None, Targets]:
+) -> tuple[int | Auto | None, Focus | None, Targets]:
     """Number of frames, object and targets of the command line.
 
     What cannot be done is refused here, before any image is opened.
@@ -105,10 +120,12 @@ def _checked(
         console.warn(f"{counted(len(gone), 'frame')} left out: {reasons(gone)}")
     subset.check_cameras(opened.raw)
     focus = focus_of(asked, opened)
-    k = _budget(asked, opened)
+    k = budget_of(asked, opened)
     targets = api.checked_request(
         capture, k, asked.targets, method, focus, asked.always, asked.never
     )
+    swapped = asked.refine is not None
+    api.check_cover(asked.cover, asked.cover_share, k, targets, method, refine=swapped)
     what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
         what += "" if focus else " and as many beside them"
@@ -131,19 +148,24 @@ def _select(
 ) -> record.Outcome:
     """Select as the command line asks."""
     k, focus, targets = _checked(asked, console, opened, method)
+    patience = patience_of(asked, k, targets, method, focus)
     sharpness, sharpness_of = None, _measuring(opened, console, seconds)
     if asked.geometry_only:
         sharpness_of = np.zeros(len(opened.capture)).__getitem__
     elif asked.sharpness or "sharpness" in method.reads:
         sharpness = sharpness_of(np.arange(len(opened.capture)))
-    capture = _read(asked, console, opened, method)
-    with refining(asked.refine, console) as refine:
+    capture = _read(asked, console, opened, method, patience)
+    with trying(patience, console) as trials, refining(refine_of(asked), console) as refine:
         selection = api.select(
             capture,
             k,
             targets,
             method,
             asked.seed,
+            patience=trials,
+            cover=asked.cover,
+            cover_share=asked.cover_share,
+            k_center=k_center_of(asked, k, targets, method, focus),
             refine=refine,
             sharpness=sharpness_of,
             focus=focus,
@@ -184,16 +206,21 @@ def _warn_of_walls(
 
 
 def _read(
-    asked: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
+    asked: argparse.Namespace,
+    console: Console,
+    opened: LazyCapture,
+    method: Method,
+    patience: Patience,
 ) -> Capture:
     """The capture with what is read of it.
 
-    Swaps, and methods that compare frames by appearance, look at pixels. Some methods look at
-    points; finding a number of frames takes some, for the depth that they tell.
+    Swaps, and methods that compare frames by appearance, look at all pixels. Some methods look at
+    points, and so does trying selections, which opens the images that it needs itself; finding a
+    number of frames takes some points, for the depth that they tell.
     """
     if asked.refine is not None or "appearance" in method.reads:
         return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-    if method.tracks:
+    if method.tracks or patience.seconds or asked.cover:
         with console.clock("points"):
             return opened.with_all_points()
     if asked.k == api.AUTO:
@@ -228,42 +255,6 @@ def _describing(
         return appearance
 
     return timed
-
-
-def _budget(asked: argparse.Namespace, opened: LazyCapture) -> int | Auto:
-    """Number of frames, or how it is to be chosen."""
-    if asked.k != api.AUTO:
-        return asked.k
-    camera = opened.raw.cameras[0]
-    scale = (_form(asked, opened).long_side or opened.longest) / opened.longest
-    return Auto(
-        THRESHOLD if asked.threshold is None else asked.threshold,
-        asked.memory if asked.vram is None else asked.vram,
-        (max(1, round(camera.width * scale)), max(1, round(camera.height * scale))),
-        asked.trainer or SPLATS,
-    )
-
-
-def _check_budget(asked: argparse.Namespace) -> None:
-    """Refuse options of -k auto without it, and a GPU without the trainer that takes it."""
-    bounds = (asked.threshold, asked.memory, asked.vram)
-    if asked.k != api.AUTO and any(bound is not None for bound in bounds):
-        raise ValueError(
-            "--threshold, --memory and --vram go with -k auto alone, and k is "
-            f"{asked.k}. Hint: -k auto"
-        )
-    if (asked.vram is None) != (asked.trainer is None):
-        raise ValueError("--vram and --trainer go together, as --vram 8GB --trainer gsplat")
-
-
-def _form(asked: argparse.Namespace, opened: LazyCapture) -> subset.Form:
-    """Form in which the subset is written."""
-    side = asked.long_side
-    if asked.downscale is not None:
-        side = max(1, round(opened.longest / asked.downscale))
-    if side is not None and side >= opened.longest:
-        side = None
-    return subset.Form(asked.link, side, asked.points, not asked.geometry_only, asked.masks)
 
 
 def _pictures(

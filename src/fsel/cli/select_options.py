@@ -6,8 +6,18 @@ import argparse
 from pathlib import Path
 
 from fsel.cli.options import LARGEST, add_output, add_request, capture_command
-from fsel.cli.values import duration, number_or_auto, positive, size_in_bytes, whole
+from fsel.cli.values import (
+    duration,
+    duration_or_none,
+    number_or_auto,
+    positive,
+    size_in_bytes,
+    whole,
+)
 from fsel.request.memory import TRAINERS
+from fsel.request.refine import SETTINGS
+
+MOST_TIMES = 20  # that a point is to be seen
 
 
 def add_select(commands) -> None:
@@ -17,8 +27,29 @@ def add_select(commands) -> None:
     command.add_argument(
         "-k",
         type=number_or_auto,
-        required=True,
         help="how many frames, or auto: until more are predicted to gain too little",
+    )
+    command.add_argument(
+        "--cover",
+        type=whole(1, MOST_TIMES),
+        default=0,
+        metavar="TIMES",
+        help="as few frames as needed so that every sparse point that so many frames see is seen "
+        "so often, from different directions; with -k, the rest of it is picked as usual",
+    )
+    command.add_argument(
+        "--cover-share",
+        type=positive,
+        default=1.0,
+        metavar="SHARE",
+        help="of these points, as 0.9; all by default, which often take nearly all frames",
+    )
+    command.add_argument(
+        "--patience",
+        type=duration_or_none,
+        metavar="TIME",
+        help="for how long selections are tried on this capture's own frames, as 10s (by default, "
+        "where nothing but -k is stated); 0 for the rule alone",
     )
     command.add_argument(
         "--refine",
@@ -26,6 +57,11 @@ def add_select(commands) -> None:
         metavar="TIME",
         help="then try swaps of the picks for so long, as 10s or 2m, judged by reconstructions of "
         "this capture; Ctrl-C keeps the best so far",
+    )
+    command.add_argument(
+        "--reconstructor",
+        choices=tuple(SETTINGS),
+        help="what scores the swaps of --refine: splats (by default), or what the picks are for",
     )
     _add_budget(command)
     add_request(command)
@@ -100,7 +136,9 @@ def _add_looking(command: argparse.ArgumentParser) -> None:
     looking.add_argument(
         "--geometry-only",
         action="store_true",
-        help="do not look at images: blurred picks stay, no pictures in the report, no points "
+        help="do not look at images: nothing is tried on them, but where nothing but -k is stated "
+        "no frame is left farther from the picks than three times what the best cover by as many "
+        "frames reaches; blurred picks stay, no pictures in the report, no points "
         "where the capture has none",
     )
 

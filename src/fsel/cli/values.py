@@ -84,6 +84,11 @@ def duration(text: str) -> float:
     return float(parts[1]) * SECONDS[parts[2]]
 
 
+def duration_or_none(text: str) -> float:
+    """What `duration` reads, or 0."""
+    return 0.0 if text.strip() in ("0", "0s") else duration(text)
+
+
 def _integer(text: str, allowed: str) -> int:
     try:
         return int(text)

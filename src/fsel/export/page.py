@@ -9,7 +9,7 @@ from importlib.resources import files
 
 from fsel.data.points import SparsePoints
 from fsel.export.drawings import SHOWN, service_chart, sharpness_chart, shown, top_view
-from fsel.export.record import Outcome, reason
+from fsel.export.record import Outcome, covered, reason, trials
 from fsel.export.scene import turning_view
 from fsel.request.targets import ALL
 from fsel.utils.wording import counted
@@ -38,7 +38,8 @@ def page(
         points: sparse points of the scene, where there are any.
     """
     name = escape(outcome.capture.source)
-    budget = outcome.selection.budget
+    budget, tried = outcome.selection.budget, outcome.selection.tried
+    cover = outcome.selection.cover
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
@@ -48,6 +49,8 @@ def page(
         f"<p>{name}. To be rendered: {escape(outcome.targets.kind)}, "
         f"{counted(len(outcome.targets.views), 'view')}.</p>",
         *([] if budget is None else [f"<p>{escape(reason(budget))}.</p>"]),
+        *([] if tried is None else [f"<p>Tried {escape(trials(tried))}.</p>"]),
+        *([] if cover is None else [f"<p>{escape(covered(cover))}.</p>"]),
         *_figures(outcome, points),
         "<h2>Picks, in order</h2>",
         '<ol class="sheet">',

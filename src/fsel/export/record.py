@@ -15,7 +15,10 @@ from fsel.data.subsets import evenly
 from fsel.export.service import Service, closest_pick, service_of
 from fsel.request.blur import SHARPER, blurred
 from fsel.request.budget import Budget
+from fsel.request.cover import Cover
+from fsel.request.patience import Tried
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
+from fsel.utils.wording import counted
 
 PACKAGES = ("fsel", "numpy", "pycolmap")
 
@@ -139,6 +142,33 @@ def reason(budget: Budget) -> str:
     return (
         f"{budget.frames} frames: the last is predicted to bring {budget.gain:.3f} dB, and further "
         f"ones less than {budget.rule.threshold:g} dB each"
+    )
+
+
+def trials(tried: Tried) -> str:
+    """What was tried on the capture's own frames, in words."""
+    known = [trial for trial in tried.trials[1:] if np.isfinite(trial.gain)]
+    scores = ", ".join(f"{trial.name} {trial.gain:+.2f}" for trial in known) or "none was scored"
+    cut = ", cut off by the time" if tried.cut else ""
+    return (
+        f"{counted(len(tried.trials), 'selection')} on {tried.validation} of the capture's own "
+        f"frames, {counted(tried.fits, 'fit')}{cut}; kept: {tried.kept}. dB over every n-th frame "
+        f"({tried.trials[0].name}): {scores}"
+    )
+
+
+def _part(share: float) -> str:
+    """How many points are to be seen, in words."""
+    return "each" if share == 1 else f"{share:.0%}"
+
+
+def covered(cover: Cover) -> str:
+    """How often points are seen, in words."""
+    full, even = cover.picks[-1] / cover.points, cover.even[-1] / cover.points
+    return (
+        f"{cover.points:,} points that {counted(cover.times, 'frame')} or more see: "
+        f"{counted(cover.frames, 'frame')} are enough to see {_part(cover.share)} {cover.times} "
+        f"times; the picks see {full:.1%} of them so often, as many frames evenly spaced {even:.1%}"
     )
 
 

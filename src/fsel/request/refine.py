@@ -7,6 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+SETTINGS: dict[str, dict[str, int]] = {
+    "splats": {},
+    "gaussians": {"steps": 150, "gaussians": 2000},
+    "radiance_field": {},
+}
+"""Reconstructors that may score swaps, and their settings at 64 pixels."""
+
 
 @dataclass(frozen=True)
 class Swapped:
@@ -17,11 +24,13 @@ class Swapped:
             of the one that left.
         gain: mean PSNR of the targets over what the picks at the start give, dB; an estimate.
         tried: subsets reconstructed, the start included.
+        reconstructor: by which the gain is scored.
     """
 
     picks: np.ndarray
     gain: float
     tried: int
+    reconstructor: str = "splats"
 
 
 @dataclass(frozen=True)
@@ -32,11 +41,19 @@ class Refine:
         seconds: from the first reconstruction on.
         progress: is given the best so far and the seconds gone, after every subset; False ends
             the swaps.
+        reconstructor: by which swaps are scored, a key of `SETTINGS`: picks that it prefers need
+            not be better for another.
     """
 
     seconds: float
     progress: Callable[[Swapped, float], bool] = lambda best, gone: True
+    reconstructor: str = "splats"
 
     def __post_init__(self) -> None:
         if not self.seconds > 0:
             raise ValueError(f"refine is {self.seconds} s; allowed: more than 0")
+        if self.reconstructor not in SETTINGS:
+            raise ValueError(
+                f"the reconstructor of refine is {self.reconstructor!r}; allowed: "
+                f"{', '.join(SETTINGS)}"
+            )

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,14 +18,15 @@ from fsel.data.problem import Problem
 from fsel.data.subsets import subset_key
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.request.estimated_gain import EstimatedGain
-from fsel.request.refine import Refine, Swapped
+from fsel.request.refine import SETTINGS, Refine, Swapped
+from fsel.request.unpicked_gain import UnpickedGain
 from fsel.utils.wording import counted
 
 SHARE = 0.5  # of the swaps that bring a neighbour in capture order of the frame that leaves
 NEIGHBOURS = 6  # free frames around it
 REGION = 8  # frames nearest to each target, which the other swaps bring
 LEAST_PICKS = 3  # without a validation frame that is picked, two are left to reconstruct from
-RECONSTRUCTION = {"name": "splats", "long_side": 64, "settings": {}}
+SIDE = 64  # pixels
 TRIES = 20  # proposals for each pick, in a row, that were met before: then the search ends
 
 
@@ -72,19 +75,29 @@ def problem_swaps(
 ) -> Iterator[Swapped]:
     """Swap a problem's picks among its observed frames, scored on those near its targets.
 
+    Where nobody said what will be rendered, they are scored on all frames that are not picked.
+
     Args:
         reconstructor: bound to the problem's capture, at the reconstruction size.
         problem: targets, by their poses alone, and observed frames.
         picks: (K,) observed frames, K >= 3.
         rng: the only source of chance.
     """
+    if problem.whole:
+        unpicked = UnpickedGain(reconstructor, problem, picks)
+        return swaps(unpicked, picks, problem.observed, problem.observed, rng)
     gain = EstimatedGain(reconstructor, problem, picks)
     region = np.unique(gain.nearest[:, :REGION])
     return swaps(gain, picks, problem.observed, region, rng)
 
 
+def scoring(name: str) -> dict[str, Any]:
+    """Section of a configuration: a reconstructor as it scores swaps."""
+    return {"name": name, "long_side": SIDE, "settings": SETTINGS[name]}
+
+
 def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> Swapped:
-    """Return the best of swaps in some seconds, scored by `splats` at 64 pixels.
+    """Return the best of swaps in some seconds, scored as `refine` says, at 64 pixels.
 
     Args:
         problem: see `problem_swaps`; its capture's images are read.
@@ -98,9 +111,11 @@ def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> S
     if len(picks) < LEAST_PICKS:
         raise ValueError(f"refine: {counted(len(picks), 'pick')}; allowed: {LEAST_PICKS} or more")
     started = time.perf_counter()
-    reconstructor = reconstructor_of(problem.capture, RECONSTRUCTION)
-    best = Swapped(picks, 0.0, 0)
+    name = refine.reconstructor
+    reconstructor = reconstructor_of(problem.capture, scoring(name))
+    best = Swapped(picks, 0.0, 0, name)
     for best in problem_swaps(reconstructor, problem, picks, np.random.default_rng(seed)):
+        best = replace(best, reconstructor=name)
         gone = time.perf_counter() - started
         if not refine.progress(best, gone) or gone > refine.seconds:
             break

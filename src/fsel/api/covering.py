@@ -1,0 +1,143 @@
+"""Guarantees of picks: no frame far from them by pose, or every sparse point seen so often."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fsel.data.problem import Method, Problem
+from fsel.data.subsets import evenly
+from fsel.request.budget import Auto
+from fsel.request.cover import Cover, covering
+from fsel.request.places import scene_places
+from fsel.request.targets import Targets
+from fsel.selector.policies import Learned
+from fsel.utils.wording import counted
+
+if TYPE_CHECKING:
+    from fsel.baselines.covisibility import Tracks
+
+
+def check_cover(
+    cover: int,
+    share: float,
+    k: int | str | Auto | None,
+    targets: Targets,
+    method: Method,
+    *,
+    refine: bool,
+) -> None:
+    """Refuse a cover that cannot be, or that something else would break.
+
+    Args:
+        cover: how often points are to be seen; 0 for no cover.
+        share: of these points.
+        k, targets, method: as of `fsel.select`.
+        refine: whether picks are to be swapped.
+
+    Raises:
+        ValueError: for a cover below zero, a share of nothing or of more than all, or beside
+            frames that are always to be selected, a number that is to be found, swaps, or a method
+            that does not score frames; for neither a cover nor a number of frames.
+    """
+    if cover < 0:
+        raise ValueError(f"cover is {cover}; allowed: 1 or more, how often a point is to be seen")
+    if not 0 < share <= 1:
+        raise ValueError(f"the share of a cover is {share:g}; allowed: above 0 and up to 1")
+    if not cover:
+        if share < 1:
+            raise ValueError(f"{share:g} of the points are to be seen, and no cover is stated")
+        if k is None:
+            raise ValueError("neither a number of frames nor a cover is stated. Hint: -k 30")
+        return
+    against = (
+        ("frames that are always to be selected", len(targets.always) > 0),
+        ("a number of frames that is to be found", isinstance(k, str | Auto)),
+        ("swaps, which would break it", refine),
+        (f"the method {method.name}, which does not score frames", not isinstance(method, Learned)),
+    )
+    for what, there in against:
+        if there:
+            raise ValueError(f"cover is {cover}, which does not go with {what}")
+
+
+def near_all(problem: Problem, k: int) -> Problem:
+    """The same with frames that are picked first, so that none is left far from the picks."""
+    pool = problem.observed
+    return replace(problem, given=pool[covering(scene_places(problem.capture, pool), k)])
+
+
+def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float) -> Problem:
+    """The same with frames that are picked first, so that points are seen so often.
+
+    Args:
+        problem: whose capture has sparse points.
+        k: a number of frames, or None for as few as needed.
+        times: how often the points that so many frames see are to be seen.
+        share: of these points, above 0 and up to 1.
+
+    Raises:
+        ValueError: for a capture without points that so many frames see, or more frames needed
+            than k.
+    """
+    from fsel.request.multicover import multicover  # here: numba takes long to import
+
+    seen = _tracks(problem, times)
+    rows = multicover(seen, times, share)
+    given = problem.observed[rows]
+    if isinstance(k, int) and k < len(given):
+        raise ValueError(
+            f"k is {k}, and a cover of {times} takes {counted(len(given), 'frame')}; {k} see "
+            f"{_share(seen, rows[:k], times):.1%} of the points so often. Hint: k of {len(given)}, "
+            "or a smaller share of the points"
+        )
+    return replace(problem, given=given)
+
+
+def cover_of(problem: Problem, picks: np.ndarray, times: int, share: float) -> Cover:
+    """How often the picks see the points, and as many frames evenly spaced."""
+    from fsel.request.multicover import sightings, wanted
+
+    seen, pool = _tracks(problem, times), problem.observed
+    counted_points = wanted(seen, times)
+
+    def often(rows: np.ndarray) -> tuple[int, ...]:
+        count = np.minimum(sightings(seen, rows)[counted_points], times)
+        return tuple(np.bincount(count, minlength=times + 1).tolist())
+
+    return Cover(
+        times=times,
+        share=share,
+        frames=len(problem.given),
+        points=int(counted_points.sum()),
+        picks=often(np.searchsorted(pool, picks)),
+        even=often(evenly(len(pool), len(picks))),
+    )
+
+
+def _share(seen: Tracks, rows: np.ndarray, times: int) -> float:
+    """Of the points that so many rows see, those that some rows see so often."""
+    from fsel.request.multicover import sightings, wanted
+
+    return float((sightings(seen, rows)[wanted(seen, times)] >= times).mean())
+
+
+def _tracks(problem: Problem, times: int) -> Tracks:
+    from fsel.baselines.covisibility import tracks
+    from fsel.request.multicover import wanted
+
+    points = problem.capture.points
+    if points is None or not len(points.track_point):
+        raise ValueError(
+            f"{problem.capture.source}: has no sparse points with the frames that see them, which "
+            "a cover is of. Hint: fsel poses, or --poses colmap"
+        )
+    seen = tracks(problem, problem.observed)
+    if not wanted(seen, times).any():
+        raise ValueError(
+            f"cover is {times}, and no point of {problem.capture.source} is seen by so many of "
+            f"{counted(len(problem.observed), 'frame')} that may be selected"
+        )
+    return seen

@@ -1,0 +1,80 @@
+"""How long selections are tried on a capture's own frames, and what was found; see
+`fsel.request.trials`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+DEFAULT = 10.0  # seconds, where nobody says what will be rendered
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A selection that was tried.
+
+    Attributes:
+        name: what made it.
+        frames: (K,) int64, ascending.
+        gain: mean PSNR over that of every n-th frame, dB; 0 for every n-th frame itself.
+        ssim: the same of SSIM.
+        error: standard error of the gain, dB.
+        validation: how many frames both were scored on, which neither holds.
+        fits: reconstructions of it.
+    """
+
+    name: str
+    frames: np.ndarray
+    gain: float
+    ssim: float
+    error: float
+    validation: int
+    fits: int
+
+
+@dataclass(frozen=True)
+class Tried:
+    """What came of trying selections.
+
+    Attributes:
+        trials: every n-th frame first.
+        kept: name of the selection that was kept.
+        fits: reconstructions, all together.
+        cut: whether the time was over before all planned reconstructions were made.
+    """
+
+    trials: tuple[Trial, ...]
+    kept: str
+    fits: int
+    cut: bool
+
+    @property
+    def frames(self) -> np.ndarray:
+        """(K,) int64 of the selection that was kept, ascending."""
+        return next(trial.frames for trial in self.trials if trial.name == self.kept)
+
+    @property
+    def validation(self) -> int:
+        """The most frames that one selection was scored on."""
+        return max(trial.validation for trial in self.trials)
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long trying may take.
+
+    Attributes:
+        seconds: as many reconstructions are planned as a slow processor makes in that time, so
+            that a faster one ends sooner with the same picks; 0 tries nothing.
+        progress: is given the reconstructions made and planned, and the seconds gone, after each;
+            False ends them.
+    """
+
+    seconds: float = DEFAULT
+    progress: Callable[[int, int, float], bool] = lambda made, planned, gone: True
+
+    def __post_init__(self) -> None:
+        if not self.seconds >= 0:
+            raise ValueError(f"patience is {self.seconds} s; allowed: 0 or more")

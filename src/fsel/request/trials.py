@@ -1,0 +1,228 @@
+"""Selections tried on the capture itself, where nobody says what will be rendered.
+
+Not in the paper. No simple rule is good on every capture: every n-th frame is hard to beat where a
+camera moves steadily and bad where photos lie in clusters. So a few selections are reconstructed by
+small `gaussians` and scored on frames that neither they nor every n-th frame hold. Another one is
+kept instead of every n-th frame where it is ahead by more than chance explains, in PSNR, and not
+behind in SSIM. What this gains is in docs/results/captures_unknown.md.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from fsel.data.capture import Capture
+from fsel.data.problem import Problem
+from fsel.data.subsets import evenly, subset_key
+from fsel.metrics import score_views
+from fsel.reconstruct.gaussians import Gaussians
+from fsel.request.candidates import EVEN, candidates
+from fsel.request.patience import Patience, Trial, Tried
+
+SIDE = 64  # pixels
+SETTINGS = {"steps": 150, "gaussians": 2000}
+METRICS = ("psnr", "ssim")
+VALIDATION = 96  # frames at most that are rendered and scored
+LEAST_VALIDATION = 8  # frames that neither of two selections holds
+LEAST_PICKS = 3  # that are reconstructed from
+HEATS = ((None, 1), (3, 1), (1, 2))  # selections that run, None for all, and shares of new fits
+SHARE_SECONDS = 5.0  # of patience for one fit of each share
+MOST_SHARES = 20  # beyond which fits tell no more
+MARGIN = 0.5  # dB that every n-th frame is to be left behind by
+DEVIATIONS = 0.5  # standard errors that are asked for beside it
+FIT_DEVIATION = 0.17  # dB of one fit, by its seed alone
+GROUPS = 12  # stretches of the validation frames: neighbours are not independent
+BLOCK = 32  # frames that are opened at a time, at the size they have
+
+Scorer = Callable[[np.ndarray, int], np.ndarray]
+"""(K,) frames and a seed -> (W, 2) PSNR in dB and SSIM of the validation frames."""
+
+
+def tried(problem: Problem, rule: np.ndarray, patience: Patience) -> Tried | None:
+    """Try the picks of the rule, and the simple selections of `fsel.request.candidates`.
+
+    Every machine keeps the same picks, unless the time is over before the planned fits are made.
+
+    Args:
+        problem: of a whole capture; the images of frames that may be picked are read.
+        rule: (K,) the picks of `fsel`.
+        patience: for how long.
+
+    Returns:
+        What was found; None without patience, or where there are too few frames to reconstruct
+        from or to score on.
+    """
+    started = time.perf_counter()
+    race = race_of(problem, rule) if patience.seconds else None
+    if race is None:
+        return None
+    share = max(1, round(min(patience.seconds / SHARE_SECONDS, MOST_SHARES)))
+    return race.run(share, patience, started)
+
+
+def race_of(problem: Problem, rule: np.ndarray) -> Race | None:
+    """The race before its first fit; None and arguments as of `tried`."""
+    pool, k = problem.sequence, len(rule)
+    if k < LEAST_PICKS or len(pool) < k + LEAST_VALIDATION:
+        return None
+    picks = _distinct({EVEN: pool[evenly(len(pool), k)], "fsel": rule} | candidates(problem, k))
+    validation = pool[evenly(len(pool), VALIDATION)]
+    return Race(small_gaussians(problem.capture, validation, picks), picks, validation)
+
+
+def _distinct(picks: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The same in ascending order, without those that equal one before them."""
+    names: dict[tuple[int, ...], str] = {}
+    for name, frames in picks.items():
+        names.setdefault(subset_key(frames), name)
+    return {name: np.array(key) for key, name in names.items()}
+
+
+class Race:
+    """Selections against every n-th frame, in heats: the best go on with new fits.
+
+    Args:
+        score: what a fit of a selection is worth.
+        picks: name -> (K,) ascending frames; the first is every n-th frame.
+        validation: (W,) frames that are scored.
+    """
+
+    def __init__(
+        self, score: Scorer, picks: Mapping[str, np.ndarray], validation: np.ndarray
+    ) -> None:
+        self._score, self._picks, self._validation = score, dict(picks), validation
+        self._scores: dict[str, list[np.ndarray]] = {name: [] for name in picks}
+        self._even = next(iter(self._picks))
+
+    def run(self, share: int, patience: Patience, started: float) -> Tried:
+        """All heats, or those before the time is over.
+
+        Args:
+            share: fits of a selection in the first heat.
+            patience: for how long, and what follows the progress.
+            started: reading of `time.perf_counter` that the time runs from.
+        """
+        heats = [(count, share * shares) for count, shares in HEATS]
+        left = sum(self._runners(count) * seeds for count, seeds in heats)
+        over, cut, seed = False, False, 0
+        for count, seeds in heats:
+            names = self._contenders()[:count]
+            cut = cut or (over and len(names) > 0)
+            if cut or not names:
+                break
+            jobs = [(name, seed + at) for at in range(seeds) for name in (self._even, *names)]
+            made = self._made
+            over = self._heat(jobs, left, patience, started)
+            cut = over and self._made < made + len(jobs)
+            left -= self._runners(count) * seeds
+            seed += seeds
+        return Tried(tuple(map(self.trial, self._picks)), self._kept(), self._made, cut)
+
+    def trial(self, name: str) -> Trial:
+        """What is known of a selection; nothing where it or every n-th frame was not fitted."""
+        frames, fits = self._picks[name], len(self._scores[name])
+        held = np.union1d(frames, self._picks[self._even])
+        free = ~np.isin(self._validation, held)
+        known = fits and self._scores[self._even] and free.sum() >= LEAST_VALIDATION
+        if not known:
+            return Trial(name, frames, np.nan, np.nan, np.inf, int(free.sum()), fits)
+        own, even = (np.array(self._scores[of])[:, free] for of in (name, self._even))
+        gain, ssim, error = compared(own, even)
+        return Trial(name, frames, gain, ssim, error, int(free.sum()), fits)
+
+    def _contenders(self) -> list[str]:
+        """Selections that may still be ahead of every n-th frame, the surest first."""
+        trials = [self.trial(name) for name in self._picks if name != self._even]
+        hopeful = [one for one in trials if not one.gain + DEVIATIONS * one.error <= MARGIN]
+        hopeful.sort(key=lambda one: -_lower(one) if np.isfinite(one.error) else 0.0)
+        return [one.name for one in hopeful if one.validation >= LEAST_VALIDATION]
+
+    def _kept(self) -> str:
+        """The surest selection that is ahead of every n-th frame; else that itself."""
+        trials = [self.trial(name) for name in self._picks if name != self._even]
+        ahead = [one for one in trials if _lower(one) > MARGIN and one.ssim >= 0]
+        return max(ahead, key=_lower).name if ahead else self._even
+
+    def _runners(self, count: int | None) -> int:
+        """How many selections a heat has at most, every n-th frame included."""
+        return len(list(self._picks)[1:][:count]) + 1
+
+    @property
+    def _made(self) -> int:
+        return sum(map(len, self._scores.values()))
+
+    def _heat(
+        self, jobs: list[tuple[str, int]], left: int, patience: Patience, started: float
+    ) -> bool:
+        """Make some fits, one after the other, until the time is over; whether it is."""
+        planned = self._made + left
+        for name, seed in jobs:
+            self._scores[name].append(self._score(self._picks[name], seed))
+            gone = time.perf_counter() - started
+            if not patience.progress(self._made, planned, gone) or gone > patience.seconds:
+                return True
+        return False
+
+
+def compared(own: np.ndarray, even: np.ndarray) -> tuple[float, float, float]:
+    """How far one selection is ahead of another on frames that neither holds.
+
+    Args:
+        own, even: (S, J, 2) and (S', J, 2) PSNR in dB and SSIM by fits and frames, J >= 2, frames
+            in capture order.
+
+    Returns:
+        Mean differences of PSNR and SSIM, and the standard error of the first: of the frames, by
+        the spread of the means of neighbours, and of the fits.
+    """
+    difference = own.mean(axis=0) - even.mean(axis=0)
+    groups = np.array_split(difference[:, 0], min(GROUPS, len(difference)))
+    means = np.array([group.mean() for group in groups])
+    of_frames = means.var(ddof=1) / len(means)
+    of_fits = FIT_DEVIATION**2 * (1 / len(own) + 1 / len(even))
+    gain, ssim = difference.mean(axis=0)
+    return float(gain), float(ssim), float(np.sqrt(of_frames + of_fits))
+
+
+def small_gaussians(
+    capture: Capture, validation: np.ndarray, picks: Mapping[str, np.ndarray]
+) -> Scorer:
+    """What fits selections by small `gaussians`, the only frames opened being those it needs.
+
+    Args:
+        capture: at any size.
+        validation: (W,) frames that are scored.
+        picks: the selections that will be asked for.
+    """
+    needed = np.unique(np.concatenate([validation, *picks.values()]))
+    small, rows = _small(capture, needed), np.searchsorted(needed, validation)
+    truth, views = np.asarray(small.images[rows]), small.view(rows)
+    masks = None if small.masks is None else small.masks[rows]
+
+    def score(frames: np.ndarray, seed: int) -> np.ndarray:
+        model = Gaussians(small, **SETTINGS, seed=seed).fit(np.searchsorted(needed, frames))
+        return score_views(model.render(views), truth, masks, METRICS)
+
+    return score
+
+
+def _small(capture: Capture, frames: np.ndarray) -> Capture:
+    """Some frames of a capture at the size of the trials, opened a few at a time."""
+    blocks = np.array_split(frames, len(frames) // BLOCK + 1)
+    parts = [capture.subset(block).resized(SIDE) for block in blocks]
+    masks = None
+    if capture.masks is not None:
+        masks = np.concatenate([np.asarray(part.masks) for part in parts])
+    images = np.concatenate([np.asarray(part.images) for part in parts])
+    whole = replace(capture, masks=None).subset(frames, images)
+    intrinsics = np.concatenate([part.intrinsics for part in parts])
+    return replace(whole, intrinsics=intrinsics, masks=masks)
+
+
+def _lower(trial: Trial) -> float:
+    """What a selection gains at least, chance aside."""
+    return trial.gain - DEVIATIONS * trial.error

@@ -1,0 +1,147 @@
+"""Selections scored on the capture itself: who is kept, by how many fits, when the time is over."""
+
+import numpy as np
+import pytest
+from small_captures import record_of, select, write_ring
+
+import fsel
+from fsel.request.candidates import EVEN
+from fsel.request.patience import Patience
+from fsel.request.trials import FIT_DEVIATION, Race, compared
+
+FRAMES = np.arange(40)
+EVENLY, OTHER, THIRD = np.array([0, 13, 26, 39]), np.array([1, 2, 3, 4]), np.array([5, 6, 7, 8])
+
+
+def race(gains, noise=0.0, ssim=0.0, log=None):
+    """Of picks whose frames are all scored alike: 20 dB, and what `gains` adds by name."""
+    picks = {EVEN: EVENLY, "other": OTHER, "third": THIRD}
+
+    def score(frames, seed):
+        name = next(name for name, own in picks.items() if np.array_equal(own, frames))
+        if log is not None:
+            log.append((name, seed))
+        psnr = 20 + gains.get(name, 0.0) + noise * np.random.default_rng(seed).normal(size=40)
+        return np.stack([psnr, np.full(40, 0.5 + (name != EVEN) * ssim)], axis=1)
+
+    return Race(score, picks, FRAMES)
+
+
+def test_the_surest_gain_is_kept():
+    found = race({"other": 1.0, "third": 2.0}).run(2, Patience(1e6), 0.0)
+    assert found.kept == "third"
+    np.testing.assert_array_equal(found.frames, THIRD)
+    assert [trial.name for trial in found.trials] == [EVEN, "other", "third"]
+    assert found.trials[2].gain == pytest.approx(2.0)
+    assert found.trials[2].validation == 40 - 8
+
+
+def test_little_gain_and_worse_structure_keep_every_nth_frame():
+    assert race({"other": 0.4}).run(2, Patience(1e6), 0.0).kept == EVEN
+    assert race({"other": 3.0}, ssim=-0.01).run(2, Patience(1e6), 0.0).kept == EVEN
+    assert race({"other": 3.0}, ssim=0.01).run(2, Patience(1e6), 0.0).kept == "other"
+
+
+def test_heats_make_new_fits_and_the_hopeless_leave():
+    log = []
+    race({"other": 2.0, "third": -5.0}, log=log).run(2, Patience(1e6), 0.0)
+    assert [seed for name, seed in log if name == "other"] == list(range(8))
+    assert [seed for name, seed in log if name == EVEN] == list(range(8))
+    assert [seed for name, seed in log if name == "third"] == [0, 1]
+
+
+def test_the_time_ends_it_and_is_seen():
+    log, seen = [], []
+
+    def watch(made, planned, gone):
+        seen.append((made, planned))
+        return made < 4
+
+    found = race({"other": 9.0}, log=log).run(1, Patience(1e6, watch), 0.0)
+    assert (found.cut, found.fits, len(log)) == (True, 4, 4)
+    assert seen[0] == (1, 3 + 3 + 4)
+    late = race({"other": 9.0}).run(1, Patience(1.0), -1e6)
+    assert (late.cut, late.fits, late.kept) == (True, 1, EVEN)
+
+
+def test_a_race_that_ends_with_a_heat_makes_no_fit_more():
+    stop = Patience(1e6, lambda made, planned, gone: made < 3)
+    found = race({"other": 9.0}).run(1, stop, 0.0)
+    assert (found.fits, found.cut, found.kept) == (3, True, "other")
+    found = race({"other": -9.0, "third": -9.0}).run(1, stop, 0.0)
+    assert (found.fits, found.cut, found.kept) == (3, False, EVEN)  # nothing was left to be tried
+
+
+def test_selections_that_leave_too_few_validation_frames_are_not_fitted():
+    log = []
+    picks = {EVEN: np.arange(0, 40, 2), "odd": np.arange(1, 30, 2)}
+    outcome = Race(lambda frames, seed: log.append(seed), picks, FRAMES).run(2, Patience(1e6), 0.0)
+    assert (outcome.kept, outcome.fits, log) == (EVEN, 0, [])
+
+
+def test_the_error_is_that_of_stretches_and_of_fits():
+    even = np.zeros((2, 24, 2))
+    own = even.copy()
+    own[:, :12, 0] = 2.0  # six of the twelve stretches
+    gain, ssim, error = compared(own, even)
+    assert (gain, ssim) == (1.0, 0.0)
+    of_frames = (12 / 11) / 12  # variance of six zeros and six twos is 12 / 11
+    assert error == pytest.approx(np.sqrt(of_frames + FIT_DEVIATION**2 * (1 / 2 + 1 / 2)))
+
+
+@pytest.fixture
+def ring(tmp_path):
+    write_ring(tmp_path / "ring", frames=24)
+    return tmp_path / "ring"
+
+
+def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
+    capture = fsel.read_capture(ring, long_side=32)
+    rule = fsel.select(capture, 5, method="fsel")
+    assert rule.tried is None
+    assert fsel.select(capture, 5, patience=0).names == rule.names
+    assert fsel.select(capture, 5, "every:4").tried is None
+    assert fsel.select(capture, "auto").tried is None
+    for stated, said in (
+        ({"targets": "every:4"}, "patience is 2 s, and the views to be rendered are stated"),
+        ({"method": "uniform"}, "the method is uniform"),
+        ({"always": [0]}, "frames are stated that are always to be selected"),
+        ({"k": "auto"}, "the number of frames is to be found"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            fsel.select(capture, **{"k": 5, "patience": 2} | stated)
+    with pytest.raises(ValueError, match="patience is -1 s; allowed: 0 or more"):
+        fsel.select(capture, 5, patience=-1)
+
+
+def test_what_is_kept_is_one_of_what_was_tried_and_always_the_same(ring):
+    capture = fsel.read_capture(ring, long_side=32)
+    first, again = (fsel.select(capture, 5, patience=Patience(1e-3)) for _ in range(2))
+    assert first.names == again.names
+    assert first.tried.trials[0].name == EVEN
+    np.testing.assert_array_equal(first.tried.trials[0].frames, np.round(np.linspace(0, 23, 5)))
+    assert sorted(first.indices) == sorted(first.tried.frames)
+    assert (first.tried.cut, first.tried.fits) == (True, 1)
+
+
+def test_the_command_tells_what_was_tried(ring, tmp_path, capsys):
+    assert select(ring, "-k", 5, "--patience", "2s", "-o", tmp_path / "out") == 0
+    said, record = capsys.readouterr().out, record_of(tmp_path / "out")["tried"]
+    assert record["kept"] in {one["name"] for one in record["selections"]}
+    assert sum(one["fits"] for one in record["selections"]) == record["fits"]
+    assert f"kept: {record['kept']}" in said
+    assert f"kept: {record['kept']}" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_images_that_stay_unopened_are_not_tried_on(ring, tmp_path, capsys):
+    assert select(ring, "-k", 5, "--geometry-only", "-o", tmp_path / "out") == 0
+    assert record_of(tmp_path / "out")["tried"] is None
+    asked = ("-k", 5, "--geometry-only", "--patience", "3s", "-o", tmp_path / "no")
+    assert select(ring, *asked) == 1
+    assert "--geometry-only leaves unopened" in capsys.readouterr().err
+
+
+def test_too_few_frames_try_nothing(ring):
+    capture = fsel.read_capture(ring, long_side=32)
+    assert fsel.select(capture, 2, patience=5).tried is None
+    assert fsel.select(capture, 17, patience=5).tried is None
