@@ -131,19 +131,18 @@ def test_a_rule_s_function_is_the_stage_of_its_name_or_the_one_that_it_names():
         function_of("taste")
 
 
-def test_the_param_that_names_the_function_is_no_argument_and_not_in_the_digest(tmp_path):
-    seen = []
-    asked = rule(params=named(job="module:function", k=3), log=[str(tmp_path / "a.log")])
-    run(asked, lambda k, config: seen.append((k, config)))
-    assert seen == [(3, digest({"k": 3}))]
+def noted(k, config, path):
+    Path(path).write_text(f"{k} {config}")
 
 
-def test_a_stage_runs_as_a_job_and_its_refusal_is_logged(tmp_path):
-    log, seen = tmp_path / "a.log", []
-    run(rule(params=named(k=3), log=[str(log)]), lambda k, config: seen.append((k, config)))
-    assert seen == [(3, digest({"k": 3}))]
+def test_a_function_runs_as_a_job_and_its_refusal_is_logged(tmp_path):
+    """The param that names the function is no argument, and not in the digest."""
+    log, seen = tmp_path / "a.log", tmp_path / "seen"
+    params, home = {"k": 3, "path": str(seen)}, f"{__name__}:noted"
+    run(rule(params=named(job=home, **params), log=[str(log)]))
+    assert seen.read_text() == f"3 {digest(params)}"
     with pytest.raises(TypeError, match="'k' has no value"):
-        run(rule(log=[str(log)]), lambda k: None)
+        run(rule(params=named(job=home), log=[str(log)]))
     assert "'k' has no value" in log.read_text()
 
 
@@ -155,13 +154,14 @@ def test_inputs_are_checked_and_outputs_get_checksums(tmp_path):
     source, table, log = tmp_path / "a.npy", tmp_path / "t.parquet", tmp_path / "a.log"
     source.write_text("whole")
     checksums.write(source)
-    asked = rule(named(source=str(source)), named(table=str(table)), log=[str(log)])
-    run(asked, copied)
+    files, home = (named(source=str(source)), named(table=str(table))), f"{__name__}:copied"
+    asked = rule(*files, named(job=home), log=[str(log)])
+    run(asked)
     checksums.check(table)
     table.unlink()
     source.write_text("wholE")
     with pytest.raises(SystemExit, match=r"a\.npy: its bytes are not those that were made\. Make"):
-        run(asked, copied)
+        run(asked)
     assert not table.exists()
     assert "a.npy: its bytes" in log.read_text()
     assert "Traceback" not in log.read_text()
