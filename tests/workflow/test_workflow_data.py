@@ -143,7 +143,7 @@ def test_what_the_paper_s_config_lacks_is_told_on_one_page(tmp_path):
         "https://download.pytorch.org/models/vgg16-397923af.pth",
         "appearance.weights is 'programs/vit_small_patch14_dinov2.safetensors', not a file",
         f"snakemake paper --cores 2 --configfile paper.yaml {relpath(STAND_INS, tmp_path)}",
-        "which makes handsign.tex, ",
+        "which makes handsign.tex, seedvar.tex, ",
         "left out: datasets.co3d.root is not set",
         "not made: objectcentric: no dataset has `object` scenes",
     ):

@@ -16,7 +16,7 @@ for declared in tables.rules():
                 name: (
                     report(path, caption="../report/table.rst", **declared.shown[name])
                     if name in declared.shown
-                    else path
+                    else directory(path) if name == "folder" else path
                 )
                 for name, path in declared.outputs.items()
             },
@@ -40,5 +40,5 @@ for declared in tables.rules():
 
 rule paper:
     input:
-        lambda wildcards: [*tables.of_the_paper(), *of_the_paper()],
+        lambda wildcards: tables.of_the_paper(),
     localrule: True

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
-from fsel.report.figures import footnote, save
+from fsel.report.figures import footnote, new_figure, save
 from fsel.report.plan import draw_cameras
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.ticker import MaxNLocator
 
 SPLITS = {"train": "tab:blue", "validation": "tab:orange"}
 # grey is for the rest
@@ -31,7 +33,7 @@ def training(log: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> Non
         outputs: paths; their endings choose the format.
         note: what made the numbers.
     """
-    figure = Figure(figsize=(6.8, 2.8), layout="constrained")
+    figure = new_figure((6.8, 2.8))
     for axis, (column, label) in zip(figure.subplots(1, 2), PANELS.items(), strict=True):
         for split, part in log.groupby("split"):
             wide = part.pivot(index="epoch", columns="seed", values=column)
@@ -62,7 +64,7 @@ def saturation(
         "seconds": "reconstruction, rendering (processor s)",
         "peak_mb": "peak memory of it (MB)",
     }
-    figure = Figure(figsize=(8.4, 2.8), layout="constrained")
+    figure = new_figure((8.4, 2.8))
     for axis, (column, label) in zip(figure.subplots(1, 3), panels.items(), strict=True):
         for method, part in points.groupby("method", sort=False):
             axis.plot(part["k"], part[column], "o-", markersize=3, label=labels[method])
@@ -84,7 +86,7 @@ def swaps(found: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None
         outputs: paths; their endings choose the format.
         note: what made the numbers.
     """
-    figure = Figure(figsize=(4.4, 3.0), layout="constrained")
+    figure = new_figure((4.4, 3.0))
     axis = figure.subplots()
     axis.plot(found["seconds"], found["gain"], "o-", markersize=3, label="targets")
     axis.fill_between(found["seconds"], found["ci_low"], found["ci_high"], alpha=0.2)
@@ -112,7 +114,7 @@ def pose_noise(
     """
     changes = {"degrees": "noise in rotations (degrees)", "percent": "in centres (% of the scene)"}
     scopes = {"selector": "selector alone", "both": "selector and reconstruction"}
-    figure = Figure(figsize=(7.2, 5.4), layout="constrained")
+    figure = new_figure((7.2, 5.4))
     axes = figure.subplots(2, 2, sharey="row", sharex="col")
     exact = points[points["change"] == "none"]
     for row, (scope, who) in zip(axes, scopes.items(), strict=True):
@@ -156,16 +158,22 @@ def search_and_labels(
         outputs: paths; their endings choose the format.
         note: what made the numbers.
     """
-    figure = Figure(figsize=(3.0 + 2.2 * len(plans), 2.8), layout="constrained")
+    figure = new_figure((3.0 + 2.2 * len(plans), 2.8))
     axes = figure.subplots(1, 1 + len(plans), width_ratios=[1.3, *[1.0] * len(plans)])
     _population(axes[0], population)
     for axis, (title, plan) in zip(axes[1:], plans.items(), strict=True):
         shown = _trajectory(axis, title, plan)
-    bar = figure.colorbar(shown, ax=list(axes[1:]), shrink=0.8, ticks=MaxNLocator(integer=True))
+    bar = figure.colorbar(shown, ax=list(axes[1:]), shrink=0.8, ticks=_whole_numbers())
     bar.set_label("step of the label", fontsize=7)
     bar.ax.tick_params(labelsize=6)
     footnote(figure, note)
     save(figure, outputs)
+
+
+def _whole_numbers() -> MaxNLocator:
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(integer=True)
 
 
 def _population(axis: Axes, population: pd.DataFrame) -> None:
@@ -175,7 +183,7 @@ def _population(axis: Axes, population: pd.DataFrame) -> None:
     axis.set_xlabel("generation that first met the subset", fontsize=8)
     axis.set_ylabel("PSNR on the proxies (dB)", fontsize=8)
     axis.tick_params(labelsize=7)
-    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axis.xaxis.set_major_locator(_whole_numbers())
     axis.legend(fontsize=7)
 
 

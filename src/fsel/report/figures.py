@@ -5,10 +5,19 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from matplotlib.figure import Figure
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LETTERS = 21  # of the footnote's size, an inch
+
+
+def new_figure(size: tuple[float, float]) -> Figure:
+    """An empty figure of a width and height in inches; no window belongs to it."""
+    from matplotlib.figure import Figure  # here: jobs that draw nothing do without
+
+    return Figure(figsize=size, layout="constrained")
 
 
 def footnote(figure: Figure, text: str) -> None:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from fsel.report.figures import save
+from fsel.report.figures import new_figure, save
 from fsel.report.statistics import ahead_of_all, holm
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 METRIC = "psnr"
 ERROR = 0.05
@@ -77,11 +78,10 @@ def draw(
         outputs: paths; their endings choose the format.
         judge: the reconstructor to be named under the panels.
     """
-    matplotlib.use("Agg")
     limit = max(float(panel["gain"].abs().max()) for panel in panels.values()) or 1.0
     lines = -(-len(panels) // COLUMNS)
     size = (1.6 + 3.1 * COLUMNS, 0.5 + lines * (0.9 + 0.38 * len(labels)))
-    figure = Figure(figsize=size, layout="constrained")
+    figure = new_figure(size)
     axes = figure.subplots(lines, COLUMNS, squeeze=False, sharey=True).ravel()
     for axis, (title, panel) in zip(axes, panels.items(), strict=True):
         image = _panel(axis, panel, labels, limit)

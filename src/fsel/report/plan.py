@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
 
 from fsel.data.capture import Capture
 from fsel.request.paths import plane_basis, upwards
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def plan_positions(capture: Capture) -> np.ndarray:

@@ -6,10 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from fsel.report.figures import save
+from fsel.report.figures import new_figure, save
 
 METRIC = "psnr"
 SEARCHES = {
@@ -65,7 +63,9 @@ def draw(
         selected: what was timed, in words.
         k: frames that the search picks.
     """
-    figure = Figure(figsize=(11, 7.6), layout="constrained")
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    figure = new_figure((11, 7.6))
     (first, third), (second, fourth) = figure.subplots(2, 2)
     _draw_methods(first, methods, labels, ours)
     first.set_title("a  methods", loc="left", fontsize=9, fontweight="bold")

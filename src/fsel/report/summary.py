@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import pandas as pd
@@ -22,7 +22,7 @@ Column = tuple[str, str, int]  # metric, method, budget
 
 
 def draw_means(
-    evaluation: pd.DataFrame, metrics: Sequence[str], *, by_seed: bool = False
+    evaluation: pd.DataFrame, metrics: Collection[str], *, by_seed: bool = False
 ) -> pd.DataFrame:
     """One row a method and budget of a draw: means over targets within a seed, then over seeds.
 
@@ -72,7 +72,9 @@ class _Part:
         trained: methods whose seeds are of training, the same in all scenes.
     """
 
-    def __init__(self, cells: pd.DataFrame, metrics: Sequence[str], trained: Sequence[str]) -> None:
+    def __init__(
+        self, cells: pd.DataFrame, metrics: Collection[str], trained: Sequence[str]
+    ) -> None:
         keys = ["scene", "draw"]
         means = cells.groupby([*keys, "method", "k"], sort=False)[list(metrics)].mean()
         wide = means.reset_index().pivot(index=keys, columns=["method", "k"], values=list(metrics))
@@ -137,7 +139,7 @@ def _outcomes(cells: pd.DataFrame) -> dict[tuple[str, int], str]:
 
 
 def summarise(
-    cells: pd.DataFrame, metrics: Sequence[str], *, trained: Sequence[str] = ()
+    cells: pd.DataFrame, metrics: Collection[str], *, trained: Sequence[str] = ()
 ) -> pd.DataFrame:
     """Mean over places of every dataset, method, budget and metric, with a 95 % interval.
 
@@ -171,7 +173,7 @@ def summarise(
 def differences(
     cells: pd.DataFrame,
     methods: Sequence[str],
-    metrics: Sequence[str],
+    metrics: Collection[str],
     *,
     trained: Sequence[str] = (),
 ) -> pd.DataFrame:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -53,7 +54,7 @@ def place_of(scene: str, facts: Mapping) -> str:
 
 def of_scenes(
     scenes: Iterable[tuple[str, str]], paths: Iterable[str | Path]
-) -> list[dict[str, str | Path]]:
+) -> list[dict[str, Any]]:
     """One mapping a file of a scene: dataset, scene, path.
 
     Args:
@@ -66,7 +67,7 @@ def of_scenes(
 
 def sweep_cells(
     evaluations: Sequence[Mapping],
-    metrics: Sequence[str] = ("psnr",),
+    metrics: Collection[str] = ("psnr",),
     *,
     facts: Mapping,
     by_seed: bool = False,

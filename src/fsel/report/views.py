@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 
-from fsel.report.figures import footnote, save
+from fsel.report.figures import footnote, new_figure, save
 from fsel.report.plan import draw_cameras
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
 
 COLUMN = 1.92  # inches: 384 pixels at the resolution that figures are saved at
 INSET = 0.34  # of an image's sides
@@ -60,7 +62,7 @@ def draw(
     rows, (height, width) = len(truth), truth.shape[1:3]
     row = COLUMN * height / width + 0.2
     size = ((len(columns) + 1) * COLUMN, rows * row + COLUMN + 0.95)
-    figure = Figure(figsize=size, layout="constrained")
+    figure = new_figure(size)
     axes = figure.subplots(
         rows + 1, len(columns) + 1, squeeze=False, height_ratios=[row] * rows + [COLUMN]
     )

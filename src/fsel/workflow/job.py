@@ -78,21 +78,20 @@ def job(snakemake: Any) -> Iterator[str]:
         handler.close()
 
 
-def run(snakemake: Any, function: Callable[..., None] | None = None) -> None:
+def run(snakemake: Any) -> None:
     """Call the function of a rule as a job, its parameters taken by name from the rule.
 
     Inputs are compared with their checksums before, outputs get theirs after.
 
     Args:
         snakemake: the object that Snakemake hands to a script.
-        function: the one of the rule by default, see `function_of`.
 
     Raises:
         TypeError: for a parameter that the rule lacks, or something of the rule that no parameter
             takes.
     """
     with job(snakemake) as config:
-        function = function or function_of(snakemake.rule, snakemake.params.get(JOB))
+        function = function_of(snakemake.rule, snakemake.params.get(JOB))
         found = arguments(snakemake, function, config)
         for path in snakemake.input:
             checksums.check(path)

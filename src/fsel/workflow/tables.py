@@ -36,23 +36,24 @@ class Job:
     Attributes:
         function: what is run; the rule has its name. Its parameters are the inputs, outputs and
             params of their names (see `fsel.workflow.job.arguments`).
-        outputs: name -> path, or paths. Wildcards in braces; `{reconstructor}` is the folder of a
-            reconstructor with its slash, and empty for the first.
+        outputs: name -> path, or paths; or experiment -> such. Wildcards in braces;
+            `{reconstructor}` is the folder of a reconstructor with its slash, and empty for the
+            first. One that is named `folder` is a folder.
         message: what is printed when it starts.
         inputs: experiment -> name -> path, paths, or a function of the wildcards that returns them.
             It may refuse an experiment that lacks what the job needs.
         params: experiment -> name -> value, or a function of the wildcards. One that is named
             `reconstruction` decides whether the job needs a GPU, and which sources it depends on.
-        size: of the job.
+        size: of the job; or experiment -> such.
         name: of the rule, where it is not the function's.
     """
 
     function: Callable[..., None]
-    outputs: Values
+    outputs: Values | Callable[[Experiment], Values]
     message: str
     inputs: Callable[[Experiment], Values] = nothing
     params: Callable[[Experiment], Values] = nothing
-    size: Size = SMALL
+    size: Size | Callable[[Experiment], Size] = SMALL
     name: str = ""
 
     @property
@@ -64,6 +65,10 @@ class Job:
     def home(self) -> str:
         """`module:function`."""
         return f"{self.function.__module__}:{self.function.__name__}"
+
+    def written(self, experiment: Experiment) -> Values:
+        """The outputs in an experiment."""
+        return self.outputs(experiment) if callable(self.outputs) else self.outputs
 
 
 @dataclass(frozen=True)
@@ -94,7 +99,7 @@ class Table(Job):
         """The paths that stand for the table."""
         if self.targets is not None:
             return self.targets(experiment)
-        return [_emptied(_first(self.outputs))]
+        return [_emptied(_first(self.written(experiment)))]
 
 
 def report_labels(title: str, output: str) -> Callable[[Any], dict[str, str]]:
@@ -168,7 +173,7 @@ class Tables:
                 jobs.setdefault(job.rule, job)
         found = []
         for job in jobs.values():
-            if set(WILDCARD.findall(_first(job.outputs))) != {FOLDER}:
+            if set(WILDCARD.findall(_first(job.written(self.experiment)))) != {FOLDER}:
                 found.append(self._rule(job))
                 continue
             found.append(self._rule(_of_first(job)))
@@ -180,14 +185,16 @@ class Tables:
 
     def _rule(self, job: Job) -> Rule:
         experiment = self.experiment
+        outputs = job.written(experiment)
         try:
             inputs, params = job.inputs(experiment), job.params(experiment)
         except Refusal as refusal:
             inputs, params = {"refused": _raising(refusal)}, {}
         reconstruction = params.get("reconstruction")
+        size = job.size(experiment) if callable(job.size) else job.size
         shown = {}
         if isinstance(job, Table):
-            names = [name for name in SHOWN if name in job.outputs]
+            names = [name for name in SHOWN if name in outputs]
             shown = {
                 n: {"category": job.category, "labels": report_labels(job.title, n)} for n in names
             }
@@ -195,11 +202,11 @@ class Tables:
             job.rule,
             job.message,
             {**inputs, "lib": experiment.library(job.function.__module__, reconstruction)},
-            job.outputs,
+            outputs,
             {**params, "job": job.home},
-            experiment.resources(job.size, reconstruction),
-            f"<results>/logs/{_place(job)}.log",
-            f"<results>/benchmarks/{_place(job)}.jsonl",
+            experiment.resources(size, reconstruction),
+            f"<results>/logs/{_place(job, outputs)}.log",
+            f"<results>/benchmarks/{_place(job, outputs)}.jsonl",
             {},
             shown,
         )
@@ -236,9 +243,9 @@ class Tables:
         return made, said
 
 
-def _place(job: Job) -> str:
+def _place(job: Job, outputs: Values) -> str:
     """The rule's name in the reconstructor's folder, and the other wildcards below it."""
-    wildcards = dict.fromkeys(WILDCARD.findall(_first(job.outputs)))
+    wildcards = dict.fromkeys(WILDCARD.findall(_first(outputs)))
     folder = f"{{{FOLDER}}}" if FOLDER in wildcards else ""
     others = [f"{{{name}}}" for name in wildcards if name != FOLDER]
     return "/".join([f"{folder}{job.rule}", *others])
@@ -248,7 +255,7 @@ def _of_first(job: Job) -> Job:
     """A job of the first reconstructor alone: the wildcard of its folder is empty."""
     return replace(
         job,
-        outputs=_emptied(job.outputs),
+        outputs=lambda experiment: _emptied(job.written(experiment)),
         inputs=lambda experiment: _emptied(job.inputs(experiment)),
         params=lambda experiment: _emptied(job.params(experiment)),
     )

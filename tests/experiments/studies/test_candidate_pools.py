@@ -1,4 +1,4 @@
-"""Equal freedom: who may pick what, and what is compared with what."""
+"""Equal candidate pools: who may pick what, and what is compared with what."""
 
 import numpy as np
 import pandas as pd
@@ -8,11 +8,11 @@ from described_scene import write_scene
 from fsel.baselines import PAPER
 from fsel.data.split import Split
 from fsel.experiments.studies.candidate_pools import (
-    FREEDOMS,
     OURS,
-    evaluate_freedom,
-    freedom,
-    select_freedom,
+    SETTINGS,
+    candidate_pools,
+    evaluate_pools,
+    select_pools,
 )
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selector import pretrained
@@ -27,25 +27,25 @@ FACTS = {
 }
 
 
-def test_each_block_keeps_to_its_freedom(tmp_path):
+def test_each_block_keeps_to_its_pool(tmp_path):
     folder = write_scene(tmp_path / "scene")
     split = folder / "split.parquet"
     weights = tmp_path / "less_is_more.safetensors"
     Network(random_weights(3), {"policy": "less_is_more", "made by": "a test"}).save(weights)
     rule = pretrained.FOLDER / pretrained.FILES["fsel"]
     picks = tmp_path / "picks.parquet"
-    select_freedom(folder, [split], [weights], [rule], picks, budgets=[4], seeds=[1], config="c")
+    select_pools(folder, [split], [weights], [rule], picks, budgets=[4], seeds=[1], config="c")
     found, roles = pd.read_parquet(picks), Split.load(split)
     pool = {"candidates": roles.candidates}
     pool |= dict.fromkeys(("observed", "targets"), np.union1d(roles.candidates, roles.proxies))
-    for (kind, _), part in found.groupby(["freedom", "method"]):
+    for (kind, _), part in found.groupby(["setting", "method"]):
         assert set(part["frame"]) <= set(pool[kind])
-    by = found.groupby("freedom")["method"].agg(set)
+    by = found.groupby("setting")["method"].agg(set)
     assert by["candidates"] == by["observed"] == {*PAPER, OURS.name}
     assert by["targets"] == {"nearest", "fsel", OURS.name}
     reconstruction = {"name": "splats", "long_side": 32, "settings": {}}
-    output = tmp_path / "freedom.parquet"
-    evaluate_freedom(folder, [split], picks, output, reconstruction=reconstruction, config="c")
+    output = tmp_path / "pools.parquet"
+    evaluate_pools(folder, [split], picks, output, reconstruction=reconstruction, config="c")
     measured = pd.read_parquet(output)
     assert len(measured) == len(found) / 4 * len(roles.targets)
 
@@ -55,23 +55,23 @@ def test_ours_stands_beside_the_strongest_of_its_block(tmp_path):
     paths = []
     for scene, ours in (("a", 21.0), ("b", 25.0)):
         rows = []
-        for kind in FREEDOMS:
+        for kind in SETTINGS:
             others = {"uniform": ours - (1 if scene == "a" else 3), "fvs": ours + 1}
             others = {"nearest": ours - 2.0} if kind == "targets" else others
             for name, psnr in {**others, "less_is_more": ours}.items():
-                rows.append({"draw": 0, "freedom": kind, "method": name, "seed": 0, "k": 4})
+                rows.append({"draw": 0, "setting": kind, "method": name, "seed": 0, "k": 4})
                 rows[-1] |= {"target": 0, "psnr": psnr}
         paths.append(tmp_path / f"{scene}.parquet")
         pd.DataFrame(rows).to_parquet(paths[-1])
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
     scenes = [("d", "a"), ("d", "b")]
-    freedom(paths, *outputs, scenes=scenes, budgets=[4], facts=FACTS)
+    candidate_pools(paths, *outputs, scenes=scenes, budgets=[4], facts=FACTS)
     text = outputs[0].read_text()
     assert r"23.00 ($\mathbf{-1.00}$ {\tiny$[-1.00,-1.00]$})" in text
     assert r"23.00 ($\mathbf{+2.00}$ {\tiny$[+2.00,+2.00]$})" in text
     assert "interval over 2 scenes" in text
-    gaps = pd.read_csv(outputs[1]).set_index(["freedom", "method", "reference"])
+    gaps = pd.read_csv(outputs[1]).set_index(["setting", "method", "reference"])
     assert gaps.loc[("observed", "less_is_more", "uniform"), "mean"] == pytest.approx(2.0)
     shared = FACTS | {"places": {"d/a": "house", "d/b": "house"}}
-    freedom(paths, *outputs, scenes=scenes, budgets=[4], facts=shared)
+    candidate_pools(paths, *outputs, scenes=scenes, budgets=[4], facts=shared)
     assert "interval over 1 scenes" in outputs[0].read_text()

@@ -8,7 +8,11 @@ from described_scene import write_scene
 from fsel.data.capture import Capture
 from fsel.experiments.studies import beside
 from fsel.experiments.studies import unknown_targets as protocol
-from fsel.experiments.studies.unknown_targets import compared, evaluate_untold, untold
+from fsel.experiments.studies.unknown_targets import (
+    compared,
+    evaluate_unknown_targets,
+    unknown_targets,
+)
 
 GENERATED = {"family": "dl3dv", "seed": 3, "recorded": 40}  # what write_scene records
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
@@ -50,31 +54,31 @@ def test_what_is_held_out_is_not_picked_and_what_is_written_becomes_a_table(
     for method, _, k, frames in protocol._picks(Capture.load(scene), known, held, [4, 40], 1, 3):
         assert not set(frames) & set(held)
         picked.append((method, k, len(set(frames))))
-    assert picked == [("uniform", 4, 4), ("fsel", 4, 4), ("told", 4, 4)]
-    evaluate_untold(
+    assert picked == [("uniform", 4, 4), ("fsel", 4, 4), ("known", 4, 4)]
+    evaluate_unknown_targets(
         scene,
-        tmp_path / "untold.parquet",
+        tmp_path / "unknown_targets.parquet",
         generated=GENERATED,
         budgets=[4, 40],
         seed=1,
         reconstruction=RECONSTRUCTION,
         config="c",
     )
-    rows = pd.read_parquet(tmp_path / "untold.parquet")
+    rows = pd.read_parquet(tmp_path / "unknown_targets.parquet")
     assert sorted(set(rows["views"])) == ["held_out", "off_path"]
     assert len(rows) == 2 * 3
-    untold(
-        [tmp_path / "untold.parquet"],
-        tmp_path / "untold.tex",
-        tmp_path / "untold.csv",
-        [tmp_path / "untold.png"],
+    unknown_targets(
+        [tmp_path / "unknown_targets.parquet"],
+        tmp_path / "unknown_targets.tex",
+        tmp_path / "unknown_targets.csv",
+        [tmp_path / "unknown_targets.png"],
         scenes=[("dl3dv", "evaluation0")],
         facts=FACTS,
     )
-    text = (tmp_path / "untold.tex").read_text()
+    text = (tmp_path / "unknown_targets.tex").read_text()
     assert text.count(r"\begin{table") == 2
     assert "(+0.00)" in text
-    assert (tmp_path / "untold.png").stat().st_size > 1000
+    assert (tmp_path / "unknown_targets.png").stat().st_size > 1000
 
 
 def test_gains_are_paired_by_place():

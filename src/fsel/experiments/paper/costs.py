@@ -11,17 +11,22 @@ import numpy as np
 import pandas as pd
 
 from fsel.baselines import METHODS
-from fsel.data.problem import Method, Problem, checked_select
+from fsel.data.problem import Problem
 from fsel.data.split import Split
-from fsel.evaluation.measuring import learned_runs
+from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
+from fsel.experiments import specs
 from fsel.experiments.studies.footprint import measure_alone
-from fsel.experiments.studies.selection_time import timed
+from fsel.experiments.studies.selection_time import select_once, timed
 from fsel.features.appearance import descriptors
 from fsel.images.sharpness import sharpness
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
 from fsel.utils.files import read_table, write_table
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
@@ -64,18 +69,22 @@ def measure_costs(
     """
     problem = Problem.load(folder, split)
     targets = Split.load(split).targets
-    variants = {run.method.name: run.method for run in learned_runs(weights)}
-    methods = {"less_is_more": variants["less_is_more"], "uniform": METHODS["uniform"]}
-    rows = []
-    for step, k in steps(len(problem.candidates), budgets).items():
-        for name, method in methods.items():
-            frames = checked_select(method, problem, k, np.random.default_rng(0))
+    variants = {run.method.name: run for run in learned_runs(weights)}
+    compared = {"less_is_more": variants["less_is_more"], "uniform": Run(METHODS["uniform"], 0)}
+    sizes, rows = steps(len(problem.candidates), budgets), []
+    chosen = {
+        name: list(picks_at(problem, run, list(sizes.values()), chance(0)))
+        for name, run in compared.items()
+    }
+    for number, step in enumerate(sizes):
+        for name, picks in chosen.items():
+            k, frames, _ = picks[number]
             cost = measure_alone(folder, frames, targets, reconstruction)
             rows.append({"method": name, "step": step, "k": k, **cost})
             logger.info("%s", rows[-1])
     cost = measure_alone(folder, problem.candidates, targets, reconstruction)
     every = {"step": EVERY, "k": len(problem.candidates), **cost}
-    rows += [{"method": name, **every} for name in methods]
+    rows += [{"method": name, **every} for name in compared]
     write_table(pd.DataFrame(rows), costs, units=UNITS, config=config)
     seconds = selection_seconds(problem, variants, budgets, appearance)
     write_table(seconds, times, units={"seconds": "s"}, config=config)
@@ -93,7 +102,7 @@ def steps(candidates: int, budgets: Sequence[int]) -> dict[str, int]:
 
 def selection_seconds(
     problem: Problem,
-    variants: Mapping[str, Method],
+    variants: Mapping[str, Run],
     budgets: Sequence[int],
     appearance: Mapping,
 ) -> pd.DataFrame:
@@ -104,12 +113,11 @@ def selection_seconds(
         "sharpness": timed(lambda: sharpness(images)),
     }
     rows = []
-    for name, method in variants.items():
-        before = sum(a_pool[read] for read in method.reads)
+    for name, run in variants.items():
+        before = sum(a_pool[read] for read in run.method.reads)
         for k in budgets:
-            run = partial(checked_select, method, problem, k, np.random.default_rng(0))
-            run()  # compiles
-            rows.append((name, k, before + timed(run)))
+            select_once(problem, run, k)  # compiles
+            rows.append((name, k, before + timed(partial(select_once, problem, run, k))))
     return pd.DataFrame(rows, columns=["variant", "k", "seconds"])
 
 
@@ -146,3 +154,52 @@ def saturation(
     write_csv(means, numbers)
     text = f"scenes: {len(costs)}, first draw; last point: every candidate. {note(facts)}"
     curves.saturation(means, DRAWN, figures, text)
+
+
+VARIANTS = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry")
+
+
+def _first_scorers(experiment: Experiment) -> list[str]:
+    """The first seed of each variant that is trained here."""
+    return [f"{experiment.scorer_folder(name)}/seed0.safetensors" for name in VARIANTS]
+
+
+MEASURED = Job(
+    measure_costs,
+    outputs={
+        "costs": f"{inputs.SCENE}/{{reconstructor}}costs.parquet",
+        "times": f"{inputs.SCENE}/{{reconstructor}}times.parquet",
+    },
+    message="Measuring time and memory on {wildcards.dataset}/{wildcards.scene}",
+    inputs=lambda experiment: {
+        **inputs.capture(inputs.DESCRIBED),
+        "split": f"{specs.FIRST_DRAW}/split.parquet",
+        "weights": _first_scorers(experiment),
+    },
+    params=lambda experiment: {
+        "budgets": experiment.config["budgets"],
+        "appearance": experiment.config["appearance"],
+        "reconstruction": experiment.reconstruction_of,
+    },
+    size=Size(4000, 30, "reconstruction"),
+)
+
+TABLE = Table(
+    saturation,
+    outputs={
+        "figures": inputs.figure_files("{reconstructor}saturation"),
+        "numbers": "<figures>/{reconstructor}saturation.csv",
+    },
+    message="Drawing quality, time and memory against the number of frames",
+    inputs=lambda experiment: {
+        "costs": inputs.of_scenes(
+            inputs.held_out_scenes(experiment), "{reconstructor}costs.parquet"
+        )
+    },
+    params=lambda experiment: {"facts": specs.facts_of_trained(experiment)},
+    category="Paper",
+    title="Quality, time, memory against K",
+    caption="PSNR, seconds and measured peak memory of reconstruction against the number of "
+    "frames, up to all.",
+    jobs=[MEASURED],
+)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -18,6 +18,7 @@ from fsel.data.problem import Problem
 from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import PICK_UNITS, Chance, Run, measure, measured_units, runs, select
+from fsel.experiments import specs
 from fsel.metrics import Metrics, headings
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
@@ -27,6 +28,10 @@ from fsel.report.summary import differences, draw_means, leaders, summarise
 from fsel.report.sweep import LEARNED, of_scenes
 from fsel.utils.files import read_table, write_table, write_text
 from fsel.utils.seeds import name_seed
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
@@ -151,13 +156,13 @@ def select_crosscapture(
     kept = thinned(whole.sequences, every)
     described = read_table(Path(folder) / "descriptors.parquet").iloc[kept]
     capture = whole.subset(kept)
-    asked = runs([METHODS[name] for name in BASELINES], weights)
+    contenders = runs([METHODS[name] for name in BASELINES], weights)
     tables = []
     for trial in trials(capture, held_out, targets, draws, seed):
         problem = Problem.of(capture, trial.split, described)
-        found = select(problem, asked, budgets, _chance(seed, trial))
-        found["frame"] = kept[found["frame"]]
-        tables.append(found.assign(held_out=trial.held_out, draw=trial.draw))
+        chosen = select(problem, contenders, budgets, _chance(seed, trial))
+        chosen["frame"] = kept[chosen["frame"]]
+        tables.append(chosen.assign(held_out=trial.held_out, draw=trial.draw))
         logger.info("%s: %d targets held out", trial.held_out, len(problem.targets))
     write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
 
@@ -276,3 +281,69 @@ def _cell(values: pd.DataFrame, method: str, k: int, metric: str) -> str:
     row = values.loc[(method, k, metric)]
     text = number(row["mean"], metric)
     return rf"\textbf{{{text}}}" if row["leads"] else text
+
+
+def budgets_of(experiment: Experiment) -> list[int]:
+    """The budgets near 30 and 40, the table's columns."""
+    return sorted({experiment.budget_near(30), experiment.budget_near(40)})
+
+
+def _trials(experiment: Experiment) -> dict[str, Any]:
+    config = experiment.config
+    return {
+        **{key: config["crosscapture"][key] for key in ("every", "targets")},
+        "draws": config["draws"],
+        "held_out": lambda wildcards: inputs.passes(experiment, wildcards),
+        "seed": specs.scene_seed(experiment, "crosscapture"),
+    }
+
+
+PICKED = Job(
+    select_crosscapture,
+    outputs={"picks": f"{inputs.SCENE}/crosscapture_picks.parquet"},
+    message="Selecting with each pass of {wildcards.dataset}/{wildcards.scene} held out",
+    inputs=lambda experiment: {
+        **inputs.capture(inputs.DESCRIBED),
+        "weights": experiment.scorers,
+    },
+    params=lambda experiment: {**_trials(experiment), "budgets": budgets_of(experiment)},
+    size=Size(4000, 60, "capture"),
+)
+
+EVALUATED = Job(
+    evaluate_crosscapture,
+    outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}crosscapture.parquet"},
+    message="Reconstructing {wildcards.dataset}/{wildcards.scene} with each pass held out",
+    inputs=lambda experiment: {
+        **inputs.capture(),
+        "picks": f"{inputs.SCENE}/crosscapture_picks.parquet",
+    },
+    params=lambda experiment: {
+        **_trials(experiment),
+        "reconstruction": experiment.reconstruction_of,
+        "metrics": experiment.metrics,
+    },
+    size=Size(4000, 60, "reconstruction"),
+)
+
+TABLE = Table(
+    crosscapture,
+    outputs=inputs.table_files("{reconstructor}crosscapture"),
+    message="Writing the cross-capture table",
+    inputs=lambda experiment: {
+        "evaluations": inputs.of_scenes(
+            inputs.rooms(experiment), "{reconstructor}crosscapture.parquet"
+        )
+    },
+    params=lambda experiment: {
+        "scenes": inputs.rooms(experiment),
+        "budgets": budgets_of(experiment),
+        "metrics": experiment.metrics,
+        "facts": specs.facts_about(experiment, specs.datasets_of(inputs.rooms(experiment))),
+    },
+    category="Paper",
+    title="Cross-capture",
+    caption="Every method where the targets come from a held-out pass of a room and the frames "
+    "from its others.",
+    jobs=[PICKED, EVALUATED],
+)

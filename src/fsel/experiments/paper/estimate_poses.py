@@ -7,15 +7,24 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.subsets import evenly
+from fsel.experiments import specs
 from fsel.experiments.paper.pose_errors import pose_errors
 from fsel.ingest import sfm
 from fsel.ingest.read import read_folder
+from fsel.stages.describe import describe
+from fsel.stages.generate import generate
 from fsel.utils.files import write_table
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.refusal import refuse
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
@@ -78,3 +87,67 @@ def _straight(source: str | Path, frames: int, long_side: int, reading: Mapping)
     with TemporaryDirectory() as store:
         whole = read_folder(source, long_side=long_side, store=Path(store), **reading).capture
         return whole.subset(evenly(len(whole), frames))
+
+
+def least_frames(experiment: Experiment) -> int:
+    """Least frames whose poses must be found: targets, their proxies, candidates to select."""
+    return int(2 * experiment.config["targets"] + experiment.budget_near(30))
+
+
+def _large_capture(experiment: Experiment) -> dict[str, Any]:
+    """The scene with images large enough to be matched: embedded ones are filmed anew."""
+    frames, needed = experiment.config["inexact_poses"]["frames"], least_frames(experiment)
+    if frames < needed:
+        refuse(
+            f"inexact_poses.frames is {frames}, the experiment needs {needed}: targets, as many "
+            f"proxies, and a budget of {experiment.budget_near(30)}",
+            "raise inexact_poses.frames, or lower targets or budgets",
+        )
+    return {"source": specs.filmed_anew(experiment, "poses/data")}
+
+
+def _settings(experiment: Experiment) -> dict[str, Any]:
+    config = experiment.config["inexact_poses"]
+    return {
+        **inputs.ingested(experiment, experiment.config["long_side"]),
+        "frames": config["frames"],
+        "matching_side": max(config["width"], config["height"]),
+        "at_least": least_frames(experiment),
+    }
+
+
+FILMED = Job(
+    generate,
+    name="generate_large",
+    outputs={"folder": f"{inputs.SCENE}/poses/data"},
+    message="Generating {wildcards.dataset}/{wildcards.scene} with large images",
+    params=lambda experiment: {
+        **inputs.embedded(experiment),
+        **{key: experiment.config["inexact_poses"][key] for key in ("frames", "width", "height")},
+    },
+    size=Size(2000),
+)
+
+POSED = Job(
+    estimate_poses,
+    outputs={
+        **specs.two_captures("poses"),
+        "errors": f"{inputs.SCENE}/poses/errors.parquet",
+    },
+    message="Estimating the poses of {wildcards.dataset}/{wildcards.scene} from its images",
+    inputs=_large_capture,
+    params=_settings,
+    size=Size(4000, 60, "capture"),
+)
+
+DESCRIBED = Job(
+    describe,
+    name="describe_posed",
+    outputs={"descriptors": f"{inputs.SCENE}/poses/given/descriptors.parquet"},
+    message="Describing the frames of {wildcards.dataset}/{wildcards.scene} that are placed",
+    inputs=lambda experiment: inputs.capture(inputs.BARE, f"{inputs.SCENE}/poses/given"),
+    params=lambda experiment: experiment.config["appearance"],
+    size=Size(2000, 30, "capture"),
+)
+
+JOBS = (FILMED, POSED, DESCRIBED)

@@ -5,14 +5,15 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
-from fsel.metrics import METRIC_UNITS, METRICS
+from fsel.evaluation.measuring import measure, measured_units
+from fsel.experiments import specs
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, difference, number, plain_table
@@ -20,10 +21,16 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
 from fsel.report.sweep import named, sweep_cells
 from fsel.utils.files import read_table, write_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
 SEARCH = "search"
+PROBLEM = ["dataset", "scene", "draw"]
+SUBSET = ["method", "number", "rank"]
 AVERAGES = {"random_search": "average_random", SEARCH: "average_search"}
 ROWS = {
     "average_random": "Average subset of random search",
@@ -44,28 +51,28 @@ def evaluate_searched(
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """Every subset that the searches met, scored on the held-out targets.
+    """Measure every subset that the searches met on the held-out targets.
 
     Args:
         folder: a canonical capture.
         split: split.parquet of the draw.
         subsets: what `fsel.stages.search_oracle` wrote.
-        evaluation: receives method, generation and metrics, rows as in `subsets`.
+        evaluation: receives method, number (row in `subsets`), rank (0: the fittest on the
+            proxies) and the columns of `fsel.evaluation.measuring.measured`.
         reconstruction: the config's section.
         config: digest of the parameters.
     """
     table = read_table(subsets)
-    targets = Split.load(split).targets
-    evaluate = Evaluator.on_frames(reconstructor_of(Capture.load(folder), reconstruction), targets)
-    measured = table[["method", "generation"]].copy()
-    measured[list(METRICS)] = [evaluate(np.array(subset)) for subset in table["subset"]]
-    write_table(measured, evaluation, units=METRIC_UNITS, config=config)
+    picks = table[["method", "rank"]].assign(number=range(len(table)), frame=table["subset"])
+    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
+    evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets)
+    measured = measure(evaluator, picks.explode("frame"), SUBSET)
+    write_table(measured, evaluation, units=measured_units(), config=config)
     logger.info("%d subsets\n%s", len(table), measured.groupby("method")["psnr"].describe())
 
 
 def ga_vs_learned(
     evaluations: Sequence[str | Path],
-    oracles: Sequence[str | Path],
     searched: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
@@ -77,19 +84,19 @@ def ga_vs_learned(
     """Average subset, random search, search and selectors, all scored on the targets.
 
     Args:
-        evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote, one a problem.
+        evaluations: what `fsel.stages.evaluate` wrote, one a problem.
         searched: what `evaluate_searched` wrote, one a problem.
         table, numbers: receive LaTeX, and the columns of `compare_with_search`.
         problems: `dataset/scene/draw0` of each.
         k: budget of the search.
         facts: see `captions.made_by`.
     """
-    cells = sweep_cells(named([*problems, *problems], [*evaluations, *oracles]), facts=facts)
-    averages = pd.concat([_averages(item, k) for item in named(problems, searched)])
-    result = compare_with_search(pd.concat([averages, cells[cells["k"] == k]]))
+    swept = sweep_cells(named(problems, evaluations), facts=facts)
+    subsets = pd.concat([_subset_means(item) for item in named(problems, searched)])
+    cells = pd.concat([_search_cells(subsets).assign(k=k), swept[swept["k"] == k]])
+    result = compare_with_search(cells)
     write_csv(result, numbers)
-    tried = pd.concat([read_table(path) for path in searched])
-    tried = len(tried[tried["method"] == SEARCH]) / len(searched)
+    tried = len(subsets[subsets["method"] == SEARCH]) / len(searched)
     text = (
         rf"\textbf{{Comparison with the genetic search}}, $K{{=}}{k}$, held-out scenes: "
         f"${result['n'].iloc[0]}$. The searches each reconstruct {tried:.0f} subsets a scene and "
@@ -128,11 +135,18 @@ def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
     return result.loc[list(ROWS), order].rename_axis("method").reset_index()
 
 
-def _averages(item: Mapping, k: int) -> pd.DataFrame:
-    """One row a search: the mean over all its subsets."""
-    means = read_table(item["path"]).groupby("method")[list(METRICS)].mean().reset_index()
-    head = {"dataset": item["dataset"], "scene": item["scene"], "draw": item["draw"], "k": k}
-    return means.assign(**head, method=means["method"].map(AVERAGES))
+def _subset_means(item: Mapping) -> pd.DataFrame:
+    """PSNR of every subset of a problem's searches: dataset, scene, draw, method, rank, psnr."""
+    means = read_table(item["path"]).groupby(SUBSET)["psnr"].mean().reset_index()
+    return means.assign(**{key: item[key] for key in PROBLEM})
+
+
+def _search_cells(subsets: pd.DataFrame) -> pd.DataFrame:
+    """The fittest subset of each search, and the mean over all its subsets."""
+    averages = subsets.groupby([*PROBLEM, "method"])["psnr"].mean().reset_index()
+    averages["method"] = averages["method"].map(AVERAGES)
+    fittest = subsets[subsets["rank"] == 0]
+    return pd.concat([averages, fittest[[*PROBLEM, "method", "psnr"]]])
 
 
 def _rows(result: pd.DataFrame) -> list[list[str]]:
@@ -144,3 +158,44 @@ def _rows(result: pd.DataFrame) -> list[list[str]]:
             cells = [gap, f"{row['ahead']:.0f} of {row['n']:.0f}"]
         rows.append([ROWS[name], number(row["mean"], "psnr"), *cells])
     return rows
+
+
+def _searched(experiment: Experiment) -> dict[str, Any]:
+    draw = f"{inputs.SCENE}/draw{{draw}}"
+    files = {name: f"{draw}/{name}.parquet" for name in ("split", "subsets")}
+    return {**inputs.capture(), **files}
+
+
+def _compared(experiment: Experiment) -> dict[str, Any]:
+    problems = inputs.held_out_problems(experiment)
+    return {
+        "evaluations": inputs.of_problems(problems, "{reconstructor}evaluation.parquet"),
+        "searched": inputs.of_problems(problems, "{reconstructor}searched.parquet"),
+    }
+
+
+SEARCHED = Job(
+    evaluate_searched,
+    outputs={"evaluation": f"{inputs.SCENE}/draw{{draw}}/{{reconstructor}}searched.parquet"},
+    message="Scoring the searched subsets of {wildcards.dataset}/{wildcards.scene} on the targets",
+    inputs=_searched,
+    params=lambda experiment: {"reconstruction": experiment.reconstruction_of},
+    size=Size(4000, 60, "reconstruction"),
+)
+
+TABLE = Table(
+    ga_vs_learned,
+    outputs=inputs.table_files("{reconstructor}ga_vs_learned"),
+    message="Comparing the selectors with the search",
+    inputs=_compared,
+    params=lambda experiment: {
+        "problems": inputs.held_out_problems(experiment),
+        "k": experiment.config["search"]["k"],
+        "facts": specs.facts_of_trained(experiment),
+    },
+    category="Paper",
+    title="Comparison with the search",
+    caption="The selectors beside the genetic search, random search of equal budget and the "
+    "searches' average subsets, all scored on the held-out targets.",
+    jobs=[SEARCHED],
+)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from fsel.experiments import specs
 from fsel.report.captions import made_by
 from fsel.report.latex import dataset_table, difference
 from fsel.report.numbers import write_csv
@@ -65,17 +66,8 @@ TABLE = Table(
     handsign,
     outputs=inputs.table_files("{reconstructor}handsign"),
     message="Writing what learning adds",
-    inputs=lambda experiment: {
-        "evaluations": inputs.of_problems(
-            experiment.problems(), "{reconstructor}evaluation.parquet"
-        )
-    },
-    params=lambda experiment: {
-        "problems": experiment.problems(),
-        "datasets": experiment.labels(),
-        "budgets": experiment.config["budgets"],
-        "facts": experiment.facts_of,
-    },
+    inputs=specs.sweep_evaluations,
+    params=specs.sweep_settings,
     category="Paper",
     title="Learned versus untrained",
     caption="PSNR of the learned scorer minus that of the untrained sum of the same features, with "

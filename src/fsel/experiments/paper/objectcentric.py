@@ -6,6 +6,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,6 +17,7 @@ from fsel.data.problem import Problem
 from fsel.data.split import Split, evaluation_split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import PICK_UNITS, draw_chance, measure, measured_units, runs, select
+from fsel.experiments import specs
 from fsel.experiments.paper.crosscapture import BASELINES
 from fsel.metrics import Metrics, headings, inside
 from fsel.reconstruct import reconstructor_of
@@ -26,6 +28,10 @@ from fsel.report.summary import differences, draw_means, leaders, summarise
 from fsel.report.sweep import LEARNED, of_scenes
 from fsel.request.focus import from_capture
 from fsel.utils.files import read_table, write_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
@@ -83,7 +89,7 @@ def select_objects(
     draws: int,
     targets: int,
     seed: int,
-    reconstruction: Mapping,
+    long_side: int,
     config: str,
 ) -> None:
     """Every method's picks for views of one object.
@@ -96,19 +102,19 @@ def select_objects(
         draws: of targets.
         targets: of a draw.
         seed: of the scene.
-        reconstruction: the config's section; masks are counted at the size that it compares at.
+        long_side: pixels of the images that are compared, at which masks are counted.
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
     described = read_table(Path(folder) / "descriptors.parquet")
-    small = capture.resized(reconstruction["long_side"])
-    asked = runs([METHODS[name] for name in UNTRAINED], weights)
+    small = capture.resized(long_side)
+    contenders = runs([METHODS[name] for name in UNTRAINED], weights)
     tables = []
     for draw in range(draws):
         split = object_split(small, draw, seed, targets)
         problem = object_problem(capture, split, described)
-        tables.append(select(problem, asked, [k], draw_chance(seed, draw)).assign(draw=draw))
-        logger.info("draw %d: the object's centre is %s", draw, problem.focus.round(3))
+        tables.append(select(problem, contenders, [k], draw_chance(seed, draw)).assign(draw=draw))
+        logger.info("draw %d: the object's centre is %s", draw, problem.focus)
     write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
 
 
@@ -213,3 +219,72 @@ def _measurements(item: Mapping, metrics: Metrics) -> pd.DataFrame:
 def _cell(row: pd.Series, metric: str) -> str:
     text = number(row["mean"], metric)
     return rf"\textbf{{{text}}}" if row["leads"] else text
+
+
+def _trials(experiment: Experiment) -> dict[str, Any]:
+    return {
+        "targets": experiment.config["targets"],
+        "seed": specs.scene_seed(experiment, "objects"),
+    }
+
+
+def _table_settings(experiment: Experiment) -> dict[str, Any]:
+    scenes = inputs.object_scenes(experiment)
+    names = specs.datasets_of(scenes)
+    return {
+        "scenes": scenes,
+        "datasets": experiment.labels(names),
+        "metrics": experiment.metrics,
+        "facts": specs.facts_about(experiment, names),
+    }
+
+
+PICKED = Job(
+    select_objects,
+    outputs={"picks": f"{inputs.SCENE}/objects_picks.parquet"},
+    message="Selecting views of the object of {wildcards.dataset}/{wildcards.scene}",
+    inputs=lambda experiment: {
+        **inputs.capture([*inputs.DESCRIBED, "masks"]),
+        "weights": [*experiment.weights("less_is_more"), *experiment.fsel],
+    },
+    params=lambda experiment: {
+        **_trials(experiment),
+        "k": experiment.budget_near(30),
+        "draws": experiment.config["draws"],
+        "long_side": experiment.reconstruction["long_side"],
+    },
+    size=Size(4000, 60, "capture"),
+)
+
+EVALUATED = Job(
+    evaluate_objects,
+    outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}objects.parquet"},
+    message="Reconstructing the object of {wildcards.dataset}/{wildcards.scene}",
+    inputs=lambda experiment: {
+        **inputs.capture([*inputs.CAPTURE, "masks"]),
+        "picks": f"{inputs.SCENE}/objects_picks.parquet",
+    },
+    params=lambda experiment: {
+        **_trials(experiment),
+        "reconstruction": experiment.reconstruction_of,
+        "metrics": experiment.metrics,
+    },
+    size=Size(4000, 60, "reconstruction"),
+)
+
+TABLE = Table(
+    objectcentric,
+    outputs=inputs.table_files("{reconstructor}objectcentric"),
+    message="Writing the object-centric table",
+    inputs=lambda experiment: {
+        "evaluations": inputs.of_scenes(
+            inputs.object_scenes(experiment), "{reconstructor}objects.parquet"
+        )
+    },
+    params=_table_settings,
+    category="Paper",
+    title="Object-centric",
+    caption="Every method where one object is to be seen: targets show it, metrics are taken "
+    "inside its masks.",
+    jobs=[PICKED, EVALUATED],
+)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,14 +13,25 @@ import pandas as pd
 from fsel.baselines import METHODS, PAPER
 from fsel.data.capture import Capture
 from fsel.data.subsets import evenly
+from fsel.experiments import specs
 from fsel.metrics import METRICS, score_views
 from fsel.reconstruct import reconstructor_of
 from fsel.report.numbers import write_csv
 from fsel.report.plan import plan_positions
 from fsel.report.views import Shown, draw
 from fsel.selector.policies import POLICIES
+from fsel.stages.generate import generate
+from fsel.stages.ingest import ingest
+from fsel.workflow import inputs, reconstructors
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.reconstructors import Section
+from fsel.workflow.requirements import check_reconstructors
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job
 
-LABELS = {name: method.label for name, method in {**METHODS, **POLICIES}.items()}
+LABELS = {name: m.label for name, m in METHODS.items()} | {
+    name: policy.label for name, policy in POLICIES.items()
+}
 STRONGEST = "strongest"  # stands for a method that `strongest_baseline` names
 WARM_FRAMES, WARM_SIDE = 4, 32  # of a reconstruction that only compiles
 
@@ -33,10 +45,10 @@ def strongest_baseline(evaluation: pd.DataFrame, k: int, but: Sequence[str]) -> 
         but: baselines that have columns of their own.
     """
     external = [name for name in PAPER if name not in {*but, "untrained"}]
-    asked = evaluation[(evaluation["k"] == k) & evaluation["method"].isin(external)]
-    if asked.empty:
+    rivals = evaluation[(evaluation["k"] == k) & evaluation["method"].isin(external)]
+    if rivals.empty:
         raise ValueError(f"no baseline of {external} was evaluated at a budget of {k}")
-    return str(asked.groupby("method")["psnr"].mean().idxmax())
+    return str(rivals.groupby("method")["psnr"].mean().idxmax())
 
 
 def resolved(methods: Sequence[str], evaluation: pd.DataFrame, k: int) -> list[str]:
@@ -137,7 +149,14 @@ def render_cold(
     return rendered, score_views(rendered, truth), seconds
 
 
-def _table(method, frames, targets, scores, seconds, places) -> pd.DataFrame:
+def _table(
+    method: str,
+    frames: np.ndarray,
+    targets: np.ndarray,
+    scores: np.ndarray,
+    seconds: float,
+    places: np.ndarray,
+) -> pd.DataFrame:
     selected = pd.DataFrame({"role": "selected", "frame": frames})
     held_out = pd.DataFrame({"role": "target", "frame": targets})
     held_out[list(METRICS)] = scores
@@ -146,3 +165,76 @@ def _table(method, frames, targets, scores, seconds, places) -> pd.DataFrame:
     head = {"method": method, "k": len(frames), "seconds": seconds}
     columns = [*head, "role", "frame", "x", "y", *METRICS]
     return table.assign(**head)[columns]
+
+
+VIEWED = ("all", "uniform", STRONGEST, "less_is_more", "fsel")
+
+
+def picks_of(picked: pd.DataFrame, method: str, k: int) -> list[str]:
+    """Names of a method's frames at a budget; of one that takes every frame, all of them.
+
+    Args:
+        picked: method, k, order, name of one seed.
+        method, k: which.
+    """
+    part = picked[picked["method"] == method]
+    part = part if method == "all" else part[part["k"] == k]
+    return part.sort_values("order")["name"].tolist()
+
+
+def section(experiment: Experiment) -> Section:
+    """The reconstructor of the pictures."""
+    return reconstructors.without_name(experiment.config["pictures"])
+
+
+def check(experiment: Experiment) -> None:
+    """Refuse a reconstructor of the pictures that cannot work here."""
+    check_reconstructors({section(experiment)["name"]: section(experiment)}, "pictures")
+
+
+def settings(experiment: Experiment, views: int, k: int) -> dict[str, Any]:
+    """What every figure of views takes.
+
+    Args:
+        experiment: the run's.
+        views: targets drawn.
+        k: frames.
+    """
+    return {"methods": VIEWED, "views": views, "k": k, "reconstruction": section(experiment)}
+
+
+def facts(experiment: Experiment, names: Sequence[str]) -> dict[str, Any]:
+    """What the line under a figure tells of some datasets and of the reconstructor."""
+    own = section(experiment)
+    return {**experiment.facts(names), **reconstructors.described(own["name"], own)}
+
+
+def _filmed_size(experiment: Experiment) -> dict[str, int]:
+    """Width and height of embedded captures that are filmed anew."""
+    size = {side: experiment.config["embedded"][side] for side in ("width", "height")}
+    scale = section(experiment)["long_side"] / max(size.values())
+    return {side: round(scale * pixels) for side, pixels in size.items()}
+
+
+FOLDER = f"{inputs.SCENE}/pictures"
+FILMED = Job(
+    generate,
+    name="generate_pictures",
+    outputs={"folder": f"{FOLDER}/data"},
+    message="Generating {wildcards.dataset}/{wildcards.scene} with images for pictures",
+    params=lambda experiment: {**inputs.embedded(experiment), **_filmed_size(experiment)},
+    size=Size(2000),
+)
+
+READ = Job(
+    ingest,
+    name="ingest_pictures",
+    outputs=inputs.capture(folder=FOLDER),
+    message="Reading {wildcards.dataset}/{wildcards.scene} with images for pictures",
+    inputs=lambda experiment: {"source": specs.filmed_anew(experiment, "pictures/data")},
+    params=lambda experiment: inputs.ingested(experiment, section(experiment)["long_side"]),
+    size=Size(2000, 240),
+)
+
+JOBS = (FILMED, READ)
+SIZE = Size(4000, 60, "capture")

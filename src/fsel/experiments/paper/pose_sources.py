@@ -6,9 +6,13 @@ import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
+from fsel.experiments import specs
+from fsel.experiments.paper import pose_trials
 from fsel.experiments.paper.pose_trials import BOTH, EXACT
 from fsel.ingest.read import read_folder
 from fsel.metrics import Metrics, headings
@@ -17,7 +21,12 @@ from fsel.report.latex import difference, number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, draw_means, summarise
 from fsel.report.sweep import of_scenes
+from fsel.stages.describe import describe
 from fsel.utils.files import read_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
@@ -65,7 +74,7 @@ def pair_poses(
         for capture, at, folder in zip(
             (given, other), rows, (given_folder, estimated_folder), strict=True
         ):
-            capture.subset([at[name] for name in shared]).save(folder)
+            capture.subset(np.array([at[name] for name in shared])).save(folder)
     logger.info("%s: %d frames placed by both", source, len(shared))
 
 
@@ -126,3 +135,75 @@ def _cells(item: Mapping, metrics: Metrics) -> pd.DataFrame:
         means = means.assign(dataset=means["method"], method=GIVEN if change == EXACT else OTHER)
         tables.append(means.assign(scene=f"{item['dataset']}/{item['scene']}", draw=draw))
     return pd.concat(tables)
+
+
+def _names(experiment: Experiment) -> list[str]:
+    """The two sources as the table prints them."""
+    (dataset,) = specs.datasets_of(inputs.posed_twice(experiment))
+    (label,) = experiment.labels([dataset]).values()
+    return [f"{label}, as distributed", experiment.config["pose_sources"]["label"]]
+
+
+def _source(experiment: Experiment) -> dict[str, Any]:
+    raw = experiment.datasets.raw_capture
+    return {"source": lambda wildcards: raw(wildcards.dataset, wildcards.scene)}
+
+
+PAIRED = Job(
+    pair_poses,
+    outputs=specs.two_captures("sources"),
+    message="Reading two sources of poses of {wildcards.dataset}/{wildcards.scene}",
+    inputs=_source,
+    params=lambda experiment: {
+        **inputs.ingested(experiment, experiment.config["long_side"]),
+        "model": experiment.config["pose_sources"]["model"],
+        "at_least": experiment.frames_needed("evaluation"),
+    },
+    size=Size(4000, 240),
+)
+
+DESCRIBED = Job(
+    describe,
+    name="describe_paired",
+    outputs={"descriptors": f"{inputs.SCENE}/sources/given/descriptors.parquet"},
+    message="Describing the frames of {wildcards.dataset}/{wildcards.scene} that both place",
+    inputs=lambda experiment: inputs.capture(inputs.BARE, f"{inputs.SCENE}/sources/given"),
+    params=lambda experiment: experiment.config["appearance"],
+    size=Size(2000, 30, "capture"),
+)
+
+
+def _budgets(experiment: Experiment) -> list[int]:
+    budgets: list[int] = experiment.config["budgets"]
+    return budgets
+
+
+FILES = ("sources", "picks")
+TABLE = Table(
+    pose_sources,
+    outputs=inputs.table_files("{reconstructor}pose_sources"),
+    message="Writing what another source of poses costs",
+    inputs=lambda experiment: {
+        "evaluations": inputs.of_scenes(
+            inputs.posed_twice(experiment), "sources/{reconstructor}evaluation.parquet"
+        )
+    },
+    params=lambda experiment: {
+        "scenes": inputs.posed_twice(experiment),
+        "names": _names(experiment),
+        "budgets": _budgets(experiment),
+        "metrics": experiment.metrics,
+        "facts": specs.facts_about(experiment, specs.datasets_of(inputs.posed_twice(experiment))),
+    },
+    category="Paper",
+    title="Two sources of poses",
+    caption="The learned selector with two sources of poses for the same images, such as COLMAP's "
+    "and a network's; both the selector and the reconstruction have them. Every other selector is "
+    "in the csv.",
+    jobs=[
+        PAIRED,
+        DESCRIBED,
+        pose_trials.selecting("select_paired", *FILES, _budgets, "sources"),
+        pose_trials.evaluating("evaluate_paired", *FILES, "evaluation", lambda e: e.metrics),
+    ],
+)

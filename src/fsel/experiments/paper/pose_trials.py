@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,10 +17,15 @@ from fsel.data.problem import Problem
 from fsel.data.split import evaluation_split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import PICK_UNITS, draw_chance, measure, measured_units, runs, select
+from fsel.experiments import specs
 from fsel.experiments.paper.pose_errors import perturbed
 from fsel.metrics import METRICS, Metrics
 from fsel.reconstruct import reconstructor_of
 from fsel.utils.files import read_table, write_table
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
@@ -27,6 +33,8 @@ SELECTORS = {**PAPER, **FURTHER}
 EXACT, ESTIMATED = "none", "estimated"  # what was done to the poses
 SELECTOR, BOTH = "selector", "both"  # who works with the poses that result
 NOISE = ["change", "level", "noise"]
+Budgets = Callable[[Experiment], Sequence[int]]
+Chosen = Callable[[Experiment], Metrics]
 
 
 def select_estimated(
@@ -58,13 +66,13 @@ def select_estimated(
     """
     captures = {EXACT: Capture.load(given_folder), ESTIMATED: Capture.load(estimated_folder)}
     described = read_table(Path(given_folder) / "descriptors.parquet")
-    asked = runs(SELECTORS.values(), weights)
+    contenders = runs(SELECTORS.values(), weights)
     tables = []
     for draw in range(draws):
         for change, seen in captures.items():
             problem = _problem(seen, draw, described, targets, split_seed)
-            found = select(problem, asked, budgets, draw_chance(seed, draw))
-            tables.append(found.assign(draw=draw, change=change))
+            chosen = select(problem, contenders, budgets, draw_chance(seed, draw))
+            tables.append(chosen.assign(draw=draw, change=change))
     write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
 
 
@@ -98,11 +106,11 @@ def evaluate_estimated(
     tables = []
     for draw, part in read_table(picks).groupby("draw"):
         frames = _drawn(captures[EXACT], draw, targets, split_seed)
-        judges = {
+        evaluators = {
             name: Evaluator.on_frames(r, frames, metrics=metrics) for name, r in built.items()
         }
         for change, picked in part.groupby("change", sort=False):
-            table = _measure(picked, judges[EXACT], judges[change], change)
+            table = _measure(picked, evaluators[EXACT], evaluators[change], change)
             tables.append(table.assign(draw=draw, change=change))
     write_table(pd.concat(tables), evaluation, units=measured_units(metrics), config=config)
 
@@ -137,14 +145,14 @@ def select_noise(
     """
     capture = Capture.load(folder)
     described = read_table(Path(folder) / "descriptors.parquet")
-    asked = runs(SELECTORS.values(), weights)
+    contenders = runs(SELECTORS.values(), weights)
     cases = [(EXACT, 0.0, 0)]
     cases += [(c, float(at), n) for c in levels for at in levels[c] for n in range(noises)]
     tables = []
     for case in cases:
         problem = _problem(disturbed(capture, *case, seed), 0, described, targets, split_seed)
-        found = select(problem, asked, budgets, draw_chance(seed, 0))
-        tables.append(found.assign(draw=0, **dict(zip(NOISE, case, strict=True))))
+        chosen = select(problem, contenders, budgets, draw_chance(seed, 0))
+        tables.append(chosen.assign(draw=0, **dict(zip(NOISE, case, strict=True))))
         logger.info("%s %g, noise %d", *case)
     write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
 
@@ -175,8 +183,8 @@ def evaluate_noise(
     frames = _drawn(capture, 0, targets, split_seed)
     exact = Evaluator.on_frames(reconstructor_of(capture, reconstruction), frames)
     tables = []
-    for case, picked in read_table(picks).groupby(NOISE, sort=False):
-        seen, change = disturbed(capture, *case, seed), case[0]
+    for (change, level, noise), picked in read_table(picks).groupby(NOISE, sort=False):
+        seen, case = disturbed(capture, change, level, noise, seed), (change, level, noise)
         own = Evaluator.on_frames(reconstructor_of(seen, reconstruction), frames)
         table = _measure(picked, exact, own, change)
         tables.append(table.assign(draw=0, **dict(zip(NOISE, case, strict=True))))
@@ -207,5 +215,110 @@ def _drawn(capture: Capture, draw: int, targets: int, split_seed: int) -> np.nda
 
 def _measure(picked: pd.DataFrame, exact: Evaluator, own: Evaluator, change: str) -> pd.DataFrame:
     """scope and what `measure` returns; picks on exact poses are of one scope."""
-    judges = {BOTH: exact} if change == EXACT else {SELECTOR: exact, BOTH: own}
-    return pd.concat([measure(j, picked).assign(scope=scope) for scope, j in judges.items()])
+    evaluators = {BOTH: exact} if change == EXACT else {SELECTOR: exact, BOTH: own}
+    return pd.concat([measure(e, picked).assign(scope=scope) for scope, e in evaluators.items()])
+
+
+def _draws(experiment: Experiment) -> dict[str, Any]:
+    return {
+        "targets": experiment.config["targets"],
+        "split_seed": specs.scene_seed(experiment, "split"),
+    }
+
+
+def budgets_tried(experiment: Experiment) -> list[int]:
+    """The budgets up to 30: of a capture of few frames, larger ones would take nearly all."""
+    most = experiment.budget_near(30)
+    return [k for k in experiment.config["budgets"] if k <= most]
+
+
+def selecting(name: str, folder: str, picks: str, budgets: Budgets, purpose: str) -> Job:
+    """The rule that selects on two captures of the same frames.
+
+    Args:
+        name: of the rule.
+        folder: of both captures, within the scene's.
+        picks: the file to write there.
+        budgets: experiment -> frames to pick.
+        purpose: of the seed.
+    """
+    return Job(
+        select_estimated,
+        name=name,
+        outputs={"picks": f"{inputs.SCENE}/{folder}/{picks}.parquet"},
+        message="Selecting on two sources of poses of {wildcards.dataset}/{wildcards.scene}",
+        inputs=lambda experiment: {
+            **specs.two_captures(folder, described=True),
+            "weights": experiment.scorers,
+        },
+        params=lambda experiment: {
+            **_draws(experiment),
+            "draws": experiment.config["draws"],
+            "budgets": budgets(experiment),
+            "seed": specs.scene_seed(experiment, purpose),
+        },
+        size=Size(4000, 60, "capture"),
+    )
+
+
+def evaluating(name: str, folder: str, picks: str, evaluation: str, metrics: Chosen) -> Job:
+    """The rule that measures what `selecting` picked.
+
+    Args:
+        name: of the rule.
+        folder: of both captures, within the scene's.
+        picks: the file that `selecting` wrote there.
+        evaluation: the file to write there.
+        metrics: experiment -> metrics.
+    """
+    return Job(
+        evaluate_estimated,
+        name=name,
+        outputs={"evaluation": f"{inputs.SCENE}/{folder}/{{reconstructor}}{evaluation}.parquet"},
+        message="Reconstructing {wildcards.dataset}/{wildcards.scene} with two sources of poses",
+        inputs=lambda experiment: {
+            **specs.two_captures(folder),
+            "picks": f"{inputs.SCENE}/{folder}/{picks}.parquet",
+        },
+        params=lambda experiment: {
+            **_draws(experiment),
+            "reconstruction": experiment.reconstruction_of,
+            "metrics": metrics(experiment),
+        },
+        size=Size(4000, 60, "reconstruction"),
+    )
+
+
+NOISY_PICKED = Job(
+    select_noise,
+    outputs={"picks": f"{inputs.SCENE}/poses/noise_picks.parquet"},
+    message="Selecting on poses of {wildcards.dataset}/{wildcards.scene} with noise",
+    inputs=lambda experiment: {
+        **inputs.capture(inputs.DESCRIBED),
+        "weights": experiment.scorers,
+    },
+    params=lambda experiment: {
+        **_draws(experiment),
+        "levels": {k: experiment.config["inexact_poses"][k] for k in ("degrees", "percent")},
+        "noises": experiment.config["inexact_poses"]["noises"],
+        "budgets": [experiment.budget_near(30)],
+        "seed": specs.scene_seed(experiment, "poses"),
+    },
+    size=Size(4000, 60, "capture"),
+)
+
+NOISY_EVALUATED = Job(
+    evaluate_noise,
+    outputs={"evaluation": f"{inputs.SCENE}/poses/{{reconstructor}}noise.parquet"},
+    message="Reconstructing {wildcards.dataset}/{wildcards.scene} with noise in its poses",
+    inputs=lambda experiment: {
+        **inputs.capture(),
+        "picks": f"{inputs.SCENE}/poses/noise_picks.parquet",
+    },
+    params=lambda experiment: {
+        **_draws(experiment),
+        "seed": specs.scene_seed(experiment, "poses"),
+        "reconstruction": experiment.reconstruction_of,
+    },
+    size=Size(4000, 60, "reconstruction"),
+)

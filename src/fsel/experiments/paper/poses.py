@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
+from fsel.experiments.paper import estimate_poses, pose_trials
 from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT, SELECTOR, SELECTORS
+from fsel.metrics import METRICS
 from fsel.report import curves
 from fsel.report.captions import made_by, note
 from fsel.report.latex import difference, number, plain_table
@@ -16,9 +19,14 @@ from fsel.report.summary import summarise
 from fsel.report.sweep import LEARNED, of_scenes
 from fsel.selector.policies import POLICIES
 from fsel.utils.files import read_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.tables import Table
 
 LABELS = {name: method.label for name, method in SELECTORS.items()} | LEARNED
-PLAIN = {name: m.label for name, m in {**SELECTORS, **POLICIES}.items()}
+PLAIN = {name: method.label for name, method in SELECTORS.items()} | {
+    name: policy.label for name, policy in POLICIES.items()
+}
 MARKED = ("uniform", "fvs", "kmedoids", "cover", "nearest", "untrained", "less_is_more", "fsel")
 PLACE = {name: at for at, name in enumerate(LABELS)}
 CASE = ["change", "level", "scope"]
@@ -186,3 +194,42 @@ def _draw(found: pd.DataFrame, figures: Sequence[str | Path], facts: Mapping) ->
         f"angles and offsets; grey: the other selectors. {note(facts)}"
     )
     curves.pose_noise(found, marked, figures, text)
+
+
+def _measured(experiment: Experiment) -> dict[str, Any]:
+    scenes = inputs.first_scenes(experiment)
+    return {
+        "estimated": inputs.of_scenes(scenes, "poses/{reconstructor}estimated.parquet"),
+        "noise": inputs.of_scenes(scenes, "poses/{reconstructor}noise.parquet"),
+        "errors": inputs.of_scenes(scenes, "poses/errors.parquet"),
+    }
+
+
+FILES = ("poses", "estimated_picks")
+TABLE = Table(
+    poses,
+    outputs={
+        **inputs.table_files("{reconstructor}poses"),
+        "figures": inputs.figure_files("{reconstructor}pose_noise"),
+        "drawn": "<figures>/{reconstructor}pose_noise.csv",
+    },
+    message="Writing what inexact poses cost",
+    inputs=_measured,
+    params=lambda experiment: {
+        "scenes": inputs.first_scenes(experiment),
+        "budgets": pose_trials.budgets_tried(experiment),
+        "facts": experiment.facts_of,
+    },
+    category="Paper",
+    title="Estimated and noisy poses",
+    caption="PSNR of every selector with given poses, with poses that COLMAP finds in the images, "
+    "and with Gaussian noise in rotations and camera centres, seen by the selector alone or by "
+    "the reconstruction too. Paired 95% intervals are in the csv.",
+    jobs=[
+        *estimate_poses.JOBS,
+        pose_trials.selecting("select_estimated", *FILES, pose_trials.budgets_tried, "poses"),
+        pose_trials.evaluating("evaluate_estimated", *FILES, "estimated", lambda _: METRICS),
+        pose_trials.NOISY_PICKED,
+        pose_trials.NOISY_EVALUATED,
+    ],
+)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from fsel.data.capture import Capture
-from fsel.experiments.paper.pictures import draw_views, frames_named, resolved
+from fsel.experiments.paper import pictures
+from fsel.experiments.paper.pictures import draw_views, frames_named, picks_of, resolved
 from fsel.report.captions import note
 from fsel.utils.files import read_table
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.tables import Table
 
 
 def qualitative(
@@ -65,13 +70,75 @@ def qualitative(
     )
 
 
-def picks_of(picked: pd.DataFrame, method: str, k: int) -> list[str]:
-    """Names of a method's frames at a budget; of one that takes every frame, all of them.
+CAPTION = (
+    "Held-out views rendered from each selection, and the selected cameras from above; open "
+    "diamonds are the targets."
+)
 
-    Args:
-        picked: method, k, order, name of one seed.
-        method, k: which.
-    """
-    part = picked[picked["method"] == method]
-    part = part if method == "all" else part[part["k"] == k]
-    return part.sort_values("order")["name"].tolist()
+
+def _of_scene(experiment: Experiment, scene: str) -> dict[str, Any]:
+    """The files of dataset/scene that a figure is made of."""
+    draws = range(experiment.config["draws"])
+    folder = f"<results>/{scene}"
+    return {
+        **inputs.capture(folder=f"{folder}/pictures"),
+        "split": f"{folder}/draw0/split.parquet",
+        "selections": f"{folder}/draw0/selections.parquet",
+        "evaluations": [f"{folder}/draw{n}/evaluation.parquet" for n in draws],
+    }
+
+
+def _of_dataset(experiment: Experiment) -> dict[str, Any]:
+    """The same of the first evaluation scene of the dataset in the wildcards."""
+    files = {d: _of_scene(experiment, f"{d}/{s}") for d, s in inputs.first_scenes(experiment)}
+
+    def chosen(name: str) -> Callable[[Any], Any]:
+        return lambda wildcards: files[wildcards.dataset][name]
+
+    return {name: chosen(name) for name in next(iter(files.values()))}
+
+
+def _first(experiment: Experiment) -> str:
+    return "/".join(experiment.evaluation_scenes[0])
+
+
+QUALITATIVE = Table(
+    qualitative,
+    outputs={
+        "figures": inputs.figure_files("qualitative_{dataset}"),
+        "numbers": "<figures>/qualitative_{dataset}.csv",
+    },
+    message="Drawing views of {wildcards.dataset}",
+    inputs=_of_dataset,
+    params=lambda experiment: {
+        **pictures.settings(experiment, 3, experiment.budget_near(40)),
+        "facts": lambda wildcards: pictures.facts(experiment, [wildcards.dataset]),
+    },
+    size=pictures.SIZE,
+    category="Paper",
+    title="Views",
+    caption=CAPTION,
+    jobs=pictures.JOBS,
+    needs=[pictures.check],
+    targets=lambda experiment: [
+        f"<figures>/qualitative_{dataset}.pdf" for dataset in experiment.labels()
+    ],
+)
+
+TEASER = Table(
+    qualitative,
+    name="teaser",
+    outputs={"figures": inputs.figure_files("teaser"), "numbers": "<figures>/teaser.csv"},
+    message="Drawing the full sequence, Uniform and ours",
+    inputs=lambda experiment: _of_scene(experiment, _first(experiment)),
+    params=lambda experiment: {
+        **pictures.settings(experiment, 1, experiment.budget_near(30)),
+        "facts": pictures.facts(experiment, [_first(experiment).partition("/")[0]]),
+    },
+    size=pictures.SIZE,
+    category="Paper",
+    title="Full sequence, Uniform, ours",
+    caption=CAPTION,
+    jobs=pictures.JOBS,
+    needs=[pictures.check],
+)

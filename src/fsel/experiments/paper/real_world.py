@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from fsel.data.capture import Capture
-from fsel.experiments.paper.pictures import draw_views, frames_named, resolved
-from fsel.experiments.paper.qualitative import picks_of
+from fsel.experiments import specs
+from fsel.experiments.paper import crosscapture, pictures
+from fsel.experiments.paper.pictures import draw_views, frames_named, picks_of, resolved
 from fsel.report.captions import note
 from fsel.utils.files import read_table
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.tables import Table
 
 
 def real_world(
@@ -65,3 +70,33 @@ def real_world(
         reconstruction=reconstruction,
         note=f"Views of {held_out}, frames of {len(rest)} other captures of it. {note(facts)}",
     )
+
+
+def _files(experiment: Experiment) -> dict[str, Any]:
+    """Of the first place that was filmed in several passes."""
+    folder = f"<results>/{inputs.joined(inputs.rooms(experiment))[0]}"
+    return {
+        **inputs.capture(folder=f"{folder}/pictures"),
+        "selected_from": f"{folder}/frames.parquet",
+        "picks": f"{folder}/crosscapture_picks.parquet",
+        "evaluation": f"{folder}/crosscapture.parquet",
+    }
+
+
+TABLE = Table(
+    real_world,
+    outputs={"figures": inputs.figure_files("real_world"), "numbers": "<figures>/real_world.csv"},
+    message="Drawing views of one capture, reconstructed from others of the place",
+    inputs=_files,
+    params=lambda experiment: {
+        **pictures.settings(experiment, 3, max(crosscapture.budgets_of(experiment))),
+        "facts": pictures.facts(experiment, specs.datasets_of(inputs.rooms(experiment)[:1])),
+    },
+    size=pictures.SIZE,
+    category="Paper",
+    title="One capture from others of the place",
+    caption="Held-out views of one capture, rendered from what each method selects among other "
+    "captures of the place, and the selected cameras from above; open diamonds are the targets.",
+    jobs=[*pictures.JOBS, *crosscapture.TABLE.jobs],
+    needs=[pictures.check],
+)

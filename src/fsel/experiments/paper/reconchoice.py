@@ -5,11 +5,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.data.split import Split
+from fsel.experiments.paper import compared
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.metrics import Metrics, headings, units
 from fsel.reconstruct.outcome import FINISHED, MEMORY, Unfinished
@@ -18,6 +20,10 @@ from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES
 from fsel.utils.files import read_table, write_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
@@ -75,9 +81,14 @@ def evaluate_reconchoice(
         rows.append({"k": k, "device": "", "outcome": FINISHED, **cost})
         logger.info("%s", rows[-1])
     columns = ["k", *metrics, "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
-    found = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[1:-2], float))
-    told = {**units(metrics), "fit_seconds": "s", "render_seconds": "s", "peak_bytes": "bytes"}
-    write_table(found, evaluation, units=told, config=config)
+    table = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[1:-2], float))
+    column_units = {
+        **units(metrics),
+        "fit_seconds": "s",
+        "render_seconds": "s",
+        "peak_bytes": "bytes",
+    }
+    write_table(table, evaluation, units=column_units, config=config)
 
 
 def reconchoice(
@@ -85,7 +96,7 @@ def reconchoice(
     table: str | Path,
     numbers: str | Path,
     *,
-    judges: Mapping[str, Mapping],
+    reconstructors: Mapping[str, Mapping],
     metrics: Metrics,
     memory: int,
     facts: Mapping,
@@ -93,32 +104,32 @@ def reconchoice(
     """The table "Comparison across reconstructors".
 
     Args:
-        evaluations: what `evaluate_reconchoice` wrote: all scenes of the first judge, then of the
-            next.
+        evaluations: what `evaluate_reconchoice` wrote: all scenes of the first
+            reconstructor, then of the next.
         table, numbers: receive LaTeX, and the columns of `choice_means`.
-        judges: name -> `reconstructor` and `long_side` to print, one block of columns each.
+        reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
         metrics: of a cell, in order.
         memory: bytes that one reconstruction may take.
         facts: see `captions.captures_of`.
     """
-    scenes = len(evaluations) // len(judges)
+    scenes = len(evaluations) // len(reconstructors)
     means = pd.concat(
         choice_means(evaluations[at * scenes : (at + 1) * scenes], name, metrics)
-        for at, name in enumerate(judges)
+        for at, name in enumerate(reconstructors)
     )
     write_csv(means, numbers)
     inputs = list(dict.fromkeys(means["k"]))
     rows = [
         [
             "all frames" if k == ALL_FRAMES else f"$K{{=}}{k}$",
-            *(text for name in judges for text in _cells(means, name, k, metrics)),
+            *(text for name in reconstructors for text in _cells(means, name, k, metrics)),
         ]
         for k in inputs
     ]
-    head = ["Input", *["/".join(headings(metrics)), "s", "MB"] * len(judges)]
+    head = ["Input", *["/".join(headings(metrics)), "s", "MB"] * len(reconstructors)]
     groups = [
-        (rf"\texttt{{{tex(j['reconstructor'])}}} at {j['long_side']} pixels", 3)
-        for j in judges.values()
+        (rf"\texttt{{{tex(own['reconstructor'])}}} at {own['long_side']} pixels", 3)
+        for own in reconstructors.values()
     ]
     text = (
         r"\textbf{Comparison across reconstructors.} The picks of ours (one training seed, first "
@@ -160,8 +171,10 @@ def _on_gpus(means: pd.DataFrame) -> str:
     own = means[~means["device"].isin(["cpu", ""])]
     if own.empty:
         return ""
-    told = own.groupby("reconstructor", sort=False)["device"].max()
-    names = ", ".join(rf"\texttt{{{tex(name)}}} ({tex(device)})" for name, device in told.items())
+    devices = own.groupby("reconstructor", sort=False)["device"].max()
+    names = ", ".join(
+        rf"\texttt{{{tex(name)}}} ({tex(device)})" for name, device in devices.items()
+    )
     return f"On a GPU, seconds by the clock and memory of the GPU: {names}. "
 
 
@@ -171,3 +184,49 @@ def _cells(means: pd.DataFrame, name: str, k: int, metrics: Metrics) -> list[str
         return [rf"\textit{{{row['outcome']}}}", "", ""]
     quality = "/".join(number(row[metric], metric) for metric in metrics)
     return [quality, f"{row['seconds']:.1f}", f"{row['peak_mb']:.0f}"]
+
+
+def _picked(experiment: Experiment) -> dict[str, Any]:
+    draw = f"{inputs.SCENE}/draw{{draw}}"
+    files = {name: f"{draw}/{name}.parquet" for name in ("split", "selections")}
+    return {**inputs.capture(), **files}
+
+
+def _memory(experiment: Experiment) -> int:
+    return int(experiment.config["transfer"]["memory"])
+
+
+EVALUATED = Job(
+    evaluate_reconchoice,
+    outputs={"evaluation": f"{inputs.SCENE}/draw{{draw}}/{{compared}}/reconchoice.parquet"},
+    message="Measuring {wildcards.compared} on {wildcards.dataset}/{wildcards.scene}",
+    inputs=_picked,
+    params=lambda experiment: {
+        "reconstruction": compared.of_wildcard(experiment),
+        "metrics": experiment.metrics,
+        "budgets": compared.budgets(experiment, "inputs"),
+        "memory": _memory(experiment),
+    },
+    size=lambda experiment: Size(_memory(experiment) // 1_000_000, 60),
+)
+
+TABLE = Table(
+    reconchoice,
+    outputs=inputs.table_files("reconchoice"),
+    message="Comparing reconstructors",
+    inputs=lambda experiment: {
+        "evaluations": compared.files(experiment, "reconchoice.parquet", [0])
+    },
+    params=lambda experiment: {
+        "reconstructors": compared.described(experiment),
+        "metrics": experiment.metrics,
+        "memory": _memory(experiment),
+        "facts": experiment.facts([experiment.trained]),
+    },
+    category="Paper",
+    title="Reconstructors",
+    caption="Quality, processor seconds and peak memory of each reconstructor with selected frames "
+    "and with all.",
+    jobs=[EVALUATED],
+    needs=[compared.check],
+)

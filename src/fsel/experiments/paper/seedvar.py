@@ -7,12 +7,15 @@ from pathlib import Path
 
 import pandas as pd
 
+from fsel.experiments import specs
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, dataset_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES, seed_spread, summarise
 from fsel.report.sweep import BASELINES, named, sweep_cells
 from fsel.utils.files import read_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.tables import Table
 
 LEARNED = "less_is_more"
 
@@ -76,3 +79,15 @@ def _margins(means: pd.DataFrame, spread: pd.DataFrame) -> list[float]:
     return [
         psnr[row.dataset, row.k, LEARNED] - best[row.dataset, row.k] for row in spread.itertuples()
     ]
+
+
+TABLE = Table(
+    seedvar,
+    outputs=inputs.table_files("{reconstructor}seedvar"),
+    message="Writing how far training seeds spread",
+    inputs=specs.sweep_evaluations,
+    params=specs.sweep_settings,
+    category="Paper",
+    title="Seed variability",
+    caption="Standard deviation of each dataset's mean PSNR over the training seeds.",
+)

@@ -4,17 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from fsel.experiments.paper.costs import EVERY, mean_costs
+from fsel.experiments import specs
+from fsel.experiments.paper.costs import EVERY, MEASURED, mean_costs
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES, differences, summarise
 from fsel.report.sweep import named, sweep_cells
+from fsel.stages.evaluate import evaluate
+from fsel.stages.select import select
 from fsel.utils.files import read_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 ALL = "all"
 VARIANTS = {
@@ -130,3 +138,83 @@ def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
     totals = selecting + shared["reconstruction_s"]
     seconds = [[f"{value:.3f}" for value in values] for values in (selecting, totals)]
     return [title, *quality, *seconds[0], fit, *seconds[1], peak]
+
+
+SETTINGS = {"methods": ["all"], "proxies_free": False}  # the whole candidate pool: the last row
+
+
+def _picked(experiment: Experiment) -> dict[str, Any]:
+    return {
+        **specs.described_draws(experiment),
+        "features": inputs.of_draws(experiment, "features.parquet"),
+        "weights": inputs.scorer_files(experiment, "less_is_more_geometry")["weights"],
+    }
+
+
+PICKED = Job(
+    select,
+    name="select_geometry",
+    outputs=lambda experiment: {
+        "selections": inputs.of_draws(experiment, "geometry_picks.parquet")
+    },
+    message="Selecting frames of {wildcards.dataset}/{wildcards.scene} by geometry",
+    inputs=_picked,
+    params=lambda experiment: {
+        "budgets": experiment.config["budgets"],
+        "seeds": experiment.draw_seeds,
+        **SETTINGS,
+    },
+    size=Size(2000, 30, "capture"),
+)
+
+EVALUATED = Job(
+    evaluate,
+    name="evaluate_geometry",
+    outputs=lambda experiment: {
+        "evaluations": inputs.of_draws(experiment, "{reconstructor}geometry.parquet")
+    },
+    message="Reconstructing {wildcards.dataset}/{wildcards.scene} from picks by geometry",
+    inputs=lambda experiment: {
+        **inputs.capture(),
+        "splits": inputs.of_draws(experiment, "split.parquet"),
+        "selections": inputs.of_draws(experiment, "geometry_picks.parquet"),
+    },
+    params=lambda experiment: {
+        "reconstruction": experiment.reconstruction_of,
+        "metrics": experiment.metrics,
+    },
+    size=Size(4000, 180, "reconstruction"),
+)
+
+
+def _measured(experiment: Experiment) -> dict[str, Any]:
+    scenes, draws = inputs.held_out_scenes(experiment), range(experiment.config["draws"])
+    return {
+        "evaluations": inputs.of_scenes(scenes, "{reconstructor}evaluation.parquet", draws),
+        "variant": inputs.of_scenes(scenes, "{reconstructor}geometry.parquet", draws),
+        "costs": inputs.of_scenes(scenes, "{reconstructor}costs.parquet"),
+        "times": inputs.of_scenes(scenes, "{reconstructor}times.parquet"),
+    }
+
+
+def _settings(experiment: Experiment) -> dict[str, Any]:
+    scenes = inputs.joined(inputs.held_out_scenes(experiment))
+    return {
+        "problems": [f"{s}/draw{n}" for s in scenes for n in range(experiment.config["draws"])],
+        "budgets": experiment.config["budgets"],
+        "facts": specs.facts_of_trained(experiment),
+    }
+
+
+TABLE = Table(
+    time_quality,
+    outputs=inputs.table_files("{reconstructor}time_quality"),
+    message="Writing quality, runtime and memory",
+    inputs=_measured,
+    params=_settings,
+    category="Paper",
+    title="Quality, runtime and memory",
+    caption="PSNR, selection and reconstruction seconds and measured peak memory of ours, without "
+    "appearance, and without appearance and sharpness, at every budget and with all frames.",
+    jobs=[PICKED, EVALUATED, MEASURED],
+)

@@ -11,6 +11,8 @@ from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
 from fsel.utils.files import read_table
+from fsel.workflow import inputs
+from fsel.workflow.tables import Table
 
 
 def training_figure(
@@ -32,3 +34,18 @@ def training_figure(
     log = pd.concat(tables)[["seed", "epoch", "split", "loss", "agreement"]]
     write_csv(log, numbers)
     curves.training(log, figures, f"{len(tables)} seeds. {note(facts)}")
+
+
+TABLE = Table(
+    training_figure,
+    outputs={"figures": inputs.figure_files("training"), "numbers": "<figures>/training.csv"},
+    message="Drawing the training",
+    inputs=lambda experiment: {
+        "logs": inputs.scorer_files(experiment, "less_is_more")["logs"],
+    },
+    params=lambda experiment: {"facts": experiment.facts([experiment.trained])},
+    category="Paper",
+    title="Training",
+    caption="Loss, and share of the steps that agree with the label, over the epochs of behaviour "
+    "cloning.",
+)

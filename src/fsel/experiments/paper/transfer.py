@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,7 @@ from fsel.data.capture import Capture
 from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import measure, measured_units
+from fsel.experiments.paper import compared
 from fsel.metrics import Metrics, headings
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import captures_of
@@ -23,6 +25,10 @@ from fsel.report.summary import OUTCOME, summarise
 from fsel.report.summary import differences as paired
 from fsel.report.sweep import LEARNED, named, sweep_cells
 from fsel.utils.files import read_table, write_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
@@ -59,9 +65,9 @@ def evaluate_transfer(
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     for split, selected, path in zip(splits, selections, evaluations, strict=True):
         picks = read_table(selected)
-        asked = picks["method"].isin(SHOWN) & picks["k"].isin(budgets) & (picks["seed"] == SEED)
+        shown = picks["method"].isin(SHOWN) & picks["k"].isin(budgets) & (picks["seed"] == SEED)
         evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets, metrics=metrics)
-        table = measure(evaluator, picks[asked])
+        table = measure(evaluator, picks[shown])
         write_table(table, path, units=measured_units(metrics), config=config)
         logger.info("%s", path)
 
@@ -73,7 +79,7 @@ def transfer(
     differences: str | Path,
     *,
     problems: Sequence[str],
-    judges: Mapping[str, Mapping],
+    reconstructors: Mapping[str, Mapping],
     budgets: Sequence[int],
     metrics: Metrics,
     facts: Mapping,
@@ -81,39 +87,40 @@ def transfer(
     """The table "Cross-reconstructor transfer of selected views".
 
     Args:
-        evaluations: what `evaluate_transfer` wrote: all problems of the first judge, then of the
-            next.
+        evaluations: what `evaluate_transfer` wrote: all problems of the first
+            reconstructor, then of the next.
         table, numbers: receive LaTeX, and reconstructor, method, k, metric, mean, ci_low, ci_high.
         differences: receives ours and fsel minus every other method, paired, with intervals.
-        problems: `dataset/scene/draw0` of each evaluation of one judge.
-        judges: name -> `reconstructor` and `long_side` to print, one block of rows each.
+        problems: `dataset/scene/draw0` of each evaluation of one reconstructor.
+        reconstructors: name -> `reconstructor` and `long_side` to print, one block of rows each.
         budgets: one group of columns each.
         metrics: of a cell, in order.
         facts: see `captions.captures_of`.
     """
     count = len(problems)
-    means, gaps = [], []
-    for at, name in enumerate(judges):
-        own = evaluations[at * count : (at + 1) * count]
-        cells = sweep_cells(named(problems, own), metrics, facts=facts)
-        for found, tables in (
+    means: list[pd.DataFrame] = []
+    gaps: list[pd.DataFrame] = []
+    for at, name in enumerate(reconstructors):
+        paths = evaluations[at * count : (at + 1) * count]
+        cells = sweep_cells(named(problems, paths), metrics, facts=facts)
+        for result, tables in (
             (summarise(cells, metrics), means),
             (paired(cells, list(OURS), metrics), gaps),
         ):
-            found.insert(0, "reconstructor", name)
-            tables.append(found.drop(columns="dataset"))
+            result.insert(0, "reconstructor", name)
+            tables.append(result.drop(columns="dataset"))
     every, ahead = pd.concat(means), pd.concat(gaps)
     write_csv(every, numbers)
     write_csv(ahead, differences)
     rows = []
-    for name, judge in judges.items():
-        heading = rf"\texttt{{{tex(judge['reconstructor'])}}} at {judge['long_side']} pixels"
+    for name, own in reconstructors.items():
+        heading = rf"\texttt{{{tex(own['reconstructor'])}}} at {own['long_side']} pixels"
         rows.append([heading, *[""] * (3 * len(budgets))])
         for method, label in SHOWN.items():
             rows.append([label, *_cells(every, ahead, method, name, budgets, metrics)])
     head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(budgets)]
     groups = [(rf"$K{{=}}{k}$", 3) for k in budgets]
-    text = caption(judges, len({p.rpartition("/")[0] for p in problems}), count, facts)
+    text = caption(reconstructors, len({p.rpartition("/")[0] for p in problems}), count, facts)
     made = plain_table(head, rows, caption=text, label="tab:transferwopt", groups=groups)
     write_text(made, table)
 
@@ -130,26 +137,28 @@ def _cells(
     keyed = means.set_index(["reconstructor", "method", "k", "metric"])
     values, ended = keyed["mean"], keyed.get(OUTCOME)
     gaps = gaps[(gaps["metric"] == "psnr") & (gaps["reference"] == method)]
-    found = gaps.set_index(["reconstructor", "method", "k"])[["mean", "ci_low", "ci_high"]]
+    paired = gaps.set_index(["reconstructor", "method", "k"])[["mean", "ci_low", "ci_high"]]
     for k in budgets:
         if np.isnan(values[name, method, k, "psnr"]):
             yield rf"\textit{{{ended[name, method, k, 'psnr']}}}"
         else:
             yield "/".join(number(values[name, method, k, metric], metric) for metric in metrics)
         for ours in OURS:
-            yield "" if ours == method else difference(*found.loc[(name, ours, k)])
+            yield "" if ours == method else difference(*paired.loc[(name, ours, k)])
 
 
-def caption(judges: Mapping[str, Mapping], scenes: int, problems: int, facts: Mapping) -> str:
+def caption(
+    reconstructors: Mapping[str, Mapping], scenes: int, problems: int, facts: Mapping
+) -> str:
     """Which captures and reconstructors made the table, in LaTeX.
 
     Args:
-        judges, facts: see `transfer`.
+        reconstructors, facts: see `transfer`.
         scenes, problems: how many.
     """
     names = ", ".join(
-        rf"\texttt{{{tex(judge['reconstructor'])}}} at {judge['long_side']} pixels"
-        for judge in judges.values()
+        rf"\texttt{{{tex(own['reconstructor'])}}} at {own['long_side']} pixels"
+        for own in reconstructors.values()
     )
     return (
         r"\textbf{Cross-reconstructor transfer of selected views.} The same picks under each "
@@ -158,3 +167,60 @@ def caption(judges: Mapping[str, Mapping], scenes: int, problems: int, facts: Ma
         f"exclude zero. Means over {scenes} scenes, {problems} draws of targets in all, and one "
         f"seed of the methods that have several. Captures: {captures_of(facts)}."
     )
+
+
+def _picked(experiment: Experiment) -> dict[str, Any]:
+    draws = compared.draws(experiment)
+    files = {"splits": "split.parquet", "selections": "selections.parquet"}
+    return {
+        **inputs.capture(),
+        **{key: inputs.of_draws(experiment, name, draws) for key, name in files.items()},
+    }
+
+
+def _settings(experiment: Experiment) -> dict[str, Any]:
+    scenes = inputs.joined(inputs.held_out_scenes(experiment))
+    return {
+        "problems": [f"{scene}/draw{n}" for scene in scenes for n in compared.draws(experiment)],
+        "reconstructors": compared.described(experiment),
+        "budgets": compared.budgets(experiment, "budgets"),
+        "metrics": experiment.metrics,
+        "facts": experiment.facts([experiment.trained]),
+    }
+
+
+EVALUATED = Job(
+    evaluate_transfer,
+    outputs=lambda experiment: {
+        "evaluations": inputs.of_draws(
+            experiment, "{compared}/transfer.parquet", compared.draws(experiment)
+        )
+    },
+    message="Reconstructing {wildcards.dataset}/{wildcards.scene} by {wildcards.compared}",
+    inputs=_picked,
+    params=lambda experiment: {
+        "reconstruction": compared.of_wildcard(experiment),
+        "metrics": experiment.metrics,
+        "budgets": compared.budgets(experiment, "budgets"),
+    },
+    size=Size(4000, 120, "reconstruction"),
+)
+
+TABLE = Table(
+    transfer,
+    outputs={
+        **inputs.table_files("transfer"),
+        "differences": "<tables>/transfer_differences.csv",
+    },
+    message="Writing what the picks are worth under other reconstructors",
+    inputs=lambda experiment: {
+        "evaluations": compared.files(experiment, "transfer.parquet", compared.draws(experiment))
+    },
+    params=_settings,
+    category="Paper",
+    title="Other reconstructors",
+    caption="The same picks under other reconstructors: PSNR, SSIM and the perceptual metric, and "
+    "paired differences of ours and of fsel to every other selector.",
+    jobs=[EVALUATED],
+    needs=[compared.check],
+)

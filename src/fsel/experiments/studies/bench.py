@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from fsel.data.problem import Problem
 from fsel.data.split import Split
 from fsel.experiments.studies.true_depth import true_depth
 from fsel.metrics import score_views
-from fsel.reconstruct import RECONSTRUCTORS
+from fsel.reconstruct import RECONSTRUCTORS, Model
 from fsel.reconstruct.splats import SplatModel
 
 REPEATS = 3  # the least of three times: other work on the machine only adds
@@ -23,7 +24,7 @@ REPEATS = 3  # the least of three times: other work on the machine only adds
 
 @dataclass(frozen=True)
 class Bench:
-    """A capture, frames to reconstruct it from, and views to judge it at.
+    """A capture, frames to reconstruct it from, and views to compare it at.
 
     Attributes:
         capture: at the size that it is stored at.
@@ -43,7 +44,7 @@ class Bench:
 def bench_of(
     folder: str | Path, split: str | Path, generated: Mapping | None, *, k: int, long_side: int
 ) -> Bench:
-    """The frames nearest to a draw's proxies, judged at its targets.
+    """The frames nearest to a draw's proxies, compared at its targets.
 
     Args:
         folder: a canonical capture with its descriptors.
@@ -63,8 +64,10 @@ def bench_of(
     )
 
 
-def measure_cold(bench: Bench, reconstruction: Mapping, **changes) -> tuple[dict, SplatModel]:
-    """Reconstruct with nothing cached and judge.
+def measure_cold(
+    bench: Bench, reconstruction: Mapping, **changes: Any
+) -> tuple[dict[str, float], Model]:
+    """Reconstruct with nothing cached and compare.
 
     Args:
         bench: what from and where.
@@ -84,7 +87,24 @@ def measure_cold(bench: Bench, reconstruction: Mapping, **changes) -> tuple[dict
     return {"fit_seconds": seconds, **measure_model(bench, models[0])}, models[0]
 
 
-def measure_model(bench: Bench, model: SplatModel) -> dict:
+def measure_splats(
+    bench: Bench, reconstruction: Mapping, **changes: Any
+) -> tuple[dict[str, float], SplatModel]:
+    """Measure as `measure_cold`, with a reconstructor that makes splats.
+
+    Raises:
+        TypeError: for another one.
+    """
+    cost, model = measure_cold(bench, reconstruction, **changes)
+    if not isinstance(model, SplatModel):
+        raise TypeError(
+            f"reconstructor {reconstruction['name']!r}: this study changes settings of `splats` "
+            "alone. Hint: name `splats` first in `reconstruction`"
+        )
+    return cost, model
+
+
+def measure_model(bench: Bench, model: Model) -> dict[str, float]:
     """The numbers of `measure_cold` for a model, but the fit's seconds."""
     taken = []
     for _ in range(REPEATS):
@@ -100,9 +120,12 @@ def measure_model(bench: Bench, model: SplatModel) -> dict:
     }
 
 
-def depth_error(model: SplatModel, bench: Bench) -> float:
-    """Median over the targets' pixels of |depth / exact depth - 1|, sky apart."""
-    if bench.depth is None:
+def depth_error(model: Model, bench: Bench) -> float:
+    """Median over the targets' pixels of |depth / exact depth - 1|, sky apart.
+
+    NaN where the exact depth is not known, and for models without depth.
+    """
+    if bench.depth is None or not isinstance(model, SplatModel):
         return float("nan")
     seen = bench.depth > 0
     inverse = rendered_inverse_depth(model, bench.views)[seen]

@@ -6,6 +6,7 @@ import json
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,8 @@ from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import Split, coverage_split
 from fsel.evaluation.measuring import Run, chance, picks_at, runs
+from fsel.experiments import specs
+from fsel.experiments.studies import budget_curves
 from fsel.experiments.studies.bench import Bench, measure_cold
 from fsel.report.captions import made_by
 from fsel.report.latex import plain_table, tex
@@ -21,6 +24,10 @@ from fsel.report.numbers import write_csv
 from fsel.report.sweep import of_scenes
 from fsel.request.budget import Auto, find, most, view_shift
 from fsel.utils.files import read_table, write_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
@@ -72,8 +79,8 @@ def select_budgets(
     for coverage, draw, split in requests:
         problem = Problem.of(capture, split, described)
         frames, kept = kept_of(problem, run, rules, max(budgets), worth, size)
-        asked = [*zip(RULES, kept, strict=True), *(("fixed", k) for k in budgets)]
-        for rule, k in asked:
+        rows = [*zip(RULES, kept, strict=True), *(("fixed", k) for k in budgets)]
+        for rule, k in rows:
             head = {"coverage": coverage, "draw": draw, "rule": rule, "k": k}
             tables.append(pd.DataFrame({**head, "order": range(k), "frame": frames[:k]}))
         logger.info("%d %%, request %d: %s", coverage, draw, dict(zip(RULES, kept, strict=True)))
@@ -102,9 +109,9 @@ def kept_of(
     shift = view_shift(problem.capture, pool, problem.targets)
     count = max(most(shift, rule, worth) for rule in rules)
     count = min(max(count, least), len(shift))
-    (found,) = picks_at(problem, run, [count], chance(0))
-    rows = np.searchsorted(pool, found.frames)
-    return found.frames, [find(shift[rows], rule, size, worth).frames for rule in rules]
+    (picks,) = picks_at(problem, run, [count], chance(0))
+    rows = np.searchsorted(pool, picks.frames)
+    return picks.frames, [find(shift[rows], rule, size, worth).frames for rule in rules]
 
 
 def evaluate_budgets(
@@ -146,9 +153,9 @@ def evaluate_budgets(
 def _cost(small: Capture, picks: np.ndarray, split: Split, reconstruction: Mapping) -> dict:
     truth = np.asarray(small.images[split.targets])
     place = Bench(small, np.sort(picks), small.view(split.targets), truth, None)
-    found, _ = measure_cold(place, reconstruction)
-    seconds = found["fit_seconds"] + found["render_seconds"]
-    return {"psnr": found["psnr"], "seconds": seconds, "bytes": found["bytes"]}
+    cost, _ = measure_cold(place, reconstruction)
+    seconds = cost["fit_seconds"] + cost["render_seconds"]
+    return {"psnr": cost["psnr"], "seconds": seconds, "bytes": cost["bytes"]}
 
 
 def budget(
@@ -200,8 +207,8 @@ def means(rows: pd.DataFrame, by: str) -> pd.DataFrame:
     keys = ["rule", "budget"]
     each = rows.groupby([by, *keys], sort=False)[VALUES].mean().reset_index()
     whole = each.groupby(keys, sort=False)[VALUES].mean().reset_index().assign(**{by: MEAN})
-    found = pd.concat([each, whole], ignore_index=True).rename(columns={by: "request"})
-    return found.assign(k=found["k"].round(2))
+    both = pd.concat([each, whole], ignore_index=True).rename(columns={by: "request"})
+    return both.assign(k=both["k"].round(2))
 
 
 def at_same_number(rows: pd.DataFrame) -> tuple[float, float]:
@@ -222,14 +229,14 @@ def _table(rows: pd.DataFrame, first: str, caption: str, label: str) -> str:
     budgets = sorted(rows.loc[rows["rule"] == "fixed", "budget"].unique())
     cells = []
     for request, part in rows.groupby("request", sort=False):
-        found = part.set_index(["rule", "budget"])
-        kept = [found.loc[(rule, 0)] for rule in RULES]
-        fixed = [found.loc[("fixed", budget)] for budget in budgets]
+        ruled = part.set_index(["rule", "budget"])
+        kept = [ruled.loc[(rule, 0)] for rule in RULES]
+        fixed = [ruled.loc[("fixed", budget)] for budget in budgets]
         texts = [_cell(row) for row in fixed]
         best = int(np.argmax([row["psnr"] for row in fixed]))
         texts[best] = rf"\textbf{{{texts[best]}}}"
-        ruled = (text for row in kept for text in (f"{row['k']:.1f}", _cell(row)))
-        cells.append([tex(request), *ruled, *texts])
+        own = (text for row in kept for text in (f"{row['k']:.1f}", _cell(row)))
+        cells.append([tex(request), *own, *texts])
     head = [first, *("$K$", "PSNR / ms") * 2, *(f"$K={budget}$" for budget in budgets)]
     groups = [("auto", 2), ("auto, within memory", 2), ("PSNR / ms of a fixed $K$", len(budgets))]
     return plain_table(head, cells, caption=caption, label=label, groups=groups)
@@ -264,3 +271,65 @@ def _same(rows: pd.DataFrame) -> str:
         f"Every request served by the mean number of frames of auto, {frames:.1f}: {psnr:.2f} dB "
         "(between budgets, interpolated)."
     )
+
+
+def _picked(experiment: Experiment) -> dict[str, Any]:
+    return {
+        **specs.described_draws(experiment),
+        "weights": experiment.fsel[0],
+        "record": budget_curves.RECORD,
+    }
+
+
+def _settings(experiment: Experiment) -> dict[str, Any]:
+    return {
+        **{key: experiment.config[key] for key in ("budgets", "coverages", "auto")},
+        "seed": specs.scene_seed(experiment, "budget"),
+        "long_side": experiment.reconstruction["long_side"],
+    }
+
+
+PICKED = Job(
+    select_budgets,
+    outputs={"picks": f"{inputs.SCENE}/budgets_picks.parquet"},
+    message="Selecting adaptive and fixed numbers of frames of "
+    "{wildcards.dataset}/{wildcards.scene}",
+    inputs=_picked,
+    params=_settings,
+    size=Size(2000, 10, "capture"),
+)
+
+EVALUATED = Job(
+    evaluate_budgets,
+    outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}budgets.parquet"},
+    message="Measuring adaptive and fixed budgets on {wildcards.dataset}/{wildcards.scene}",
+    inputs=lambda experiment: specs.picks_of_draws(experiment, "budgets_picks.parquet"),
+    params=lambda experiment: {
+        "seed": specs.scene_seed(experiment, "budget"),
+        "reconstruction": experiment.reconstruction_of,
+    },
+    size=Size(4000, 30, "reconstruction"),
+)
+
+TABLE = Table(
+    budget,
+    outputs=inputs.table_files("{reconstructor}budget"),
+    message="Writing the adaptive budget's table",
+    inputs=lambda experiment: {
+        "evaluations": inputs.of_scenes(
+            experiment.evaluation_scenes, "{reconstructor}budgets.parquet"
+        )
+    },
+    params=lambda experiment: {
+        "scenes": experiment.evaluation_scenes,
+        "datasets": experiment.labels(),
+        "auto": experiment.config["auto"],
+        "facts": experiment.facts_of,
+    },
+    category="Speed",
+    title="Adaptive budget",
+    caption="Frames, PSNR and seconds of reconstruction where the number of frames is found "
+    "(`-k auto`), with and without a bound on memory, beside fixed numbers; by scene, and by how "
+    "much of the capture is asked for.",
+    jobs=[*budget_curves.JOBS, PICKED, EVALUATED],
+)

@@ -9,16 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import nnls
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import coverage_split
 from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import PICK_UNITS, chance, runs, select
+from fsel.evaluation.measuring import PICK_UNITS, chance, measure, runs, select
+from fsel.experiments import specs
 from fsel.reconstruct import reconstructor_of
 from fsel.request.budget import enough, predicted, shifts, view_shift
 from fsel.utils.files import atomic, read_table, write_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
@@ -52,15 +55,15 @@ def select_curves(
     """
     capture = Capture.load(folder)
     described = read_table(Path(folder) / "descriptors.parquet")
-    asked = runs([], [weights])
+    contenders = runs([], [weights])
     tables = []
     for coverage in coverages:
         for repeat in range(REPEATS):
             split = coverage_split(capture, coverage, seed + repeat)
             problem = Problem.of(capture, split, described)
             k = max(k for k in COUNTS if k <= len(problem.observed))
-            found = select(problem, asked, [k], chance(seed))
-            tables.append(found.assign(coverage=coverage, repeat=repeat))
+            chosen = select(problem, contenders, [k], chance(seed))
+            tables.append(chosen.assign(coverage=coverage, repeat=repeat))
     write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
 
 
@@ -90,14 +93,20 @@ def evaluate_curves(
     for (coverage, repeat), part in read_table(picks).groupby(CURVE[1:], sort=False):
         targets = coverage_split(capture, coverage, seed + repeat).targets
         frames = part["frame"].to_numpy(np.int64)
-        evaluate = Evaluator.on_frames(reconstructor, targets)
-        psnr = {k: evaluate(frames[:k])[0] for k in COUNTS if k <= len(frames)}
+        evaluator = Evaluator.on_frames(reconstructor, targets)
+        psnr = measure(evaluator, _beginnings(frames), ["k"]).groupby("k")["psnr"].mean()
         means = shifts(view_shift(capture, frames, capture.view(targets)))
         table = pd.DataFrame(means, columns=SHIFTS)
         table = table.assign(coverage=coverage, repeat=repeat, k=table.index)
         tables.append(table.assign(psnr=table["k"].map(psnr)))
-        logger.info("%d %%, request %d: %s", coverage, repeat, psnr)
+        logger.info("%d %%, request %d: %s", coverage, repeat, psnr.to_dict())
     write_table(pd.concat(tables), curves, units=UNITS, config=config)
+
+
+def _beginnings(frames: np.ndarray) -> pd.DataFrame:
+    """The first of some picks, for each of `COUNTS` that there are: k, frame."""
+    counts = [k for k in COUNTS if k <= len(frames)]
+    return pd.concat([pd.DataFrame({"k": k, "frame": frames[:k]}) for k in counts])
 
 
 def fit_worth(curves: pd.DataFrame) -> np.ndarray:
@@ -109,6 +118,8 @@ def fit_worth(curves: pd.DataFrame) -> np.ndarray:
     Args:
         curves: dataset, scene, coverage, repeat, k, psnr and mean shifts.
     """
+    from scipy.optimize import nnls  # here: every job imports this module
+
     known = curves[curves["psnr"].notna()]
     columns = [*SHIFTS, "psnr"]
     offset = known.groupby(["dataset", *CURVE])[columns].transform("mean")
@@ -132,7 +143,7 @@ def compare_thresholds(curves: pd.DataFrame, thresholds: Sequence[float]) -> pd.
         and all datasets weigh the same.
     """
     sizes = curves.groupby("dataset")["k"].size()
-    found, weight, levels = [], [], []
+    budgets, weight, levels = [], [], []
     last = int(curves.loc[curves["psnr"].notna()].groupby(["dataset", *CURVE])["k"].max().min())
     frames = np.arange(last + 1)
     for (dataset, *_), curve in curves.groupby(["dataset", *CURVE]):
@@ -141,19 +152,19 @@ def compare_thresholds(curves: pd.DataFrame, thresholds: Sequence[float]) -> pd.
         curve = curve.sort_values("k").iloc[: last + 1]
         known = curve[curve["psnr"].notna()]
         quality = predicted(curve[SHIFTS].to_numpy(), worth)
-        found.append([enough(quality, threshold) for threshold in thresholds])
+        budgets.append([enough(quality, threshold) for threshold in thresholds])
         levels.append(np.interp(frames, known["k"], known["psnr"]))
         weight.append(1 / sizes[dataset])
-    return _beside_fixed(np.array(found), np.array(levels), np.array(weight), thresholds)
+    return _beside_fixed(np.array(budgets), np.array(levels), np.array(weight), thresholds)
 
 
 def _beside_fixed(
-    found: np.ndarray, levels: np.ndarray, weight: np.ndarray, thresholds: Sequence[float]
+    budgets: np.ndarray, levels: np.ndarray, weight: np.ndarray, thresholds: Sequence[float]
 ) -> pd.DataFrame:
     """The table of `compare_thresholds`.
 
     Args:
-        found: (R, L) frames of each request under each threshold.
+        budgets: (R, L) frames of each request under each threshold.
         levels: (R, n) PSNR of each request after 0, 1, ... frames.
         weight: (R,) of the requests.
         thresholds: L of them.
@@ -161,7 +172,7 @@ def _beside_fixed(
     weight = weight / weight.sum()
     everywhere = weight @ levels
     rows = []
-    for threshold, frames in zip(thresholds, found.T, strict=True):
+    for threshold, frames in zip(thresholds, budgets.T, strict=True):
         mean = float(weight @ frames)
         psnr = float(weight @ levels[np.arange(len(levels)), frames])
         fixed = float(np.interp(mean, np.arange(len(everywhere)), everywhere))
@@ -209,7 +220,52 @@ def fit_budget(
         "remade by": "make weights",
     }
     write_text(json.dumps(content, indent=2) + "\n", record)
-    found = compare_thresholds(table, THRESHOLDS)
+    compared = compare_thresholds(table, THRESHOLDS)
     with atomic(comparison) as temporary:
-        found.to_csv(temporary, index=False, float_format="%.4f")
-    logger.info("%s: %s\n%s", made, worth, found.to_string())
+        compared.to_csv(temporary, index=False, float_format="%.4f")
+    logger.info("%s: %s\n%s", made, worth, compared.to_string())
+
+
+RECORD = "<results>/selector/budget.json"
+
+PICKED = Job(
+    select_curves,
+    outputs={"picks": f"{inputs.SCENE}/curves_picks.parquet"},
+    message="Selecting ever more frames of {wildcards.dataset}/{wildcards.scene}",
+    inputs=lambda experiment: {
+        **inputs.capture(inputs.DESCRIBED),
+        "weights": experiment.fsel[0],
+    },
+    params=lambda experiment: {
+        "coverages": experiment.config["coverages"],
+        "seed": specs.scene_seed(experiment, "budget"),
+    },
+    size=Size(2000, 10, "capture"),
+)
+
+EVALUATED = Job(
+    evaluate_curves,
+    outputs={"curves": f"{inputs.SCENE}/curves.parquet"},
+    message="Reconstructing {wildcards.dataset}/{wildcards.scene} from ever more frames",
+    inputs=lambda experiment: {
+        **inputs.capture(),
+        "picks": f"{inputs.SCENE}/curves_picks.parquet",
+    },
+    params=lambda experiment: {
+        "seed": specs.scene_seed(experiment, "budget"),
+        "reconstruction": experiment.reconstruction,
+    },
+    size=Size(4000, 30, "reconstruction"),
+)
+
+FITTED = Job(
+    fit_budget,
+    outputs={"record": RECORD, "comparison": "<results>/selector/budget.csv"},
+    message="Fitting what further frames bring",
+    inputs=lambda experiment: {
+        "curves": inputs.of_problems(experiment.practised, "curves.parquet")
+    },
+    params=lambda experiment: {"scenes": [name.split("/") for name in experiment.practised]},
+)
+
+JOBS = (PICKED, EVALUATED, FITTED)

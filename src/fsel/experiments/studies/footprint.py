@@ -104,11 +104,12 @@ def footprint(
         most = 1024 * _kilobytes("VmData") + memory
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     peak = Peak()
-    rendered, model, *first = _run(reconstructor, frames, views, gpu)
+    rendered, model, *seconds = _run(reconstructor, frames, views, gpu)
     taken = model.peak_bytes if gpu else max(peak.bytes, model.peak_bytes)
-    runs = [first]
+    runs = [seconds]
     for _ in range(repeats - 1):
-        runs.append(_run(reconstructor_of(capture, reconstruction), frames, views, gpu)[2:])
+        _, _, *seconds = _run(reconstructor_of(capture, reconstruction), frames, views, gpu)
+        runs.append(seconds)
     fitting, rendering = np.median(runs, axis=0)
     scores = score_views(rendered, truth, None, metrics)
     return {

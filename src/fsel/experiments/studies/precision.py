@@ -7,15 +7,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-import torch
 
 from fsel.data.capture import Views
 from fsel.data.problem import Problem
 from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.measuring import measured
+from fsel.experiments import specs
 from fsel.experiments.studies.hard_cases import CASES
 from fsel.experiments.studies.selection_time import timed
 from fsel.reconstruct import reconstructor_of
@@ -23,17 +25,22 @@ from fsel.reconstruct.splats import Splats
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, plain_table, tex
 from fsel.selector import plain
-from fsel.selector.greedy import Prepared, Rows, greedy
+from fsel.selector.greedy import Prepared, greedy
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Network, Scorer
-from fsel.training.imitation import train
-from fsel.training.labelled import Scenes, training_data
 from fsel.utils.files import atomic, read_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Table
+
+if TYPE_CHECKING:
+    from fsel.training.labelled import Scenes
 
 logger = logging.getLogger(__name__)
 
 ARITHMETIC = ("float64", "float32", "kernel")
-DTYPES = {"float64": torch.float64, "float32": torch.float32}
+PRECISIONS = ("float64", "float32")  # of training
 TRAINED = "less_is_more"  # the policy whose training is compared
 FEW = 8  # picks in a hard case
 HARD, TRAINING, LOSS = "Hard cases", "Training in float32", "loss"
@@ -44,8 +51,8 @@ def single(problem: Problem) -> Problem:
     """The same problem with poses, intrinsics and sharpness in float32."""
 
     def views(given: Views) -> Views:
-        pair = (given.world_to_camera, given.intrinsics)
-        return Views(*(array.astype(np.float32) for array in pair), given.size)
+        poses, intrinsics = given.world_to_camera, given.intrinsics
+        return Views(poses.astype(np.float32), intrinsics.astype(np.float32), given.size)
 
     low = views(problem.capture.views)
     capture = replace(
@@ -70,10 +77,15 @@ def selections(
 
 def _cast(prepared: Prepared) -> Prepared:
     """Every float64 array in float32."""
-    *arrays, visible, lasting = prepared.rows
-    visible = visible._replace(seen=visible.seen.astype(np.float32))
-    rows = Rows(*(array.astype(np.float32) for array in arrays), visible, lasting)
-    return replace(prepared, static=prepared.static.astype(np.float32), rows=rows)
+    rows = prepared.rows
+    low: dict[str, Any] = {
+        name: value.astype(np.float32)
+        for name, value in rows._asdict().items()
+        if isinstance(value, np.ndarray)
+    }
+    visible = rows.visible._replace(seen=rows.visible.seen.astype(np.float32))
+    own = rows._replace(**low, visible=visible)
+    return replace(prepared, static=prepared.static.astype(np.float32), rows=own)
 
 
 def agreement(picks: np.ndarray, reference: np.ndarray) -> float:
@@ -82,22 +94,26 @@ def agreement(picks: np.ndarray, reference: np.ndarray) -> float:
 
 
 def compare_arithmetic(
-    problem: Problem, scorers: Mapping[str, Scorer], k: int, evaluate: Evaluator
+    problem: Problem, scorers: Mapping[str, Scorer], k: int, evaluator: Evaluator
 ) -> list[dict]:
     """One row a policy and arithmetic: agreement, PSNR in dB and its change, seconds."""
     rows = []
     for policy, scorer in scorers.items():
-        found = selections(problem, policy, scorer, k)
-        reference, _ = found["float64"]
-        before = evaluate(reference)[0]
-        for name, (picks, loop) in found.items():
+        compared = selections(problem, policy, scorer, k)
+        reference, _ = compared["float64"]
+        before = _psnr(evaluator, reference)
+        for name, (picks, loop) in compared.items():
             share = agreement(picks, reference)
-            after = before if share == 1 else evaluate(picks)[0]
+            after = _psnr(evaluator, picks)
             row = {"method": policy, "arithmetic": name, "agreement": share}
             rows.append(
                 row | {"psnr": after, "psnr_change": after - before, "seconds": timed(loop)}
             )
     return rows
+
+
+def _psnr(evaluator: Evaluator, frames: np.ndarray) -> float:
+    return float(measured(evaluator, frames)["psnr"].mean())
 
 
 def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
@@ -106,9 +122,9 @@ def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
     for case in CASES.values():
         if case.make is not None:
             problem = case.make()
-            evaluate = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
-            found = compare_arithmetic(problem, scorers, k, evaluate)
-            rows += [{"part": HARD, "name": case.name, **row} for row in found]
+            evaluator = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
+            compared = compare_arithmetic(problem, scorers, k, evaluator)
+            rows += [{"part": HARD, "name": case.name, **row} for row in compared]
     return rows
 
 
@@ -116,6 +132,11 @@ def trainings(
     scenes: Scenes, trajectories: str | Path, **settings
 ) -> tuple[dict[str, Network], list[dict], dict[str, float]]:
     """Train on the same labels in both precisions: networks, loss curves, seconds."""
+    import torch  # here: every job imports this module
+
+    from fsel.training.imitation import train
+    from fsel.training.labelled import training_data
+
     table = read_table(trajectories)
     data = {
         role: training_data(part, scenes, POLICIES[TRAINED])
@@ -124,7 +145,8 @@ def trainings(
     sets = data["train"], data.get("validation", [])
     train(*sets, **{**settings, "epochs": 0})  # what torch does once is not timed
     networks, curves, seconds = {}, [], {}
-    for name, dtype in DTYPES.items():
+    for name in PRECISIONS:
+        dtype = getattr(torch, name)
 
         def run(name=name, dtype=dtype) -> None:
             arrays, log = train(*sets, dtype=dtype, **settings)
@@ -181,11 +203,12 @@ def precision(
     rows, retrained = [], []
     for label, name, folder, split in zip(labels, problems, folders, splits, strict=True):
         problem, targets = Problem.load(folder, split), Split.load(split).targets
-        evaluate = Evaluator.on_frames(reconstructor_of(problem.capture, reconstruction), targets)
+        reconstructor = reconstructor_of(problem.capture, reconstruction)
+        evaluator = Evaluator.on_frames(reconstructor, targets)
         place = {"part": label, "name": name}
-        rows += [place | row for row in compare_arithmetic(problem, scorers, k, evaluate)]
+        rows += [place | row for row in compare_arithmetic(problem, scorers, k, evaluator)]
         place = {"part": TRAINING, "name": name}
-        retrained += [place | row for row in _retrained(problem, trained, seconds, k, evaluate)]
+        retrained += [place | row for row in _retrained(problem, trained, seconds, k, evaluator)]
         logger.info("%s: %s", name, rows[-1])
     rows += [*hard_cases(scorers, min(k, FEW)), *retrained, *curves]
     result = pd.DataFrame(rows)[[*COLUMNS, "seconds", "loss"]]
@@ -194,13 +217,19 @@ def precision(
     write_text(_table(result, k, facts), table)
 
 
-def _retrained(problem, trained: Mapping[str, Network], seconds, k, evaluate) -> list[dict]:
+def _retrained(
+    problem: Problem,
+    trained: Mapping[str, Network],
+    seconds: Mapping[str, float],
+    k: int,
+    evaluator: Evaluator,
+) -> list[dict]:
     """What the scorers trained in both precisions pick, with the same loop."""
     prepared = POLICIES[TRAINED].prepare(problem)
     picks = {
         name: prepared.pool[greedy(prepared, network, k)[0]] for name, network in trained.items()
     }
-    psnr = {name: evaluate(frames)[0] for name, frames in picks.items()}
+    psnr = {name: _psnr(evaluator, frames) for name, frames in picks.items()}
     return [
         {
             "method": TRAINED,
@@ -210,7 +239,7 @@ def _retrained(problem, trained: Mapping[str, Network], seconds, k, evaluate) ->
             "psnr_change": psnr[name] - psnr["float64"],
             "seconds": seconds[name],
         }
-        for name in DTYPES
+        for name in PRECISIONS
     ]
 
 
@@ -250,3 +279,42 @@ def _table(result: pd.DataFrame, k: int, facts: Mapping) -> str:
 
 def _cell(value: float, form: str) -> str:
     return MISSING if np.isnan(value) else form.format(value)
+
+
+def _files(experiment: Experiment) -> dict[str, Any]:
+    kinds = ["frames", "descriptors"]
+    return {
+        **specs.evaluated_problems(experiment),
+        **inputs.captures(inputs.labelled(experiment), kinds, prefix="trained_"),
+        "weights": [experiment.weights("less_is_more")[0], experiment.fsel[0]],
+        "trajectories": "<results>/trajectories.parquet",
+        "trained_splits": inputs.of_labelled(experiment, "splits"),
+    }
+
+
+def _settings(experiment: Experiment) -> dict[str, Any]:
+    config, labels = experiment.config, experiment.labels()
+    training = {key: config["training"][key] for key in ("epochs", "learning_rate")}
+    return {
+        "labels": [labels[dataset] for dataset, _ in experiment.evaluation_scenes],
+        "problems": experiment.problems(1),
+        "scenes": list(experiment.labelled),
+        "training": {"seed": 0, **training},
+        "k": config["search"]["k"],
+        "reconstruction": experiment.reconstruction,
+        "facts": experiment.facts(),
+    }
+
+
+TABLE = Table(
+    precision,
+    outputs=inputs.table_files("precision"),
+    message="Comparing precisions",
+    inputs=_files,
+    params=_settings,
+    size=Size(4000, 30, "reconstruction"),
+    category="Numerics",
+    title="Arithmetic",
+    caption="Selection in float64, float32 and by the compiled loop: picks that agree, change of "
+    "PSNR, time; and training in float32 against float64.",
+)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -17,14 +18,18 @@ from fsel.baselines import METHODS
 from fsel.data.capture import Capture
 from fsel.data.geometry import poses_at
 from fsel.data.points import grouped_rows
-from fsel.data.problem import Method, Problem, checked_select
+from fsel.data.problem import Problem
 from fsel.data.split import evaluation_split
-from fsel.evaluation.measuring import learned_runs
+from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
 from fsel.features.appearance import descriptors
 from fsel.images.sharpness import sharpness
 from fsel.report.latex import plain_table, tex
 from fsel.report.sweep import BASELINES, LEARNED
 from fsel.utils.files import atomic, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Table
 
 logger = logging.getLogger(__name__)
 
@@ -74,7 +79,7 @@ def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
         names=tuple(f"{i:06d}" for i in range(frames)),
         world_to_camera=poses_at(centers, rotations),
         intrinsics=capture.intrinsics[nearest],
-        images=_Repeated(capture.images, nearest),
+        images=cast(np.ndarray, _Repeated(capture.images, nearest)),
         sequences=tuple(capture.sequences[i] for i in nearest),
         points=_tracked(capture, nearest),
         masks=None,
@@ -159,23 +164,29 @@ def selection_time(
     problems = [problem_of_size(capture, described, sharp, pool, targets) for pool in sorted(pools)]
     rows = []
     for pool, problem in zip(sorted(pools), problems, strict=True):
-        for method in _methods(weights):
-            checked_select(method, problems[0], k, np.random.default_rng(0))  # compiles
-            seconds = timed(partial(checked_select, method, problem, k, np.random.default_rng(0)))
+        for run in _runs(weights):
+            select_once(problems[0], run, k)  # compiles
+            seconds = timed(partial(select_once, problem, run, k))
             share = pool / len(capture)
-            before = share * sum(a_frame[name] for name in method.reads)
-            rows.append((method.name, k, pool, before, seconds))
-            logger.info("%s of %d: %.4f + %.4f s", method.name, pool, before, seconds)
+            before = share * sum(a_frame[name] for name in run.method.reads)
+            rows.append((run.method.name, k, pool, before, seconds))
+            logger.info("%s of %d: %.4f + %.4f s", run.method.name, pool, before, seconds)
     result = pd.DataFrame(rows, columns=["method", "k", "pool", "descriptors", "selection"])
     with atomic(numbers) as temporary:
         result.to_csv(temporary, index=False, float_format="%.6f")
     write_text(_time_table(result, targets, appearance["kind"]), table)
 
 
-def _methods(weights: Sequence[str | Path]) -> list[Method]:
-    """All that select: not `all`."""
-    learned = [run.method for run in learned_runs(weights) if run.seed == 0]
-    return [*(METHODS[name] for name in BASELINES), *learned]
+def select_once(problem: Problem, run: Run, k: int) -> np.ndarray:
+    """Select k frames anew: (k,) int64."""
+    (picks,) = picks_at(problem, run, [k], chance(0))
+    return picks.frames
+
+
+def _runs(weights: Sequence[str | Path]) -> list[Run]:
+    """One run of each method that selects: not `all`."""
+    learned = [run for run in learned_runs(weights) if run.seed == 0]
+    return [*(Run(METHODS[name], 0) for name in BASELINES), *learned]
 
 
 def _time_table(result: pd.DataFrame, targets: int, kind: str) -> str:
@@ -204,3 +215,25 @@ def _milliseconds(*seconds: float) -> str:
             digits = max(0, 1 - int(np.floor(np.log10(1e3 * value))))
             texts.append(f"{1e3 * value:,.{digits}f}")
     return " + ".join(texts)
+
+
+def _files(experiment: Experiment) -> dict[str, Any]:
+    scene = inputs.joined(experiment.evaluation_scenes)[0]
+    return {**inputs.capture(folder=f"<results>/{scene}"), "weights": experiment.scorers}
+
+
+TABLE = Table(
+    selection_time,
+    outputs=inputs.table_files("selection_time"),
+    message="Timing every method",
+    inputs=_files,
+    params=lambda experiment: {
+        **{key: experiment.config["timing"][key] for key in ("pools", "k")},
+        **{key: experiment.config[key] for key in ("targets", "appearance")},
+    },
+    size=Size(4000, 60, "capture"),
+    title="Selection time",
+    caption="Seconds on one thread of every method over pools of several sizes: descriptors of the "
+    "whole pool, where a method reads them, and the selection itself, with the reconstructions "
+    "that it makes.",
+)

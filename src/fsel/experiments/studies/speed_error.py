@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from fsel.experiments.studies import speed_settings
 from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
 from fsel.report.sweep import BASELINES, LEARNED, named, sweep_cells
 from fsel.selector.policies import POLICIES
 from fsel.training.search import fittest_so_far
 from fsel.utils.files import atomic, read_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.tables import Table
 
 COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
 STEP = 10  # evaluations between points of a curve
@@ -82,18 +87,19 @@ def progress(subsets: Sequence[str | Path], labels: Sequence[str | Path]) -> pd.
         search, evaluations, generations, gap: mean PSNR in dB, on the proxies, of the fittest
         subset of the genetic search at its end minus that of the fittest after so many evaluations.
     """
-    found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {name: [] for name in speed.SEARCHES}
+    Curve = tuple[np.ndarray, np.ndarray]  # the gap and the generation of every evaluation
+    curves: dict[str, list[Curve]] = {name: [] for name in speed.SEARCHES}
     for path in subsets:
-        runs = dict(list(read_table(path).groupby("method")))
-        best = _incumbent(runs["search"])
-        for name, run in runs.items():
-            found[name].append((best[-1] - _incumbent(run), run["generation"].to_numpy()))
+        searches = dict(list(read_table(path).groupby("method")))
+        best = _incumbent(searches["search"])
+        for name, run in searches.items():
+            curves[name].append((best[-1] - _incumbent(run), run["generation"].to_numpy()))
     for path in labels:
         run = read_table(path)
         best = _incumbent(run)
-        found["labels"].append((best[-1] - best, run["generation"].to_numpy()))
+        curves["labels"].append((best[-1] - best, run["generation"].to_numpy()))
     tables = []
-    for name, runs in found.items():
+    for name, runs in curves.items():
         length = max(len(gap) for gap, _ in runs)
         at = np.unique(np.append(np.arange(STEP, length + 1, STEP), length))
         # a search that met fewer distinct subsets stays where it ended
@@ -161,3 +167,38 @@ def _setting_row(row) -> list[str]:
 
 def _at(gaps: pd.Series, count: int) -> str:
     return f"{gaps[count]:.2f}" if count in gaps.index else MISSING
+
+
+def _files(experiment: Experiment) -> dict[str, Any]:
+    problems = inputs.held_out_problems(experiment)
+    return {
+        "times": "<tables>/selection_time.csv",
+        "settings": "<results>/speed_settings.csv",
+        "evaluations": inputs.of_problems(problems, "evaluation.parquet"),
+        "oracles": inputs.of_problems(problems, "oracle.parquet"),
+        "subsets": inputs.of_problems(problems, "subsets.parquet"),
+        "labels": inputs.label_files(experiment),
+    }
+
+
+TABLE = Table(
+    speed_error,
+    outputs={
+        **inputs.table_files("speed_error"),
+        "figures": inputs.figure_files("speed_error"),
+    },
+    message="Drawing speed against error",
+    inputs=_files,
+    params=lambda experiment: {
+        "problems": inputs.held_out_problems(experiment),
+        "k": experiment.config["search"]["k"],
+    },
+    category="Speed",
+    title="Speed against error",
+    caption="Speed against error. (a) Seconds of every method on the smallest timed pool against "
+    "the PSNR that the genetic search, which reconstructs hundreds of subsets, would still gain "
+    "over it. (b) The reconstructor with one setting changed at a time: depth error against exact "
+    "depth, and PSNR, both at held-out targets; the star is the default. (c) What a search lacks "
+    "to its own end after fewer evaluations.",
+    jobs=[speed_settings.JOB],
+)

@@ -9,9 +9,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.experiments.studies.bench import bench_of, halved, measure_cold, measure_model
+from fsel.experiments import specs
+from fsel.experiments.studies.bench import (
+    bench_of,
+    halved,
+    measure_cold,
+    measure_model,
+    measure_splats,
+)
 from fsel.reconstruct.splats import SplatSettings
 from fsel.utils.files import atomic
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
@@ -45,7 +54,7 @@ def speed_settings(
     for folder, split, made in zip(folders, splits, generated, strict=True):
         place = bench_of(folder, split, made, k=k, long_side=reconstruction["long_side"])
         measure_cold(place, reconstruction)  # compiles
-        usual, model = measure_cold(place, reconstruction)
+        usual, model = measure_splats(place, reconstruction)
         for setting, value, default, changes in settings_of(reconstruction, place.capture.size):
             found = usual if default else measure_cold(place, reconstruction, **changes)[0]
             rows.append({"setting": setting, "value": value, "default": default, **found})
@@ -81,3 +90,17 @@ def settings_of(
         if side <= max(size):
             yield "resolution", str(side), share == 1, {"long_side": side}
     yield "precision", "float32", True, {}
+
+
+JOB = Job(
+    speed_settings,
+    outputs={"numbers": "<results>/speed_settings.csv"},
+    message="Measuring the reconstructor's settings",
+    inputs=specs.evaluated_problems,
+    params=lambda experiment: {
+        "generated": specs.generated(experiment),
+        "k": experiment.config["search"]["k"],
+        "reconstruction": experiment.reconstruction,
+    },
+    size=Size(4000, 60, "reconstruction"),
+)

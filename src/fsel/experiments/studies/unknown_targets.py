@@ -1,4 +1,4 @@
-"""Selecting without being told what will be rendered, on held-out frames and off the path."""
+"""Selection for unknown targets, scored on held-out frames and off the path."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ import pandas as pd
 from fsel.data.capture import Capture, Views
 from fsel.data.problem import Problem
 from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import draw_chance, picks_at, runs
+from fsel.evaluation.measuring import SELECTION, draw_chance, measure, picks_at, runs
 from fsel.evaluation.methods import METHODS
+from fsel.experiments import specs
 from fsel.experiments.studies.beside import views_beside
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.report.captions import made_by
-from fsel.report.figures import save
+from fsel.report.figures import new_figure, save
 from fsel.report.latex import plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.statistics import of_places
@@ -26,6 +27,10 @@ from fsel.report.sweep import place_of
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
 from fsel.utils.files import read_table, write_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
 
@@ -34,8 +39,8 @@ STARTS = (0, 2, 4, 6)  # the first of them, in turn
 BESIDE = 24  # true views off the path of an embedded capture
 REFERENCE = "uniform"
 COMPARED = (REFERENCE, "fvs", "kmedoids", "facility", "long_lrm", "fsel")
-TOLD = "told"  # `fsel` told of the held-out frames
-LABELS = {**{name: METHODS[name].label for name in COMPARED}, TOLD: "fsel, told"}
+KNOWN = "known"  # `fsel` that knows the held-out frames
+LABELS = {**{name: METHODS[name].label for name in COMPARED}, KNOWN: "fsel, known targets"}
 HELD, OFF = "held_out", "off_path"
 TITLES = {HELD: "held-out frames", OFF: "views off the path"}
 UNITS = {"psnr": "dB"}
@@ -44,7 +49,7 @@ THIN: dict[str, Any] = {"linewidth": 0.8, "markersize": 2.5, "elinewidth": 0.8}
 BOLD: dict[str, Any] = {"linewidth": 2.0, "markersize": 4, "elinewidth": 1.6, "zorder": 3}
 
 
-def evaluate_untold(
+def evaluate_unknown_targets(
     folder: str | Path,
     evaluation: str | Path,
     *,
@@ -54,7 +59,7 @@ def evaluate_untold(
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """What every method's picks are worth where nobody said what will be rendered.
+    """Measure every method's picks where nobody says what will be rendered.
 
     Args:
         folder: a canonical capture with its descriptors.
@@ -72,32 +77,32 @@ def evaluate_untold(
     beside = None
     if generated is not None:
         beside = views_beside(reconstructor.capture, BESIDE, **generated)
-    rows = []
+    tables = []
     for start in STARTS:
         held = np.arange(start, len(capture), EVERY)
-        judge, shares = _judge(reconstructor, held, beside)
-        made = list(_picks(capture, described, held, budgets, seed, start))
-        judge.measure_together([frames for *_, frames in made])
-        for method, number, k, frames in made:
-            head = {"start": start, "method": method, "seed": number, "k": k}
-            scores = judge.scores(frames)
-            for views, share in shares.items():
-                psnr, ssim, _ = scores[share].mean(axis=0)
-                rows.append({"views": views, **head, "psnr": psnr, "ssim": ssim})
-        logger.info("every eighth frame from %d held out: %d rows", start, len(rows))
-    write_table(pd.DataFrame(rows), evaluation, units=UNITS, config=config)
+        evaluator = _evaluator(reconstructor, held, beside)
+        picks = list(_picks(capture, described, held, budgets, seed, start))
+        evaluator.measure_together([frames for *_, frames in picks])
+        table = measure(evaluator, pd.concat(_rows(*each) for each in picks))
+        table["views"] = np.where(table["target"] < len(held), HELD, OFF)
+        means = table.groupby(["views", *SELECTION])[["psnr", "ssim"]].mean().reset_index()
+        tables.append(means.assign(start=start))
+        logger.info("every eighth frame from %d held out: %d rows", start, len(means))
+    write_table(pd.concat(tables), evaluation, units=UNITS, config=config)
 
 
-def _judge(
+def _evaluator(
     reconstructor: Reconstructor, held: np.ndarray, beside: tuple[Views, np.ndarray] | None
-) -> tuple[Evaluator, dict[str, slice]]:
-    """What scores on the held-out frames and off the path, and which of its views are which."""
+) -> Evaluator:
+    """The evaluator on the held-out frames, followed by the views off the path."""
     views, truth = reconstructor.capture.view(held), reconstructor.capture.images[held]
-    shares = {HELD: slice(len(held))}
     if beside is not None:
         views, truth = views.joined(beside[0]), np.concatenate([truth, beside[1]])
-        shares[OFF] = slice(len(held), None)
-    return Evaluator(reconstructor, np.arange(len(views)), views, truth), shares
+    return Evaluator(reconstructor, np.arange(len(views)), views, truth)
+
+
+def _rows(method: str, seed: int, k: int, frames: np.ndarray) -> pd.DataFrame:
+    return pd.DataFrame({"method": method, "seed": seed, "k": k, "frame": frames})
 
 
 def _picks(
@@ -109,17 +114,18 @@ def _picks(
     start: int,
 ) -> Iterator[tuple[str, int, int, np.ndarray]]:
     """method, seed, k and frames of the capture; what is held out is not in what is selected from,
-    but for `told`."""
+    but for `known`."""
     seen = np.setdiff1d(np.arange(len(capture)), held)
     left, known = capture.subset(seen), described.iloc[seen]
-    asked = [k for k in budgets if k < len(seen)]
+    sizes = [k for k in budgets if k < len(seen)]
     problem = _problem(left, None, known)
     for run in runs([METHODS[name] for name in COMPARED]):
-        for made in picks_at(problem, run, asked, draw_chance(seed, start)):
+        for made in picks_at(problem, run, sizes, draw_chance(seed, start)):
             yield run.method.name, run.seed, made.k, seen[made.frames]
-    told = _problem(capture, held, described)
-    for made in picks_at(told, runs([METHODS["fsel"]])[0], asked, draw_chance(seed, start)):
-        yield TOLD, 0, made.k, made.frames
+    known_targets = _problem(capture, held, described)
+    (run,) = runs([METHODS["fsel"]])
+    for made in picks_at(known_targets, run, sizes, draw_chance(seed, start)):
+        yield KNOWN, 0, made.k, made.frames
 
 
 def _problem(capture: Capture, held: np.ndarray | None, described: pd.DataFrame) -> Problem:
@@ -128,7 +134,7 @@ def _problem(capture: Capture, held: np.ndarray | None, described: pd.DataFrame)
     return request_problem(capture, targets_of(capture, held), sharpness, None, descriptors)
 
 
-def untold(
+def unknown_targets(
     evaluations: Sequence[str | Path],
     table: str | Path,
     numbers: str | Path,
@@ -140,7 +146,7 @@ def untold(
     """PSNR without a request, by method and budget, with the difference from every n-th frame.
 
     Args:
-        evaluations: what `evaluate_untold` wrote, one a scene.
+        evaluations: what `evaluate_unknown_targets` wrote, one a scene.
         table, numbers: receive LaTeX, and the columns of `compared`.
         figures: receive the differences against K.
         scenes: dataset and scene of each.
@@ -152,11 +158,11 @@ def untold(
         read_table(path).assign(scene=name, place=place)
         for name, place, path in zip(names, places, evaluations, strict=True)
     )
-    found = compared(rows)
-    write_csv(found, numbers)
-    parts = [_table(part, views, facts) for views, part in found.groupby("views", sort=True)]
+    gains = compared(rows)
+    write_csv(gains, numbers)
+    parts = [_table(part, str(v), facts) for v, part in gains.groupby("views", sort=True)]
     write_text("\n".join(parts), table)
-    _draw(found, figures)
+    _draw(gains, figures)
 
 
 def compared(rows: pd.DataFrame) -> pd.DataFrame:
@@ -164,8 +170,8 @@ def compared(rows: pd.DataFrame) -> pd.DataFrame:
     most gain of a place.
 
     Args:
-        rows: of all scenes, what `evaluate_untold` wrote with the columns scene and place; scenes
-            of one place are averaged.
+        rows: of all scenes, what `evaluate_unknown_targets` wrote with the columns scene
+            and place; scenes of one place are averaged.
     """
     scenes = rows.groupby(["views", "k", "method", "place", "scene"])["psnr"].mean()
     each = scenes.groupby(["views", "k", "method", "place"]).mean()
@@ -208,20 +214,18 @@ def _table(found: pd.DataFrame, views: str, facts: Mapping) -> str:
     by_budget = ", ".join(f"{n} at $K={k}$" for k, n in count.items())
     counted = by_budget if count.nunique() > 1 else str(count.iloc[0])
     caption = (
-        rf"\textbf{{Untold, {TITLES[views]}.}} PSNR in dB where nobody says what will be rendered, "
-        "and in brackets the difference from uniform, bold where its 95\\% interval over scenes "
-        f"is above zero; last the worst scene. One frame in {EVERY} is held out and not announced, "
-        f"with {len(STARTS)} beginnings; {TOLD}: \\texttt{{fsel}} is told of them. "
+        rf"\textbf{{Unknown targets, {TITLES[views]}.}} PSNR in dB where nobody says what will "
+        "be rendered, and in brackets the difference from uniform, bold where its 95\\% interval "
+        f"over scenes is above zero; last the worst scene. One frame in {EVERY} is held out and not "
+        f"announced, with {len(STARTS)} beginnings; known targets: \\texttt{{fsel}} is told of them. "
         f"Scenes: {counted}. {made_by(facts)}"
     )
-    return plain_table(head, cells, caption=caption, label=f"tab:untold_{views}")
+    return plain_table(head, cells, caption=caption, label=f"tab:unknown_targets_{views}")
 
 
 def _draw(found: pd.DataFrame, figures: Sequence[str | Path]) -> None:
-    from matplotlib.figure import Figure
-
     kinds = [views for views in TITLES if (found["views"] == views).any()]
-    figure = Figure(figsize=(3.6 * len(kinds), 3.4), layout="constrained")
+    figure = new_figure((3.6 * len(kinds), 3.4))
     for axis, views in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
         part = found[(found["views"] == views) & (found["method"] != REFERENCE)]
         for number, (method, line) in enumerate(part.groupby("method", sort=False)):
@@ -236,3 +240,46 @@ def _draw(found: pd.DataFrame, figures: Sequence[str | Path]) -> None:
     handles, labels = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=7, frameon=False)
     save(figure, figures)
+
+
+def _settings(experiment: Experiment) -> dict[str, Any]:
+    return {
+        "generated": lambda wildcards: experiment.generated(wildcards.dataset, wildcards.scene),
+        "budgets": experiment.config["budgets"],
+        "seed": specs.scene_seed(experiment, "untold"),  # its former name: the draws stay
+        "reconstruction": experiment.reconstruction_of,
+    }
+
+
+EVALUATED = Job(
+    evaluate_unknown_targets,
+    outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}unknown_targets.parquet"},
+    message="Selecting from {wildcards.dataset}/{wildcards.scene} for views that nobody states",
+    inputs=lambda experiment: inputs.capture(inputs.DESCRIBED),
+    params=_settings,
+    size=Size(4000, 30, "reconstruction"),
+)
+
+TABLE = Table(
+    unknown_targets,
+    outputs={
+        **inputs.table_files("{reconstructor}unknown_targets"),
+        "figures": inputs.figure_files("{reconstructor}unknown_targets"),
+    },
+    message="Writing what selections for unknown targets are worth",
+    inputs=lambda experiment: {
+        "evaluations": inputs.of_scenes(
+            experiment.evaluation_scenes, "{reconstructor}unknown_targets.parquet"
+        )
+    },
+    params=lambda experiment: {
+        "scenes": experiment.evaluation_scenes,
+        "facts": experiment.facts_of,
+    },
+    category="Beyond the paper",
+    title="Unknown targets",
+    caption="PSNR of selections where nobody says what will be rendered, on frames that were held "
+    "out and not announced and, of embedded captures, on true views off the path; with the "
+    "difference from uniform.",
+    jobs=[EVALUATED],
+)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from fsel.experiments.paper.ablation import cases
+from fsel.experiments.paper.ablation import trials as ablation
 from fsel.experiments.paper.ablation.extras import EXTRAS
 from fsel.features.columns import FEATURES
 from fsel.report.captions import made_by
@@ -15,6 +17,8 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
 from fsel.report.sweep import of_scenes
 from fsel.utils.files import read_table, write_text
+from fsel.workflow import inputs
+from fsel.workflow.tables import Table
 
 OURS = "less_is_more"  # the scorer that others are compared with
 VALIDATION = "validation"  # all scenes together, whatever their dataset
@@ -187,3 +191,39 @@ def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
         "intervals over scenes and draws, each for its row alone; bold where they exclude zero "
         f"(${sure}$ of ${len(result) - 1}$). {made_by(facts)}"
     )
+
+
+FEATURE_SWEEP = Table(
+    feature_sweep,
+    outputs=inputs.table_files("{reconstructor}feature_sweep"),
+    message="Writing what other features are worth",
+    inputs=lambda experiment: ablation.trial_inputs(experiment, cases.FEATURES),
+    params=lambda experiment: {
+        "cases": cases.feature_cases(experiment),
+        "scenes": cases.scenes(experiment, cases.FEATURES),
+        "facts": ablation.facts(experiment, cases.FEATURES),
+    },
+    category="Paper",
+    title="Tested features",
+    caption="PSNR on validation scenes of the paper's scorer trained on every feature "
+    "configuration that the paper lists, minus that with all 18 features, with paired 95% "
+    "intervals.",
+    jobs=ablation.jobs(cases.FEATURES),
+)
+
+SCORER_ARCH = Table(
+    scorer_arch,
+    outputs=inputs.table_files("{reconstructor}scorer_arch"),
+    message="Writing what other scorers are worth",
+    inputs=lambda experiment: ablation.trial_inputs(experiment, cases.SCORERS),
+    params=lambda experiment: {
+        "labels": cases.scorer_labels(experiment),
+        "scenes": cases.scenes(experiment, cases.SCORERS),
+        "facts": ablation.facts(experiment, cases.SCORERS),
+    },
+    category="Paper",
+    title="Scorer architectures",
+    caption="PSNR on validation scenes of every scorer architecture that the paper lists, minus "
+    "that of its own perceptron, with paired 95% intervals; and numbers of parameters.",
+    jobs=ablation.jobs(cases.SCORERS),
+)

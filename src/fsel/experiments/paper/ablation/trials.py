@@ -3,30 +3,37 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-import torch
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
-from fsel.data.split import Split
-from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import measure, measured_units
-from fsel.experiments.paper.ablation.architectures import MODULES
-from fsel.experiments.paper.ablation.architectures.steps import Steps
+from fsel.evaluation.measuring import SELECTION, measured_units
+from fsel.experiments import specs
+from fsel.experiments.draws import measure_draws
+from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
 from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared
 from fsel.selector.policies import POLICIES
 from fsel.selector.rollout import follow, pick
-from fsel.training.imitation import imitation, mean_cost, passes
-from fsel.training.labelled import Scenes, labelled_problems
 from fsel.utils.files import read_table, write_table
+from fsel.workflow import inputs
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.resources import Size
+from fsel.workflow.tables import Job
+
+if TYPE_CHECKING:
+    import torch  # a third of the time of a short job
+
+    from fsel.experiments.paper.ablation.architectures.steps import Steps
+    from fsel.training.labelled import Scenes
 
 logger = logging.getLogger(__name__)
 
@@ -88,16 +95,18 @@ def trial(
         seeds, epochs, learning_rate: of the training.
         config: digest of the parameters.
     """
-    case = Case(**case)
+    from fsel.training.imitation import mean_cost  # here and below: torch is slow to import
+
+    tried = Case(**case)
     table = read_table(trajectories).query("role == 'train'")
     labelled = dict(zip(scenes, zip(folders, splits, strict=True), strict=True))
-    data = training_steps(case, table, labelled)
+    data = training_steps(tried, table, labelled)
     draws = len(validation_splits) // len(validation_folders)
-    drawn = zip(np.repeat(validation_folders, draws), validation_splits, strict=True)
-    validation = [Problem.load(*item) for item in drawn]
+    repeated = [folder for folder in validation_folders for _ in range(draws)]
+    validation = [Problem.load(*pair) for pair in zip(repeated, validation_splits, strict=True)]
     rows = []
     for seed in range(seeds):
-        network = trained(case, data, seed=seed, epochs=epochs, learning_rate=learning_rate)
+        network = trained(tried, data, seed=seed, epochs=epochs, learning_rate=learning_rate)
         loss, agreement = mean_cost(network, data, _cost)
         record = {
             "seed": seed,
@@ -105,16 +114,21 @@ def trial(
             "loss": loss,
             "agreement": agreement,
         }
-        logger.info("%s: %s", case, record)
+        logger.info("%s: %s", tried, record)
         for name, problem in zip(problems, validation, strict=True):
             place = dict(zip(("dataset", "scene", "draw"), name.split("/"), strict=True))
-            frames = selected(network, case, problem, k).tolist()
+            frames = selected(network, tried, problem, k).tolist()
             rows.append({**place, **record, "picks": frames})
     write_table(pd.DataFrame(rows), picks, units={"loss": "nats"}, config=config)
 
 
 def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tuple[Steps, float]]:
     """Every trajectory as the case sees it, and its weight."""
+    import torch
+
+    from fsel.experiments.paper.ablation.architectures.steps import Steps
+    from fsel.training.labelled import labelled_problems
+
     data = []
     for problem, part in labelled_problems(table, scenes):
         prepared = POLICY.prepare(problem)
@@ -122,9 +136,9 @@ def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tupl
         views = torch.from_numpy(view_inputs(scene))
         for row in part.itertuples():
             picks = np.searchsorted(prepared.pool, np.array(row.picks))
-            inputs = follow(case.rollout(prepared, scene), picks)
-            tensors = (torch.from_numpy(array) for array in (*inputs, picks))
-            data.append((Steps(*tensors, views), row.weight))
+            arrays = (*follow(case.rollout(prepared, scene), picks), picks)
+            features, selectable, rows = (torch.from_numpy(array) for array in arrays)
+            data.append((Steps(features, selectable, rows, views), row.weight))
     return data
 
 
@@ -137,25 +151,35 @@ def trained(
     learning_rate: float,
 ) -> torch.nn.Module:
     """The case's scorer, fitted as `fsel.training.imitation.train` does; all kinds by one loop."""
+    import torch
+
+    from fsel.experiments.paper.ablation.architectures import MODULES
+    from fsel.training.imitation import passes
+
     torch.manual_seed(seed)
     network = MODULES[case.module](**case.settings)
-    settings = {"seed": seed, "epochs": epochs, "learning_rate": learning_rate}
-    for epoch, _ in passes(network, data, _cost, **settings):
+    losses = passes(network, data, _cost, seed=seed, epochs=epochs, learning_rate=learning_rate)
+    for epoch, _ in losses:
         logger.info("%s, seed %d: %d of %d passes", case.module, seed, epoch, epochs)
     return network
 
 
 def selected(network: torch.nn.Module, case: Case, problem: Problem, k: int) -> np.ndarray:
     """(k,) int64 frames that a trained scorer picks, in order."""
+    import torch
+
+    from fsel.experiments.paper.ablation.architectures.steps import Steps
+
     prepared = POLICY.prepare(problem)
     scene = relations(problem, prepared, budget=k)
     views = torch.from_numpy(view_inputs(scene))
 
     def score(features: np.ndarray, selectable: np.ndarray, past: np.ndarray) -> np.ndarray:
         picks = np.append(past, 0)  # the last is yet to be made, and not read
-        tensors = (torch.from_numpy(array) for array in (features, selectable, picks))
+        seen, open_rows, rows = map(torch.from_numpy, (features, selectable, picks))
         with torch.no_grad():
-            return network(Steps(*tensors, views))[-1].numpy()
+            scores: np.ndarray = network(Steps(seen, open_rows, rows, views))[-1].numpy()
+        return scores
 
     return prepared.pool[pick(case.rollout(prepared, scene), score, k)]
 
@@ -166,6 +190,8 @@ def parameters(network: torch.nn.Module) -> int:
 
 
 def _cost(network: torch.nn.Module, steps: Steps) -> tuple[torch.Tensor, torch.Tensor]:
+    from fsel.training.imitation import imitation
+
     return imitation(network(steps), steps.selectable, steps.picks)
 
 
@@ -199,10 +225,83 @@ def evaluate_trials(
     picks = picks.query("dataset == @dataset and scene == @scene")
     picks = picks.assign(k=picks["picks"].map(len), frame=picks["picks"]).explode("frame")
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    tables = []
-    for draw, path in enumerate(splits):
-        evaluator = Evaluator.on_frames(reconstructor, Split.load(path).targets)
-        table = measure(evaluator, picks[picks["draw"] == f"draw{draw}"])
-        tables.append(table.assign(draw=draw))
-        logger.info("draw %d: %.2f dB", draw, table["psnr"].mean())
-    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
+    picks["draw"] = picks["draw"].str.removeprefix("draw").astype(int)
+    table = measure_draws(reconstructor, splits, picks, ["draw", *SELECTION])
+    write_table(table, evaluation, units=measured_units(), config=config)
+
+
+def trial_files(experiment: Experiment, table: str) -> list[str]:
+    """The picks of every case of a table."""
+    names = cases.cases(experiment, table)
+    return [f"<results>/trials/{table}/{name}.parquet" for name in names]
+
+
+def trial_inputs(experiment: Experiment, table: str) -> dict[str, Any]:
+    """What the table's function reads."""
+    scenes = cases.scenes(experiment, table)
+    return {
+        "evaluations": inputs.of_scenes(scenes, f"{{reconstructor}}{table}.parquet"),
+        "trials": trial_files(experiment, table),
+    }
+
+
+def facts(experiment: Experiment, table: str) -> Callable[[Any], dict[str, Any]]:
+    """What the table's caption tells."""
+    told = specs.facts_about(experiment, specs.datasets_of(cases.scenes(experiment, table)))
+    epochs = experiment.config["trials"]["epochs"]
+    return lambda wildcards: {**told(wildcards), "epochs": epochs}
+
+
+def jobs(table: str) -> list[Job]:
+    """The rules that train and try a table's cases, and measure what they pick."""
+
+    def read(experiment: Experiment) -> dict[str, Any]:
+        scenes = cases.scenes(experiment, table)
+        draws, kinds = range(experiment.config["draws"]), ["frames", "descriptors"]
+        return {
+            **inputs.captures(inputs.labelled(experiment), kinds),
+            **inputs.captures(inputs.joined(scenes), kinds, prefix="validation_"),
+            "trajectories": "<results>/trajectories.parquet",
+            "splits": inputs.of_labelled(experiment, "splits"),
+            "validation_splits": inputs.of_scenes(scenes, "split.parquet", draws),
+        }
+
+    def settings(experiment: Experiment) -> dict[str, Any]:
+        every, config = cases.cases(experiment, table), experiment.config
+        scenes = inputs.joined(cases.scenes(experiment, table))
+        return {
+            "case": lambda wildcards: every[wildcards.trial],
+            "k": experiment.budget_near(cases.BUDGETS[table]),
+            "scenes": list(experiment.labelled),
+            "problems": [f"{scene}/draw{n}" for scene in scenes for n in range(config["draws"])],
+            "learning_rate": config["training"]["learning_rate"],
+            "seeds": config["trials"]["seeds"],
+            "epochs": config["trials"]["epochs"],
+        }
+
+    trained = Job(
+        trial,
+        name=f"trial_{table}",
+        outputs={"picks": f"<results>/trials/{table}/{{trial}}.parquet"},
+        message=f"Training {table} {{wildcards.trial}} and selecting with it",
+        inputs=read,
+        params=settings,
+        size=Size(4000, 120),
+    )
+    evaluated = Job(
+        evaluate_trials,
+        name=f"evaluate_{table}",
+        outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}{table}.parquet"},
+        message=f"Reconstructing {{wildcards.dataset}}/{{wildcards.scene}} from picks of {table}",
+        inputs=lambda experiment: {
+            **inputs.capture(),
+            "splits": inputs.of_draws(experiment, "split.parquet"),
+            "trials": trial_files(experiment, table),
+        },
+        params=lambda experiment: {
+            "names": list(cases.cases(experiment, table)),
+            "reconstruction": experiment.reconstruction_of,
+        },
+        size=Size(4000, 60, "reconstruction"),
+    )
+    return [trained, evaluated]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from fsel.experiments.studies.hard_cases.case import Case, Finding, finite
@@ -41,7 +43,7 @@ def black_against_white() -> Finding:
 ASKED = "sharpness 0; a unit descriptor, none for black; SSIM 1 and GMSD 0 with itself"
 CASES = (
     *(
-        Case(f"{name} images", ASKED, lambda level=level: blank(level))
+        Case(f"{name} images", ASKED, partial(blank, level))
         for name, level in (("black", 0), ("uniform grey", 119), ("white", 255))
     ),
     Case("black against white", "PSNR 0 dB; SSIM C1 / (1 + C1)", black_against_white),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,8 @@ def nothing_in_common() -> Problem:
 def changed(**columns: Callable[[np.ndarray], np.ndarray]) -> Problem:
     """The ordinary problem with other values in some of its fields."""
     problem = worlds.world()
-    return replace(problem, **{name: of(getattr(problem, name)) for name, of in columns.items()})
+    fields: dict[str, Any] = {name: of(getattr(problem, name)) for name, of in columns.items()}
+    return replace(problem, **fields)
 
 
 def outlier(values: np.ndarray) -> np.ndarray:

@@ -62,6 +62,7 @@ def measure_quality(capture: Capture) -> tuple[float, float]:
     scores = Evaluator.on_frames(reconstructor, held)(frames)
     position = reconstructor.fit(frames).positions
     finite(scores, position)
+    assert capture.points is not None  # `wall` gives them
     depth = np.median(capture.points.xyz[:, 2])
     return float(scores[0]), float(np.median(np.abs(position[:, 2] / depth - 1)))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from statistics import fmean
 
 import numpy as np
@@ -206,7 +207,7 @@ CASES = (
         case(
             f"world scaled by 1e{power}",
             "the picks and views of the unscaled world",
-            lambda power=power: problems.displaced(np.zeros(3), 10.0**power),
+            partial(problems.displaced, np.zeros(3), 10.0**power),
             reference=worlds.world,
         )
         for power in (-6, 6)

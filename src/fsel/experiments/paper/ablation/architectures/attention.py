@@ -53,7 +53,7 @@ class SelfAttention(nn.Module):
     def forward(self, steps: Steps) -> torch.Tensor:
         hidden = self.embedding(steps.features)
         if self.order:
-            hidden = hidden + positions(hidden.shape[1])
+            hidden = hidden + place_encoding(hidden.shape[1])
         hidden = self.encoder(hidden, src_key_padding_mask=~steps.selectable)
         return self.head(hidden).squeeze(-1)
 
@@ -75,8 +75,8 @@ class ViewAttention(nn.Module):
     def forward(self, steps: Steps) -> torch.Tensor:
         own = steps.features[..., OWN]
         views = self.views(steps.views)
-        asked = self.query(own).transpose(0, 1)
-        seen, _ = self.attention(asked, views, views, need_weights=False)
+        queries = self.query(own).transpose(0, 1)
+        seen, _ = self.attention(queries, views, views, need_weights=False)
         return self.head(torch.cat([seen.transpose(0, 1), own], dim=-1)).squeeze(-1)
 
 
@@ -94,7 +94,7 @@ def encoder(layers: int) -> nn.TransformerEncoder:
     return nn.TransformerEncoder(layer, layers, enable_nested_tensor=False)
 
 
-def positions(count: int) -> torch.Tensor:
+def place_encoding(count: int) -> torch.Tensor:
     """(count, 64) sinusoidal encoding of the place in capture order (Vaswani et al. 2017)."""
     rate = torch.exp(-math.log(WAVELENGTHS) * torch.arange(0, WIDTH, 2) / WIDTH)
     angle = torch.arange(count)[:, None] * rate

@@ -1,0 +1,106 @@
+"""Inputs and params that the specs of several tables share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from fsel.workflow import inputs
+from fsel.workflow.datasets import kinds_of
+from fsel.workflow.experiment import Experiment
+
+Values = dict[str, Any]
+FIRST_DRAW = f"{inputs.SCENE}/draw0"
+GIVEN, ESTIMATED = "given", "estimated"
+
+
+def sweep_evaluations(experiment: Experiment) -> Values:
+    """The evaluations of the budget sweep, one a problem."""
+    name = "{reconstructor}evaluation.parquet"
+    return {"evaluations": inputs.of_problems(experiment.problems(), name)}
+
+
+def sweep_settings(experiment: Experiment) -> Values:
+    """The problems, datasets and budgets of the sweep, and what captions tell."""
+    return {
+        "problems": experiment.problems(),
+        "datasets": experiment.labels(),
+        "budgets": experiment.config["budgets"],
+        "facts": experiment.facts_of,
+    }
+
+
+def facts_about(experiment: Experiment, names: Sequence[str]) -> Callable[[Any], Values]:
+    """Facts of some datasets and the reconstructor in the wildcards."""
+    return lambda wildcards: experiment.facts(names, wildcards.reconstructor)
+
+
+def facts_of_trained(experiment: Experiment) -> Callable[[Any], Values]:
+    """Facts of the labelled dataset and the reconstructor in the wildcards."""
+    return facts_about(experiment, [experiment.trained])
+
+
+def datasets_of(scenes: Sequence[tuple[str, str]]) -> list[str]:
+    """The datasets of scenes, each once, in order."""
+    return list(dict.fromkeys(dataset for dataset, _ in scenes))
+
+
+def scene_seed(experiment: Experiment, *parts: object) -> Callable[[Any], int]:
+    """The seed of the scene in the wildcards for one purpose."""
+    return lambda wildcards: experiment.scene_seed(wildcards, *parts)
+
+
+def described_draws(experiment: Experiment) -> Values:
+    """A described capture and its splits, one a draw."""
+    return {
+        **inputs.capture(inputs.DESCRIBED),
+        "splits": inputs.of_draws(experiment, "split.parquet"),
+    }
+
+
+def picks_of_draws(experiment: Experiment, picks: str) -> Values:
+    """A capture, its splits, and what was picked on them."""
+    return {
+        **inputs.capture(),
+        "splits": inputs.of_draws(experiment, "split.parquet"),
+        "picks": f"{inputs.SCENE}/{picks}",
+    }
+
+
+def two_captures(folder: str, *, described: bool = False) -> Values:
+    """The captures of the same frames with given and with estimated poses.
+
+    Args:
+        folder: of both, within the scene's.
+        described: whether the descriptors of the first are asked for.
+    """
+    found: Values = {}
+    for name in (GIVEN, ESTIMATED):
+        kinds = inputs.DESCRIBED if described and name == GIVEN else inputs.CAPTURE
+        found |= inputs.capture(kinds, f"{inputs.SCENE}/{folder}/{name}", f"{name}_")
+    return found
+
+
+def evaluated_problems(experiment: Experiment) -> Values:
+    """Described captures of all evaluation scenes, and the split of each one's first draw."""
+    return {
+        **inputs.captures(inputs.joined(experiment.evaluation_scenes), inputs.DESCRIBED),
+        "splits": inputs.of_problems(experiment.problems(1), "split.parquet"),
+    }
+
+
+def generated(experiment: Experiment) -> list[Values | None]:
+    """What made each evaluation scene, None for real ones."""
+    return [experiment.generated(*scene) for scene in experiment.evaluation_scenes]
+
+
+def filmed_anew(experiment: Experiment, folder: str) -> Callable[[Any], str]:
+    """The scene in the wildcards with large images: embedded ones are filmed anew into a folder."""
+
+    def source(wildcards: Any) -> str:
+        dataset, scene = wildcards.dataset, wildcards.scene
+        if kinds_of(experiment.datasets.entries[dataset]) == ["embedded"]:
+            return f"<results>/{dataset}/{scene}/{folder}"
+        return experiment.datasets.raw_capture(dataset, scene)
+
+    return source
