@@ -91,7 +91,7 @@ def problem_swaps(
     return swaps(gain, picks, problem.observed, region, rng)
 
 
-def reconstruction(name: str) -> dict[str, Any]:
+def scoring(name: str) -> dict[str, Any]:
     """Section of a configuration: a reconstructor as it scores swaps."""
     return {"name": name, "long_side": SIDE, "settings": SETTINGS[name]}
 
@@ -112,7 +112,7 @@ def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> S
         raise ValueError(f"refine: {counted(len(picks), 'pick')}; allowed: {LEAST_PICKS} or more")
     started = time.perf_counter()
     name = refine.reconstructor
-    reconstructor = reconstructor_of(problem.capture, reconstruction(name))
+    reconstructor = reconstructor_of(problem.capture, scoring(name))
     best = Swapped(picks, 0.0, 0, name)
     for best in problem_swaps(reconstructor, problem, picks, np.random.default_rng(seed)):
         best = replace(best, reconstructor=name)

@@ -19,7 +19,7 @@ from fsel.report import curves
 from fsel.report.captions import captures_of
 from fsel.report.numbers import write_csv
 from fsel.report.statistics import of_places
-from fsel.request.swaps import problem_swaps
+from fsel.request.swaps import problem_swaps, scoring
 from fsel.utils.files import read_table, write_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
@@ -65,7 +65,7 @@ def evaluate_swaps(
     evaluator = Evaluator.on_frames(measuring, Split.load(split).targets, metrics=(METRIC,))
     rows, spent, began = [], 0.0, time.process_time()
     rng = np.random.default_rng(seed)
-    reconstructor = reconstructor_of(problem.capture, reconstruction("splats"))
+    reconstructor = reconstructor_of(problem.capture, scoring("splats"))
     for best in problem_swaps(reconstructor, problem, start, rng):
         if best.tried not in TRIED:
             continue
