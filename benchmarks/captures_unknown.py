@@ -215,7 +215,7 @@ def _head(table: pd.DataFrame) -> str:
     starts = sorted(table["start"].unique())
     return (
         "# Nobody states the views: real captures, trained Gaussians\n\n"
-        f"`python benchmarks/captures_unknown.py measure`, then `page`, {datetime.now(UTC):%Y-%m-%d}."
+        f"`benchmarks/captures_unknown.py measure`, then `page`, {datetime.now(UTC):%Y-%m-%d}."
         "\n\n"
         f"One frame in {EVERY} is held out and not announced, from frame "
         f"{', '.join(map(str, starts))} on in turn. Picks of the others are reconstructed by "
