@@ -67,12 +67,14 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path, usual):
     assert asked["measure_costs"] == asked["evaluate_geometry"] == 1
     # of the held-out training dataset's one scene, by three reconstructors
     assert asked["evaluate_transfer"] == asked["evaluate_reconchoice"] == 3
-    assert asked["trial"] == 43 + 17
-    assert asked["evaluate_trials"] == 2  # of one validation scene, for two tables
+    assert asked["trial_feature_sweep"] == 43
+    assert asked["trial_scorer_arch"] == 17
+    # of one validation scene
+    assert asked["evaluate_feature_sweep"] == asked["evaluate_scorer_arch"] == 1
     # of each dataset's first evaluation scene, filmed anew with larger images
     assert asked["generate_large"] == asked["select_estimated"] == asked["evaluate_estimated"] == 2
     assert asked["select_noise"] == asked["evaluate_noise"] == 2
-    assert not {"handsign", "poses", "trial", "transfer", "ingest_masked"} & set(usual)
+    assert not {"handsign", "poses", "trial_scorer_arch", "transfer", "ingest_masked"} & set(usual)
 
 
 def test_a_further_reconstructor_adds_evaluations_and_tables_and_no_selection(tmp_path, usual):

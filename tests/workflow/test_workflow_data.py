@@ -204,7 +204,8 @@ def test_the_paper_s_config_plans_every_table(tmp_path):
     assert jobs["select_crosscapture"] == 6
     assert jobs["select_objects"] == 20
     assert jobs["select_paired"] == jobs["evaluate_paired"] == 21
-    assert jobs["evaluate_trials"] == 30 + 21
+    assert jobs["evaluate_feature_sweep"] == 30
+    assert jobs["evaluate_scorer_arch"] == 21
     assert jobs["qualitative"] == 6
     assert "refine" not in jobs
 

@@ -12,9 +12,15 @@ from selection_problems import random_capture
 from fsel.data.capture import Capture
 from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
-from fsel.experiments.paper.pictures import STRONGEST, frames_named, resolved, spaced
+from fsel.experiments.paper.pictures import (
+    STRONGEST,
+    frames_named,
+    picks_of,
+    resolved,
+    spaced,
+)
 from fsel.experiments.paper.pipeline_figure import met_until, pipeline_figure
-from fsel.experiments.paper.qualitative import picks_of, qualitative
+from fsel.experiments.paper.qualitative import qualitative
 from fsel.experiments.paper.real_world import real_world
 from fsel.experiments.paper.training_figure import training_figure
 from fsel.reconstruct import reconstructor_of

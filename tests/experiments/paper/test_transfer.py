@@ -14,7 +14,7 @@ from fsel.report.summary import ALL_FRAMES
 from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
-JUDGES = {
+RECONSTRUCTORS = {
     "splats": {"reconstructor": "splats", "long_side": 96},
     "g_2": {"reconstructor": "g_2 (gaussians)", "long_side": 64},
 }
@@ -76,7 +76,7 @@ def test_differences_are_paired_within_a_reconstructor(tmp_path):
         paths,
         *outputs,
         problems=problems,
-        judges=JUDGES,
+        reconstructors=RECONSTRUCTORS,
         budgets=[30],
         metrics=["psnr"],
         facts=FACTS,
@@ -141,7 +141,12 @@ def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
     means = choice_means(full, "x", ["psnr"])
     assert means["outcome"].tolist() == ["", "out of memory"]
     assert np.isnan(means["psnr"][1])
-    told = {"judges": JUDGES, "metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
+    told = {
+        "reconstructors": RECONSTRUCTORS,
+        "metrics": ["psnr"],
+        "memory": 8 * 10**9,
+        "facts": FACTS,
+    }
     reconchoice([*fits, *full], tmp_path / "r.tex", tmp_path / "r.csv", **told)
     lines = (tmp_path / "r.tex").read_text().splitlines()
     assert r"$K{=}20$ & 20.00 & 1.5 & 4 & 20.00 & 1.5 & 4 \\" in lines
@@ -153,8 +158,8 @@ def test_a_gpu_is_named_where_one_was_used(tmp_path):
     path = tmp_path / "g.parquet"
     columns = ["k", "psnr", "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
     pd.DataFrame([(20, 20.0, 1.0, 0.5, 4e6, "H_1", "")], columns=columns).to_parquet(path)
-    judges = {"g_2": JUDGES["g_2"]}
-    told = {"judges": judges, "metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
+    named = {"g_2": RECONSTRUCTORS["g_2"]}
+    told = {"reconstructors": named, "metrics": ["psnr"], "memory": 8 * 10**9, "facts": FACTS}
     reconchoice([path], tmp_path / "r.tex", tmp_path / "r.csv", **told)
     said = r"On a GPU, seconds by the clock and memory of the GPU: \texttt{g\_2} (H\_1)."
     assert said in (tmp_path / "r.tex").read_text()
@@ -168,7 +173,13 @@ def test_what_did_not_finish_is_said_in_the_place_of_numbers(tmp_path):
     table.to_parquet(paths[1])
     outputs = [tmp_path / name for name in ("t.tex", "t.csv", "d.csv")]
     told = {"budgets": [30], "metrics": ["psnr"], "facts": FACTS}
-    transfer(paths, *outputs, problems=problems, judges={"splats": JUDGES["splats"]}, **told)
+    transfer(
+        paths,
+        *outputs,
+        problems=problems,
+        reconstructors={"splats": RECONSTRUCTORS["splats"]},
+        **told,
+    )
     lines = outputs[0].read_text().splitlines()
     assert r"Random & \textit{timeout} &  &  \\" in lines
     means = read_csv(outputs[1]).set_index("method")

@@ -142,8 +142,8 @@ def candidate_pools(
         r"\textbf{Equal candidate pools.} PSNR (dB) of the same weights of ours and of "
         "baselines, where all may pick the same frames and know the same of the targets; the paper "
         "compares the first row of ours with the baselines of the second block. In brackets beside "
-        "ours: its paired difference to the strongest other row of the block, with a 95\\% interval over "
-        f"{means['n'].max()} scenes; bold where that excludes zero. {made_by(facts)}"
+        "ours: its paired difference to the strongest other row of the block, with a 95\\% "
+        f"interval over {means['n'].max()} scenes; bold where that excludes zero. {made_by(facts)}"
     )
     rows = [row for setting in SETTINGS for row in _block(means, gaps, setting, budgets)]
     head = ["Selection", *(f"$K{{=}}{k}$" for k in budgets)]

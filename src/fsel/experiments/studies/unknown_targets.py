@@ -216,9 +216,9 @@ def _table(found: pd.DataFrame, views: str, facts: Mapping) -> str:
     caption = (
         rf"\textbf{{Unknown targets, {TITLES[views]}.}} PSNR in dB where nobody says what will "
         "be rendered, and in brackets the difference from uniform, bold where its 95\\% interval "
-        f"over scenes is above zero; last the worst scene. One frame in {EVERY} is held out and not "
-        f"announced, with {len(STARTS)} beginnings; known targets: \\texttt{{fsel}} is told of them. "
-        f"Scenes: {counted}. {made_by(facts)}"
+        f"over scenes is above zero; last the worst scene. One frame in {EVERY} is held out and "
+        f"not announced, with {len(STARTS)} beginnings; known targets: \\texttt{{fsel}} is told of "
+        f"them. Scenes: {counted}. {made_by(facts)}"
     )
     return plain_table(head, cells, caption=caption, label=f"tab:unknown_targets_{views}")
 

@@ -13,7 +13,7 @@ import numpy as np
 from fsel.reconstruct.gaussians.exponential import exponential
 from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, XX, XY, YY, U, V
 from fsel.reconstruct.gaussians.tiles import TILE
-from fsel.utils.compiled import reordered
+from fsel.utils.compiled import exact, reordered
 
 PIXELS = TILE * TILE
 LARGEST_ALPHA = 0.99
@@ -82,22 +82,33 @@ def _finished(state):
     return light < 0
 
 
+@exact
+def _raw_alpha(dx, dy, xx, xy, yy, peak, floor):
+    """Return the opacity of a Gaussian at a pixel, which both passes compare: it rounds alike."""
+    return exponential(max(peak + (xx * dx + xy * dy) * dx + yy * dy * dy, floor))
+
+
+@exact
+def _passed(light, alpha):
+    """Return the light that passes an opacity, which both passes compare: it rounds alike."""
+    return light - light * alpha
+
+
 @reordered
 def _add(state, at, rows, i, left, top):
     """One Gaussian onto one tile."""
     kind = rows.dtype.type
-    none, one, most, least = kind(0), kind(1), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
+    none, most, least = kind(0), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
     floor, faintest = kind(FLOOR), kind(LEAST_ALPHA)
     u, v = rows[i, U] - kind(left), rows[i, V] - kind(top)
     xx, xy, yy, peak = rows[i, XX], rows[i, XY], rows[i, YY], rows[i, PEAK]
     red, green, blue = rows[i, RED], rows[i, RED + 1], rows[i, RED + 2]
     for p in range(PIXELS):
         dx, dy = at[p] - u, at[PIXELS + p] - v
-        exponent = peak + (xx * dx + xy * dy) * dx + yy * dy * dy
-        alpha = min(exponential(max(exponent, floor)), most)
+        alpha = min(_raw_alpha(dx, dy, xx, xy, yy, peak, floor), most)
         alpha = alpha if alpha >= faintest else none
         light = state[p]
-        after = light * (one - alpha)
+        after = _passed(light, alpha)
         goes = after >= least
         weight = alpha * light if goes else none
         state[p] = after if goes else -abs(light)
@@ -150,12 +161,11 @@ def _add_back(state, at, rows, i, left, top, out):
     s0, s1, s2, s3, s4, s5, s6, s7, s8 = (none, none, none, none, none, none, none, none, none)
     for p in range(PIXELS):
         dx, dy = at[p] - u, at[PIXELS + p] - v
-        exponent = peak + (xx * dx + xy * dy) * dx + yy * dy * dy
-        raw = exponential(max(exponent, floor))
+        raw = _raw_alpha(dx, dy, xx, xy, yy, peak, floor)
         alpha = min(raw, most)
         alpha = alpha if alpha >= faintest else none
         light = state[p]
-        after = light * (one - alpha)
+        after = _passed(light, alpha)
         goes = after >= least
         weight = alpha * light if goes else none
         state[p] = after if goes else -abs(light)
