@@ -25,6 +25,7 @@ from fsel.experiments.paper.ablation.trials import evaluate_trials, trial
 from fsel.features.columns import FEATURES
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
+from fsel.stages.features import features
 from fsel.stages.order import order
 from fsel.stages.split import split
 from fsel.synthesis import record
@@ -139,9 +140,11 @@ def labelled(tmp_path_factory):
         )
         parts.append(drawn.table(capture.names).assign(coverage=coverage))
     pd.concat(parts).to_parquet(folder / "splits.parquet")
+    features(folder, [folder / "splits.parquet"], [folder / "features.parquet"], config="x")
     order(
         [folder],
         [folder / "splits.parquet"],
+        [folder / "features.parquet"],
         labels.values(),
         folder / "trajectories.parquet",
         scenes={"s": "train"},
