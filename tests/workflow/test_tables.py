@@ -65,7 +65,7 @@ def test_a_table_and_its_jobs_are_rules(made):
     assert first.log == "<results>/logs/{reconstructor}measure/{dataset}/{scene}.log"
     assert second.benchmark == "<results>/benchmarks/draw.jsonl"
     assert first.params["job"] == f"{__name__}:measure"
-    assert first.inputs["lib"] == (__name__, made.reconstruction_of)
+    assert first.inputs["lib"] == (__name__, made.reconstruction_of, ())
     assert second.inputs["lib"] == (__name__, None)
     assert first.resources["gpu"](WILDCARDS) == 0
     assert "gpu" not in second.resources

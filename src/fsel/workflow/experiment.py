@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -113,28 +113,32 @@ class Experiment(Settings):
         return found
 
     def library(
-        self, module: str, reconstruction: Section | Choice | None = None
+        self,
+        module: str,
+        reconstruction: Section | Choice | None = None,
+        apart: Collection[str] = (),
     ) -> list[str] | Choice:
         """Files of the library that a rule depends on, or a function of the wildcards.
 
         Args:
             module: the function's; a name without a dot is a stage.
             reconstruction: see `resources`; without it, the first reconstructor's.
+            apart: entries of registries, `module:name`, that it does without.
         """
         name = module if "." in module else f"fsel.stages.{module}"
         if callable(reconstruction):
             choose = reconstruction
-            return lambda wildcards: self._needed(name, choose(wildcards)["name"])
-        return self._needed(name, (reconstruction or self.reconstruction)["name"])
+            return lambda wildcards: self._needed(name, choose(wildcards)["name"], apart)
+        return self._needed(name, (reconstruction or self.reconstruction)["name"], apart)
 
-    def _needed(self, module: str, reconstructor: str) -> list[str]:
+    def _needed(self, module: str, reconstructor: str, apart: Collection[str]) -> list[str]:
         layouts = {entry["layout"] for entry in self.datasets.entries.values()}
         used = {reconstructor, "psnr", "ssim", "gmsd", *self.metrics, *layouts}
         homes = RECONSTRUCTORS.homes | REGISTERED.homes
         if "auto" not in layouts:
             homes |= LAYOUTS.homes
         unused = [home for name, home in homes.items() if name not in used]
-        return self._library.needed(module, unused)
+        return self._library.needed(module, [*unused, *apart])
 
     @cached_property
     def _library(self) -> Library:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
+from fsel.utils.registry import Registry
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.resources import Size
@@ -192,6 +193,9 @@ class Tables:
             inputs, params = {"refused": _raising(refusal)}, {}
         reconstruction = params.get("reconstruction")
         size = job.size(experiment) if callable(job.size) else job.size
+        module = job.function.__module__
+        # the package lists all tables; one does without the others
+        apart = self.entries.homes.values() if isinstance(self.entries, Registry) else ()
         shown = {}
         if isinstance(job, Table):
             names = [name for name in SHOWN if name in outputs]
@@ -201,7 +205,7 @@ class Tables:
         return Rule(
             job.rule,
             job.message,
-            {**inputs, "lib": experiment.library(job.function.__module__, reconstruction)},
+            {**inputs, "lib": experiment.library(module, reconstruction, apart)},
             outputs,
             {**params, "job": job.home},
             experiment.resources(size, reconstruction),
