@@ -42,7 +42,7 @@ Scores = dict[Cell, np.ndarray]
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     checked(asked)
-    metrics = metrics_of(asked)
+    metrics = metrics_of(asked, console)
     methods = [api.method_of(name) for name in asked.methods]
     with staged(asked.out, "compare", inputs_of(asked), asked.force) as stage:
         opened = posing.opened(asked, console, asked.long_side)

@@ -20,7 +20,7 @@ from fsel.request.targets import targets_of
 
 def run(asked: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    read, metrics = [*inputs_of(asked), asked.model], metrics_of(asked)
+    read, metrics = [*inputs_of(asked), asked.model], metrics_of(asked, console)
     with staged(asked.out, "render", read, asked.force) as stage:
         model = GaussianModel.read_ply(asked.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
