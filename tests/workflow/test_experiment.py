@@ -1,11 +1,13 @@
 """What rules get from the checked configuration."""
 
 import zlib
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 from dry_runs import SMOKE, experiment, with_dataset
 
+from fsel.report import captions
 from fsel.workflow import inputs
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.resources import Size

@@ -51,9 +51,9 @@ def located(net: str = NET, weights: str | None = None) -> tuple[Path, Path]:
     path = published.found(net) if weights is None else Path(weights)
     if path is None or not path.is_file():
         raise FileNotFoundError(
-            f"lpips.weights is {weights and str(weights)!r}, not a file; LPIPS with net {net} needs the "
-            f"weights {PAGES[net]} on disk. Hint: {_ways(net)}put gmsd in the place of lpips in "
-            "`metrics`"
+            f"lpips.weights is {weights and str(weights)!r}, not a file; LPIPS with net {net} "
+            f"needs the weights {PAGES[net]} on disk. Hint: {_ways(net)}put gmsd in the place of "
+            "lpips in `metrics`"
         )
     whole = _holds_heads(path)
     for package, extra in (("lpips", "weights"), ("torch", "workflow")):
