@@ -195,7 +195,7 @@ class Lpips(nn.Module):
 
     def _known(self, truth: np.ndarray) -> list[Tensor]:
         """Features of a truth, those of the last one kept."""
-        key = truth.shape, blake2b(np.ascontiguousarray(truth)).digest()
+        key = truth.shape, blake2b(truth.tobytes()).digest()
         if self._last is None or self._last[0] != key:
             self._last = key, self.features_of(self._images(levels(truth)))
         return self._last[1]

@@ -124,7 +124,8 @@ def converted(net: str, arrays: Mapping[str, Any]) -> dict[str, np.ndarray]:
     Raises:
         ValueError: where a layer is not there.
     """
-    features = next((group for name, group in arrays.items() if "NetLin" not in name), {})
+    backbones = [group for name, group in arrays.items() if "NetLin" not in name]
+    features: Mapping[str, Any] = backbones[0] if backbones else {}
     state = {}
     try:
         for i, number in enumerate(CONVOLUTIONS[net]):
