@@ -9,7 +9,7 @@ min_version("9.19.0")
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
 from fsel.experiments import TABLES
-from fsel.workflow import inputs, requirements
+from fsel.workflow import inputs, perceptual, requirements
 from fsel.workflow.artefacts import check_artefacts
 from fsel.workflow.cluster import start_on_slurm
 from fsel.workflow.experiment import Experiment
@@ -37,7 +37,9 @@ if "datasets" not in config:
     configfile: "config/config.yaml"
 
 
-experiment = Experiment.load(config, Path(workflow.basedir))
+experiment = perceptual.settled(
+    Experiment.load(config, Path(workflow.basedir)), ask=workflow.is_main_process
+)
 tables = Tables(TABLES, experiment)
 config["captions"] = tables.captions()
 if workflow.is_main_process:
@@ -83,6 +85,7 @@ onstart:
             [path for job in jobs for path in job.input],
             [path for job in jobs for path in job.output],
         )
+        perceptual.fetch(experiment)
 
 
 rule all:

@@ -21,6 +21,7 @@ import json
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -214,7 +215,8 @@ def _head(table: pd.DataFrame) -> str:
     starts = sorted(table["start"].unique())
     return (
         "# Nobody states the views: real captures, trained Gaussians\n\n"
-        "Made by `benchmarks/captures_unknown.py`; never edited by hand.\n\n"
+        f"`benchmarks/captures_unknown.py measure`, then `page`, {datetime.now(UTC):%Y-%m-%d}."
+        "\n\n"
         f"One frame in {EVERY} is held out and not announced, from frame "
         f"{', '.join(map(str, starts))} on in turn. Picks of the others are reconstructed by "
         f"`gaussians` ({LONG_SIDE} pixels, {SETTINGS['steps']} steps, {SETTINGS['gaussians']:,} "

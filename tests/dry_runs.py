@@ -35,7 +35,7 @@ def dry_run(folder: Path, config: Path, *targets: str) -> subprocess.CompletedPr
         cwd=folder,
         capture_output=True,
         text=True,
-        env={**os.environ, "PYTHONWARNINGS": "ignore"},
+        env={**os.environ, "PYTHONWARNINGS": "ignore", "PIP_NO_INDEX": "1"},
     )
 
 

@@ -168,9 +168,12 @@ def test_lpips_takes_the_place_of_gmsd_where_weights_are(
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["--lpips-weights", "none.pth"], "'none.pth', not a file; LPIPS with net vgg needs"),
+        (["--lpips-weights", "none.pth"], "'none.pth', not a file; LPIPS with net alex needs"),
         (["--lpips-weights", "none.pth", "--lpips-net", "no"], "'no'; allowed: alex, vgg, squeeze"),
-        (["--lpips-net", "alex"], "alex without --lpips-weights"),
+        (["--lpips-net", "squeeze"], "lpips.weights is None, not a file; LPIPS with net squeeze"),
+        (["--metrics", "psnr,ssim", "--lpips-net", "alex"], "settings of lpips in --metrics"),
+        (["--metrics", "ssim,lpips"], "psnr is among them"),
+        (["--metrics", "psnr,mae"], "mae"),
     ],
 )
 def test_lpips_without_its_weights_is_refused_before_work(given, said, capture, tmp_path, capsys):

@@ -11,8 +11,9 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from safetensors.torch import save_file
 
-from fsel.metrics import METRICS, checked, headings, lpips, score_views
+from fsel.metrics import METRICS, checked, headings, lpips, published, score_views
 
 torch = pytest.importorskip("torch", reason="torch is not installed")
 backbones = pytest.importorskip("fsel.metrics.backbones")
@@ -35,6 +36,17 @@ def net(request):
 
 @pytest.fixture
 def weights(net, tmp_path):
+    """A whole file, as a fetched one: features and heads, which are positive as the authors'."""
+    state = {f"features.{k}": v for k, v in random_backbone(net).state_dict().items()}
+    for i, head in enumerate(backbones.Lpips(net).heads):
+        state[f"lin{i}.model.1.weight"] = head.weight.detach().abs()
+    path = tmp_path / f"{net}.safetensors"
+    save_file(state, path)
+    return str(path)
+
+
+@pytest.fixture
+def features(net, tmp_path):
     """A file like torchvision's, with the layers of the classifier that LPIPS has no use for."""
     state = {f"features.{k}": v for k, v in random_backbone(net).state_dict().items()}
     path = tmp_path / f"{net}.pth"
@@ -70,7 +82,7 @@ def authors(monkeypatch):
 
 
 @PACKAGE
-def test_equal_to_the_authors_definition(net, weights, authors):
+def test_equal_to_the_authors_definition(net, features, authors):
     rendered, truth = views(net)
     theirs = authors.LPIPS(net=net, verbose=False)
     batches = [
@@ -78,12 +90,11 @@ def test_equal_to_the_authors_definition(net, weights, authors):
     ]
     with torch.inference_mode():
         wanted = theirs(*batches, normalize=True).ravel().numpy()
-    got = lpips.score(rendered, truth, None, net, weights)
+    got = lpips.score(rendered, truth, None, net, features)
     assert (wanted > 1e-4).all()
     np.testing.assert_allclose(got, wanted, rtol=2e-5)
 
 
-@PACKAGE
 def test_identical_views_are_at_distance_0_and_noise_is_farther(net, weights):
     rendered, truth = views(net)
     same = (truth / np.float32(255)).astype(np.float32)
@@ -92,7 +103,6 @@ def test_identical_views_are_at_distance_0_and_noise_is_farther(net, weights):
     assert (near < lpips.score(rendered, truth, None, net, weights)).all()
 
 
-@PACKAGE
 def test_batches_change_nothing(net, weights, monkeypatch):
     rendered, truth = views(net, count=5)
     whole = lpips.score(rendered, truth, None, net, weights)
@@ -100,7 +110,6 @@ def test_batches_change_nothing(net, weights, monkeypatch):
     np.testing.assert_allclose(lpips.score(rendered, truth, None, net, weights), whole, rtol=1e-5)
 
 
-@PACKAGE
 def test_nothing_outside_a_mask_counts_and_a_whole_mask_is_none(net, weights):
     rendered, truth = views(net)
     mask = np.zeros(truth.shape[:3], bool)
@@ -125,12 +134,12 @@ def test_layers_by_hand():
     along[0, 0, 0], along[1, 0, 0] = 5.0, torch.tensor([7.0, 0.0])
     along[1, 0, 2, 0, 1] = 0.5  # the first position is alike but for its length
     first, second = along * model.scale + model.shift
-    assert model(first, second).item() == pytest.approx((0 + (1 + 4)) / 2, rel=1e-6)
+    features = model.features_of(first), model.features_of(second)
+    assert model.apart(*features).item() == pytest.approx((0 + (1 + 4)) / 2, rel=1e-6)
     counted = torch.tensor([[[[1.0, 0.0]]]])
-    assert model(first, second, counted).item() == pytest.approx(0, abs=1e-10)
+    assert model.apart(*features, counted).item() == pytest.approx(0, abs=1e-10)
 
 
-@PACKAGE
 def test_too_small_views_are_refused_and_the_least_are_not(net, weights):
     least = backbones.BACKBONES[net][3]
     fits = np.zeros((1, least, least, 3), np.uint8)
@@ -140,10 +149,12 @@ def test_too_small_views_are_refused_and_the_least_are_not(net, weights):
         lpips.score(small.astype(np.float32), small, None, net, weights)
 
 
-def test_missing_weights_are_refused_with_the_page_to_get_them_from(net):
+def test_missing_weights_are_refused_with_the_page_to_get_them_from(net, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("FSEL_CACHE", str(tmp_path))
     with pytest.raises(FileNotFoundError, match=r"no/such.pth.*download.pytorch.org/models"):
         checked({"psnr": {}, "lpips": {"net": net, "weights": "no/such.pth"}})
-    with pytest.raises(FileNotFoundError, match=r"lpips.weights is 'None'"):
+    with pytest.raises(FileNotFoundError, match=r"lpips.weights is None.*fetches them"):
         checked(["lpips"])
 
 
@@ -178,7 +189,6 @@ def test_weights_of_another_backbone_are_refused_by_layer(tmp_path):
         checked({"lpips": {"net": "alex", "weights": str(tmp_path / "vgg.pth")}})
 
 
-@PACKAGE
 def test_a_column_beside_the_others(weights, net):
     rendered, truth = views(net)
     chosen = {"psnr": {}, "lpips": {"net": net, "weights": weights}}
@@ -194,15 +204,38 @@ def test_settings_of_a_metric_without_are_refused():
     assert list(checked(METRICS)) == list(METRICS)
 
 
-@PACKAGE
-@pytest.mark.parametrize(("image", "distance"), [("ex_p0.png", 0.722), ("ex_p1.png", 0.138)])
-def test_the_distances_that_the_authors_print(image, distance):
-    """Of their example images, with AlexNet's weights; both are fetched by hand into a folder."""
-    files = [WEIGHTS / name for name in ("alexnet-owt-7be5be79.pth", "ex_ref.png", image)]
+def test_the_truth_s_features_are_kept_and_never_another_s(net, weights, tmp_path):
+    rendered, truth = views(net)
+    first = lpips.score(rendered, truth, None, net, weights)
+    np.testing.assert_array_equal(lpips.score(rendered, truth.copy(), None, net, weights), first)
+    changed = truth.copy()
+    changed[0] = 255 - changed[0]
+    other = lpips.score(rendered, changed, None, net, weights)
+    assert other[0] != first[0]
+    np.testing.assert_array_equal(other[1:], first[1:])
+    truth[0] = changed[0]  # the same array, with other pixels
+    np.testing.assert_array_equal(lpips.score(rendered, truth, None, net, weights), other)
+
+
+@pytest.mark.parametrize(
+    ("net", "image", "distance"),
+    [
+        ("alex", "ex_p0.png", 0.7219),
+        ("alex", "ex_p1.png", 0.1376),
+        ("vgg", "ex_p0.png", 0.5686),
+        ("vgg", "ex_p1.png", 0.4217),
+    ],
+)
+def test_the_distances_of_the_authors_example_images(net, image, distance):
+    """With the published weights; the images are fetched by hand from the authors' repository."""
+    weights = published.found(net)
+    if weights is None:
+        pytest.skip(f"no {published.file_of(net)} in downloads or in the user's cache")
+    files = [WEIGHTS / "ex_ref.png", WEIGHTS / image]
     missing = [path.name for path in files if not path.is_file()]
     if missing:
         pytest.skip(f"{', '.join(missing)} not in the folder that FSEL_WEIGHTS names")
-    truth, other = (cv2.imread(str(path))[None, ..., ::-1] for path in files[1:])
+    truth, other = (cv2.imread(str(path))[None, ..., ::-1] for path in files)
     rendered = (other / np.float32(255)).astype(np.float32)
-    got = lpips.score(rendered, np.ascontiguousarray(truth), None, "alex", str(files[0]))
-    assert got[0] == pytest.approx(distance, abs=5e-4)
+    got = lpips.score(rendered, np.ascontiguousarray(truth), None, net, str(weights))
+    assert got[0] == pytest.approx(distance, abs=1e-4)

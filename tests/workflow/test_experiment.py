@@ -1,11 +1,13 @@
 """What rules get from the checked configuration."""
 
 import zlib
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 from dry_runs import SMOKE, experiment, with_dataset
 
+from fsel.report import captions
 from fsel.workflow import inputs
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.resources import Size
@@ -86,10 +88,23 @@ def test_labels_may_come_from_another_reconstructor():
 
 
 def test_searches_keep_their_metric_when_tables_print_another():
-    made = experiment(metrics=["psnr", "lpips"], lpips={"net": "alex"})
-    assert made.metrics == {"psnr": {}, "lpips": {"net": "alex", "weights": None}}
-    assert list(made.fitness) == ["psnr", "ssim", "lpips"]
-    assert list(experiment(metrics=["psnr"]).fitness) == ["psnr", "ssim", "gmsd"]
+    made = experiment(metrics=["psnr", "lpips"], pathvars={"downloads": "kept"})
+    assert made.metrics["lpips"] == {"net": "alex", "weights": "kept/lpips_alex.safetensors"}
+    assert list(made.fitness) == ["psnr", "ssim", "gmsd"]
+    own = {"net": "vgg", "weights": "mine.pth"}
+    made = experiment(metrics=["psnr"], fitness="lpips", lpips=own)
+    assert made.fitness == {"psnr": {}, "ssim": {}, "lpips": own}
+    assert made.metrics == {"psnr": {}}
+
+
+def test_gmsd_stands_in_the_place_of_lpips_and_captions_say_so():
+    made = experiment(metrics=["psnr", "lpips", "gmsd"], fitness="lpips")
+    assert "without_lpips" not in made.facts()
+    without = replace(made, without_lpips="no network")
+    assert without.metrics == {"psnr": {}, "gmsd": {}}
+    assert list(without.fitness) == ["psnr", "ssim", "gmsd"]
+    for text in (captions.made_by(without.facts()), captions.note(without.facts())):
+        assert "GMSD in the place of LPIPS" in text
 
 
 def test_places_are_shared_by_name_or_by_dataset(tmp_path):

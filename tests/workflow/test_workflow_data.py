@@ -139,8 +139,6 @@ def test_what_the_paper_s_config_lacks_is_told_on_one_page(tmp_path):
         "./programs/Long-LRM/main.py is missing: git clone https://github.com/arthurhero/Long-LRM",
         "./programs/long_lrm_i540.pt is missing: a checkpoint",
         "no program 'conda' in",
-        "lpips.weights is 'programs/vgg16-397923af.pth', not a file",
-        "https://download.pytorch.org/models/vgg16-397923af.pth",
         "appearance.weights is 'programs/vit_small_patch14_dinov2.safetensors', not a file",
         f"snakemake paper --cores 2 --configfile paper.yaml {relpath(STAND_INS, tmp_path)}",
         "which makes handsign.tex, seedvar.tex, ",
@@ -158,11 +156,11 @@ def test_where_all_is_there_the_paper_s_config_plans_and_wants_a_gpu(tmp_path, m
         path.parent.mkdir(exist_ok=True)
         path.write_text("#!/bin/sh\n")
         path.chmod(0o755)
-    for package in ("timm", "lpips", "pynvml"):
+    for package in ("timm", "pynvml"):
         (tmp_path / "packages" / package).mkdir(parents=True)
         (tmp_path / "packages" / package / "__init__.py").write_text(NO_GPU)
     (section,) = PAPER["reconstruction"]
-    weights = [PAPER["lpips"]["weights"], PAPER["appearance"]["weights"]]
+    weights = [PAPER["appearance"]["weights"]]
     for file in [*weights, *section["settings"]["files"]]:
         file = tmp_path / file.removeprefix("{here}/")
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -42,7 +42,7 @@ Scores = dict[Cell, np.ndarray]
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     checked(args)
-    metrics = metrics_of(args)
+    metrics = metrics_of(args, console)
     methods = [api.method_of(name) for name in args.methods]
     with staged(args.out, "compare", inputs_of(args), args.force) as stage:
         opened = posing.opened(args, console, args.long_side)

@@ -141,12 +141,18 @@ def _add_render(commands) -> None:
 
 def _add_metrics(command: argparse.ArgumentParser) -> None:
     command.add_argument(
+        "--metrics",
+        type=words,
+        default=(),
+        help="psnr,ssim,gmsd by default; lpips fetches its weights, 64 MB, the first time",
+    )
+    command.add_argument("--lpips-net", help="its backbone: alex (by default), vgg or squeeze")
+    command.add_argument(
         "--lpips-weights",
         type=Path,
         metavar="FILE",
-        help="measure LPIPS in place of GMSD, with the ImageNet weights of its backbone",
+        help="ImageNet weights of its backbone, in the place of those that are fetched",
     )
-    command.add_argument("--lpips-net", help="its backbone: vgg (by default), alex or squeeze")
 
 
 def _add_train(commands) -> None:

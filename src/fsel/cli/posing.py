@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import os
 import shutil
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -21,13 +20,13 @@ from fsel.images.previews import check_pixels
 from fsel.ingest import sfm
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.layouts import bare
+from fsel.utils.cache import cache
 from fsel.utils.limits import cores
 from fsel.utils.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed
 UNREAD = (".heic", ".heif", ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
-ENVIRONMENT = "FSEL_CACHE"
 MADE = 3  # of what is kept: counted up where the same files are placed otherwise than before
 
 
@@ -129,13 +128,6 @@ def _photos(args: argparse.Namespace, console: Console) -> list[Path]:
     if not args.skip_unreadable:
         check_pixels(files)
     return files
-
-
-def cache() -> Path:
-    """Folder of poses that were found: FSEL_CACHE, else fsel in the user's cache folder."""
-    own = os.environ.get(ENVIRONMENT)
-    shared = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(own) if own else Path(shared) / "fsel"
 
 
 def _digest(files: Sequence[Path], settings: dict) -> str:

@@ -20,7 +20,7 @@ from fsel.request.targets import targets_of
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    read, metrics = [*inputs_of(args), args.model], metrics_of(args)
+    read, metrics = [*inputs_of(args), args.model], metrics_of(args, console)
     with staged(args.out, "render", read, args.force) as stage:
         model = GaussianModel.read_ply(args.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")

@@ -6,26 +6,41 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 
-from fsel.metrics import METRICS, REGISTERED, Metrics, checked
+from fsel.cli.console import Console
+from fsel.metrics import METRICS, REGISTERED, Metrics, checked, published
+from fsel.metrics.lpips import NET
+from fsel.utils.cache import cache
 
 WIDTH = 6  # letters of a column
+PERCEPTUAL = ("psnr", "ssim", "lpips")  # where a setting of LPIPS is given
 
 
-def metrics_of(args: argparse.Namespace) -> Metrics:
+def metrics_of(args: argparse.Namespace, console: Console) -> Metrics:
     """The metrics that a command line asks for, once each is known to work.
 
+    LPIPS's published weights are fetched where they are not yet, into the user's cache.
+
     Raises:
-        ValueError, FileNotFoundError, ImportError: see `fsel.metrics.checked`; or for a backbone
-            without weights.
+        ValueError, FileNotFoundError, ImportError: see `fsel.metrics.checked`; or for metrics
+            without `psnr`, which tables rank by.
+        OSError: when the weights cannot be fetched.
     """
-    if args.lpips_weights is None:
-        if args.lpips_net is not None:
-            raise ValueError(
-                f"--lpips-net is {args.lpips_net} without --lpips-weights, the file of its weights"
-            )
-        return METRICS
-    lpips = {"net": args.lpips_net or "vgg", "weights": str(args.lpips_weights)}
-    return checked({"psnr": {}, "ssim": {}, "lpips": lpips})
+    own = args.lpips_net is not None or args.lpips_weights is not None
+    named = tuple(args.metrics or (PERCEPTUAL if own else METRICS))
+    if "psnr" not in named or len(set(named)) < len(named):
+        raise ValueError(f"--metrics are {','.join(named)}; psnr is among them, and each is once")
+    if "lpips" not in named:
+        if own:
+            raise ValueError("--lpips-net and --lpips-weights are settings of lpips in --metrics")
+        return checked(named)
+    net = args.lpips_net or NET
+    weights = args.lpips_weights or published.found(net)
+    if weights is None and net in published.PICKLES:
+        weights = cache() / published.file_of(net)
+        console.say("lpips", f"fetching the weights of {net}, once, to {weights}")
+        published.fetch(net, weights)
+    lpips = {"net": net, "weights": weights and str(weights)}
+    return checked({name: lpips if name == "lpips" else {} for name in named})
 
 
 def heading(metrics: Metrics) -> str:

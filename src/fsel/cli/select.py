@@ -45,38 +45,38 @@ SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are descri
 THUMBNAIL = 240  # pixels of the longer side, in the report
 
 
-def run(asked: argparse.Namespace, console: Console) -> None:
+def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     started = time.perf_counter()
-    check_budget(asked)
-    method = api.method_of(asked.method, asked.weights)
-    _check_appearance(asked, method)
-    refine_of(asked)
-    with staged(asked.out, "select", inputs_of(asked), asked.force) as stage:
-        opened = posing.opened(asked, console, SIDES[asked.appearance])
+    check_budget(args)
+    method = api.method_of(args.method, args.weights)
+    _check_appearance(args, method)
+    refine_of(args)
+    with staged(args.out, "select", inputs_of(args), args.force) as stage:
+        opened = posing.opened(args, console, SIDES[args.appearance])
         seconds = {"read": time.perf_counter() - started}
-        outcome = _select(asked, console, opened, method, seconds)
+        outcome = _select(args, console, opened, method, seconds)
         written = time.perf_counter()
         picks = outcome.selection.indices
         entries, left = record.picked(outcome), record.left(outcome)
         held_out = outcome.targets.frames
-        pictures = _pictures(asked, opened, picks, held_out)
+        pictures = _pictures(args, opened, picks, held_out)
         with console.clock("writing"):
-            points = subset.write(stage, opened, picks, held_out, form_of(asked, opened))
+            points = subset.write(stage, opened, picks, held_out, form_of(args, opened))
         report = page(outcome, entries, left, pictures, points)
         (stage / "report.html").write_text(report, encoding="utf-8")
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written
         seconds["total"] = time.perf_counter() - started
-        content = selection_content(asked, opened, outcome, method, seconds) | {
+        content = selection_content(args, opened, outcome, method, seconds) | {
             "frames": entries,
             "left": left,
         }
         text = json.dumps(content, indent=1, ensure_ascii=False)
         (stage / "selection.json").write_text(text, encoding="utf-8")
     _say_outcome(console, outcome, method)
-    console.say("written", f"{asked.out} after {seconds['total']:.2f} s")
+    console.say("written", f"{args.out} after {seconds['total']:.2f} s")
     console.give(content)
 
 
@@ -107,7 +107,7 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
 
 
 def _checked(
-    asked: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
+    args: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
 ) -> tuple[int | Auto | None, Focus | None, Targets]:
     """Number of frames, object and targets of the command line.
 
@@ -119,13 +119,11 @@ def _checked(
     if gone := opened.left_out:
         console.warn(f"{counted(len(gone), 'frame')} left out: {reasons(gone)}")
     subset.check_cameras(opened.raw)
-    focus = focus_of(asked, opened)
-    k = budget_of(asked, opened)
-    targets = api.checked_request(
-        capture, k, asked.targets, method, focus, asked.always, asked.never
-    )
-    swapped = asked.refine is not None
-    api.check_cover(asked.cover, asked.cover_share, k, targets, method, refine=swapped)
+    focus = focus_of(args, opened)
+    k = budget_of(args, opened)
+    targets = api.checked_request(capture, k, args.targets, method, focus, args.always, args.never)
+    swapped = args.refine is not None
+    api.check_cover(args.cover, args.cover_share, k, targets, method, refine=swapped)
     what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
         what += "" if focus else " and as many beside them"
@@ -135,41 +133,41 @@ def _checked(
         console.warn(
             f"{targets.far.sum()} of {len(targets.views)} target views lie far from every camera"
         )
-    _warn_of_walls(asked, console, opened, targets)
+    _warn_of_walls(args, console, opened, targets)
     return k, focus, targets
 
 
 def _select(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     console: Console,
     opened: LazyCapture,
     method: Method,
     seconds: dict[str, float],
 ) -> record.Outcome:
     """Select as the command line asks."""
-    k, focus, targets = _checked(asked, console, opened, method)
-    patience = patience_of(asked, k, targets, method, focus)
+    k, focus, targets = _checked(args, console, opened, method)
+    patience = patience_of(args, k, targets, method, focus)
     sharpness, sharpness_of = None, _measuring(opened, console, seconds)
-    if asked.geometry_only:
+    if args.geometry_only:
         sharpness_of = np.zeros(len(opened.capture)).__getitem__
-    elif asked.sharpness or "sharpness" in method.reads:
+    elif args.sharpness or "sharpness" in method.reads:
         sharpness = sharpness_of(np.arange(len(opened.capture)))
-    capture = _read(asked, console, opened, method, patience)
-    with trying(patience, console) as trials, refining(refine_of(asked), console) as refine:
+    capture = _read(args, console, opened, method, patience)
+    with trying(patience, console) as trials, refining(refine_of(args), console) as refine:
         selection = api.select(
             capture,
             k,
             targets,
             method,
-            asked.seed,
+            args.seed,
             patience=trials,
-            cover=asked.cover,
-            cover_share=asked.cover_share,
-            k_center=k_center_of(asked, k, targets, method, focus),
+            cover=args.cover,
+            cover_share=args.cover_share,
+            k_center=k_center_of(args, k, targets, method, focus),
             refine=refine,
             sharpness=sharpness_of,
             focus=focus,
-            descriptors=_describing(asked, seconds),
+            descriptors=_describing(args, seconds),
         )
     seconds["select"] = selection.seconds
     return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
@@ -190,10 +188,10 @@ def _measuring(opened: LazyCapture, console: Console, seconds: dict[str, float])
 
 
 def _warn_of_walls(
-    asked: argparse.Namespace, console: Console, opened: LazyCapture, targets: Targets
+    args: argparse.Namespace, console: Console, opened: LazyCapture, targets: Targets
 ) -> None:
     """Say how many views of an orbit lie behind what the cameras saw."""
-    if asked.targets != ORBIT:
+    if args.targets != ORBIT:
         return
     capture = opened.with_points()
     if capture.points is not None:
@@ -206,7 +204,7 @@ def _warn_of_walls(
 
 
 def _read(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     console: Console,
     opened: LazyCapture,
     method: Method,
@@ -218,39 +216,39 @@ def _read(
     points, and so does trying selections, which opens the images that it needs itself; finding a
     number of frames takes some points, for the depth that they tell.
     """
-    if asked.refine is not None or "appearance" in method.reads:
+    if args.refine is not None or "appearance" in method.reads:
         return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-    if method.tracks or patience.seconds or asked.cover:
+    if method.tracks or patience.seconds or args.cover:
         with console.clock("points"):
             return opened.with_all_points()
-    if asked.k == api.AUTO:
+    if args.k == api.AUTO:
         with console.clock("points"):
             return opened.with_points()
     return opened.capture
 
 
-def _check_appearance(asked: argparse.Namespace, method: Method) -> None:
+def _check_appearance(args: argparse.Namespace, method: Method) -> None:
     """Refuse a descriptor that cannot be made, or that the method would not look at."""
-    if (asked.appearance, asked.appearance_weights) == (LAB_HOG, None):
+    if (args.appearance, args.appearance_weights) == (LAB_HOG, None):
         return
     if "appearance" not in method.reads:
         raise ValueError(
-            f"--appearance is {asked.appearance}, and {method.name} does not compare frames by "
+            f"--appearance is {args.appearance}, and {method.name} does not compare frames by "
             "appearance. Hint: leave it out, or --method kmedoids"
         )
     options = ("--appearance", "--appearance-weights")
-    check_appearance(asked.appearance, asked.appearance_weights, options)
+    check_appearance(args.appearance, args.appearance_weights, options)
 
 
 def _describing(
-    asked: argparse.Namespace, seconds: dict[str, float]
+    args: argparse.Namespace, seconds: dict[str, float]
 ) -> Callable[[Capture], np.ndarray]:
     """Description of every frame's appearance, which notes the time that it takes."""
 
     def timed(capture: Capture) -> np.ndarray:
         started = time.perf_counter()
         images = np.asarray(capture.images)
-        appearance = descriptors(images, asked.appearance, asked.appearance_weights)
+        appearance = descriptors(images, args.appearance, args.appearance_weights)
         seconds["appearance"] = time.perf_counter() - started
         return appearance
 
@@ -258,14 +256,14 @@ def _describing(
 
 
 def _pictures(
-    asked: argparse.Namespace, opened: LazyCapture, picks: np.ndarray, held_out: np.ndarray
+    args: argparse.Namespace, opened: LazyCapture, picks: np.ndarray, held_out: np.ndarray
 ) -> list[bytes]:
     """Pictures of the picks in pick order; opened in capture order, since some may be of a video.
 
     Every frame that is written is decoded, so that none without pixels is handed on.
     """
     files = opened.raw.images
-    if asked.geometry_only:
+    if args.geometry_only:
         check_pixels([files[i] for i in [*picks, *held_out]])
         return []
     order = np.argsort(picks)

@@ -17,7 +17,7 @@ from fsel.selector.scorer import Linear
 
 
 def selection_content(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     opened: LazyCapture,
     outcome: record.Outcome,
     method: Method,
@@ -26,7 +26,7 @@ def selection_content(
     """Content of selection.json without the entries of the frames.
 
     Args:
-        asked: the command line.
+        args: the command line.
         opened: the capture.
         outcome: the selection.
         method: that picked.
@@ -36,7 +36,7 @@ def selection_content(
     swapped = outcome.selection.swapped
     return {
         "capture": {
-            "folder": str(Path(asked.capture).resolve()),
+            "folder": str(Path(args.capture).resolve()),
             "layout": opened.layout,
             "frames": len(opened.capture),
             "dropped": opened.raw.dropped,
@@ -47,7 +47,7 @@ def selection_content(
             "held_out": [opened.capture.names[i] for i in targets.frames],
             "far": int(targets.far.sum()),
         },
-        "settings": _settings(asked, method),
+        "settings": _settings(args, method),
         "tried": _tried(outcome.selection.tried),
         "cover": None if outcome.selection.cover is None else asdict(outcome.selection.cover),
         "refined": None
@@ -87,29 +87,29 @@ def _finite(value: float) -> float | None:
     return round(value, 4) if np.isfinite(value) else None
 
 
-def _settings(asked: argparse.Namespace, method: Method) -> dict:
+def _settings(args: argparse.Namespace, method: Method) -> dict:
     """The options that the command ran with."""
     return {
-        "k": asked.k,
-        "targets": asked.targets,
+        "k": args.k,
+        "targets": args.targets,
         "method": method.name,
-        "weights": str(asked.weights.resolve()) if asked.weights else None,
-        "seed": asked.seed,
-        "patience": asked.patience,
-        "cover": asked.cover,
-        "cover_share": asked.cover_share,
-        "refine": asked.refine,
-        "appearance": asked.appearance if "appearance" in method.reads else None,
-        "masks": str(asked.masks) if asked.masks else None,
-        "box": asked.box,
-        "geometry_only": asked.geometry_only,
-        "vram": asked.vram,
-        "trainer": asked.trainer,
-        "always": str(asked.always) if asked.always else None,
-        "never": str(asked.never) if asked.never else None,
-        "points": asked.points,
-        "long_side": asked.long_side,
-        "downscale": asked.downscale,
+        "weights": str(args.weights.resolve()) if args.weights else None,
+        "seed": args.seed,
+        "patience": args.patience,
+        "cover": args.cover,
+        "cover_share": args.cover_share,
+        "refine": args.refine,
+        "appearance": args.appearance if "appearance" in method.reads else None,
+        "masks": str(args.masks) if args.masks else None,
+        "box": args.box,
+        "geometry_only": args.geometry_only,
+        "vram": args.vram,
+        "trainer": args.trainer,
+        "always": str(args.always) if args.always else None,
+        "never": str(args.never) if args.never else None,
+        "points": args.points,
+        "long_side": args.long_side,
+        "downscale": args.downscale,
     }
 
 

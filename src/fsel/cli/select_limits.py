@@ -16,86 +16,86 @@ from fsel.request.refine import Refine
 from fsel.request.targets import Targets
 
 
-def budget_of(asked: argparse.Namespace, opened: LazyCapture) -> int | Auto | None:
+def budget_of(args: argparse.Namespace, opened: LazyCapture) -> int | Auto | None:
     """Number of frames, or how it is to be chosen; None for as many as a cover takes."""
-    if asked.k != api.AUTO:
-        return asked.k
+    if args.k != api.AUTO:
+        return args.k
     camera = opened.raw.cameras[0]
-    scale = (form_of(asked, opened).long_side or opened.longest) / opened.longest
+    scale = (form_of(args, opened).long_side or opened.longest) / opened.longest
     return Auto(
-        THRESHOLD if asked.threshold is None else asked.threshold,
-        asked.memory if asked.vram is None else asked.vram,
+        THRESHOLD if args.threshold is None else args.threshold,
+        args.memory if args.vram is None else args.vram,
         (max(1, round(camera.width * scale)), max(1, round(camera.height * scale))),
-        asked.trainer or SPLATS,
+        args.trainer or SPLATS,
     )
 
 
-def check_budget(asked: argparse.Namespace) -> None:
+def check_budget(args: argparse.Namespace) -> None:
     """Refuse options of -k auto without it, and a GPU without the trainer that takes it."""
-    bounds = (asked.threshold, asked.memory, asked.vram)
-    if asked.k != api.AUTO and any(bound is not None for bound in bounds):
+    bounds = (args.threshold, args.memory, args.vram)
+    if args.k != api.AUTO and any(bound is not None for bound in bounds):
         raise ValueError(
             "--threshold, --memory and --vram go with -k auto alone, and k is "
-            f"{asked.k}. Hint: -k auto"
+            f"{args.k}. Hint: -k auto"
         )
-    if (asked.vram is None) != (asked.trainer is None):
+    if (args.vram is None) != (args.trainer is None):
         raise ValueError("--vram and --trainer go together, as --vram 8GB --trainer gsplat")
 
 
-def form_of(asked: argparse.Namespace, opened: LazyCapture) -> subset.Form:
+def form_of(args: argparse.Namespace, opened: LazyCapture) -> subset.Form:
     """Form in which the subset is written."""
-    side = asked.long_side
-    if asked.downscale is not None:
-        side = max(1, round(opened.longest / asked.downscale))
+    side = args.long_side
+    if args.downscale is not None:
+        side = max(1, round(opened.longest / args.downscale))
     if side is not None and side >= opened.longest:
         side = None
-    return subset.Form(asked.link, side, asked.points, not asked.geometry_only, asked.masks)
+    return subset.Form(args.link, side, args.points, not args.geometry_only, args.masks)
 
 
-def refine_of(asked: argparse.Namespace) -> Refine | None:
+def refine_of(args: argparse.Namespace) -> Refine | None:
     """Limit of the swaps, and what scores them; None without `--refine`."""
-    if asked.refine is None:
-        if asked.reconstructor is not None:
+    if args.refine is None:
+        if args.reconstructor is not None:
             raise ValueError(
-                f"--reconstructor is {asked.reconstructor}, which scores swaps alone. "
+                f"--reconstructor is {args.reconstructor}, which scores swaps alone. "
                 "Hint: --refine 30s"
             )
         return None
-    if asked.geometry_only:
+    if args.geometry_only:
         raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
-    return Refine(asked.refine, reconstructor=asked.reconstructor or Refine.reconstructor)
+    return Refine(args.refine, reconstructor=args.reconstructor or Refine.reconstructor)
 
 
 def patience_of(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     k: int | Auto | None,
     targets: Targets,
     method: Method,
     focus: Focus | None,
 ) -> Patience:
     """Time for trials of selections, which open images."""
-    if asked.geometry_only:
-        if asked.patience:
+    if args.geometry_only:
+        if args.patience:
             raise ValueError(
                 "--patience reconstructs from images, which --geometry-only leaves unopened"
             )
         return Patience(0)
-    named = _named(asked)
-    return api.patience_of(asked.patience, k, targets, method, focus, asked.cover, named=named)
+    named = _named(args)
+    return api.patience_of(args.patience, k, targets, method, focus, args.cover, named=named)
 
 
 def k_center_of(
-    asked: argparse.Namespace,
+    args: argparse.Namespace,
     k: int | Auto | None,
     targets: Targets,
     method: Method,
     focus: Focus | None,
 ) -> bool:
     """Whether no frame may be far from the picks: where the rule alone would choose unseen."""
-    stated = _named(asked) or api.stated_beside(k, targets, method, focus, asked.cover)
-    return asked.geometry_only and not stated
+    stated = _named(args) or api.stated_beside(k, targets, method, focus, args.cover)
+    return args.geometry_only and not stated
 
 
-def _named(asked: argparse.Namespace) -> bool:
+def _named(args: argparse.Namespace) -> bool:
     """Whether the method is stated."""
-    return not (asked.method is None and asked.weights is None)
+    return not (args.method is None and args.weights is None)

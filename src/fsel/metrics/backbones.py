@@ -5,7 +5,8 @@ Layers are numbered as in torchvision's models, whose files of weights they read
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from hashlib import blake2b
 from pathlib import Path
 from pickle import UnpicklingError
 
@@ -99,6 +100,7 @@ class Lpips(nn.Module):
         self.heads = nn.ModuleList(nn.Conv2d(width, 1, 1, bias=False) for width in channels)
         self.register_buffer("shift", torch.tensor(SHIFT)[None, :, None, None])
         self.register_buffer("scale", torch.tensor(SCALE)[None, :, None, None])
+        self._last: tuple[object, list[Tensor]] | None = None
 
     @classmethod
     def read(cls, net: str, weights: Path, heads: Path) -> Lpips:
@@ -107,7 +109,7 @@ class Lpips(nn.Module):
         Args:
             net: a key of `BACKBONES`.
             weights: state dict of torchvision's model, .pth or .safetensors.
-            heads: those of the package `lpips`.
+            heads: those of the package `lpips`; the same file where it holds them.
 
         Raises:
             ValueError: for files that do not hold its layers.
@@ -117,35 +119,46 @@ class Lpips(nn.Module):
         _fill(model.heads, _state(heads), "lin{}", heads, net, {".weight": ".model.1.weight"})
         return model.to("cuda" if torch.cuda.is_available() else "cpu")
 
-    def forward(self, first: Tensor, second: Tensor, weights: Tensor | None = None) -> Tensor:
-        """Distances of a batch.
+    def features_of(self, images: Tensor) -> list[Tensor]:
+        """Unit feature vectors of the layers that are compared.
 
         Args:
-            first, second: (B, 3, h, w) in [-1, 1].
+            images: (B, 3, h, w) in [-1, 1].
+
+        Returns:
+            (B, C, h', w') of each layer, C of its own.
+        """
+        signal, found = (images - self.shift) / self.scale, []
+        for i, layer in enumerate(self.features):
+            signal = layer(signal)
+            if i in self.compared:
+                found.append(signal / (signal.square().sum(1, keepdim=True).sqrt() + EPSILON))
+        return found
+
+    def apart(
+        self, first: Sequence[Tensor], second: Sequence[Tensor], weights: Tensor | None = None
+    ) -> Tensor:
+        """Distances of a batch from its features.
+
+        Args:
+            first, second: what `features_of` gives for each side.
             weights: (B, 1, h, w) of the pixels, a layer's positions averaged by; None: all alike.
 
         Returns:
             (B,) distances.
         """
-        pairs = (torch.cat([first, second]) - self.shift) / self.scale
-        total = first.new_zeros(len(first))
-        heads = iter(self.heads)
-        for i, layer in enumerate(self.features):
-            pairs = layer(pairs)
-            if i in self.compared:
-                unit = pairs / (pairs.square().sum(1, keepdim=True).sqrt() + EPSILON)
-                a, b = unit.chunk(2)
-                total = total + _mean(next(heads)((a - b).square()), weights)
-        return total
+        layers = zip(self.heads, first, second, strict=True)
+        return torch.stack([_mean(head((a - b).square()), weights) for head, a, b in layers]).sum(0)
 
     @torch.inference_mode()
     def distances(
-        self, first: np.ndarray, second: np.ndarray, masks: np.ndarray | None = None
+        self, images: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None
     ) -> np.ndarray:
-        """Distances of images, in batches.
+        """Distances of images from the truth, in batches.
 
         Args:
-            first, second: (T, h, w, 3) float32 in [0, 1].
+            images: (T, h, w, 3) float32 in [0, 1].
+            truth: (T, h, w, 3) uint8. Its features are kept where it is one batch.
             masks: (T, h, w) bool, the pixels that count; None for all.
 
         Returns:
@@ -154,30 +167,48 @@ class Lpips(nn.Module):
         Raises:
             ValueError: for images that are too small for the backbone.
         """
-        height, width = first.shape[1:3]
+        height, width = images.shape[1:3]
         if min(height, width) < self.least:
             raise ValueError(
                 f"LPIPS with net {self.net} needs images of {self.least} pixels or more, got "
                 f"{width}x{height}"
             )
-        device = self.shift.device
-        batch = max(1, PIXELS[device.type] // (height * width))
+        batch = max(1, PIXELS[self.shift.device.type] // (height * width))
+        if batch >= len(images):
+            return self._batch(self._images(images), self._known(truth), masks)
         found = []
-        for start in range(0, len(first), batch):
+        for start in range(0, len(images), batch):
             part = slice(start, start + batch)
-            a, b = (
-                torch.from_numpy(np.ascontiguousarray(images[part], np.float32))
-                .to(device)
-                .permute(0, 3, 1, 2)
-                * 2
-                - 1
-                for images in (first, second)
-            )
-            counted = None
-            if masks is not None:
-                counted = torch.from_numpy(masks[part].astype(np.float32))[:, None].to(device)
-            found.append(self(a, b, counted).cpu().numpy())
-        return np.concatenate(found).astype(np.float64)
+            features = self.features_of(self._images(levels(truth[part])))
+            own = masks[part] if masks is not None else None
+            found.append(self._batch(self._images(images[part]), features, own))
+        return np.concatenate(found)
+
+    def _batch(
+        self, images: Tensor, truth: Sequence[Tensor], masks: np.ndarray | None
+    ) -> np.ndarray:
+        counted = None
+        if masks is not None:
+            counted = torch.from_numpy(masks.astype(np.float32))[:, None].to(images.device)
+        distances = self.apart(self.features_of(images), truth, counted)
+        return distances.cpu().numpy().astype(np.float64)
+
+    def _known(self, truth: np.ndarray) -> list[Tensor]:
+        """Features of a truth, those of the last one kept."""
+        key = truth.shape, blake2b(truth.tobytes()).digest()
+        if self._last is None or self._last[0] != key:
+            self._last = key, self.features_of(self._images(levels(truth)))
+        return self._last[1]
+
+    def _images(self, images: np.ndarray) -> Tensor:
+        """(B, 3, h, w) in [-1, 1] of (B, h, w, 3) in [0, 1]."""
+        own = torch.from_numpy(np.ascontiguousarray(images, np.float32)).to(self.shift.device)
+        return own.permute(0, 3, 1, 2) * 2 - 1
+
+
+def levels(truth: np.ndarray) -> np.ndarray:
+    """Float32 in [0, 1] of uint8."""
+    return truth.astype(np.float32) / 255
 
 
 def _mean(distance: Tensor, weights: Tensor | None) -> Tensor:

@@ -1,9 +1,8 @@
-"""LPIPS (Zhang et al. 2018), once the weights of its backbone are on disk.
+"""LPIPS (Zhang et al. 2018, version 0.1), once its weights are on disk.
 
-The package `lpips` has the linear heads alone (version 0.1); it imports torchvision for the
-backbones. Here their layers are written out in `fsel.metrics.backbones`, so that neither package is
-imported: the heads are read from a file of the package `lpips`, the backbone from a file of weights
-that torchvision publishes.
+The layers are written out in `fsel.metrics.backbones`: neither the package `lpips` nor torchvision
+is imported. Weights are the published ones that `fsel.metrics.published` fetches, which are whole,
+or a backbone's file as torchvision publishes it; the heads are then those of the package `lpips`.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fsel.metrics import published
 from fsel.metrics.contract import Metric
 
 if TYPE_CHECKING:
@@ -26,40 +26,68 @@ PAGES = {
     "squeeze": "https://download.pytorch.org/models/squeezenet1_1-b8a52dc0.pth",
 }
 """Backbone -> where its weights are, trained on ImageNet by torchvision."""
+HEAD = "lin0.model.1.weight"  # the first head, as the package `lpips` names it
 
 
-def located(net: str = "vgg", weights: str | None = None) -> tuple[Path, Path]:
-    """Files of the backbone's weights and of the linear heads; nothing is read.
+NET = "alex"
+"""The backbone unless another is named, as of the authors' package."""
+
+
+def located(net: str = NET, weights: str | None = None) -> tuple[Path, Path]:
+    """Files of the backbone's weights and of the linear heads; no layer is read.
 
     Args:
         net: a key of `PAGES`.
-        weights: state dict of torchvision's model, .pth or .safetensors.
+        weights: state dict of torchvision's model, .pth or .safetensors, or a file that
+            `published.fetch` wrote; None for the latter in `downloads` or the user's cache.
 
     Raises:
         ValueError: for an unknown backbone.
         FileNotFoundError: when the weights are not where they should be.
-        ImportError: without the package `lpips` or torch.
+        ImportError: without torch, or without the package `lpips` where it has the heads.
     """
     if net not in PAGES:
         raise ValueError(f"lpips.net is {net!r}; allowed: {', '.join(PAGES)}")
-    if weights is None or not Path(weights).is_file():
+    path = published.found(net) if weights is None else Path(weights)
+    if path is None or not path.is_file():
         raise FileNotFoundError(
-            f"lpips.weights is {str(weights)!r}, not a file; LPIPS with net {net} needs the "
-            f"weights {PAGES[net]} on disk. Hint: fetch them and give the path, or put gmsd in the "
-            "place of lpips in `metrics`"
+            f"lpips.weights is {weights and str(weights)!r}, not a file; LPIPS with net {net} "
+            f"needs the weights {PAGES[net]} on disk. Hint: {_ways(net)}put gmsd in the place of "
+            "lpips in `metrics`"
         )
+    whole = _holds_heads(path)
     for package, extra in (("lpips", "weights"), ("torch", "workflow")):
-        if find_spec(package) is None:
+        if find_spec(package) is None and not (whole and package == "lpips"):
             raise ImportError(
                 f"metric 'lpips' needs the package {package}: pip install 'fsel[{extra}]', or put "
                 "gmsd in its place in `metrics`"
             )
+    if whole:
+        return path, path
     spec = find_spec("lpips")
     folders = list(spec.submodule_search_locations or []) if spec else []
-    return Path(weights), Path(folders[0], "weights", "v0.1", f"{net}.pth")
+    return path, Path(folders[0], "weights", "v0.1", f"{net}.pth")
 
 
-def check(net: str = "vgg", weights: str | None = None) -> None:
+def _ways(net: str) -> str:
+    if net not in published.PICKLES:
+        return "fetch them and give the path, or "
+    return f"`fsel compare --metrics psnr,lpips --lpips-net {net}` fetches them; "
+
+
+def _holds_heads(path: Path) -> bool:
+    if path.suffix != ".safetensors":
+        return False
+    from safetensors import SafetensorError, safe_open
+
+    try:
+        with safe_open(path, "np") as opened:
+            return HEAD in opened.keys()  # noqa: SIM118, it is no mapping
+    except SafetensorError:
+        return True  # reading it says what is wrong
+
+
+def check(net: str = NET, weights: str | None = None) -> None:
     """Read the network, before any work starts; arguments and errors are those of `located`.
 
     Raises:
@@ -72,13 +100,14 @@ def score(
     rendered: np.ndarray,
     truth: np.ndarray,
     masks: np.ndarray | None,
-    net: str = "vgg",
+    net: str = NET,
     weights: str | None = None,
 ) -> np.ndarray:
     """LPIPS of every view, in float32, on a GPU where there is one.
 
     With masks nothing outside them counts: there the rendering is taken to be the truth, and a
-    layer's positions weigh as much as the mask fills them.
+    layer's positions weigh as much as the mask fills them. The truth's features are kept until
+    another truth comes: a problem has one, and hundreds of renderings.
 
     Args:
         rendered: (T, h, w, 3) float32 in [0, 1].
@@ -95,10 +124,9 @@ def score(
     if rendered.shape != truth.shape:
         raise ValueError(f"views of equal size expected: {rendered.shape} against {truth.shape}")
     network = _network(net, *located(net, weights))
-    reference = truth.astype(np.float32) / 255
     if masks is not None:
-        rendered = np.where(masks[..., None], rendered, reference)
-    return network.distances(rendered, reference, masks)
+        rendered = np.where(masks[..., None], rendered, truth.astype(np.float32) / 255)
+    return network.distances(rendered, truth, masks)
 
 
 @cache

@@ -6,13 +6,16 @@ from collections.abc import Mapping
 
 from fsel.report.latex import tex
 
+STAND_IN = "GMSD in the place of LPIPS, whose weights could not be fetched"
+
 
 def captures_of(facts: Mapping) -> str:
     """Where the captures come from, in LaTeX.
 
     Args:
         facts: embedded (labels of datasets of generated captures), real (labels of datasets read
-            from disk), and missing, where there are any (labels of datasets that were not there).
+            from disk), missing, where there are any (labels of datasets that were not there), and
+            without_lpips, where GMSD stands in its place.
     """
     captures = []
     if facts["embedded"]:
@@ -25,6 +28,8 @@ def captures_of(facts: Mapping) -> str:
         captures.append(f"read from disk ({tex(', '.join(facts['real']))})")
     if facts.get("missing"):
         captures.append(f"missing, since not on disk: {tex(', '.join(facts['missing']))}")
+    if facts.get("without_lpips"):
+        captures.append(STAND_IN)
     return "; ".join(captures)
 
 
@@ -61,5 +66,7 @@ def note(facts: Mapping) -> str:
     captures += [f"{real}, read from disk"] if real else []
     if facts.get("missing"):
         captures.append(f"missing: {', '.join(facts['missing'])}")
+    if facts.get("without_lpips"):
+        captures.append(STAND_IN)
     where = f"{facts['reconstructor']} at {facts['long_side']} pixels"
     return f"Captures: {'; '.join(captures)}. Reconstructor: {where}"

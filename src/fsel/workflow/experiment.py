@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fsel.layouts import LAYOUTS
-from fsel.metrics import REGISTERED
+from fsel.metrics import REGISTERED, published
 from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import Section, kinds_of
@@ -81,14 +81,37 @@ class Experiment(Settings):
     @cached_property
     def metrics(self) -> dict[str, Section]:
         """Name -> settings of the tables' metrics."""
-        named = self.config["metrics"]
-        return {name: self.config["lpips"] if name == "lpips" else {} for name in named}
+        return self._with_settings(self.config["metrics"])
 
     @cached_property
     def fitness(self) -> dict[str, Section]:
         """Name -> settings of the searches' metrics: others in the tables change no label."""
-        perceptual = "lpips" if "lpips" in self.metrics else "gmsd"
-        return {name: self.metrics.get(name, {}) for name in ("psnr", "ssim", perceptual)}
+        return self._with_settings(("psnr", "ssim", self.config["fitness"]))
+
+    def _with_settings(self, names: Iterable[str]) -> dict[str, Section]:
+        stand_in = "gmsd" if self.without_lpips else "lpips"
+        had = [stand_in if name == "lpips" else name for name in names]
+        return {name: self.lpips if name == "lpips" else {} for name in had}
+
+    @property
+    def wants_lpips(self) -> bool:
+        """Whether tables or searches are to have LPIPS."""
+        return "lpips" in (*self.config["metrics"], self.config["fitness"])
+
+    @property
+    def fetches_lpips(self) -> bool:
+        """Whether LPIPS is to be had by the published weights: no file of them is named."""
+        section = self.config["lpips"]
+        return self.wants_lpips and not section["weights"] and section["net"] in published.PICKLES
+
+    @property
+    def lpips(self) -> Section:
+        """Settings of LPIPS, with the file that a run fetches the published weights to."""
+        section = dict(self.config["lpips"])
+        if self.fetches_lpips:
+            folder = self.config["pathvars"]["downloads"]
+            section["weights"] = f"{folder}/{published.file_of(section['net'])}"
+        return section
 
     @property
     def folders(self) -> str:
@@ -175,6 +198,7 @@ class Experiment(Settings):
             "embedded": embedded,
             "real": real,
             "missing": list(self.datasets.labels_missing),
+            **({"without_lpips": True} if self.without_lpips else {}),
             **reconstructors.described(name, self.reconstructors[name]),
             "descriptor": self.config["appearance"]["kind"],
             "search_k": self.config["search"]["k"],

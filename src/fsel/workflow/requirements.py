@@ -80,7 +80,8 @@ def missing_programs(experiment: Experiment) -> list[str]:
     config = experiment.config
     checks: list[tuple[Callable[..., object], Section]]
     checks = [(appearance.check, config["appearance"])]
-    if "lpips" in config["metrics"]:
+    own_lpips = experiment.wants_lpips and not experiment.fetches_lpips
+    if own_lpips:
         checks.append((lpips.located, config["lpips"]))
     for check, settings in checks:
         try:
@@ -92,7 +93,7 @@ def missing_programs(experiment: Experiment) -> list[str]:
     # a check ends at the file that it misses, and a page has all
     wanted = {
         "timm": config["appearance"]["kind"] == "dinov2",
-        "lpips": "lpips" in config["metrics"],
+        "lpips": own_lpips,
     }
     missing = [name for name, needed in wanted.items() if needed and not find_spec(name)]
     if missing:

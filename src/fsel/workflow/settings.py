@@ -31,6 +31,7 @@ class Settings:
         datasets: where their captures are, and which are missing.
         reconstructors: name -> section of those that evaluate; the first labels too.
         labeller: section of the reconstructor that labels.
+        without_lpips: why GMSD stands in the place of LPIPS; empty where it does not.
     """
 
     config: Mapping[str, Any]
@@ -38,6 +39,7 @@ class Settings:
     datasets: Datasets
     reconstructors: Mapping[str, Section]
     labeller: Section
+    without_lpips: str = ""
 
     @classmethod
     def load(cls, config: dict[str, Any], folder: Path) -> Self:

