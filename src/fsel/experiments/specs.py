@@ -74,11 +74,11 @@ def two_captures(folder: str, *, described: bool = False) -> Values:
         folder: of both, within the scene's.
         described: whether the descriptors of the first are asked for.
     """
-    found: Values = {}
+    files: Values = {}
     for name in (GIVEN, ESTIMATED):
         kinds = inputs.DESCRIBED if described and name == GIVEN else inputs.CAPTURE
-        found |= inputs.capture(kinds, f"{inputs.SCENE}/{folder}/{name}", f"{name}_")
-    return found
+        files |= inputs.capture(kinds, f"{inputs.SCENE}/{folder}/{name}", f"{name}_")
+    return files
 
 
 def evaluated_problems(experiment: Experiment) -> Values:

@@ -78,19 +78,21 @@ def saturation(
     save(figure, outputs)
 
 
-def swaps(found: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None:
+def swaps(gains: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None:
     """Gain of swaps on the targets against seconds, and the swaps' own estimate of it.
 
     Args:
-        found: seconds, judged, gain, ci_low, ci_high: means over scenes, dB.
+        gains: seconds, estimate, gain, ci_low, ci_high: means over scenes, dB.
         outputs: paths; their endings choose the format.
         note: what made the numbers.
     """
     figure = new_figure((4.4, 3.0))
     axis = figure.subplots()
-    axis.plot(found["seconds"], found["gain"], "o-", markersize=3, label="targets")
-    axis.fill_between(found["seconds"], found["ci_low"], found["ci_high"], alpha=0.2)
-    axis.plot(found["seconds"], found["judged"], "--", color="grey", label="estimated by the swaps")
+    axis.plot(gains["seconds"], gains["gain"], "o-", markersize=3, label="targets")
+    axis.fill_between(gains["seconds"], gains["ci_low"], gains["ci_high"], alpha=0.2)
+    axis.plot(
+        gains["seconds"], gains["estimate"], "--", color="grey", label="estimated by the swaps"
+    )
     axis.axhline(0, color="black", linewidth=0.5)
     axis.set_xlabel("processor seconds of swaps", fontsize=8)
     axis.set_ylabel("PSNR gained (dB)", fontsize=8)

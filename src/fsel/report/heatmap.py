@@ -68,7 +68,7 @@ def draw(
     panels: Mapping[str, pd.DataFrame],
     labels: Mapping[str, str],
     outputs: Sequence[str | Path],
-    judge: str = "",
+    reconstructor: str = "",
 ) -> None:
     """One panel a method, on one colour scale centred at zero.
 
@@ -76,7 +76,7 @@ def draw(
         panels: title -> what `gains` returned; all over the same datasets and budgets.
         labels: dataset -> printed name.
         outputs: paths; their endings choose the format.
-        judge: the reconstructor to be named under the panels.
+        reconstructor: to be named under the panels.
     """
     limit = max(float(panel["gain"].abs().max()) for panel in panels.values()) or 1.0
     lines = -(-len(panels) // COLUMNS)
@@ -89,7 +89,7 @@ def draw(
     bar = figure.colorbar(image, ax=list(axes), shrink=0.9)
     bar.set_label("PSNR gain (dB)", fontsize=8)
     bar.ax.tick_params(labelsize=7)
-    made = f"; reconstructor: {judge}" if judge else ""
+    made = f"; reconstructor: {reconstructor}" if reconstructor else ""
     figure.supxlabel(
         "number: over the baseline with the highest mean of the cell; n: scenes; bold and *: ahead "
         f"of every baseline\n(paired t-tests on scene means, 5%, Holm over a panel's cells){made}",

@@ -27,9 +27,9 @@ def tex(text: str) -> str:
 
 def number(value: float, metric: str) -> str:
     """A metric's value with its decimals; without a unit, as in the paper, no leading zero."""
-    found = REGISTERED[metric]
-    text = f"{value:.{found.digits}f}"
-    return text if found.unit else text.replace("0.", ".", 1)
+    own = REGISTERED[metric]
+    text = f"{value:.{own.digits}f}"
+    return text if own.unit else text.replace("0.", ".", 1)
 
 
 def difference(value: float, low: float, high: float, interval: bool = True) -> str:

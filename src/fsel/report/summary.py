@@ -103,7 +103,7 @@ class _Part:
         Returns:
             The interval; NaN, of no places, where a reconstruction did not finish.
         """
-        if self.ended.keys() & {found[1:] for found in (column, less) if found is not None}:
+        if self.ended.keys() & {key[1:] for key in (column, less) if key is not None}:
             return Interval(np.nan, np.nan, np.nan, np.nan, 0)
         values = self._seeds.get(column, self._values[column][:, None])
         if less is not None:
@@ -123,8 +123,8 @@ class _Part:
                 f"of {every} scenes"
             )
         if len(set(counts.tolist())) > 1:
-            found = dict(zip(names.tolist(), counts.tolist(), strict=True))
-            raise ValueError(f"a mean over unequal sets: draws by scene are {found}")
+            draws = dict(zip(names.tolist(), counts.tolist(), strict=True))
+            raise ValueError(f"a mean over unequal sets: draws by scene are {draws}")
         places = self.places[known]
         belongs = (np.unique(places)[:, None] == places).astype(float)
         return belongs / belongs.sum(axis=1, keepdims=True)
@@ -159,10 +159,10 @@ def summarise(
     """
     rows = []
     for dataset, part in cells.groupby("dataset", sort=False):
-        found = _Part(part, metrics, trained)
-        for metric, method, k in found.columns:
-            mean, low, high, _, n = found.interval((metric, method, k))
-            ended = found.ended.get((method, k), FINISHED)
+        own = _Part(part, metrics, trained)
+        for metric, method, k in own.columns:
+            mean, low, high, _, n = own.interval((metric, method, k))
+            ended = own.ended.get((method, k), FINISHED)
             rows.append((dataset, method, k, metric, mean, low, high, n, ended))
     table = pd.DataFrame(rows, columns=[*SUMMARY, OUTCOME])
     if not table[OUTCOME].any():
@@ -190,16 +190,16 @@ def differences(
     """
     rows = []
     for dataset, part in cells.groupby("dataset", sort=False):
-        found = _Part(part, metrics, trained)
-        for metric, method, k in found.columns:
+        measured = _Part(part, metrics, trained)
+        for metric, method, k in measured.columns:
             if method not in methods or k == ALL_FRAMES:
                 continue
             for reference in part["method"].unique():
                 own = (metric, reference, k)
-                other = own if own in found.columns else (metric, reference, ALL_FRAMES)
-                if reference == method or other not in found.columns:
+                other = own if own in measured.columns else (metric, reference, ALL_FRAMES)
+                if reference == method or other not in measured.columns:
                     continue
-                gap = found.interval((metric, method, k), other)
+                gap = measured.interval((metric, method, k), other)
                 rows.append((dataset, method, reference, k, metric, *gap))
     table = pd.DataFrame(rows, columns=[*DIFFERENCES, "n"])
     return _sorted(table, cells, ["dataset", "method", "reference"])
@@ -211,12 +211,12 @@ def leaders(gaps: pd.DataFrame) -> set[tuple[str, int, str]]:
     Args:
         gaps: see `differences`.
     """
-    found = set()
+    leads = set()
     for key, part in gaps.groupby(["method", "k", "metric"]):
         rises = REGISTERED[key[2]].higher_is_better
         if ((part["ci_low"] > 0) if rises else (part["ci_high"] < 0)).all():
-            found.add(key)
-    return found
+            leads.add(key)
+    return leads
 
 
 def seed_spread(runs: pd.DataFrame, metric: str) -> pd.DataFrame:

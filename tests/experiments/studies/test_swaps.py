@@ -10,7 +10,7 @@ from fsel.report.numbers import read_csv
 
 def scene(psnr, tried=TRIED):
     """What `evaluate_swaps` writes: a second a subset, and targets of some PSNR."""
-    return pd.DataFrame({"tried": tried, "seconds": tried, "judged": 0.5, "psnr": psnr})
+    return pd.DataFrame({"tried": tried, "seconds": tried, "estimate": 0.5, "psnr": psnr})
 
 
 def test_gains_are_over_the_start_of_each_scene():

@@ -92,12 +92,12 @@ def measure_costs(
 
 def steps(candidates: int, budgets: Sequence[int]) -> dict[str, int]:
     """Name -> frames: the budgets, and greater shares of the candidates."""
-    found = {str(k): k for k in budgets}
+    sizes = {str(k): k for k in budgets}
     for share in SHARES:
         k = round(share * candidates)
         if k > max(budgets):
-            found[f"{share:.0%}"] = k
-    return found
+            sizes[f"{share:.0%}"] = k
+    return sizes
 
 
 def selection_seconds(

@@ -70,9 +70,9 @@ def estimate_poses(
             "or `poses.width` and `poses.height`, or lower `targets`"
         )
     placed = capture.subset(kept)
-    found = replace(placed, world_to_camera=poses, points=points)
+    estimated = replace(placed, world_to_camera=poses, points=points)
     placed.resized(long_side).save(given_folder)
-    found.resized(long_side).save(estimated_folder)
+    estimated.resized(long_side).save(estimated_folder)
     table = pd.DataFrame({"name": placed.names, "placed": True})
     table["degrees"], table["percent"] = pose_errors(poses, placed.world_to_camera)
     lost = [name for name in capture.names if name not in set(placed.names)]

@@ -47,12 +47,12 @@ def perturbed(
     return Rotation.from_rotvec(angles * axes).as_matrix() @ moved
 
 
-def pose_errors(found: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def pose_errors(estimated: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far poses are from given ones, after laying their camera centres onto each other.
 
     Args:
-        found, given: (N, 3, 4) world-to-camera of the same frames, N >= 3, in worlds that differ
-            by a similarity; the best one of the centres is taken out (Umeyama 1991).
+        estimated, given: (N, 3, 4) world-to-camera of the same frames, N >= 3, in worlds that
+            differ by a similarity; the best one of the centres is taken out (Umeyama 1991).
 
     Returns:
         (N,) degrees between rotations, and (N,) distances of centres in per cent of the given
@@ -63,11 +63,11 @@ def pose_errors(found: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.nd
     """
     from fsel.colmap.bindings import pycolmap  # here: selecting from noisy poses does not need it
 
-    centers, wanted = camera_centers(found), camera_centers(given)
+    centers, wanted = camera_centers(estimated), camera_centers(given)
     fit = pycolmap.estimate_sim3d(centers, wanted)
     if fit is None:
-        raise ValueError(f"{len(found)} camera centres on a line or point fix no similarity")
-    turned = found[:, :, :3] @ fit.rotation.matrix().T
+        raise ValueError(f"{len(estimated)} camera centres on a line or point fix no similarity")
+    turned = estimated[:, :, :3] @ fit.rotation.matrix().T
     off = Rotation.from_matrix(turned @ given[:, :, :3].transpose(0, 2, 1)).magnitude()
     laid = fit.scale * centers @ fit.rotation.matrix().T + fit.translation
     distance = np.linalg.norm(laid - wanted, axis=1)

@@ -48,15 +48,15 @@ def changes(measured: Sequence[Mapping]) -> pd.DataFrame:
     exact = cells[cells["change"] == EXACT].set_index(SHARED)["psnr"].rename("exact")
     cells = cells.join(exact, on=SHARED).assign(dataset="poses")
     cells["difference"] = cells["psnr"] - cells["exact"]
-    found = []
+    parts = []
     for case, part in cells.groupby(CASE, sort=False, dropna=False):
         table = summarise(part, ["psnr", "difference"]).set_index(["method", "k"])
         gaps = table[table["metric"] == "difference"][["mean", "ci_low", "ci_high"]]
         gaps.columns = ["difference", "difference_low", "difference_high"]
         table = table[table["metric"] == "psnr"][["mean", "ci_low", "ci_high", "n"]].join(gaps)
-        found.append(table.reset_index().assign(**dict(zip(CASE, case, strict=True))))
+        parts.append(table.reset_index().assign(**dict(zip(CASE, case, strict=True))))
     order = [*CASE, "method", "k", "mean", "ci_low", "ci_high", *gaps.columns, "n"]
-    return pd.concat(found)[order].reset_index(drop=True)
+    return pd.concat(parts)[order].reset_index(drop=True)
 
 
 def _cells(item: Mapping) -> pd.DataFrame:
@@ -110,12 +110,12 @@ def poses(
 
 
 def _estimated_table(
-    found: pd.DataFrame, errors: Sequence[str | Path], budgets: Sequence[int], facts: Mapping
+    changed: pd.DataFrame, errors: Sequence[str | Path], budgets: Sequence[int], facts: Mapping
 ) -> str:
-    values = found.set_index(["change", "scope", "method", "k"])
+    values = changed.set_index(["change", "scope", "method", "k"])
     middle = budgets[len(budgets) // 2]
     rows = []
-    for name in _present(found):
+    for name in _present(changed):
         row = [LABELS[name]]
         for k in budgets:
             row += [number(values.loc[(EXACT, BOTH, name, k), "mean"], "psnr")]
@@ -126,7 +126,7 @@ def _estimated_table(
         "changes with poses and points that COLMAP finds in the images, intrinsics being given; in "
         f"the last column it is the selector alone that has them. {_registered(errors)} In "
         "brackets: paired 95\\% intervals over scenes and draws; bold where they exclude zero. "
-        f"Scenes: {found['n'].max()}. {made_by(facts)}"
+        f"Scenes: {changed['n'].max()}. {made_by(facts)}"
     )
     head = ["Selection", *["given", "COLMAP"] * len(budgets), "selector alone"]
     groups = [(f"$K{{=}}{k}$", 2) for k in budgets] + [(f"$K{{=}}{middle}$", 1)]
@@ -148,23 +148,23 @@ def _registered(errors: Sequence[str | Path]) -> str:
     )
 
 
-def _noise_table(found: pd.DataFrame, facts: Mapping) -> str:
-    values = found.set_index([*CASE, "method"])
-    cases = found[found["change"] != EXACT][CASE].drop_duplicates()
+def _noise_table(changed: pd.DataFrame, facts: Mapping) -> str:
+    values = changed.set_index([*CASE, "method"])
+    cases = changed[changed["change"] != EXACT][CASE].drop_duplicates()
     cases = cases.sort_values(["scope", "change", "level"], ascending=[False, True, True])
     rows = []
-    for name in _present(found):
+    for name in _present(changed):
         row = [LABELS[name], number(values.loc[(EXACT, 0.0, BOTH, name), "mean"], "psnr")]
         for case in cases.itertuples(index=False):
             row.append(_gap(values.loc[(*case, name)], interval=False))
         rows.append(row)
-    k = found["k"].iloc[0]
+    k = changed["k"].iloc[0]
     text = (
         rf"\textbf{{Noise in poses}}, $K{{=}}{k}$: PSNR (dB) without, and how much it changes "
         "when the selector alone, or selector and reconstruction, are given rotations or camera "
         "centres with Gaussian noise, whose root mean square heads the columns (of centres in per "
         "cent of the scene's size). Bold: the paired 95\\% interval, which the csv gives, excludes "
-        f"zero. Scenes: {found['n'].max()}, first draw. {made_by(facts)}"
+        f"zero. Scenes: {changed['n'].max()}, first draw. {made_by(facts)}"
     )
     levels = [f"${level:g}{SIGNS[change]}$" for change, level, _ in cases.to_numpy()]
     groups = [("", 1)]
@@ -175,9 +175,9 @@ def _noise_table(found: pd.DataFrame, facts: Mapping) -> str:
     return plain_table(head, rows, caption=text, label="tab:pose_noise", groups=groups)
 
 
-def _present(found: pd.DataFrame) -> list[str]:
+def _present(changed: pd.DataFrame) -> list[str]:
     """Selectors that were measured, in the order of the tables."""
-    return [name for name in LABELS if name in set(found["method"])]
+    return [name for name in LABELS if name in set(changed["method"])]
 
 
 def _gap(row: pd.Series, interval: bool = True) -> str:
@@ -185,15 +185,15 @@ def _gap(row: pd.Series, interval: bool = True) -> str:
     return difference(row["difference"], *bounds, interval=interval)
 
 
-def _draw(found: pd.DataFrame, figures: Sequence[str | Path], facts: Mapping) -> None:
+def _draw(changed: pd.DataFrame, figures: Sequence[str | Path], facts: Mapping) -> None:
     """PSNR against the noise in the poses."""
-    marked = {name: PLAIN[name] for name in MARKED if name in set(found["method"])}
-    k, count = found["k"].iloc[0], found["n"].max()
+    marked = {name: PLAIN[name] for name in MARKED if name in set(changed["method"])}
+    k, count = changed["k"].iloc[0], changed["n"].max()
     text = (
         f"K = {k}; means over {count} scenes, first draw; noise: root mean square of normal "
         f"angles and offsets; grey: the other selectors. {note(facts)}"
     )
-    curves.pose_noise(found, marked, figures, text)
+    curves.pose_noise(changed, marked, figures, text)
 
 
 def _measured(experiment: Experiment) -> dict[str, Any]:

@@ -112,17 +112,17 @@ def _of_descriptors(capture: Capture, appearance: Mapping) -> dict:
     few = {"bytes": 8 * len(images), "seconds": sharp}
     both = {"bytes": few["bytes"] + described.nbytes, "seconds": sharp + seconds}
     return {"saving": "descriptors"} | {
-        f"{side}_{name}": found.get(name, np.nan)
-        for side, found in (("with", few), ("without", both))
+        f"{side}_{name}": cost.get(name, np.nan)
+        for side, cost in (("with", few), ("without", both))
         for name in COSTS
     }
 
 
 def _row(saving: str, with_it: Mapping, without: Mapping) -> dict:
     row = {"saving": saving}
-    for side, found in (("with", with_it), ("without", without)):
-        seconds = found["fit_seconds"] + found["render_seconds"]
-        row |= {f"{side}_{name}": {**found, "seconds": seconds}[name] for name in COSTS}
+    for side, cost in (("with", with_it), ("without", without)):
+        seconds = cost["fit_seconds"] + cost["render_seconds"]
+        row |= {f"{side}_{name}": {**cost, "seconds": seconds}[name] for name in COSTS}
     return row
 
 

@@ -56,8 +56,8 @@ def speed_settings(
         measure_cold(place, reconstruction)  # compiles
         usual, model = measure_splats(place, reconstruction)
         for setting, value, default, changes in settings_of(reconstruction, place.capture.size):
-            found = usual if default else measure_cold(place, reconstruction, **changes)[0]
-            rows.append({"setting": setting, "value": value, "default": default, **found})
+            cost = usual if default else measure_cold(place, reconstruction, **changes)[0]
+            rows.append({"setting": setting, "value": value, "default": default, **cost})
         rounded = {"setting": "precision", "value": "float16", "default": False}
         rows.append(rounded | usual | measure_model(place, halved(model)))
         logger.info("%s: %d settings", folder, len(rows))

@@ -25,10 +25,17 @@ def stability(table: str | Path, numbers: str | Path) -> None:
     """
     rows = []
     for case in CASES.values():
-        found = observe(case)
-        row = (case.name, case.asked, found.observed, found.error, found.allowed, found.holds)
+        finding = observe(case)
+        row = (
+            case.name,
+            case.asked,
+            finding.observed,
+            finding.error,
+            finding.allowed,
+            finding.holds,
+        )
         rows.append(row)
-        logger.info("%s: %s, error %.2g", case.name, found.observed, found.error)
+        logger.info("%s: %s, error %.2g", case.name, finding.observed, finding.error)
     names = ["case", "asked", "observed", "error", "allowed", "holds"]
     result = pd.DataFrame(rows, columns=names)
     with atomic(numbers) as temporary:

@@ -31,7 +31,7 @@ logger = logging.getLogger(__name__)
 METHOD = "fsel"
 TRIED = (1, 25, 50, 100, 200, 300, 450, 600)  # subsets, when the picks so far are measured
 METRIC = "psnr"
-UNITS = {"seconds": "s of processor time", "judged": "dB", METRIC: "dB"}
+UNITS = {"seconds": "s of processor time", "estimate": "dB", METRIC: "dB"}
 
 
 def evaluate_swaps(
@@ -50,7 +50,7 @@ def evaluate_swaps(
     Args:
         folder: a canonical capture.
         split, selections: split.parquet and what `select` wrote of one draw.
-        evaluation: receives tried, seconds, judged (the swaps' estimate of the gain), psnr (of the
+        evaluation: receives tried, seconds, estimate (of the gain, by the swaps), psnr (of the
             targets).
         reconstruction: the config's section, of the reconstructor that measures.
         k: budget of the picks.
@@ -75,7 +75,7 @@ def evaluate_swaps(
         if best.tried == TRIED[-1]:
             break
         began = time.process_time()
-    table = pd.DataFrame(rows, columns=["tried", "seconds", "judged", METRIC])
+    table = pd.DataFrame(rows, columns=["tried", "seconds", "estimate", METRIC])
     write_table(table, evaluation, units=UNITS, config=config)
 
 
@@ -96,17 +96,17 @@ def swaps(
         k: budget of the picks.
         facts: see `captions.captures_of`.
     """
-    found = gains([read_table(path) for path in evaluations])
-    write_csv(found, numbers)
+    means = gains([read_table(path) for path in evaluations])
+    write_csv(means, numbers)
     note = (
         f"picks of fsel, K = {k}, {len(evaluations)} scenes; band: 95% interval of the mean; "
         f"captures: {captures_of(facts)}"
     )
-    curves.swaps(found, figures, note)
+    curves.swaps(means, figures, note)
 
 
 def gains(scenes: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """tried; seconds, judged, gain: means over scenes; ci_low, ci_high of the gain; least; n.
+    """tried; seconds, estimate, gain: means over scenes; ci_low, ci_high of the gain; least; n.
 
     Args:
         scenes: what `evaluate_swaps` wrote; a scene whose swaps are exhausted keeps its last row.
@@ -116,10 +116,12 @@ def gains(scenes: Sequence[pd.DataFrame]) -> pd.DataFrame:
     for tried in TRIED:
         here = pd.DataFrame([scene.loc[tried] for scene in whole])
         gain = np.array([scene[METRIC][tried] - scene[METRIC][TRIED[0]] for scene in whole])
-        found = of_places(gain)
-        spent = here[["seconds", "judged"]].mean()
-        rows.append((tried, *spent, found.mean, found.low, found.high, gain.min(), found.n))
-    columns = ["tried", "seconds", "judged", "gain", "ci_low", "ci_high", "least", "n"]
+        interval = of_places(gain)
+        spent = here[["seconds", "estimate"]].mean()
+        rows.append(
+            (tried, *spent, interval.mean, interval.low, interval.high, gain.min(), interval.n)
+        )
+    columns = ["tried", "seconds", "estimate", "gain", "ci_low", "ci_high", "least", "n"]
     return pd.DataFrame(rows, columns=columns)
 
 

@@ -52,12 +52,12 @@ def true_depth(
 
 def unit_of(capture: Capture, centers: np.ndarray) -> float:
     """World units a metre: structure from motion has its own, which the cameras' spread tells."""
-    found, true = (
+    given, true = (
         np.linalg.norm(points - points.mean(axis=0), axis=1)
         for points in (capture.centers, centers)
     )
-    unit = np.linalg.norm(found) / np.linalg.norm(true)
-    off = np.abs(found - unit * true).max() / found.max()
+    unit = np.linalg.norm(given) / np.linalg.norm(true)
+    off = np.abs(given - unit * true).max() / given.max()
     if off > MISPLACED:
         raise ValueError(
             f"{capture.source}: cameras are {off:.0%} of their spread from where the recording "

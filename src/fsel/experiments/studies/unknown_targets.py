@@ -198,10 +198,10 @@ def compared(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(out)
 
 
-def _table(found: pd.DataFrame, views: str, facts: Mapping) -> str:
-    budgets = sorted(found["k"].unique())
+def _table(gains: pd.DataFrame, views: str, facts: Mapping) -> str:
+    budgets = sorted(gains["k"].unique())
     cells = []
-    for method, part in found.groupby("method", sort=False):
+    for method, part in gains.groupby("method", sort=False):
         row = part.set_index("k")
         texts = []
         for k in budgets:
@@ -210,7 +210,7 @@ def _table(found: pd.DataFrame, views: str, facts: Mapping) -> str:
             texts.append(rf"\textbf{{{text}}}" if beyond else text)
         cells.append([LABELS[str(method)], *texts, f"{part['least'].min():+.2f}"])
     head = ["Selection", *(f"$K={k}$" for k in budgets), "worst"]
-    count = found.groupby("k")["n"].first()
+    count = gains.groupby("k")["n"].first()
     by_budget = ", ".join(f"{n} at $K={k}$" for k, n in count.items())
     counted = by_budget if count.nunique() > 1 else str(count.iloc[0])
     caption = (
@@ -223,11 +223,11 @@ def _table(found: pd.DataFrame, views: str, facts: Mapping) -> str:
     return plain_table(head, cells, caption=caption, label=f"tab:unknown_targets_{views}")
 
 
-def _draw(found: pd.DataFrame, figures: Sequence[str | Path]) -> None:
-    kinds = [views for views in TITLES if (found["views"] == views).any()]
+def _draw(gains: pd.DataFrame, figures: Sequence[str | Path]) -> None:
+    kinds = [views for views in TITLES if (gains["views"] == views).any()]
     figure = new_figure((3.6 * len(kinds), 3.4))
     for axis, views in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
-        part = found[(found["views"] == views) & (found["method"] != REFERENCE)]
+        part = gains[(gains["views"] == views) & (gains["method"] != REFERENCE)]
         for number, (method, line) in enumerate(part.groupby("method", sort=False)):
             beside = SPREAD * (number - (part["method"].nunique() - 1) / 2)
             reach = [line["gain"] - line["ci_low"], line["ci_high"] - line["gain"]]
@@ -235,7 +235,7 @@ def _draw(found: pd.DataFrame, figures: Sequence[str | Path]) -> None:
             at, label = line["k"] + beside, LABELS[str(method)]
             axis.errorbar(at, line["gain"], np.nan_to_num(reach), label=label, marker="o", **style)
         axis.axhline(0, color="0.6", linewidth=0.8)
-        title = f"{TITLES[views]}, {found.loc[found['views'] == views, 'n'].max()} scenes"
+        title = f"{TITLES[views]}, {gains.loc[gains['views'] == views, 'n'].max()} scenes"
         axis.set(title=title, xlabel="frames picked", ylabel="dB over uniform")
     handles, labels = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=7, frameon=False)

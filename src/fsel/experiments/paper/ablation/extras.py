@@ -115,15 +115,15 @@ def set_aware(scene: Relations, picked: Sequence[int]) -> np.ndarray:
     log-determinant of the likenesses; the distance to the second-nearest selected frame, zero
     while there is but one.
     """
-    found = np.zeros((len(scene.centers), 3))
+    columns = np.zeros((len(scene.centers), 3))
     if not len(picked):
-        return found
-    found[:, 0] = (scene.distance < scene.distance[picked].min(axis=0)).mean(axis=1)
-    found[:, 1] = _gain(scene.descriptors, picked)
+        return columns
+    columns[:, 0] = (scene.distance < scene.distance[picked].min(axis=0)).mean(axis=1)
+    columns[:, 1] = _gain(scene.descriptors, picked)
     if len(picked) > 1:
         gaps = pairwise_distances(scene.centers, scene.centers[picked])
-        found[:, 2] = np.partition(gaps, 1, axis=1)[:, 1]
-    return found
+        columns[:, 2] = np.partition(gaps, 1, axis=1)[:, 1]
+    return columns
 
 
 def _gain(descriptors: np.ndarray, picked: Sequence[int]) -> np.ndarray:

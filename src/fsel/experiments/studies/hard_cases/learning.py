@@ -45,13 +45,13 @@ def equal_metrics() -> Finding:
         return np.array([20.0, 0.5, 0.1])
 
     small = GeneticSettings(population=8, farthest=3, uniform=2, generations=3)
-    found = [
+    results = [
         genetic_search(flat, pool, pool, centers, K, rng, small),
         random_search(flat, pool, K, 20, rng),
         swap_search(flat, pool, [pool[:K]], 20, rng),
     ]
     error, sizes = 0.0, []
-    for result in found:
+    for result in results:
         finite(result.fitness)
         error = max(error, float(np.abs(result.fitness).max()))
         distinct = {tuple(np.unique(subset)) for subset in result.subsets}
