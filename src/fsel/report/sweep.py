@@ -101,5 +101,5 @@ def row_groups(cells: pd.DataFrame, budgets: Sequence[int]) -> list[dict[str, st
     shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
     labels = {**BASELINES, **LEARNED, **REFERENCES}
     groups = (PAPER, FURTHER, LEARNED, REFERENCES)
-    groups = [{name: labels[name] for name in group if name in shown} for group in groups]
-    return [group for group in groups if group]
+    rows = [{name: labels[name] for name in group if name in shown} for group in groups]
+    return [group for group in rows if group]
