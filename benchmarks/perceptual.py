@@ -46,7 +46,9 @@ def searched(folder: Path) -> tuple[np.ndarray, Evaluator]:
     """(n, 4) PSNR, SSIM, GMSD and LPIPS of every subset that a search meets, and its evaluator."""
     split = folder / "draw0" / "split.parquet"
     problem, parts = Problem.load(folder, split), Split.load(split)
-    reconstructor = reconstructor_of(problem.capture, {"name": "splats", "long_side": 64})
+    reconstructor = reconstructor_of(
+        problem.capture, {"name": "splats", "long_side": 64, "settings": {}}
+    )
     evaluator = Evaluator.on_frames(reconstructor, parts.proxies, metrics=[*METRICS, "lpips"])
     rows = []
 
