@@ -97,7 +97,7 @@ def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float)
 
 
 def cover_of(problem: Problem, picks: np.ndarray, times: int, share: float) -> Cover:
-    """How often the picks see the points, and as many frames evenly spaced."""
+    """Say how often the picks see the points, and as many frames evenly spaced."""
     from fsel.request.multicover import sightings, wanted
 
     seen, pool = _tracks(problem, times), problem.observed
@@ -118,7 +118,7 @@ def cover_of(problem: Problem, picks: np.ndarray, times: int, share: float) -> C
 
 
 def _share(seen: Tracks, rows: np.ndarray, times: int) -> float:
-    """Of the points that so many rows see, those that some rows see so often."""
+    """Share of points, among those that so many rows see, that these rows see so often."""
     from fsel.request.multicover import sightings, wanted
 
     return float((sightings(seen, rows)[wanted(seen, times)] >= times).mean())

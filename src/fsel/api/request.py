@@ -115,7 +115,7 @@ def patience_of(
     *,
     named: bool,
 ) -> Patience:
-    """How long selections are tried on the capture's own frames.
+    """Return how long selections are tried on the capture's own frames.
 
     Args:
         patience: seconds, or None for what is usual: ten where nothing but a number of frames is
@@ -146,7 +146,7 @@ def stated_beside(
     focus: Focus | None = None,
     cover: int = 0,
 ) -> str:
-    """What is stated beside a number of frames, in words; empty where nothing is."""
+    """Name what is stated beside a number of frames, in words; empty where nothing is."""
     if method.name != pretrained.DEFAULT:
         return f"the method is {method.name}"
     if focus is not None:

@@ -65,7 +65,7 @@ def selection_content(
 
 
 def _tried(tried: Tried | None) -> dict | None:
-    """What was tried on the capture's own frames, over every n-th frame."""
+    """Describe what was tried on the capture's own frames, over every n-th frame."""
     if tried is None:
         return None
     selections = [

@@ -91,11 +91,11 @@ def k_center_of(
     method: Method,
     focus: Focus | None,
 ) -> bool:
-    """Whether no frame may be far from the picks: where the rule alone would choose unseen."""
+    """Say whether no frame may be far from the picks: where the rule alone would choose unseen."""
     stated = _named(args) or api.stated_beside(k, targets, method, focus, args.cover)
     return args.geometry_only and not stated
 
 
 def _named(args: argparse.Namespace) -> bool:
-    """Whether the method is stated."""
+    """Say whether the method is stated."""
     return not (args.method is None and args.weights is None)

@@ -85,7 +85,7 @@ def duration(text: str) -> float:
 
 
 def duration_or_none(text: str) -> float:
-    """What `duration` reads, or 0."""
+    """Read a duration as `duration` does, or 0."""
     return 0.0 if text.strip() in ("0", "0s") else duration(text)
 
 

@@ -90,7 +90,7 @@ def evaluated_problems(experiment: Experiment) -> Values:
 
 
 def generated(experiment: Experiment) -> list[Values | None]:
-    """What made each evaluation scene, None for real ones."""
+    """List what made each evaluation scene, None for real ones."""
     return [experiment.generated(*scene) for scene in experiment.evaluation_scenes]
 
 

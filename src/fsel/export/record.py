@@ -146,7 +146,7 @@ def reason(budget: Budget) -> str:
 
 
 def trials(tried: Tried) -> str:
-    """What was tried on the capture's own frames, in words."""
+    """Describe what was tried on the capture's own frames, in words."""
     known = [trial for trial in tried.trials[1:] if np.isfinite(trial.gain)]
     scores = ", ".join(f"{trial.name} {trial.gain:+.2f}" for trial in known) or "none was scored"
     cut = ", cut off by the time" if tried.cut else ""
@@ -158,12 +158,12 @@ def trials(tried: Tried) -> str:
 
 
 def _part(share: float) -> str:
-    """How many points are to be seen, in words."""
+    """Say how many points are to be seen, in words."""
     return "each" if share == 1 else f"{share:.0%}"
 
 
 def covered(cover: Cover) -> str:
-    """How often points are seen, in words."""
+    """Say how often points are seen, in words."""
     full, even = cover.picks[-1] / cover.points, cover.even[-1] / cover.points
     return (
         f"{cover.points:,} points that {counted(cover.times, 'frame')} or more see: "

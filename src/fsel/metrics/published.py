@@ -58,13 +58,13 @@ def file_of(net: str) -> str:
 
 
 def found(net: str) -> Path | None:
-    """Where a backbone's fetched weights are: among the run's downloads, or in the user's cache."""
+    """Find a backbone's fetched weights: among the run's downloads, or in the user's cache."""
     places = (DOWNLOADS / file_of(net), cache() / file_of(net))
     return next((path for path in places if path.is_file()), None)
 
 
 def obtainable() -> str:
-    """Why the package cannot be had, or nothing where the index that pip looks at lists it."""
+    """Say why the package cannot be had; nothing where the index that pip looks at lists it."""
     try:
         listed = _pip("index", "versions", PACKAGE, seconds=60)
     except Unobtainable as error:
@@ -161,7 +161,7 @@ def _member(archive: Path, name: str) -> bytes:
 
 
 def _pip(*words: str, seconds: float) -> str:
-    """What a command of pip prints.
+    """Return what a command of pip prints.
 
     Raises:
         Unobtainable: when it fails, with the last line that it says.

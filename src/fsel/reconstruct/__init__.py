@@ -13,11 +13,11 @@ from fsel.utils.registry import Registry
 
 
 class Model(Protocol):
-    """What a reconstructor returns: it renders, and says what it cost."""
+    """Result of a reconstructor: it renders, and says what it cost."""
 
     @property
     def primitives(self) -> int:
-        """How many splats, or whatever else it is made of."""
+        """Number of splats, or of whatever else it is made of."""
 
     @property
     def bytes(self) -> int:
@@ -33,7 +33,7 @@ class Model(Protocol):
 
     @property
     def device(self) -> str:
-        """Where it was fitted, and renders: `cpu`, or a GPU's name."""
+        """Device on which it was fitted, and renders: `cpu`, or a GPU's name."""
 
     def render(self, views: Views) -> np.ndarray:
         """(T, h, w, 3) float32 images in [0, 1]."""
@@ -44,7 +44,7 @@ class Reconstructor(Protocol):
 
     @property
     def capture(self) -> Capture:
-        """What it is bound to, at the reconstruction size."""
+        """Capture that it is bound to, at the reconstruction size."""
 
     def fit(self, frames: np.ndarray) -> Model:
         """Reconstruct from (K,) int64 distinct frames."""
@@ -56,14 +56,14 @@ class FitsMany(Protocol):
 
     @property
     def together(self) -> int:
-        """How many it fits at once; 1 where nothing is gained by it."""
+        """Number of subsets that it fits at once; 1 where nothing is gained by it."""
 
     def fit_many(self, subsets: Sequence[np.ndarray]) -> Iterator[Model]:
         """A model a subset, each as `fit` takes it."""
 
 
 class Factory(Protocol):
-    """What binds a reconstructor to a capture, with its settings as keywords: a class, usually."""
+    """Binder of a reconstructor to a capture, with its settings as keywords: usually a class."""
 
     def __call__(self, capture: Capture, **settings: Any) -> Reconstructor:
         """The reconstructor of a capture that is at the reconstruction size."""
@@ -121,7 +121,7 @@ def check_needs(reconstruction: Mapping[str, Any], devices: bool = True) -> None
 
 
 def needs_gpu(reconstruction: Mapping[str, Any]) -> bool:
-    """Whether a configured reconstructor works on a GPU, with its settings.
+    """Say whether a configured reconstructor works on a GPU, with its settings.
 
     A factory says so by `needs_gpu(**settings)`; one that has no such function does not.
 

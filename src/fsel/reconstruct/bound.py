@@ -1,4 +1,4 @@
-"""What all reconstructors share: a capture, checked settings, and what the settings need."""
+"""Common part of all reconstructors: a capture, checked settings, and what the settings need."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def check(device: str) -> None:
 
 
 def name() -> str:
-    """Of the GPU in use."""
+    """Name of the GPU in use."""
     import torch
 
     return torch.cuda.get_device_name()
@@ -79,7 +79,7 @@ class Peak:
 
     @property
     def bytes(self) -> int:
-        """Since the start."""
+        """Largest number of bytes added since the start."""
         if self._resident is not None:
             return self._resident.bytes
         import torch

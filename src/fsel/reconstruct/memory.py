@@ -33,7 +33,7 @@ class Peak:
 
     @property
     def bytes(self) -> int:
-        """Since the start."""
+        """Largest number of bytes added since the start."""
         return max(self._most - self._start, _highest() - self._start, 0)
 
 

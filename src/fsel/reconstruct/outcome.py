@@ -1,4 +1,4 @@
-"""What keeps a reconstruction from its images."""
+"""Reasons that keep a reconstruction from its images."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class NoDevice(OSError):
 
 
 class MissingRequirement(ValueError):
-    """What a reconstructor needs is not here; each thing is on a line of the message."""
+    """Error that a reconstructor lacks what it needs; each thing is on a line of the message."""
 
 
 class Unfinished(RuntimeError):

@@ -21,7 +21,7 @@ LARGEST = 1e15  # of a value that is read
 
 @dataclass(frozen=True)
 class Cloud:
-    """What such a file holds.
+    """Content of such a file.
 
     Attributes:
         xyz: (n, 3) positions, world units.
@@ -41,7 +41,7 @@ class Cloud:
 
     @property
     def degree(self) -> int:
-        """Of the harmonics."""
+        """Degree of the harmonics."""
         return RESTS.index(3 * (self.harmonics.shape[1] - 1))
 
 

@@ -1,4 +1,4 @@
-"""What of a capture a reconstruction may see: the selected frames, and points they share."""
+"""Part of a capture that a reconstruction may see: the selected frames, and points they share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What made a table or figure, in words."""
+"""Descriptions of what made a table or figure, in words."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ STAND_IN = "GMSD in the place of LPIPS, whose weights could not be fetched"
 
 
 def captures_of(facts: Mapping) -> str:
-    """Where the captures come from, in LaTeX.
+    """Say where the captures come from, in LaTeX.
 
     Args:
         facts: embedded (labels of datasets of generated captures), real (labels of datasets read
@@ -34,7 +34,7 @@ def captures_of(facts: Mapping) -> str:
 
 
 def made_by(facts: Mapping) -> str:
-    """Which captures, reconstructor and appearance descriptor made the numbers, in LaTeX.
+    """Say which captures, reconstructor and appearance descriptor made the numbers, in LaTeX.
 
     Args:
         facts: as in `captures_of`, and reconstructor, long_side, descriptor.

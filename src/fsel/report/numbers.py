@@ -21,7 +21,7 @@ def write_csv(table: pd.DataFrame, path: str | Path) -> None:
 
 
 def read_csv(path: str | Path) -> pd.DataFrame:
-    """What `write_csv` wrote, budgets as numbers again."""
+    """Read what `write_csv` wrote, budgets as numbers again."""
     table = pd.read_csv(path, dtype={"k": str})
     if "k" in table:
         # a row that is about no budget has none

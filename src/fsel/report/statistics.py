@@ -37,7 +37,7 @@ class Interval(NamedTuple):
 
     @property
     def excludes_zero(self) -> bool:
-        """Whether zero lies outside of the bounds; never where there are none."""
+        """Say whether zero lies outside of the bounds; never where there are none."""
         return self.low > 0 or self.high < 0
 
 
@@ -92,7 +92,7 @@ def of_places_and_seeds(values: np.ndarray) -> Interval:
 
 
 def ahead_of_all(gaps: np.ndarray, p: np.ndarray) -> float:
-    """p of the claim that a method is ahead of every one of its rivals.
+    """Compute p of the claim that a method is ahead of every one of its rivals.
 
     The claim is false if one rival is not behind, so that the weakest of the comparisons decides
     (intersection-union test, Berger 1982): no rival is chosen, and many rivals cost nothing.

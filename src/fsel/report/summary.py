@@ -95,7 +95,7 @@ class _Part:
                 self._seeds[metric, method, k] = parted[metric][k].to_numpy()
 
     def interval(self, column: Column, less: Column | None = None) -> Interval:
-        """Of a column's mean over places, or of its difference to another.
+        """Interval of a column's mean over places, or of its difference to another.
 
         Raises:
             ValueError: when a scene lacks the column, or scenes have unequal numbers of draws.
@@ -131,7 +131,7 @@ class _Part:
 
 
 def _outcomes(cells: pd.DataFrame) -> dict[tuple[str, int], str]:
-    """Of the methods and budgets with a reconstruction that did not finish."""
+    """Outcomes of the methods and budgets with a reconstruction that did not finish."""
     if OUTCOME not in cells:
         return {}
     rows = cells[cells[OUTCOME].fillna(FINISHED) != FINISHED]
@@ -206,7 +206,7 @@ def differences(
 
 
 def leaders(gaps: pd.DataFrame) -> set[tuple[str, int, str]]:
-    """method, k, metric that are better than every other method, all intervals excluding zero.
+    """Find the method, k, metric that beat every other method, all intervals excluding zero.
 
     Args:
         gaps: see `differences`.
@@ -220,7 +220,7 @@ def leaders(gaps: pd.DataFrame) -> set[tuple[str, int, str]]:
 
 
 def seed_spread(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
-    """How far a dataset's mean moves with the training seed.
+    """Measure how far a dataset's mean moves with the training seed.
 
     Args:
         runs: dataset, scene, draw, seed, k and the metric, means over targets.

@@ -43,7 +43,7 @@ def named(problems: Iterable[str], paths: Iterable[str | Path]) -> list[dict[str
 
 
 def place_of(scene: str, facts: Mapping) -> str:
-    """What a scene is a capture of: itself, unless it shares a place with another.
+    """Return the place that a scene is a capture of: itself, unless it shares one with another.
 
     Args:
         scene: `dataset/scene`.
@@ -72,7 +72,9 @@ def sweep_cells(
     facts: Mapping,
     by_seed: bool = False,
 ) -> pd.DataFrame:
-    """dataset, scene, place, draw, method, k, metrics: means over targets and seeds of each file.
+    """Table of dataset, scene, place, draw, method, k, metrics.
+
+    The values are means over targets and seeds of each file.
 
     Args:
         evaluations: one mapping a file, see `named`.

@@ -61,7 +61,7 @@ def _weights(row: np.ndarray, partner: np.ndarray, count: int) -> np.ndarray:
 
 @_jit
 def _pairs(arrays: tuple[np.ndarray, ...], kept: np.ndarray, fold: float) -> Pairs:
-    """For each row: the observations of the points it sees, its own too, and its worth for each.
+    """List for each row the observations of the points it sees, its own too, and its worths.
 
     Returns (n + 1,) starts of the rows' parts, (P,) int32 observations, (P,) float32 worths.
     """
@@ -94,7 +94,7 @@ def _pairs(arrays: tuple[np.ndarray, ...], kept: np.ndarray, fold: float) -> Pai
 
 @_jit
 def _gain(r: int, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
-    """What a row adds to the value of the picks, which serve each observation as noted."""
+    """Value that a row adds to that of the picks, which serve each observation as noted."""
     start, partner, worth = pairs
     total = 0.0
     for at in range(start[r], start[r + 1]):

@@ -1,4 +1,4 @@
-"""As few frames as needed so that sparse points are seen several times, from different directions.
+"""Cover of sparse points by few frames: each seen several times, from different directions.
 
 Not in the paper. Metashape's reduction of overlap is such a cover. Greedy minimum set multicover
 takes at most 1 + ln(points of a frame) times the smallest number of frames (Dobson 1982).

@@ -1,5 +1,6 @@
-"""How long selections are tried on a capture's own frames, and what was found; see
-`fsel.request.trials`."""
+"""Limits of how long selections are tried on a capture's own frames, and what was found; see
+`fsel.request.trials`.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +37,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Tried:
-    """What came of trying selections.
+    """Outcome of trying selections.
 
     Attributes:
         trials: every n-th frame first.
@@ -63,7 +64,7 @@ class Tried:
 
 @dataclass(frozen=True)
 class Patience:
-    """How long trying may take.
+    """Limit of how long trying may take.
 
     Attributes:
         seconds: as many reconstructions are planned as a slow processor makes in that time, so

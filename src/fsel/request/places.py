@@ -1,4 +1,4 @@
-"""Where cameras are and what they look at, in depths of the scene: how far frames are apart."""
+"""Places of cameras and what they look at, in depths of the scene: how far frames are apart."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ class Race:
         return Tried(tuple(map(self.trial, self._picks)), self._kept(), self._made, cut)
 
     def trial(self, name: str) -> Trial:
-        """What is known of a selection; nothing where it or every n-th frame was not fitted."""
+        """Return what is known of a selection; nothing where it or every n-th was not fitted."""
         frames, fits = self._picks[name], len(self._scores[name])
         held = np.union1d(frames, self._picks[self._even])
         free = ~np.isin(self._validation, held)
@@ -148,7 +148,7 @@ class Race:
         return max(ahead, key=_lower).name if ahead else self._even
 
     def _runners(self, count: int | None) -> int:
-        """How many selections a heat has at most, every n-th frame included."""
+        """Count the selections that a heat has at most, every n-th frame included."""
         return len(list(self._picks)[1:][:count]) + 1
 
     @property
@@ -169,7 +169,7 @@ class Race:
 
 
 def compared(own: np.ndarray, even: np.ndarray) -> tuple[float, float, float]:
-    """How far one selection is ahead of another on frames that neither holds.
+    """Measure how far one selection is ahead of another on frames that neither holds.
 
     Args:
         own, even: (S, J, 2) and (S', J, 2) PSNR in dB and SSIM by fits and frames, J >= 2, frames
@@ -191,7 +191,7 @@ def compared(own: np.ndarray, even: np.ndarray) -> tuple[float, float, float]:
 def small_gaussians(
     capture: Capture, validation: np.ndarray, picks: Mapping[str, np.ndarray]
 ) -> Scorer:
-    """What fits selections by small `gaussians`, the only frames opened being those it needs.
+    """Make what fits selections by small `gaussians`, the only frames opened being those it needs.
 
     Args:
         capture: at any size.
@@ -224,5 +224,5 @@ def _small(capture: Capture, frames: np.ndarray) -> Capture:
 
 
 def _lower(trial: Trial) -> float:
-    """What a selection gains at least, chance aside."""
+    """Least gain of a selection, chance aside."""
     return trial.gain - DEVIATIONS * trial.error

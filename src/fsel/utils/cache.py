@@ -9,7 +9,7 @@ ENVIRONMENT = "FSEL_CACHE"
 
 
 def cache() -> Path:
-    """Where found poses and fetched weights are kept: FSEL_CACHE, else fsel in the user's cache."""
+    """Folder of found poses and fetched weights: FSEL_CACHE, else fsel in the user's cache."""
     own = os.environ.get(ENVIRONMENT)
     shared = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(own) if own else Path(shared) / "fsel"

@@ -1,1 +1,1 @@
-"""What of Snakemake there is: jobs, sources that a rule depends on, and the cluster."""
+"""Parts that deal with Snakemake: jobs, sources that a rule depends on, and the cluster."""

@@ -1,4 +1,4 @@
-"""What a configuration states that does not fit together: refused before any job."""
+"""Checks for statements of a configuration that do not fit together: refused before any job."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What only a cluster needs: no two runs in one folder, and none of a killed run's jobs."""
+"""Needs of a cluster alone: no two runs in one folder, and none of a killed run's jobs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LOCKS = Path(".snakemake/locks")
 
 
 def start_on_slurm(lock: bool, prefix: str) -> None:
-    """Before Slurm gets jobs: refuse a run without a lock, end the jobs of a run that was killed.
+    """Prepare a start on Slurm: refuse a run without a lock, end the jobs of a run that was killed.
 
     Args:
         lock: whether this run locks the folder.

@@ -19,7 +19,7 @@ Section = Mapping[str, Any]
 
 
 def kinds_of(dataset: Section) -> list[str]:
-    """Where an entry says that its captures come from: one of `KINDS`, unless it is wrong.
+    """List where an entry says that its captures come from: one of `KINDS`, unless it is wrong.
 
     A key that is null says nothing, but for a `root` alone: one that is not set yet.
     """
@@ -104,7 +104,7 @@ class Datasets:
         return f"<results>/data/{dataset}/{scene}"
 
     def reading(self, dataset: str, scene: str) -> dict[str, Any]:
-        """How a scene is read; where every scene has an object of its own, which one."""
+        """Return how a scene is read; where every scene has an object of its own, which one."""
         entry = self.entries[dataset]
         found = {key: entry[key] for key in READING if key in entry}
         instance = entry["reading"].get("instance")
@@ -156,7 +156,7 @@ def _looked_for(entry: Section) -> str:
 
 
 def _origin(entry: Section, sources: Mapping[str, Section]) -> str:
-    """How to get a dataset that is not there, in words."""
+    """Say how to get a dataset that is not there, in words."""
     if "page" in entry:
         return f"; {entry['page']}"
     source = sources.get(entry["layout"])

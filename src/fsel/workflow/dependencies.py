@@ -97,7 +97,7 @@ class Library:
         return sorted(word for word in found if word in self.data or self._is_home(word))
 
     def _is_home(self, word: str) -> bool:
-        """Whether a word is a module, or a name that may be taken of one."""
+        """Say whether a word is a module, or a name that may be taken of one."""
         home, _, inside = word.replace(":", ".").rpartition(".")
         return word in self.modules or (home in self.modules and inside.isidentifier())
 

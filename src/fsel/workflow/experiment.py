@@ -95,12 +95,12 @@ class Experiment(Settings):
 
     @property
     def wants_lpips(self) -> bool:
-        """Whether tables or searches are to have LPIPS."""
+        """Say whether tables or searches are to have LPIPS."""
         return "lpips" in (*self.config["metrics"], self.config["fitness"])
 
     @property
     def fetches_lpips(self) -> bool:
-        """Whether LPIPS is to be had by the published weights: no file of them is named."""
+        """Say whether LPIPS is to be had by the published weights: no file of them is named."""
         section = self.config["lpips"]
         return self.wants_lpips and not section["weights"] and section["net"] in published.PICKLES
 
@@ -181,7 +181,7 @@ class Experiment(Settings):
         return {name: entries[name]["label"] for name in chosen}
 
     def facts(self, names: Sequence[str] | None = None, reconstructor: str = "") -> dict[str, Any]:
-        """What a caption tells of the captures and the settings.
+        """Return what a caption tells of the captures and the settings.
 
         Args:
             names: datasets; those in the tables by default.
@@ -213,7 +213,7 @@ class Experiment(Settings):
         return self.facts(reconstructor=wildcards.reconstructor)
 
     def places(self) -> dict[str, str]:
-        """dataset/scene -> place of evaluation scenes that may share one with another."""
+        """Map dataset/scene to the place of evaluation scenes that may share one with another."""
         found = {}
         for d, s in self.evaluation_scenes:
             given = self.datasets.entries[d].get("places", {})

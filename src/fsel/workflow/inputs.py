@@ -97,12 +97,12 @@ def of_scenes(scenes: Iterable[Scene], name: str, draws: Iterable[int] | None = 
 
 
 def joined(scenes: Iterable[Scene]) -> list[str]:
-    """dataset/scene of every scene."""
+    """List dataset/scene of every scene."""
     return [f"{dataset}/{scene}" for dataset, scene in scenes]
 
 
 def labelled(experiment: Experiment) -> list[str]:
-    """dataset/scene of every labelled scene."""
+    """List dataset/scene of every labelled scene."""
     return [f"{experiment.trained}/{scene}" for scene in experiment.labelled]
 
 
@@ -121,7 +121,7 @@ def of_labelled(experiment: Experiment, name: str) -> list[str]:
 
 
 def embedded(experiment: Experiment) -> Paths:
-    """What an embedded capture is made from: family, seed, layout, number of frames and size."""
+    """Return what an embedded capture is made from: family, seed, layout, frames and size."""
     entries = experiment.datasets.entries
     return {
         **experiment.config["embedded"],
@@ -132,7 +132,7 @@ def embedded(experiment: Experiment) -> Paths:
 
 
 def ingested(experiment: Experiment, long_side: int) -> Paths:
-    """How the capture in the wildcards is read, with images of some size."""
+    """Return how the capture in the wildcards is read, with images of some size."""
     datasets = experiment.datasets
     return {
         "reading": lambda wildcards: datasets.reading(wildcards.dataset, wildcards.scene),
@@ -153,7 +153,7 @@ def scorer_files(experiment: Experiment, policy: str) -> Paths:
 
 
 def training(experiment: Experiment, policy: str) -> Paths:
-    """How a policy is trained."""
+    """Return how a policy is trained."""
     config = experiment.config["training"]
     settings = {key: config[key] for key in ("epochs", "learning_rate")}
     return {"policy": policy, "scenes": list(experiment.labelled), **settings}

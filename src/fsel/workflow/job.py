@@ -123,7 +123,7 @@ def function_of(rule: str, home: str | None = None) -> Callable[..., None]:
 
 
 def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dict[str, object]:
-    """What a rule has for each parameter of a function, as it is: nothing is converted.
+    """Collect what a rule has for each parameter of a function, as it is: nothing is converted.
 
     A parameter is the input, output or param of its name. Otherwise it is
 

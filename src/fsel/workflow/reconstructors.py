@@ -35,7 +35,7 @@ def without_name(section: Section) -> Section:
 
 
 def described(name: str, section: Section) -> dict[str, Any]:
-    """What a caption says of a reconstructor."""
+    """Return what a caption says of a reconstructor."""
     own = section["name"]
     return {
         "reconstructor": own if own == name else f"{name} ({own})",

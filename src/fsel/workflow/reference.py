@@ -1,4 +1,4 @@
-"""Whether the tables of a run are those that the documentation quotes, to the byte.
+"""Comparison of a run's tables with those that the documentation quotes, to the byte.
 
     python -m fsel.workflow.reference [--write] [--tables results/tables] [--reference docs/results]
 

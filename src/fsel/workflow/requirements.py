@@ -1,4 +1,4 @@
-"""What a configuration names and is not here: datasets, reconstructors, weights, packages."""
+"""Needs of a configuration that are not here: datasets, reconstructors, weights, packages."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def check_reconstructors(named: Mapping[str, Section], where: str) -> None:
 
 
 def missing_programs(experiment: Experiment) -> list[str]:
-    """What the run needs besides datasets and is not here, a line each.
+    """List what the run needs besides datasets and is not here, a line each.
 
     Raises:
         Refusal: for settings that are wrong in themselves.
@@ -115,7 +115,7 @@ def check_scorers(experiment: Experiment) -> None:
 
 
 def _missing_of(where: str, name: str, section: Section) -> list[str]:
-    """What a reconstructor needs and is not here; the first line says whose it is."""
+    """List what a reconstructor needs and is not here; the first line says whose it is."""
     # a cluster's nodes have the GPUs that its login node lacks
     elsewhere = shutil.which("sbatch") is not None
     try:
@@ -128,7 +128,7 @@ def _missing_of(where: str, name: str, section: Section) -> list[str]:
 
 
 def _without(experiment: Experiment, tables: Tables, configfiles: Sequence[str]) -> list[str]:
-    """How a run goes without what is not here, and what it makes then."""
+    """Describe how a run goes without what is not here, and what it makes then."""
     files = [*map(Path, configfiles), experiment.folder / STAND_INS]
     given = " ".join(os.path.relpath(path) for path in files)
     allowed = " --config allow_missing=true" if experiment.datasets.missing else ""

@@ -97,7 +97,7 @@ class Settings:
         return self.with_role("evaluation")
 
     def problems(self, draws: int | None = None) -> list[str]:
-        """dataset/scene/draw of every evaluation problem, or of those of the first draws."""
+        """List dataset/scene/draw of every evaluation problem, or of those of the first draws."""
         count = self.config["draws"] if draws is None else draws
         return [f"{d}/{s}/draw{n}" for d, s in self.evaluation_scenes for n in range(count)]
 
@@ -115,7 +115,7 @@ class Settings:
 
     @cached_property
     def practised(self) -> list[str]:
-        """dataset/scene of the scenes that refinement practises on."""
+        """List dataset/scene of the scenes that refinement practises on."""
         most = self.config["refinement"]["scenes"]
         scenes = self.scenes
         return [f"{d}/{s}" for d in self.datasets.entries for s in scenes(d, "train")[:most]]
@@ -144,7 +144,7 @@ class Settings:
         return [self.scene_seed(wildcards, "select", n) for n in range(self.config["draws"])]
 
     def generated(self, dataset: str, scene: str) -> dict[str, Any] | None:
-        """What made an embedded capture, from which its exact depth is cast; None for others."""
+        """Return what made an embedded capture, to cast its exact depth from; None for others."""
         entry = self.datasets.entries[dataset]
         if kinds_of(entry) != ["embedded"]:
             return None

@@ -53,7 +53,7 @@ def measure_costs(
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """What reconstruction costs from ever more frames, and what selecting them does.
+    """Measure what reconstruction costs from ever more frames, and what selecting them does.
 
     Args:
         folder: a canonical capture with its descriptors.
@@ -106,7 +106,7 @@ def selection_seconds(
     budgets: Sequence[int],
     appearance: Mapping,
 ) -> pd.DataFrame:
-    """variant, k, seconds of one thread; see `measure_costs`."""
+    """Table of variant, k, seconds of one thread; see `measure_costs`."""
     images = np.asarray(problem.capture.images[problem.observed])
     a_pool = {
         "appearance": timed(lambda: descriptors(images, appearance["kind"], appearance["weights"])),
@@ -122,7 +122,7 @@ def selection_seconds(
 
 
 def mean_costs(costs: Sequence[str | Path]) -> pd.DataFrame:
-    """method, step, k, psnr, seconds (fitting and rendering), peak_mb, n: means over scenes.
+    """Table of method, step, k, psnr, seconds (fit and rendering), peak_mb, n: means over scenes.
 
     Args:
         costs: what `measure_costs` wrote, one a scene.

@@ -100,7 +100,7 @@ def thinned(sequences: Sequence[str], every: int) -> np.ndarray:
 def trials(
     capture: Capture, held_out: Sequence[str], targets: int | None, draws: int, seed: int
 ) -> Iterator[Trial]:
-    """What is measured of a room: every held-out pass, and every draw of targets where drawn.
+    """Yield the trials of a room: every held-out pass, and every draw of targets where drawn.
 
     Args:
         capture: of several passes.
@@ -188,7 +188,7 @@ def evaluate_crosscapture(
     metrics: Metrics,
     config: str,
 ) -> None:
-    """What the picks are worth on the targets of the pass that was held out.
+    """Measure what the picks are worth on the targets of the pass that was held out.
 
     Args:
         folder: a canonical capture of several passes.
@@ -265,7 +265,7 @@ def crosscapture(
 def _measurements(
     item: Mapping, metrics: Metrics, places: Mapping[str, str]
 ) -> Iterator[pd.DataFrame]:
-    """dataset, scene (room and pass), place (room), draw, method, k, metrics."""
+    """Table of dataset, scene (room and pass), place (room), draw, method, k, metrics."""
     room = f"{item['dataset']}/{item['scene']}"
     for (held_out, draw), part in read_table(item["path"]).groupby(["held_out", "draw"]):
         # one set of measurements whatever the dataset, so that each room counts once

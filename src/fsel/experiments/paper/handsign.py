@@ -1,4 +1,4 @@
-"""What learning adds to the features: the scorer beside their untrained sum (paper, Table 7)."""
+"""Gain of learning over the features: the scorer beside their untrained sum (paper, Table 7)."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ def evaluate_objects(
     metrics: Metrics,
     config: str,
 ) -> None:
-    """What the picks are worth inside the object's masks.
+    """Measure what the picks are worth inside the object's masks.
 
     Args:
         folder: a canonical capture with masks.
@@ -208,7 +208,7 @@ def _caption(k: int, facts: Mapping) -> str:
 
 
 def _measurements(item: Mapping, metrics: Metrics) -> pd.DataFrame:
-    """dataset, scene, draw, method, k, metrics of every draw of a scene."""
+    """Table of every draw of a scene: dataset, scene, draw, method, k, metrics."""
     parts = [
         draw_means(part, metrics).assign(draw=draw)
         for draw, part in read_table(item["path"]).groupby("draw")

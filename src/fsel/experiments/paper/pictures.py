@@ -193,7 +193,7 @@ def check(experiment: Experiment) -> None:
 
 
 def settings(experiment: Experiment, views: int, k: int) -> dict[str, Any]:
-    """What every figure of views takes.
+    """Return the settings that every figure of views takes.
 
     Args:
         experiment: the run's.
@@ -204,7 +204,7 @@ def settings(experiment: Experiment, views: int, k: int) -> dict[str, Any]:
 
 
 def facts(experiment: Experiment, names: Sequence[str]) -> dict[str, Any]:
-    """What the line under a figure tells of some datasets and of the reconstructor."""
+    """Return what the line under a figure tells of some datasets and of the reconstructor."""
     own = section(experiment)
     return {**experiment.facts(names), **reconstructors.described(own["name"], own)}
 

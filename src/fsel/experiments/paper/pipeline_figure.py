@@ -1,4 +1,4 @@
-"""How labels are made: the population of a search, and the labels it leads to (paper, Figure 2)."""
+"""Figure of how labels are made: the population of a search, and its labels (paper, Figure 2)."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def pipeline_figure(
 
 
 def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
-    """generation, psnr, fitness of each subset, and the PSNR of the fittest met until then."""
+    """Table of generation, psnr, fitness of each subset, and the fittest's PSNR until then."""
     table = subsets[["generation", "psnr", "fitness"]].reset_index(drop=True)
     fittest = fittest_so_far(table["fitness"].to_numpy())
     return table.assign(best=table["psnr"].to_numpy()[fittest])

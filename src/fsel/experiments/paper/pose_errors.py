@@ -48,7 +48,7 @@ def perturbed(
 
 
 def pose_errors(estimated: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far poses are from given ones, after laying their camera centres onto each other.
+    """Measure how far poses are from given ones, their camera centres laid onto each other.
 
     Args:
         estimated, given: (N, 3, 4) world-to-camera of the same frames, N >= 3, in worlds that

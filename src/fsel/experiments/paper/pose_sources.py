@@ -127,7 +127,7 @@ def pose_sources(
 
 
 def _cells(item: Mapping, metrics: Metrics) -> pd.DataFrame:
-    """dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
+    """Table of dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
     table = read_table(item["path"])
     tables = []
     for (draw, change), part in table[table["scope"] == BOTH].groupby(["draw", "change"]):

@@ -88,7 +88,7 @@ def evaluate_estimated(
     metrics: Metrics = METRICS,
     config: str,
 ) -> None:
-    """What the picks are worth: with the poses that selectors saw, and with the given ones.
+    """Measure what the picks are worth: with the poses that selectors saw, and with the given ones.
 
     Args:
         given_folder, estimated_folder: as in `select_estimated`.
@@ -168,7 +168,7 @@ def evaluate_noise(
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """What the picks are worth: with the poses that selectors saw, and with the exact ones.
+    """Measure what the picks are worth: with the poses that selectors saw, and with the exact ones.
 
     Args:
         folder: a canonical capture.
@@ -214,7 +214,7 @@ def _drawn(capture: Capture, draw: int, targets: int, split_seed: int) -> np.nda
 
 
 def _measure(picked: pd.DataFrame, exact: Evaluator, own: Evaluator, change: str) -> pd.DataFrame:
-    """scope and what `measure` returns; picks on exact poses are of one scope."""
+    """Table of scope and what `measure` returns; picks on exact poses are of one scope."""
     evaluators = {BOTH: exact} if change == EXACT else {SELECTOR: exact, BOTH: own}
     return pd.concat([measure(e, picked).assign(scope=scope) for scope, e in evaluators.items()])
 

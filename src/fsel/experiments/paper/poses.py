@@ -1,4 +1,4 @@
-"""What inexact poses cost the selectors: the table and the figure."""
+"""Costs of inexact poses for the selectors: the table and the figure."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _estimated_table(
 
 
 def _registered(errors: Sequence[str | Path]) -> str:
-    """How many frames COLMAP placed, and how well."""
+    """Say how many frames COLMAP placed, and how well."""
     tables = [read_table(path) for path in errors]
     every = pd.concat(tables)
     medians = pd.concat([table[["degrees", "percent"]].median() for table in tables], axis=1)

@@ -1,4 +1,4 @@
-"""What selections look like: rendered targets of several methods, and their cameras."""
+"""Views of selections: rendered targets of several methods, and their cameras."""
 
 from __future__ import annotations
 

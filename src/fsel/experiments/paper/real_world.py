@@ -73,7 +73,7 @@ def real_world(
 
 
 def _files(experiment: Experiment) -> dict[str, Any]:
-    """Of the first place that was filmed in several passes."""
+    """Files of the first place that was filmed in several passes."""
     folder = f"<results>/{inputs.joined(inputs.rooms(experiment))[0]}"
     return {
         **inputs.capture(folder=f"{folder}/pictures"),

@@ -1,4 +1,4 @@
-"""What each reconstructor makes of few frames and of all (paper, `tab:reconchoice`)."""
+"""Quality of each reconstructor from few frames and from all (paper, `tab:reconchoice`)."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def reconchoice(
 
 
 def choice_means(evaluations: Sequence[str | Path], name: str, metrics: Metrics) -> pd.DataFrame:
-    """reconstructor, k, the metrics, seconds, peak_mb, n (scenes), device, outcome.
+    """Table of reconstructor, k, the metrics, seconds, peak_mb, n (scenes), device, outcome.
 
     Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
 
@@ -167,7 +167,7 @@ def choice_means(evaluations: Sequence[str | Path], name: str, metrics: Metrics)
 
 
 def _on_gpus(means: pd.DataFrame) -> str:
-    """What is said of the reconstructors that work on GPUs."""
+    """Say which reconstructors work on GPUs, and what their costs are."""
     own = means[~means["device"].isin(["cpu", ""])]
     if own.empty:
         return ""

@@ -1,4 +1,4 @@
-"""How far the scorer's training seeds spread (paper, Table 3)."""
+"""Spread of the scorer's training seeds (paper, Table 3)."""
 
 from __future__ import annotations
 

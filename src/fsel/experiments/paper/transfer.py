@@ -150,7 +150,7 @@ def _cells(
 def caption(
     reconstructors: Mapping[str, Mapping], scenes: int, problems: int, facts: Mapping
 ) -> str:
-    """Which captures and reconstructors made the table, in LaTeX.
+    """Say which captures and reconstructors made the table, in LaTeX.
 
     Args:
         reconstructors, facts: see `transfer`.

@@ -1,4 +1,4 @@
-"""What a setting of the reconstructor costs, and what it is worth against exact depth."""
+"""Cost of a setting of the reconstructor, and its worth against exact depth."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def views_beside(
 
 
 def _free(caster: Caster, start: np.ndarray, pose: np.ndarray) -> bool:
-    """Whether nothing lies between a place and a view, nor right before the view."""
+    """Say whether nothing lies between a place and a view, nor right before the view."""
     center = -pose[:, :3].T @ pose[:, 3]
     way = start - center
     length = np.linalg.norm(way)

@@ -124,7 +124,7 @@ def evaluate_budgets(
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """What those picks are worth and cost, nothing being cached.
+    """Measure what those picks are worth and cost, nothing being cached.
 
     Args:
         folder: a canonical capture.
@@ -197,7 +197,9 @@ def budget(
 
 
 def means(rows: pd.DataFrame, by: str) -> pd.DataFrame:
-    """request, rule, budget (of fixed ones, else 0), k, psnr, seconds, bytes; last the mean of all.
+    """Table of request, rule, budget (of fixed ones, else 0), k, psnr, seconds, bytes.
+
+    The last row is the mean of all.
 
     Args:
         rows: what `evaluate_budgets` wrote.

@@ -42,7 +42,7 @@ def select_curves(
     seed: int,
     config: str,
 ) -> None:
-    """What `fsel` picks for requests of several sizes on one scene.
+    """Select by `fsel` for requests of several sizes on one scene.
 
     Args:
         folder: a canonical capture with its descriptors.
@@ -76,7 +76,7 @@ def evaluate_curves(
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """What those requests reach with ever more frames.
+    """Measure what those requests reach with ever more frames.
 
     Args:
         folder: a canonical capture.

@@ -97,7 +97,7 @@ def evaluate_pools(
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """What those picks are worth; equal picks are reconstructed once.
+    """Measure what those picks are worth; equal picks are reconstructed once.
 
     Args:
         folder: a canonical capture.
@@ -153,7 +153,10 @@ def candidate_pools(
 def _cells(
     scenes: Sequence[tuple[str, str]], evaluations: Sequence[str | Path], facts: Mapping
 ) -> pd.DataFrame:
-    """dataset (the setting), scene, place, draw, method, k, psnr: means over targets and seeds."""
+    """Table of dataset (the setting), scene, place, draw, method, k, psnr.
+
+    The values are means over targets and seeds.
+    """
     tables = []
     for scene, path in zip(map("/".join, scenes), evaluations, strict=True):
         place = place_of(scene, facts)

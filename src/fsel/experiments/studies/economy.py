@@ -1,4 +1,4 @@
-"""What modelling only what a scene needs removes, and what it costs."""
+"""Study of modelling only what a scene needs: what it removes, and what it costs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one reconstruction costs, measured in a process of its own (Linux).
+"""Cost of one reconstruction, measured in a process of its own (Linux).
 
 `python -m fsel.experiments.studies.footprint` reads a request as JSON from its input and prints
 the answer.
@@ -92,7 +92,7 @@ def footprint(
     metrics: Metrics = ("psnr",),
     memory: int | None = None,
 ) -> dict[str, Any]:
-    """What `measure_alone` returns, of this process."""
+    """Measure in this process what `measure_alone` returns."""
     capture = Capture.load(folder)
     views = capture.resized(reconstruction["long_side"]).view(np.array(targets))
     reconstructor_of(capture, reconstruction).fit(np.array(targets[:WARM])).render(views)

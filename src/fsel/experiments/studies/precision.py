@@ -1,4 +1,4 @@
-"""What arithmetic is worth: float64, float32 and the compiled loop; training in either."""
+"""Worth of arithmetic: float64, float32 and the compiled loop; training in either."""
 
 from __future__ import annotations
 
@@ -224,7 +224,7 @@ def _retrained(
     k: int,
     evaluator: Evaluator,
 ) -> list[dict]:
-    """What the scorers trained in both precisions pick, with the same loop."""
+    """Compare the picks of scorers trained in both precisions, with the same loop."""
     prepared = POLICIES[TRAINED].prepare(problem)
     picks = {
         name: prepared.pool[greedy(prepared, network, k)[0]] for name, network in trained.items()

@@ -1,4 +1,4 @@
-"""How long every method takes to select."""
+"""Time that every method takes to select."""
 
 from __future__ import annotations
 

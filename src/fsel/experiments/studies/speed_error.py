@@ -77,7 +77,7 @@ def speed_error(
 
 
 def progress(subsets: Sequence[str | Path], labels: Sequence[str | Path]) -> pd.DataFrame:
-    """What stopping a search early costs.
+    """Measure what stopping a search early costs.
 
     Args:
         subsets: paths of searched subsets of evaluation problems, with a column `method`.

@@ -1,4 +1,4 @@
-"""What every setting of the reconstructor costs, and what it is worth."""
+"""Cost of every setting of the reconstructor, and its worth."""
 
 from __future__ import annotations
 

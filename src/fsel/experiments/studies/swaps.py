@@ -1,4 +1,4 @@
-"""What swaps of picks gain, against the seconds they take (not in the paper)."""
+"""Gain of swaps of picks, against the seconds they take (not in the paper)."""
 
 from __future__ import annotations
 
@@ -106,7 +106,9 @@ def swaps(
 
 
 def gains(scenes: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """tried; seconds, estimate, gain: means over scenes; ci_low, ci_high of the gain; least; n.
+    """Table of tried; seconds, estimate, gain: means over scenes; and ci_low, ci_high, least, n.
+
+    The bounds and the least are of the gain.
 
     Args:
         scenes: what `evaluate_swaps` wrote; a scene whose swaps are exhausted keeps its last row.

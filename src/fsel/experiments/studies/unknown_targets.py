@@ -113,8 +113,10 @@ def _picks(
     seed: int,
     start: int,
 ) -> Iterator[tuple[str, int, int, np.ndarray]]:
-    """method, seed, k and frames of the capture; what is held out is not in what is selected from,
-    but for `known`."""
+    """Yield method, seed, k and frames of the capture.
+
+    What is held out is not in what is selected from, but for `known`.
+    """
     seen = np.setdiff1d(np.arange(len(capture)), held)
     left, known = capture.subset(seen), described.iloc[seen]
     sizes = [k for k in budgets if k < len(seen)]
@@ -166,8 +168,9 @@ def unknown_targets(
 
 
 def compared(rows: pd.DataFrame) -> pd.DataFrame:
-    """views, method, k, n (places), psnr, gain over uniform, its ci_low and ci_high, and least and
-    most gain of a place.
+    """Table of views, method, k, n (places), psnr, gain over uniform and its bounds.
+
+    The bounds are ci_low and ci_high, and the least and most gain of a place.
 
     Args:
         rows: of all scenes, what `evaluate_unknown_targets` wrote with the columns scene

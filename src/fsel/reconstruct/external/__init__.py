@@ -81,7 +81,7 @@ class External(Bound[ExternalSettings]):
 
 
 class ExternalModel:
-    """What a program made of a folder. Its folder goes with it, unless a workspace keeps it.
+    """Model that a program made of a folder. Its folder goes with it, unless a workspace keeps it.
 
     `seconds` are of the command `fit`; where there is none, the whole work is rendering. How many
     primitives there are, and their bytes, is the program's own affair: both are zero.

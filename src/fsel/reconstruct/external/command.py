@@ -24,7 +24,7 @@ HIDDEN = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")  # of this process, not of 
 
 @dataclass(frozen=True)
 class Spent:
-    """What a command cost.
+    """Cost of a command.
 
     Attributes:
         seconds: by the clock.
@@ -49,7 +49,7 @@ def environment(venv: str | None) -> dict[str, str]:
 
 
 def absent(settings: ExternalSettings) -> str | None:
-    """What is said of the first command whose first word is no program; None if all are there."""
+    """Describe the first command whose first word is no program; None if all are there."""
     path = environment(settings.venv).get("PATH", os.defpath)
     for words in filter(None, (settings.fit, settings.render)):
         program = settings.command(words, Path())[0]

@@ -1,4 +1,4 @@
-"""What a program is given, and what it must leave: one folder.
+"""Folder that a program is given: what it finds there, and what it must leave.
 
     images/000000.png ...   the selected frames, undistorted, in the capture's order
     masks/000000.png ...    white where a pixel counts, when the capture has masks

@@ -65,11 +65,11 @@ class ExternalSettings:
         _words("files", list(self.files))
 
     def command(self, words: tuple[str, ...], folder: Path) -> list[str]:
-        """What is run: the prefix, and the words with the places filled in."""
+        """Return the command to run: the prefix, and the words with the places filled in."""
         return [*self.prefix, *(_filled(word, folder) for word in words)]
 
     def missing(self) -> list[str]:
-        """What is said of each of `files` that is not there."""
+        """Describe each of `files` that is not there."""
         return [
             f"{path.replace(HERE, '.')} is missing: {how}"
             for path, how in self.files.items()

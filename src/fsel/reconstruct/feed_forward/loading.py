@@ -86,7 +86,7 @@ def _loaded(model: str, weights: str | None, device: str, overrides: str):
 
 
 def _file(entry, weights: str | None) -> Path:
-    """Of a zoo model's weights: the given one, or that in the cache of Hugging Face."""
+    """File of a zoo model's weights: the given one, or that in the cache of Hugging Face."""
     if weights is not None:
         if not Path(weights).is_file():
             raise FileNotFoundError(f"weights: no file {weights}. Hint: {_command(entry)}")

@@ -1,4 +1,4 @@
-"""Between captures and the tensors of `ffgs`, and Gaussians that stay on a GPU."""
+"""Conversion of captures to the tensors of `ffgs`, and Gaussians that stay on a GPU."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def frame_for(capture: Capture, pipeline) -> Frame:
 
 
 def inputs_of(capture: Capture):
-    """What a model is given of a capture, float32: images and cameras."""
+    """Convert a capture to what a model is given, float32: images and cameras."""
     import torch
 
     cameras = cameras_of(capture.views)

@@ -72,7 +72,7 @@ class Gaussians(Bound[GaussianSettings]):
 
     @property
     def together(self) -> int:
-        """How many subsets are fitted at once."""
+        """Number of subsets that are fitted at once."""
         return _made_on(self.settings.device).together(self.settings, self.capture.size)
 
     def _fit(
@@ -118,7 +118,7 @@ class Gaussians(Bound[GaussianSettings]):
 
 
 class _Made(NamedTuple):
-    """What works on a device."""
+    """Parts that work on a device."""
 
     training: Callable[..., Steps]
     together: Callable[[GaussianSettings, tuple[int, int]], int]

@@ -34,12 +34,12 @@ GAUSSIANS = 1 << 20  # that are fitted at once
 
 
 def together(settings: GaussianSettings, size: tuple[int, int]) -> int:
-    """How many subsets are fitted at once."""
+    """Number of subsets that are fitted at once."""
     return max(1, min(GAUSSIANS // settings.gaussians, PIXELS // (size[0] * size[1])))
 
 
 def rasterization(**given: Any) -> tuple[Tensor, Tensor, dict]:
-    """gsplat's, imported when it is called: it looks for CUDA then."""
+    """Call gsplat's function, imported only then: it looks for CUDA when imported."""
     import gsplat
 
     return gsplat.rasterization(**given)
@@ -217,7 +217,7 @@ class CudaTraining(Steps):
         self.table -= rates * self.first / spread
 
     def _relocate(self) -> None:
-        """As on the CPU, and there: it is rare, and draws from NumPy's generator."""
+        """Relocate as on the CPU, and there: it is rare, and draws from NumPy's generator."""
         tables = self.table.cpu().numpy()
         for n, (table, order) in enumerate(zip(tables, self.orders, strict=True)):
             self.alive[n], changed = densify.relocate(table, self.alive[n], order.rng)
@@ -229,14 +229,14 @@ class CudaTraining(Steps):
 
     @property
     def kept(self) -> list[np.ndarray]:
-        """Of each subset, the Gaussians that add to any pixel."""
+        """Gaussians of each subset that add to any pixel."""
         tables = self.table.cpu().numpy()
         return [visible(table[:n]) for table, n in zip(tables, self.alive, strict=True)]
 
 
 @dataclass(frozen=True)
 class CudaModel(GaussianModel):
-    """As `GaussianModel`, rendered on the GPU that it was fitted on."""
+    """Model like `GaussianModel`, rendered on the GPU that it was fitted on."""
 
     def render(self, views: Views) -> np.ndarray:
         """(T, h, w, 3) float32 images in [0, 1] at the given poses."""

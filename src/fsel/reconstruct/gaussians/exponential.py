@@ -1,4 +1,4 @@
-"""exp() in compiled loops: LLVM turns the standard one into calls, which keep a loop scalar."""
+"""Exponential in compiled loops: LLVM makes the standard one a call, which keeps a loop scalar."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ POWERS = (1.00000007, 0.69314695, 0.24022122, 0.05550743, 0.00967546, 0.0013267)
 
 
 def exponential(x):
-    """exp(x) for x of -87 to 87: exact for float64; for float32 to 1e-6, and in vectors."""
+    """Compute exp(x) for x of -87 to 87: exact for float64; for float32 to 1e-6, in vectors."""
     return math.exp(x)
 
 

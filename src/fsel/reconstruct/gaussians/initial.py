@@ -1,4 +1,4 @@
-"""What the optimisation starts from: only what the selected frames give."""
+"""Start of the optimisation: only what the selected frames give."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class GaussianModel:
 
     @property
     def degree(self) -> int:
-        """Of the spherical harmonics."""
+        """Degree of the spherical harmonics."""
         return degree_of(self.table)
 
     @property

@@ -113,7 +113,7 @@ def rotation(turn):
 
 @inlined
 def tilts(lens, x, y, z):
-    """x / z and y / z kept within the widened field of view, where the projection is linearised."""
+    """Keep x / z and y / z in the widened field of view, where the projection is linearised."""
     fx, fy, cx, cy = lens[15], lens[16], lens[17], lens[18]
     width, height = lens[19], lens[20]
     aside_x, aside_y = BEYOND * width / (2 * fx), BEYOND * height / (2 * fy)

@@ -57,7 +57,7 @@ def composite(rows, starts, members, background, image, rest):
 
 @reordered
 def _centres(rows):
-    """x, then y, of a tile's pixel centres from its corner."""
+    """Distances in x, then in y, of a tile's pixel centres from its corner."""
     at = np.empty(2 * PIXELS, rows.dtype)
     for p in range(PIXELS):
         at[p] = 0.5 + p % TILE

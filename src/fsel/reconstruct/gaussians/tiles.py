@@ -1,4 +1,4 @@
-"""Which Gaussians touch which tile of the image, nearest first."""
+"""Lists of the Gaussians that touch each tile of the image, nearest first."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ class Steps(ABC):
     @property
     @abstractmethod
     def kept(self) -> list[np.ndarray]:
-        """For each subset (n, c) float32, the Gaussians that add to any pixel."""
+        """Gaussians of each subset that add to any pixel, (n, c) float32."""
 
     def run(self, progress: Callable | None, stop: Callable[[], bool] | None) -> int:
         """All steps, or those before `stop` says so; returns how many were made."""
@@ -93,11 +93,11 @@ class Steps(ABC):
         return steps
 
     def degree(self, step: int) -> int:
-        """Of the harmonics in use."""
+        """Degree of the harmonics in use."""
         return min(self.settings.degree, int(step / max(RAISED * self.settings.steps, 1)))
 
     def relocates(self, step: int) -> bool:
-        """Whether dead Gaussians move after a step."""
+        """Say whether dead Gaussians move after a step."""
         return (step + 1) % RELOCATED == 0 and step < SETTLED * self.settings.steps
 
     def dropped(self, step: int) -> float:

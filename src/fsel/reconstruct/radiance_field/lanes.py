@@ -31,7 +31,7 @@ class _Code:
         self.bytes = 4 if scalar == ir.FloatType() else 8
 
     def place(self, array, offset):
-        """Where four values of an array begin."""
+        """Pointer to where four values of an array begin."""
         start = self.builder.gep(self.arrays[array], [offset])
         return self.builder.bitcast(start, self.vector.as_pointer())
 

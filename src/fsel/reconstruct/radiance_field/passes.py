@@ -24,7 +24,7 @@ MIDDLE = 0.5  # share of a step before the first sample, where it is not drawn
 
 @exact
 def _buffers(step, count, dtype):
-    """Of the longest ray: a straight line bends in contracted space, to less than twice as long."""
+    """Buffers for the longest ray: contracted space bends a line to less than twice its length."""
     room = int(4.0 * math.sqrt(3.0) * HALF_SIDE / step) + 2
     samples = np.empty(room, np.int64), np.empty((room, 3), dtype)
     kept = (

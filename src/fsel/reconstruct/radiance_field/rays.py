@@ -73,7 +73,7 @@ def trilinear(cell, part, side, index, rows, shares):
 
 @exact
 def optical_depth(rows, shares, density, step):
-    """Of one sample: the exponential of the interpolated logarithm of density, times the step."""
+    """Optical depth of one sample: exp of the interpolated logarithm of density, times the step."""
     raw = 0.0
     for c in range(8):
         raw += shares[c] * density[rows[c]]

@@ -70,7 +70,7 @@ def _pixels(capture: Capture) -> Pixels:
 
 
 def _near(capture: Capture) -> float:
-    """Where rays start: half-way to the nearest points, where there are any."""
+    """Distance at which rays start: half-way to the nearest points, where there are any."""
     points = capture.points
     if points is None or not len(points.track_point):
         return NEAR

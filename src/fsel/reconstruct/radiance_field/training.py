@@ -22,7 +22,7 @@ Progress = Callable[[int, int, float], None]
 
 @dataclass(frozen=True)
 class Pixels:
-    """What the field must explain.
+    """Pixels that the field must explain.
 
     Attributes:
         rays: (n, 6) float32 origins and unit directions, in the field's coordinates.

@@ -1,5 +1,6 @@
-"""What matching needs of single frames: made when first needed, so that memory follows the
-frames that are used and not those of the capture."""
+"""Data of single frames that matching needs: made when first needed, so that memory follows the
+frames that are used and not those of the capture.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which pixels of the depth maps are consistent: agreement, free-space violations, fusion.
+"""Consistency of the pixels of depth maps: agreement, free-space violations, fusion.
 
 float32 throughout: depths are compared to a plane's spacing, a thousand times their rounding.
 Half of all comparisons are undecided, so the others are listed, and voting runs along the lists.
@@ -23,7 +23,7 @@ DEPTH_FLOOR = F(1e-3)
 
 
 class Verdicts(NamedTuple):
-    """How the n pixels of each of B depth maps compare with M neighbours.
+    """Comparison of the n pixels of each of B depth maps with M neighbours.
 
     Each list holds the pixels that agree first, and from its end those that float in front of what
     the neighbour sees; the entries between are not used.

@@ -1,4 +1,4 @@
-"""What a plane sweep goes over: depth ranges, planes, and which frames make good partners."""
+"""Basis of a plane sweep: depth ranges, planes, and which frames make good partners."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def look_depth(limits: np.ndarray) -> float:
 
 
 def affinity(centers: np.ndarray, axes: np.ndarray, depth: float) -> np.ndarray:
-    """How well each of some frames serves another as a stereo partner.
+    """Rate how well each of some frames serves another as a stereo partner.
 
     Args:
         centers, axes: (K, 3) float64 camera centres and optical axes.

@@ -1,4 +1,4 @@
-"""What the tables of features and scorers compare, and on which scenes."""
+"""Cases that the tables of features and scorers compare, and their scenes."""
 
 from __future__ import annotations
 

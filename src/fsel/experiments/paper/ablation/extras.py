@@ -21,7 +21,7 @@ from fsel.selector.greedy import Prepared, standardise
 
 @dataclass(frozen=True)
 class Relations:
-    """How the n frames of a pool stand to the O proxies, and what compares them to one another.
+    """Relations of the n frames of a pool to the O proxies, and what compares them to one another.
 
     Attributes:
         distance: (n, O) of camera centres, world units.
@@ -136,12 +136,12 @@ def _gain(descriptors: np.ndarray, picked: Sequence[int]) -> np.ndarray:
 
 
 def over_scene(raw: np.ndarray, selectable: np.ndarray) -> np.ndarray:
-    """z-scores over the whole pool."""
+    """Standardise to z-scores over the whole pool."""
     return standardise(raw)
 
 
 def over_step(raw: np.ndarray, selectable: np.ndarray) -> np.ndarray:
-    """z-scores over the rows still selectable; zero in the others."""
+    """Standardise to z-scores over the rows still selectable; zero in the others."""
     return np.where(selectable[:, None], standardise(raw, selectable), 0.0)
 
 

@@ -1,4 +1,4 @@
-"""What a scorer is shown when some features are withheld, or others take their place."""
+"""Inputs of a scorer when some features are withheld, or others take their place."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ def scorer_arch(
 def trial_cells(
     evaluations: Sequence[str | Path], scenes: Sequence[tuple[str, str]]
 ) -> pd.DataFrame:
-    """dataset (one for all), scene, draw, method, k, psnr: means over seeds; and seeds."""
+    """Table of dataset (one for all), scene, draw, method, k, psnr: means over seeds; and seeds."""
     tables, keys = [], ["method", "draw", "k"]
     for item in of_scenes(scenes, evaluations):
         by_seed = read_table(item["path"]).groupby([*keys, "seed"], sort=False)["psnr"].mean()
@@ -181,7 +181,7 @@ def _changes(result: pd.DataFrame) -> list[str]:
 
 
 def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
-    """What was compared, how, and on what, in LaTeX."""
+    """Describe what was compared, how, and on what, in LaTeX."""
     base = result[result["difference"].isna()].iloc[0]
     sure = int(((result["difference_low"] > 0) | (result["difference_high"] < 0)).sum())
     return (

@@ -237,7 +237,7 @@ def trial_files(experiment: Experiment, table: str) -> list[str]:
 
 
 def trial_inputs(experiment: Experiment, table: str) -> dict[str, Any]:
-    """What the table's function reads."""
+    """Collect what the table's function reads."""
     scenes = cases.scenes(experiment, table)
     return {
         "evaluations": inputs.of_scenes(scenes, f"{{reconstructor}}{table}.parquet"),
@@ -246,7 +246,7 @@ def trial_inputs(experiment: Experiment, table: str) -> dict[str, Any]:
 
 
 def facts(experiment: Experiment, table: str) -> Callable[[Any], dict[str, Any]]:
-    """What the table's caption tells."""
+    """Return the function that gives the facts of the table's caption."""
     told = specs.facts_about(experiment, specs.datasets_of(cases.scenes(experiment, table)))
     epochs = experiment.config["trials"]["epochs"]
     return lambda wildcards: {**told(wildcards), "epochs": epochs}

@@ -1,4 +1,4 @@
-"""What a hard case is, and how it is run."""
+"""Definition of a hard case, and how it is run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Finding:
-    """What came out of a case.
+    """Outcome of a case.
 
     Attributes:
         observed: in words.
@@ -30,7 +30,7 @@ class Finding:
 
     @property
     def holds(self) -> bool:
-        """Whether the answer is right to rounding; never for an error that is NaN."""
+        """Say whether the answer is right to rounding; never for an error that is NaN."""
         return self.error <= self.allowed
 
 

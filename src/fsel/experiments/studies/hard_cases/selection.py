@@ -150,7 +150,7 @@ def reference_gap(problem: Problem) -> float:
 
 
 def distinct_first(problem: Problem) -> float:
-    """How many of the first five picks of DPP and k-medoids repeat an image."""
+    """Count the first five picks of DPP and k-medoids that repeat an image."""
     repeats = 0
     for name in ("dpp", "kmedoids"):
         picks = checked_select(METHODS[name], problem, 5, np.random.default_rng(0))

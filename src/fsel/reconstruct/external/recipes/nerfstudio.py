@@ -50,7 +50,7 @@ def placed(frame, middle, unit):
 
 
 def write_scene(folder, targets):
-    """transforms.json of the selected frames, and of targets once they are known."""
+    """Write transforms.json of the selected frames, and of targets once they are known."""
     data, given = folder / WORK / "data", json.loads((folder / "transforms.json").read_text())
     (data / "images").mkdir(parents=True, exist_ok=True)
     middle, unit = normalisation(given["frames"])

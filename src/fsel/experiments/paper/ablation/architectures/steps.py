@@ -1,4 +1,4 @@
-"""What every scorer reads: the steps of one trajectory."""
+"""Steps of one trajectory, which every scorer reads."""
 
 from __future__ import annotations
 
