@@ -131,12 +131,13 @@ def test_masks_of_a_family_come_through_at_the_working_size(stored):
 def test_every_method_is_measured_on_every_draw(stored, tmp_path):
     _, folder = stored
     picks, output = [tmp_path / "a.parquet", tmp_path / "b.parquet"], tmp_path / "e.parquet"
-    further = {"reconstruction": RECONSTRUCTION, "config": "c"}
+    side = RECONSTRUCTION["long_side"]
     for path in picks:
-        select_objects(folder, [], path, **ASKED, **further)
+        select_objects(folder, [], path, **ASKED, long_side=side, config="c")
     once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
     pd.testing.assert_frame_equal(once, again)
-    evaluate_objects(folder, picks[0], output, targets=4, seed=1, metrics=METRICS, **further)
+    further = {"reconstruction": RECONSTRUCTION, "metrics": METRICS, "config": "c"}
+    evaluate_objects(folder, picks[0], output, targets=4, seed=1, **further)
     table = pd.read_parquet(output)
     assert set(table["method"]) == set(UNTRAINED)
     assert set(table["draw"]) == {0, 1}
