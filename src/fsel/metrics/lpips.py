@@ -82,9 +82,10 @@ def _holds_heads(path: Path) -> bool:
 
     try:
         with safe_open(path, "np") as opened:
-            return HEAD in opened.keys()  # noqa: SIM118, it is no mapping
+            names = opened.keys()
     except SafetensorError:
         return True  # reading it says what is wrong
+    return HEAD in names
 
 
 def check(net: str = NET, weights: str | None = None) -> None:
