@@ -1,7 +1,13 @@
 """The other tables and figures, one file each; none is part of the budget sweep."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from fsel.utils.registry import Registry
-from fsel.workflow.tables import Table
+
+if TYPE_CHECKING:
+    from fsel.workflow.tables import Table
 
 TABLES: Registry[Table] = Registry(
     "table",
