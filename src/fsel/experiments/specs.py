@@ -58,13 +58,24 @@ def described_draws(experiment: Experiment) -> Values:
     }
 
 
+def picks_of(picks: str, kinds: Sequence[str] = inputs.CAPTURE) -> Values:
+    """A capture, and what was picked on it."""
+    return {**inputs.capture(kinds), "picks": f"{inputs.SCENE}/{picks}"}
+
+
 def picks_of_draws(experiment: Experiment, picks: str) -> Values:
     """A capture, its splits, and what was picked on them."""
-    return {
-        **inputs.capture(),
-        "splits": inputs.of_draws(experiment, "split.parquet"),
-        "picks": f"{inputs.SCENE}/{picks}",
-    }
+    return {**picks_of(picks), "splits": inputs.of_draws(experiment, "split.parquet")}
+
+
+def selected(experiment: Experiment) -> Values:
+    """A described capture, and the scorers of every learned and fixed selector."""
+    return {**inputs.capture(inputs.DESCRIBED), "weights": experiment.scorers}
+
+
+def measured(experiment: Experiment) -> Values:
+    """The reconstructor in the wildcards, and the tables' metrics."""
+    return {"reconstruction": experiment.reconstruction_of, "metrics": experiment.metrics}
 
 
 def two_captures(folder: str, *, described: bool = False) -> Values:

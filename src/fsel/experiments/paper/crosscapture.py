@@ -302,10 +302,7 @@ PICKED = Job(
     select_crosscapture,
     outputs={"picks": f"{inputs.SCENE}/crosscapture_picks.parquet"},
     message="Selecting with each pass of {wildcards.dataset}/{wildcards.scene} held out",
-    inputs=lambda experiment: {
-        **inputs.capture(inputs.DESCRIBED),
-        "weights": experiment.scorers,
-    },
+    inputs=specs.selected,
     params=lambda experiment: {**_trials(experiment), "budgets": budgets_of(experiment)},
     size=Size(4000, 60, "capture"),
 )
@@ -314,15 +311,8 @@ EVALUATED = Job(
     evaluate_crosscapture,
     outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}crosscapture.parquet"},
     message="Reconstructing {wildcards.dataset}/{wildcards.scene} with each pass held out",
-    inputs=lambda experiment: {
-        **inputs.capture(),
-        "picks": f"{inputs.SCENE}/crosscapture_picks.parquet",
-    },
-    params=lambda experiment: {
-        **_trials(experiment),
-        "reconstruction": experiment.reconstruction_of,
-        "metrics": experiment.metrics,
-    },
+    inputs=lambda experiment: specs.picks_of("crosscapture_picks.parquet"),
+    params=lambda experiment: {**_trials(experiment), **specs.measured(experiment)},
     size=Size(4000, 60, "reconstruction"),
 )
 

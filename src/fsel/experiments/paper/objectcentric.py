@@ -260,15 +260,8 @@ EVALUATED = Job(
     evaluate_objects,
     outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}objects.parquet"},
     message="Reconstructing the object of {wildcards.dataset}/{wildcards.scene}",
-    inputs=lambda experiment: {
-        **inputs.capture([*inputs.CAPTURE, "masks"]),
-        "picks": f"{inputs.SCENE}/objects_picks.parquet",
-    },
-    params=lambda experiment: {
-        **_trials(experiment),
-        "reconstruction": experiment.reconstruction_of,
-        "metrics": experiment.metrics,
-    },
+    inputs=lambda experiment: specs.picks_of("objects_picks.parquet", [*inputs.CAPTURE, "masks"]),
+    params=lambda experiment: {**_trials(experiment), **specs.measured(experiment)},
     size=Size(4000, 60, "reconstruction"),
 )
 

@@ -293,10 +293,7 @@ NOISY_PICKED = Job(
     select_noise,
     outputs={"picks": f"{inputs.SCENE}/poses/noise_picks.parquet"},
     message="Selecting on poses of {wildcards.dataset}/{wildcards.scene} with noise",
-    inputs=lambda experiment: {
-        **inputs.capture(inputs.DESCRIBED),
-        "weights": experiment.scorers,
-    },
+    inputs=specs.selected,
     params=lambda experiment: {
         **_draws(experiment),
         "levels": {k: experiment.config["inexact_poses"][k] for k in ("degrees", "percent")},
@@ -311,10 +308,7 @@ NOISY_EVALUATED = Job(
     evaluate_noise,
     outputs={"evaluation": f"{inputs.SCENE}/poses/{{reconstructor}}noise.parquet"},
     message="Reconstructing {wildcards.dataset}/{wildcards.scene} with noise in its poses",
-    inputs=lambda experiment: {
-        **inputs.capture(),
-        "picks": f"{inputs.SCENE}/poses/noise_picks.parquet",
-    },
+    inputs=lambda experiment: specs.picks_of("poses/noise_picks.parquet"),
     params=lambda experiment: {
         **_draws(experiment),
         "seed": specs.scene_seed(experiment, "poses"),

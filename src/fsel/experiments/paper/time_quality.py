@@ -179,10 +179,7 @@ EVALUATED = Job(
         "splits": inputs.of_draws(experiment, "split.parquet"),
         "selections": inputs.of_draws(experiment, "geometry_picks.parquet"),
     },
-    params=lambda experiment: {
-        "reconstruction": experiment.reconstruction_of,
-        "metrics": experiment.metrics,
-    },
+    params=specs.measured,
     size=Size(4000, 180, "reconstruction"),
 )
 

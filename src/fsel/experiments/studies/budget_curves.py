@@ -247,10 +247,7 @@ EVALUATED = Job(
     evaluate_curves,
     outputs={"curves": f"{inputs.SCENE}/curves.parquet"},
     message="Reconstructing {wildcards.dataset}/{wildcards.scene} from ever more frames",
-    inputs=lambda experiment: {
-        **inputs.capture(),
-        "picks": f"{inputs.SCENE}/curves_picks.parquet",
-    },
+    inputs=lambda experiment: specs.picks_of("curves_picks.parquet"),
     params=lambda experiment: {
         "seed": specs.scene_seed(experiment, "budget"),
         "reconstruction": experiment.reconstruction,

@@ -14,6 +14,7 @@ import pandas as pd
 from fsel.data.problem import Problem
 from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
+from fsel.experiments import specs
 from fsel.reconstruct import reconstructor_of
 from fsel.report import curves
 from fsel.report.captions import captures_of
@@ -139,7 +140,7 @@ def _settings(experiment: Experiment) -> dict[str, Any]:
     return {
         "reconstruction": experiment.reconstruction_of,
         "k": experiment.config["search"]["k"],
-        "seed": lambda wildcards: experiment.scene_seed(wildcards, "swaps"),
+        "seed": specs.scene_seed(experiment, "swaps"),
     }
 
 
