@@ -3,7 +3,7 @@
 python examples/train_a_selector.py                          # on generated scenes
 python examples/train_a_selector.py captures/a captures/b    # on captures; the last one tests
 
-It needs the extra `workflow` (torch, and embree for generated scenes). The settings are small, so
+It needs the extra `workflow` (for torch). The settings are small, so
 that it runs in seconds; the workflow's are in config/config.yaml.
 """
 

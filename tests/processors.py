@@ -40,6 +40,7 @@ TESTS = (
     "tests/reconstruct/radiance_field/test_space.py",
     "tests/reconstruct/splats",
     "tests/selector/test_greedy.py",
+    "tests/synthesis/test_hierarchy.py",
 )
 
 

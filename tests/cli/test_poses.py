@@ -200,9 +200,3 @@ def test_a_demonstration_is_a_capture_and_its_video(cache, tmp_path, capsys, mon
     refused = capsys.readouterr()
     assert "exists already" in refused.err
     assert refused.out == ""
-
-
-def test_a_demonstration_says_what_it_needs(tmp_path, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "fsel.synthesis", None)
-    assert run("demo", "garden", "-o", tmp_path / "garden") == 1
-    assert "Hint: pip install 'fsel[demo]'" in capsys.readouterr().err

@@ -10,6 +10,7 @@ import numpy as np
 from fsel.cli.console import Console
 from fsel.layouts import colmap
 from fsel.outputs.atomic import staged
+from fsel.synthesis import record
 
 SCENES = {"garden": ("mipnerf360", 5)}  # family and seed; COLMAP places every frame of it
 FRAMES, SIZE = 80, (320, 240)
@@ -19,13 +20,6 @@ VIDEO = "walk.mp4"
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    try:
-        from fsel.synthesis import record
-    except ImportError as error:
-        raise ValueError(
-            f"a demonstration is generated with {error.name}, which is not installed. "
-            "Hint: pip install 'fsel[demo]'"
-        ) from error
     with staged(args.out, "demo", [], args.force) as stage:
         console.say("making", f"{FRAMES} frames of {args.scene}, for about a minute")
         with console.clock("generating"):

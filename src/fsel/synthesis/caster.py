@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from embreex import rtcore_scene
-from embreex.mesh_construction import TriangleMesh
 
-from fsel.synthesis import textures
+from fsel.synthesis import hierarchy, textures
 from fsel.synthesis.solids import Scene
 from fsel.utils.compiled import exact
 
@@ -34,23 +32,21 @@ def _surface(solid, origins, rays, which, distance, outwards):
 
 
 class Caster:
-    """A scene ready for rays; float32, as the ray library is (0.01 mm at 100 m)."""
+    """A scene ready for rays, in float32 (0.01 mm at 100 m)."""
 
     def __init__(self, scene: Scene) -> None:
         triangles, self.kinds, self.table = scene.finish()
         self.scene = scene
         self._objects = scene.of_objects()
         self.light = scene.light.astype(np.float32)
-        self._embree = rtcore_scene.EmbreeScene()
-        TriangleMesh(self._embree, triangles)
+        self._tree = hierarchy.build(triangles)
         a, b, c = triangles.transpose(1, 0, 2)
         outwards = np.cross(b - a, c - a)
         self.outwards = outwards / lengths(outwards)[:, None]
 
     def hit(self, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) triangle numbers, -1 for none, and (n,) distances along unit rays, metres."""
-        hits = self._embree.run(origins, rays, output=1)
-        return hits["primID"], hits["tfar"]
+        return hierarchy.first_hit(self._tree, origins, rays)
 
     def objects(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
         """(n,) uint8 numbers of the objects that rays first meet, 0 for none."""
@@ -93,8 +89,8 @@ class Caster:
         facing = np.flatnonzero(np.einsum("ni,ni->n", normals, towards) > 0)
         lit = np.zeros(len(points), bool)
         if len(facing):
-            rays = points[facing], towards[facing]
-            lit[facing] = self._embree.run(*rays, dists=reach[facing], query="OCCLUDED") < 0
+            shadow = points[facing], towards[facing], reach[facing]
+            lit[facing] = ~hierarchy.occluded(self._tree, *shadow)
         return towards, lit
 
     def clearance(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
