@@ -86,14 +86,14 @@ def checked(metrics: Metrics) -> dict[str, Mapping[str, Any]]:
         ValueError, FileNotFoundError, ImportError: for an unknown metric, settings of one that has
             none, and whatever a metric refuses.
     """
-    found = _settings(metrics)
-    for name, settings in found.items():
+    chosen = _settings(metrics)
+    for name, settings in chosen.items():
         check = REGISTERED.checked(name).check
         if check is not None:
             check(**settings)
         elif settings:
             raise ValueError(f"metric {name!r} has no settings, got {sorted(settings)}")
-    return found
+    return chosen
 
 
 def _settings(metrics: Metrics) -> dict[str, Mapping[str, Any]]:
@@ -113,11 +113,11 @@ def directions(metrics: Metrics = METRICS) -> dict[str, bool]:
 def headings(metrics: Metrics = METRICS) -> list[str]:
     r"""LaTeX headings: each metric's label, its network if it has one, an arrow to the better."""
     arrows = {True: r"$\uparrow$", False: r"$\downarrow$"}
-    found = []
+    labels = []
     for name, settings in _settings(metrics).items():
         network = f" ({settings['net']})" if "net" in settings else ""
-        found.append(REGISTERED[name].label + network + arrows[REGISTERED[name].higher_is_better])
-    return found
+        labels.append(REGISTERED[name].label + network + arrows[REGISTERED[name].higher_is_better])
+    return labels
 
 
 METRIC_UNITS = units(METRICS)

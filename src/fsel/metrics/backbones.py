@@ -128,12 +128,12 @@ class Lpips(nn.Module):
         Returns:
             (B, C, h', w') of each layer, C of its own.
         """
-        signal, found = (images - self.shift) / self.scale, []
+        signal, layers = (images - self.shift) / self.scale, []
         for i, layer in enumerate(self.features):
             signal = layer(signal)
             if i in self.compared:
-                found.append(signal / (signal.square().sum(1, keepdim=True).sqrt() + EPSILON))
-        return found
+                layers.append(signal / (signal.square().sum(1, keepdim=True).sqrt() + EPSILON))
+        return layers
 
     def apart(
         self, first: Sequence[Tensor], second: Sequence[Tensor], weights: Tensor | None = None
@@ -176,13 +176,13 @@ class Lpips(nn.Module):
         batch = max(1, PIXELS[self.shift.device.type] // (height * width))
         if batch >= len(images):
             return self._batch(self._images(images), self._known(truth), masks)
-        found = []
+        scores = []
         for start in range(0, len(images), batch):
             part = slice(start, start + batch)
             features = self.features_of(self._images(levels(truth[part])))
             own = masks[part] if masks is not None else None
-            found.append(self._batch(self._images(images[part]), features, own))
-        return np.concatenate(found)
+            scores.append(self._batch(self._images(images[part]), features, own))
+        return np.concatenate(scores)
 
     def _batch(
         self, images: Tensor, truth: Sequence[Tensor], masks: np.ndarray | None
@@ -245,7 +245,7 @@ def _fill(
     Raises:
         ValueError: for tensors that are missing or of other shapes; all are named.
     """
-    found, wrong = {}, []
+    kept, wrong = {}, []
     for key, tensor in layers.state_dict().items():
         number, _, rest = key.partition(".")
         there = f"{named.format(number)}{(renamed or {}).get(f'.{rest}', f'.{rest}')}"
@@ -255,7 +255,7 @@ def _fill(
             shapes = tuple(state[there].shape), tuple(tensor.shape)
             wrong.append(f"{there} is {shapes[0]}, not {shapes[1]}")
         else:
-            found[key] = state[there]
+            kept[key] = state[there]
     if wrong:
         raise ValueError(f"{path}: no weights of LPIPS with net {net}: {'; '.join(wrong)}")
-    layers.load_state_dict(found)
+    layers.load_state_dict(kept)

@@ -179,7 +179,7 @@ def _least_cost(bins, held, behind):
 @exact
 def _trace(low, high, first, count, corners, numbers, origins, rays, reach, any_will_do):
     """(n,) int32 triangles met; `reach` becomes their distances."""
-    found = np.full(len(rays), -1, np.int32)
+    met = np.full(len(rays), -1, np.int32)
     packet = np.zeros(12 * LANES, np.float32)
     waiting, distance = np.empty(len(first), np.int32), np.empty(len(first), np.float32)
     for start in range(0, len(rays), LANES):
@@ -188,8 +188,8 @@ def _trace(low, high, first, count, corners, numbers, origins, rays, reach, any_
         packet[MET:] = -1
         _descend(low, high, first, count, corners, numbers, packet, waiting, distance, any_will_do)
         for k in range(filled):
-            found[start + k], reach[start + k] = np.int32(packet[MET + k]), packet[REACH + k]
-    return found
+            met[start + k], reach[start + k] = np.int32(packet[MET + k]), packet[REACH + k]
+    return met
 
 
 @exact

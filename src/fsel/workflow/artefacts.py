@@ -17,6 +17,6 @@ def check_artefacts(inputs: Iterable[str], outputs: Iterable[str]) -> None:
     Raises:
         Refusal: naming the files, and what makes them anew.
     """
-    found = damages(set(inputs) - set(outputs))
-    if found:
-        raise Refusal("\n".join([*found.values(), remade(found, "the options of this run")]))
+    damaged = damages(set(inputs) - set(outputs))
+    if damaged:
+        raise Refusal("\n".join([*damaged.values(), remade(damaged, "the options of this run")]))

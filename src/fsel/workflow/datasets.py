@@ -23,8 +23,8 @@ def kinds_of(dataset: Section) -> list[str]:
 
     A key that is null says nothing, but for a `root` alone: one that is not set yet.
     """
-    found = [kind for kind in KINDS if dataset.get(kind) is not None]
-    return found or (["root"] if "root" in dataset else [])
+    given = [kind for kind in KINDS if dataset.get(kind) is not None]
+    return given or (["root"] if "root" in dataset else [])
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class Datasets:
         roles = entry["scenes"]
         if isinstance(roles, list):
             roles = {"evaluation": roles}
-        found = roles.get(role, [])
-        if not isinstance(found, int):
-            return list(found)
+        listed = roles.get(role, [])
+        if not isinstance(listed, int):
+            return list(listed)
         if kinds_of(entry) == ["embedded"]:
-            return [f"{role}{number:02d}" for number in range(found)]
+            return [f"{role}{number:02d}" for number in range(listed)]
         return self._counted(dataset, role)
 
     def role_of(self, dataset: str, scene: str) -> str:
@@ -106,13 +106,13 @@ class Datasets:
     def reading(self, dataset: str, scene: str) -> dict[str, Any]:
         """Return how a scene is read; where every scene has an object of its own, which one."""
         entry = self.entries[dataset]
-        found = {key: entry[key] for key in READING if key in entry}
+        reading = {key: entry[key] for key in READING if key in entry}
         instance = entry["reading"].get("instance")
         if isinstance(instance, dict):
             others = {key: value for key, value in entry["reading"].items() if key != "instance"}
             own = {"instance": instance[scene]} if scene in instance else {}
-            found["reading"] = others | own
-        return found
+            reading["reading"] = others | own
+        return reading
 
     def archive_of(self, dataset: str, scene: str) -> str:
         """File name of the archive that holds a fetched scene."""
@@ -138,14 +138,14 @@ class Datasets:
 
         `object` is the kind of those with masks of objects.
         """
-        found = [
+        patterns = [
             re.escape(name)
             for name, entry in self.entries.items()
             if not kind
             or kinds_of(entry) == [kind]
             or (kind == "object" and self.scenes(name, "object"))
         ]
-        return "|".join(found) or "(?!)"
+        return "|".join(patterns) or "(?!)"
 
 
 def _looked_for(entry: Section) -> str:

@@ -72,29 +72,29 @@ class Library:
             known = json.loads(store.read_text(encoding="utf-8"))
         except (FileNotFoundError, ValueError):
             known = {}
-        found: dict[str, dict[str, Any]] = {}
+        entries: dict[str, dict[str, Any]] = {}
         for name, path in self.modules.items():
             state = [path.stat().st_size, path.stat().st_mtime_ns]
             kept = known.get(str(path), {})
             words = kept["words"] if kept.get("state") == state else self._words(name, path)
-            found[str(path)] = {"state": state, "words": words}
-        if found != known:
-            write_text(json.dumps(found), store)
-        return {path: entry["words"] for path, entry in found.items()}
+            entries[str(path)] = {"state": state, "words": words}
+        if entries != known:
+            write_text(json.dumps(entries), store)
+        return {path: entry["words"] for path, entry in entries.items()}
 
     def _words(self, name: str, path: Path) -> list[str]:
         package = name if path.stem == "__init__" else name.rpartition(".")[0]
         tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
-        found: set[str] = set()
+        words: set[str] = set()
         for node in _nodes(tree):
             if isinstance(node, ast.Import):
-                found |= {alias.name for alias in node.names}
+                words |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
                 home = resolve_name("." * node.level + (node.module or ""), package)
-                found |= {f"{home}.{alias.name}" for alias in node.names}
+                words |= {f"{home}.{alias.name}" for alias in node.names}
             elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-                found.add(node.value)
-        return sorted(word for word in found if word in self.data or self._is_home(word))
+                words.add(node.value)
+        return sorted(word for word in words if word in self.data or self._is_home(word))
 
     def _is_home(self, word: str) -> bool:
         """Say whether a word is a module, or a name that may be taken of one."""

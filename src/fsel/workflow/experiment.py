@@ -129,11 +129,11 @@ class Experiment(Settings):
                 returns it; None for a rule that does not reconstruct.
         """
         own = [s["long_side"] for s in self.reconstructors.values() if s["name"] != "external"]
-        found = size.resources(max(own, default=0))
+        resources = size.resources(max(own, default=0))
         if reconstruction is not None:
             choose = _choice(reconstruction)
-            found["gpu"] = lambda wildcards: int(needs_gpu(choose(wildcards)))
-        return found
+            resources["gpu"] = lambda wildcards: int(needs_gpu(choose(wildcards)))
+        return resources
 
     def library(
         self,
@@ -214,13 +214,13 @@ class Experiment(Settings):
 
     def places(self) -> dict[str, str]:
         """Map dataset/scene to the place of evaluation scenes that may share one with another."""
-        found = {}
+        places = {}
         for d, s in self.evaluation_scenes:
             given = self.datasets.entries[d].get("places", {})
             shared = f"{given}/{s}" if isinstance(given, str) else given.get(s)
             if shared is not None:
-                found[f"{d}/{s}"] = shared
-        return found
+                places[f"{d}/{s}"] = shared
+        return places
 
 
 def _choice(reconstruction: Section | Choice) -> Choice:

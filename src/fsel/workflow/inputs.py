@@ -41,13 +41,13 @@ def figure_files(name: str) -> list[str]:
 
 def expanded(pattern: str, **values: Iterable[object]) -> list[str]:
     """A pattern with every combination of values in its braces; other braces stay as they are."""
-    found = []
+    texts = []
     for combination in product(*(list(each) for each in values.values())):
         text = pattern
         for key, value in zip(values, combination, strict=True):
             text = text.replace(f"{{{key}}}", str(value))
-        found.append(text)
-    return found
+        texts.append(text)
+    return texts
 
 
 def capture(kinds: Sequence[str] = CAPTURE, folder: str = SCENE, prefix: str = "") -> Paths:
@@ -162,19 +162,19 @@ def training(experiment: Experiment, policy: str) -> Paths:
 def held_out_scenes(experiment: Experiment) -> list[Scene]:
     """Evaluation scenes of the labelled dataset, at least one."""
     trained = experiment.trained
-    found = experiment.scenes(trained, "evaluation")
-    if not found:
+    scenes = experiment.scenes(trained, "evaluation")
+    if not scenes:
         refuse(
             f"{trained} has no evaluation scenes",
             "this experiment is made on evaluation scenes of training.dataset",
         )
-    return [(trained, scene) for scene in found]
+    return [(trained, scene) for scene in scenes]
 
 
 def held_out_problems(experiment: Experiment) -> list[str]:
     """Problems on which selections are compared with the search, at least one."""
-    found, config = experiment.searched_problems(), experiment.config
-    if not found:
+    problems, config = experiment.searched_problems(), experiment.config
+    if not problems:
         refuse(
             f"{experiment.trained} has no evaluation scenes, or oracle.draws is 0",
             "the comparison with the search is made on evaluation scenes of training.dataset",
@@ -184,7 +184,7 @@ def held_out_problems(experiment: Experiment) -> list[str]:
             f"search.k is {config['search']['k']}, which is not among budgets {config['budgets']}",
             "selections are compared with the search at its own budget",
         )
-    return found
+    return problems
 
 
 def rooms(experiment: Experiment) -> list[Scene]:
@@ -198,20 +198,20 @@ def rooms(experiment: Experiment) -> list[Scene]:
         entry = entries[dataset]
         return bool(entry.get("passes", entry["layout"] == "seven_scenes"))
 
-    found = [scene for scene in experiment.evaluation_scenes if in_passes(*scene)]
+    scenes = [scene for scene in experiment.evaluation_scenes if in_passes(*scene)]
     named = {(d, s) for d in held_out for s in held_out[d] if d in entries}
-    if unknown := sorted(joined(named - set(found))):
+    if unknown := sorted(joined(named - set(scenes))):
         refuse(
             f"crosscapture.held_out: {unknown} are no evaluation scenes",
             "it names datasets, their scenes, and passes of each",
         )
-    if not found:
+    if not scenes:
         refuse(
             "no dataset with evaluation scenes was filmed in several passes",
             "the cross-capture experiment needs layout seven_scenes, a dataset with `passes: "
             "true`, or crosscapture.held_out",
         )
-    return found
+    return scenes
 
 
 def passes(experiment: Experiment, wildcards: Any) -> list[str]:
@@ -223,13 +223,13 @@ def passes(experiment: Experiment, wildcards: Any) -> list[str]:
 
 def object_scenes(experiment: Experiment) -> list[Scene]:
     """The captures that are about an object, at least one."""
-    found = experiment.with_role("object")
-    if not found:
+    scenes = experiment.with_role("object")
+    if not scenes:
         refuse(
             "no dataset has `object` scenes",
             "the object-centric experiment needs captures with masks of an object",
         )
-    return found
+    return scenes
 
 
 def first_scenes(experiment: Experiment) -> list[Scene]:
@@ -252,11 +252,11 @@ def posed_twice(experiment: Experiment) -> list[Scene]:
             f"pose_sources.dataset is {named!r}, no dataset with a `root`",
             "a second source of poses is a folder inside each scene",
         )
-    found = experiment.scenes(named, "evaluation")
-    if missing := [s for s in found if not Path(entry["root"], s, model).is_dir()]:
+    scenes = experiment.scenes(named, "evaluation")
+    if missing := [s for s in scenes if not Path(entry["root"], s, model).is_dir()]:
         refuse(
-            f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(found)} scenes "
+            f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(scenes)} scenes "
             f"of {named}: {missing[:3]}",
             "export the second source's poses as a COLMAP model there",
         )
-    return [(named, scene) for scene in found]
+    return [(named, scene) for scene in scenes]

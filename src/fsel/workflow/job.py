@@ -92,10 +92,10 @@ def run(snakemake: Any) -> None:
     """
     with job(snakemake) as config:
         function = function_of(snakemake.rule, snakemake.params.get(JOB))
-        found = arguments(snakemake, function, config)
+        taken = arguments(snakemake, function, config)
         for path in snakemake.input:
             checksums.check(path)
-        function(**found)
+        function(**taken)
         for path in snakemake.output:
             checksums.write(path)
 
@@ -145,16 +145,16 @@ def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dic
     folders = _folders(snakemake, where)
     further = {"inputs": list(snakemake.input), "threads": snakemake.threads, "config": config}
     further = dict(snakemake.wildcards.items()) | further
-    found, left = {}, set(given)
+    taken, left = {}, set(given)
     for name, parameter in inspect.signature(function).parameters.items():
         if name in given:
-            found[name] = given[name]
+            taken[name] = given[name]
             left.discard(name)
         elif name in folders:
-            found[name], files = folders[name]
+            taken[name], files = folders[name]
             left -= files
         elif name in further:
-            found[name] = further[name]
+            taken[name] = further[name]
         elif parameter.default is inspect.Parameter.empty:
             raise TypeError(
                 f"{where}: parameter {name!r} has no value; the rule names {sorted(given)}, "
@@ -165,7 +165,7 @@ def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dic
         raise TypeError(
             f"{where}: {sorted(left)} of the rule are no parameters; those are {allowed}"
         )
-    return found
+    return taken
 
 
 def _given(snakemake: Any, where: str) -> dict[str, object]:
@@ -185,7 +185,7 @@ def _given(snakemake: Any, where: str) -> dict[str, object]:
 
 def _folders(snakemake: Any, where: str) -> dict[str, tuple[object, set[str]]]:
     """Name of a parameter -> the folder, or folders, of captures, and the names of their files."""
-    found: dict[str, tuple[object, set[str]]] = {}
+    folders: dict[str, tuple[object, set[str]]] = {}
     for name, value in [*snakemake.input.items(), *snakemake.output.items()]:
         prefix, _, file = name.rpartition("_")
         if file not in CAPTURE:
@@ -193,11 +193,11 @@ def _folders(snakemake: Any, where: str) -> dict[str, tuple[object, set[str]]]:
         several = _is_list(value)
         folder = [str(Path(p).parent) for p in value] if several else str(Path(value).parent)
         key = f"{prefix}_folder".lstrip("_") + "s" * several
-        known, files = found.get(key, (folder, set()))
+        known, files = folders.get(key, (folder, set()))
         if known != folder:
             raise TypeError(f"{where}: {name!r} lies in {folder}, {sorted(files)} in {known}")
-        found[key] = folder, files | {name}
-    return found
+        folders[key] = folder, files | {name}
+    return folders
 
 
 def _is_list(value: object) -> bool:

@@ -76,7 +76,7 @@ def missing_programs(experiment: Experiment) -> list[str]:
     named = [("reconstruction", *each) for each in experiment.reconstructors.items()]
     if experiment.labeller != experiment.reconstruction:
         named.append(("search.reconstruction", "labels", experiment.labeller))
-    found = [line for each in named for line in _missing_of(*each)]
+    lines = [line for each in named for line in _missing_of(*each)]
     config = experiment.config
     checks: list[tuple[Callable[..., object], Section]]
     checks = [(appearance.check, config["appearance"])]
@@ -87,7 +87,7 @@ def missing_programs(experiment: Experiment) -> list[str]:
         try:
             check(**settings)
         except (FileNotFoundError, ImportError) as error:
-            found.append(str(error))
+            lines.append(str(error))
         except ValueError as error:
             refuse(str(error), PAGE)
     # a check ends at the file that it misses, and a page has all
@@ -97,8 +97,8 @@ def missing_programs(experiment: Experiment) -> list[str]:
     }
     missing = [name for name, needed in wanted.items() if needed and not find_spec(name)]
     if missing:
-        found.append(f"packages {', '.join(missing)}: pip install 'fsel[weights]'")
-    return found
+        lines.append(f"packages {', '.join(missing)}: pip install 'fsel[weights]'")
+    return lines
 
 
 def check_scorers(experiment: Experiment) -> None:

@@ -40,8 +40,8 @@ def _with_names(node: Any) -> Any:
 
 
 def _names(word: Any) -> list[Any]:
-    found = REGISTRY.fullmatch(str(word))
-    return list(getattr(import_module(found[1]), found[2])) if found else [word]
+    match = REGISTRY.fullmatch(str(word))
+    return list(getattr(import_module(match[1]), match[2])) if match else [word]
 
 
 def complete(values: dict[str, Any], schema: dict[str, Any], hint: str, where: str = "") -> None:

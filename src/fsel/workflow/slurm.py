@@ -30,11 +30,11 @@ def end_earlier_jobs(prefix: str, folder: Path, patience: float = PATIENCE) -> l
     Raises:
         ValueError: when Slurm does not answer, or jobs are still there after `patience` seconds.
     """
-    found = sorted(_queued(prefix, folder))
-    if not found:
+    jobs = sorted(_queued(prefix, folder))
+    if not jobs:
         return []
-    logger.warning("cancelling jobs of an earlier run: %s", " ".join(found))
-    _slurm("scancel", *found)
+    logger.warning("cancelling jobs of an earlier run: %s", " ".join(jobs))
+    _slurm("scancel", *jobs)
     deadline = time.monotonic() + patience
     while left := sorted(_queued(prefix, folder)):
         if time.monotonic() > deadline:
@@ -44,7 +44,7 @@ def end_earlier_jobs(prefix: str, folder: Path, patience: float = PATIENCE) -> l
                 "whose they are; run again when they are gone"
             )
         time.sleep(POLL)
-    return found
+    return jobs
 
 
 def _queued(prefix: str, folder: Path) -> set[str]:

@@ -172,17 +172,17 @@ class Tables:
         for table in self.entries.values():
             for job in (*table.jobs, table):
                 jobs.setdefault(job.rule, job)
-        found = []
+        rules = []
         for job in jobs.values():
             if set(WILDCARD.findall(_first(job.written(self.experiment)))) != {FOLDER}:
-                found.append(self._rule(job))
+                rules.append(self._rule(job))
                 continue
-            found.append(self._rule(_of_first(job)))
+            rules.append(self._rule(_of_first(job)))
             if self.experiment.further:
                 further = self._rule(replace(job, name=f"{job.rule}_further"))
                 pattern = "|".join(map(re.escape, self.experiment.further))
-                found.append(replace(further, constraints={FOLDER: pattern}))
-        return found
+                rules.append(replace(further, constraints={FOLDER: pattern}))
+        return rules
 
     def _rule(self, job: Job) -> Rule:
         experiment = self.experiment

@@ -21,14 +21,14 @@ def stability(table: str | Path, numbers: str | Path) -> None:
     """Run every hard case.
 
     Args:
-        table, numbers: receive LaTeX, and case, asked, observed, error, allowed, holds.
+        table, numbers: receive LaTeX, and case, expected, observed, error, allowed, holds.
     """
     rows = []
     for case in CASES.values():
         finding = observe(case)
         row = (
             case.name,
-            case.asked,
+            case.expected,
             finding.observed,
             finding.error,
             finding.allowed,
@@ -36,7 +36,7 @@ def stability(table: str | Path, numbers: str | Path) -> None:
         )
         rows.append(row)
         logger.info("%s: %s, error %.2g", case.name, finding.observed, finding.error)
-    names = ["case", "asked", "observed", "error", "allowed", "holds"]
+    names = ["case", "expected", "observed", "error", "allowed", "holds"]
     result = pd.DataFrame(rows, columns=names)
     with atomic(numbers) as temporary:
         result.to_csv(temporary, index=False, float_format="%.3g")
@@ -46,7 +46,13 @@ def stability(table: str | Path, numbers: str | Path) -> None:
 def _table(result: pd.DataFrame) -> str:
     held = int(result["holds"].sum())
     rows = [
-        [tex(row.case), tex(row.asked), tex(row.observed), f"{row.error:.1e}", f"{row.allowed:.0e}"]
+        [
+            tex(row.case),
+            tex(row.expected),
+            tex(row.observed),
+            f"{row.error:.1e}",
+            f"{row.allowed:.0e}",
+        ]
         for row in result.itertuples()
     ]
     return plain_table(
@@ -68,6 +74,6 @@ TABLE = Table(
     size=Size(2000),
     category="Numerics",
     title="Hard cases",
-    caption="Hard cases: what is asked of each, what is observed, and the error against the "
+    caption="Hard cases: what is expected of each, what is observed, and the error against the "
     "float64 or exact answer.",
 )

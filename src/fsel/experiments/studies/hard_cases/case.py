@@ -40,13 +40,13 @@ class Case:
 
     Attributes:
         name: as the table prints it.
-        asked: what must hold, in words, beside finite numbers and no warning.
+        expected: what must hold, in words, beside finite numbers and no warning.
         run: makes the input, asks the library, and compares.
         make: its selection problem, where it has one.
     """
 
     name: str
-    asked: str
+    expected: str
     run: Callable[[], Finding]
     make: Callable[[], Problem] | None = None
 

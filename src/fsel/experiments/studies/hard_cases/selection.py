@@ -78,7 +78,7 @@ def run(
 
 def case(
     name: str,
-    asked: str,
+    expected: str,
     make: Callable[[], Problem],
     *,
     reference: Callable[[], Problem] | None = None,
@@ -91,7 +91,7 @@ def case(
     def observe() -> Finding:
         return run(make(), reference() if reference else None, k, exact, allowed)
 
-    return Case(name, asked, observe, make)
+    return Case(name, expected, observe, make)
 
 
 def raw(problem: Problem) -> np.ndarray:

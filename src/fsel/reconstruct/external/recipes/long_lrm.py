@@ -101,8 +101,8 @@ def normalisation(picks):
 def check_used(scene, chosen, targets, picks):
     """Refuse renderings of other frames, poses or scales than were given."""
     if not scene.is_dir():
-        found = sorted(path.name for path in scene.parent.glob("*"))
-        sys.exit(f"Long-LRM evaluated another scene: {found} in the place of {scene.name}")
+        written = sorted(path.name for path in scene.parent.glob("*"))
+        sys.exit(f"Long-LRM evaluated another scene: {written} in the place of {scene.name}")
     for name, wanted in (("input_frame_idx", chosen), ("target_frame_idx", targets)):
         used = np.loadtxt(scene / f"{name}.txt", dtype=int, ndmin=1).tolist()
         if used != wanted:
