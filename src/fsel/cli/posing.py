@@ -182,7 +182,10 @@ def _put(files: Sequence[Path], folder: Path, console: Console) -> list[str]:
         place = folder / file.name
         place.unlink(missing_ok=True)
         if orientation.of_file(file) == orientation.UPRIGHT:
-            place.symlink_to(file.resolve())
+            try:
+                place.symlink_to(file.resolve())
+            except OSError:  # Windows asks for a right to make links
+                shutil.copy2(file, place)
         else:
             image_files.write_upright(file, place)
             turned.append(file.name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-import os
+import posixpath
 import time
 from collections import Counter
 from collections.abc import Sequence
@@ -117,7 +117,7 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
 
 def _plain(name: str) -> bool:
     """Check whether a name can stand on a line of a list, and leads to its file without detours."""
-    return name.isprintable() and name == name.strip() and name == os.path.normpath(name)
+    return name.isprintable() and name == name.strip() and name == posixpath.normpath(name)
 
 
 def _possible(camera: Camera) -> bool:

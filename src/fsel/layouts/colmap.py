@@ -6,7 +6,7 @@ import os
 from collections import Counter
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from fsel.data.points import RawPoints, grouped_rows
 from fsel.images import files as image_files
 from fsel.layouts.contract import Layout, RawCapture, Recording
 from fsel.utils.names import matched
-from fsel.utils.parsing import check_turn, inside, read_text
+from fsel.utils.parsing import check_turn, inside, read_text, slashed
 
 MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0", "colmap", "dense/sparse", ".")
 IMAGE_FOLDERS = ("images", "images_2", "images_4", "images_8", "input")
@@ -61,6 +61,8 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
     _check_sizes(reconstruction, model)
     if not is_binary(model):
         _complete_names(reconstruction, model / "images.txt")
+    for image in reconstruction.images.values():
+        image.name = slashed(image.name)
     return reconstruction
 
 
@@ -150,7 +152,7 @@ def from_model(reconstruction: pycolmap.Reconstruction, images: Path, model: Pat
         images=_image_files(images, names, model),
         world_to_camera=np.array([i.cam_from_world().matrix() for i in posed]),
         cameras=[camera_of(reconstruction.cameras[image.camera_id]) for image in posed],
-        sequences=[str(Path(name).parent) for name in names],
+        sequences=[str(PurePosixPath(name).parent) for name in names],
         points=cache(
             lambda rows: points_of(seen(), {ids[row]: at for at, row in enumerate(rows)}, model)
         ),

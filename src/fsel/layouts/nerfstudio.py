@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
@@ -15,7 +15,16 @@ from fsel.data.points import RawPoints
 from fsel.images import files as image_files
 from fsel.layouts import colmap
 from fsel.layouts.contract import Layout, RawCapture, Recording
-from fsel.utils.parsing import check_file_count, inside, member, number, numbers, read_json, text
+from fsel.utils.parsing import (
+    check_file_count,
+    inside,
+    member,
+    number,
+    numbers,
+    read_json,
+    slashed,
+    text,
+)
 
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
 """World rotation of nerfstudio's COLMAP import before January 2024."""
@@ -86,9 +95,10 @@ def from_json(
         ],
         world_to_camera=np.array([_pose(frame, applied, scale, path) for frame in frames]),
         cameras=[camera_of(content, frame, path) for frame in frames],
-        sequences=[str(Path(name).parent) for name in names],
+        sequences=[str(PurePosixPath(name).parent) for name in names],
         masks=[
-            _existing(inside(folder, Path(masks, text(f, "mask_path", path)), path)) for f in masked
+            _existing(inside(folder, Path(masks, slashed(text(f, "mask_path", path))), path))
+            for f in masked
         ]
         or None,
         points=_cloud(content, folder, applied, scale, path),
@@ -102,7 +112,7 @@ def _cloud(
     """Reads the points of `ply_file_path`, which lie in the world of the poses."""
     if content.get("ply_file_path") is None:
         return None
-    file = inside(folder, text(content, "ply_file_path", path), path)
+    file = inside(folder, slashed(text(content, "ply_file_path", path)), path)
     return ply_points.reader(file, applied, scale)
 
 
@@ -131,6 +141,7 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
     for at, frame in enumerate(frames):
         if not isinstance(frame, dict) or not isinstance(frame.get("file_path"), str):
             raise ValueError(f"{path}: frames[{at}] has no file_path")
+    frames = [frame | {"file_path": slashed(frame["file_path"])} for frame in frames]
     dropped = {f["file_path"]: "marked bad by its owner" for f in frames if f.get("is_bad")}
     lists = [_listed(content, key, path) for key in SPLITS if key in content]
     if lists:
@@ -150,7 +161,7 @@ def _listed(content: dict, key: str, path: Path) -> list[str]:
     names = content[key]
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise ValueError(f"{path}: {key} must be a list of names, got {repr(names)[:80]}")
-    return names
+    return [slashed(name) for name in names]
 
 
 def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import resource
 import sys
 from pathlib import Path
 from typing import ClassVar
@@ -13,8 +12,9 @@ from weakref import WeakSet
 class Peak:
     """Resident memory of this process at its highest, above what it held at the start.
 
-    On Linux the kernel's own record is started anew; elsewhere it cannot be, and only what goes
-    beyond the process's highest so far is counted. One may start while another is measured.
+    On Linux the kernel's own record is started anew; on macOS it cannot be, and only what goes
+    beyond the process's highest so far is counted. On Windows nothing is counted. One may start
+    while another is measured.
     """
 
     _measured: ClassVar[WeakSet[Peak]] = WeakSet()
@@ -40,6 +40,10 @@ class Peak:
 def _highest() -> int:
     if sys.platform == "linux":
         return _resident("VmHWM")
+    try:
+        import resource
+    except ImportError:  # Windows
+        return 0
     largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return largest if sys.platform == "darwin" else largest * 1024
 

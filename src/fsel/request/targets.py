@@ -14,7 +14,7 @@ from fsel.data.geometry import pairwise_distances
 from fsel.data.subsets import evenly
 from fsel.request.camera_path import camera_path
 from fsel.request.paths import orbit, trajectory, whole
-from fsel.utils.parsing import read_text
+from fsel.utils.parsing import read_text, slashed
 from fsel.utils.wording import counted
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
@@ -223,6 +223,7 @@ def _numbers(
     if not len(named):
         raise ValueError(f"{where}no frame is named")
     rows = {name: i for i, name in enumerate(capture.names)}
+    named = [slashed(f) if isinstance(f, str) and f not in rows else f for f in named]
     unknown = [
         frame
         for frame in named

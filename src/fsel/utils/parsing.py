@@ -6,7 +6,7 @@ import json
 import math
 import os
 from collections.abc import Iterable
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
@@ -98,10 +98,16 @@ def read_json(path: Path) -> dict[str, Any]:
     return content
 
 
+def slashed(name: str) -> str:
+    r"""A path in a file with slashes, where Windows wrote it: `images\a.png` is `images/a.png`."""
+    return PureWindowsPath(name).as_posix() if "\\" in name else name
+
+
 def inside(folder: Path, relative: str | Path, source: Path) -> Path:
     """A path that a file names, refused where it leads out of the capture."""
     path = Path(os.path.normpath(folder / relative))
-    if not path.is_relative_to(os.path.normpath(folder)):
+    elsewhere = os.name != "nt" and PureWindowsPath(relative).drive
+    if elsewhere or not path.is_relative_to(os.path.normpath(folder)):
         raise ValueError(f"{source}: file_path {str(relative)!r} leads outside {folder}")
     return path
 

@@ -1,0 +1,91 @@
+"""Systems beside Linux: modules that Windows lacks, and paths as Windows writes them."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path, PureWindowsPath
+
+import pytest
+from small_captures import write_ring
+
+import fsel
+from fsel.layouts.nerfstudio import matrix_of
+from fsel.reconstruct import memory
+from fsel.utils.parsing import inside, slashed
+
+WINDOWS_LACKS = ("fcntl", "grp", "pwd", "resource", "termios")
+COMMANDS = f"""
+import os, signal, sys
+
+for name in {WINDOWS_LACKS}:
+    sys.modules[name] = None  # an import of it fails
+del os.sched_getaffinity, signal.pthread_sigmask
+
+from pathlib import Path
+from fsel.cli import main
+from fsel.cli.posing import locked
+
+for line in [
+    "select ring -k 5 --targets every:8 -o chosen",
+    "select ring -k 5 --patience 5s -o tried",
+    "select ring -k 5 --link -o linked",
+    "compare ring -k 4 --methods fsel,uniform -o compared",
+    "reconstruct ring --frames tried/frames.txt -o ring.ply",
+]:
+    assert main([*line.split(), "--quiet"]) == 0, line
+with locked(Path("lock")):
+    pass
+"""
+
+
+def test_commands_run_without_what_windows_lacks(tmp_path):
+    write_ring(tmp_path / "ring")
+    done = subprocess.run(
+        [sys.executable, "-c", COMMANDS], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_memory_is_not_counted_where_the_system_has_no_call_for_it(monkeypatch):
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setitem(sys.modules, "resource", None)
+    assert memory._highest() == 0
+
+
+def as_windows_wrote_it(folder):
+    """A nerfstudio capture whose paths have backslashes, and its names with slashes."""
+    poses, _ = write_ring(folder)
+    (folder / "images").rename(folder / "walk")
+    (folder / "images").mkdir()
+    (folder / "walk").rename(folder / "images" / "walk")
+    names = [f"walk/frame_{i:03d}.jpg" for i in range(len(poses))]
+    paths = [str(PureWindowsPath("images", name)) for name in names]
+    frames = [
+        {
+            "file_path": path,
+            "transform_matrix": matrix_of(pose, [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]),
+        }
+        for path, pose in zip(paths, poses, strict=True)
+    ]
+    camera = {"w": 64, "h": 48, "fl_x": 60, "fl_y": 61, "cx": 32, "cy": 24}
+    content = camera | {"frames": frames, "train_filenames": paths}
+    (folder / "transforms.json").write_text(json.dumps(content))
+    return names
+
+
+def test_paths_with_backslashes_are_read_as_with_slashes(tmp_path):
+    names = as_windows_wrote_it(tmp_path / "ring")
+    capture = fsel.read_capture(tmp_path / "ring", "nerfstudio", long_side=64)
+    assert capture.names == tuple(names)
+    assert set(capture.sequences) == {"walk"}
+    held_out = tmp_path / "targets.txt"
+    held_out.write_text("\r\n".join(str(PureWindowsPath(name)) for name in names[::6]) + "\r\n")
+    chosen = fsel.select(capture, 5, targets=held_out)
+    assert not set(chosen.names) & set(names[::6])
+    assert chosen.names == fsel.select(capture, 5, targets=names[::6]).names
+
+
+@pytest.mark.parametrize("path", [r"C:\scan\0.png", "D:/scan/0.png", r"..\0.png", "/scan/0.png"])
+def test_paths_that_lead_elsewhere_are_refused(path):
+    with pytest.raises(ValueError, match="leads outside"):
+        inside(Path("capture"), slashed(path), Path("transforms.json"))
