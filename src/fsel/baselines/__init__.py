@@ -33,6 +33,6 @@ FURTHER: Registry[Method] = Registry(
 )
 """Further methods, in the order of the tables."""
 
-METHODS: Registry[Method] = Registry(
-    "method", {**PAPER.homes, **FURTHER.homes, "all": "fsel.baselines.all_frames:METHOD"}
-)
+HOMES = {**PAPER.homes, **FURTHER.homes, "all": "fsel.baselines.all_frames:METHOD"}
+GROUP = "fsel.baselines"  # of entry points
+METHODS: Registry[Method] = Registry("method", HOMES, group=GROUP)

@@ -50,7 +50,7 @@ def _run(args: Namespace, interruption: Interruption) -> int:
         if interruption.number or isinstance(error, KeyboardInterrupt):
             print(SAID, file=sys.stderr)
             return 128 + interruption.number if interruption.number else INTERRUPTED
-        if not isinstance(error, ValueError | OSError | MemoryError):
+        if not isinstance(error, ValueError | OSError | MemoryError | ImportError):
             raise
         print(f"fsel: {_in_words(error, args)}", file=sys.stderr)
         return REFUSED

@@ -14,6 +14,7 @@ import numpy as np
 from fsel.cli.console import Console
 from fsel.data.capture import Capture
 from fsel.reconstruct import RECONSTRUCTORS, Model, Reconstructor, check_needs
+from fsel.utils.registry import unknown
 
 KEPT = "interrupted: the model so far is written; again to give up"
 WRITE_PLY = ("splats", "gaussians")  # whose models are Gaussians
@@ -29,7 +30,7 @@ def checked(args: argparse.Namespace) -> dict[str, int]:
     """
     offered = [name for name in RECONSTRUCTORS if name not in CONFIGURED]
     if args.reconstructor not in offered:
-        raise ValueError(f"reconstructor is {args.reconstructor!r}; allowed: {', '.join(offered)}")
+        raise unknown("reconstructor", args.reconstructor, offered)
     if args.steps is not None and args.reconstructor not in STEPPED:
         raise ValueError(
             f"--steps is {args.steps}, and {args.reconstructor} takes none; allowed with: "

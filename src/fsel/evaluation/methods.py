@@ -9,7 +9,10 @@ from fsel.selector.policies import RENAMED
 from fsel.utils.registry import Registry
 
 METHODS: Registry[Method] = Registry(
-    "method", {**dict.fromkeys(pretrained.FILES, ""), **baselines.METHODS.homes}, RENAMED
+    "method",
+    {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES},
+    RENAMED,
+    group=baselines.GROUP,
 )
 """What `fsel.select` and the commands choose from, by name."""
 for _name in pretrained.FILES:

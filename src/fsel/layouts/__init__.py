@@ -24,5 +24,7 @@ LAYOUTS: Registry[Layout] = Registry(
         "colmap": "fsel.layouts.colmap:LAYOUT",
         "images": "fsel.layouts.bare:LAYOUT",
     },
+    group="fsel.layouts",
+    ahead=True,
 )
-"""By name, the most particular first: the order in which `auto` asks."""
+"""By name, the most particular first: the order in which `auto` asks; other packages' before."""

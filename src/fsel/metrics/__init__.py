@@ -20,6 +20,7 @@ REGISTERED: Registry[Metric] = Registry(
         "gmsd": "fsel.metrics.builtin:GMSD",
         "lpips": "fsel.metrics.lpips:METRIC",
     },
+    group="fsel.metrics",
 )
 """Every metric by name. The config's `metrics` chooses those of the tables."""
 

@@ -87,6 +87,7 @@ RECONSTRUCTORS: Registry[Factory] = Registry(
         "feed_forward": "fsel.reconstruct.feed_forward:FeedForward",
         "external": "fsel.reconstruct.external:External",
     },
+    group="fsel.reconstructors",
 )
 """By name. `check_needs` refuses one that cannot work here, with some settings."""
 
