@@ -182,10 +182,7 @@ def _put(files: Sequence[Path], folder: Path, console: Console) -> list[str]:
         place = folder / file.name
         place.unlink(missing_ok=True)
         if orientation.of_file(file) == orientation.UPRIGHT:
-            try:
-                place.symlink_to(file.resolve())
-            except OSError:  # Windows asks for a right to make links
-                shutil.copy2(file, place)
+            place.symlink_to(file.resolve())
         else:
             image_files.write_upright(file, place)
             turned.append(file.name)
