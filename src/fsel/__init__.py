@@ -2,13 +2,17 @@
 
     import fsel
 
-    capture = fsel.read_capture("captures/garden")
-    chosen = fsel.select(capture, 30, targets="every:8")
-    model = fsel.fit(capture, chosen.indices)
+    chosen = fsel.select("captures/garden", 30, targets="every:8")
+    chosen.export("garden30")
+
+    capture = fsel.read_capture("captures/garden", long_side=256)
+    model = fsel.fit(capture, chosen.names, "gaussians")
+    print(fsel.evaluate(capture, model, chosen.held_out)["psnr"].mean())
     model.export_ply("garden.ply")
 
-`METHODS`, `LAYOUTS` and `RECONSTRUCTORS` are the registries. Everything is imported when first
-used, so that `import fsel` costs nothing.
+`select` picks frames, `fit` reconstructs from them, `evaluate` compares renderings with frames that
+were held out. `METHODS`, `LAYOUTS`, `METRICS` and `RECONSTRUCTORS` are the registries. Everything
+is imported when first used, so that `import fsel` costs nothing.
 """
 
 from importlib import import_module
@@ -17,10 +21,13 @@ TYPE_CHECKING = False  # what `typing` has, which takes longer to import than al
 if TYPE_CHECKING:  # the same names, for type checkers and editors
     from typing import Any
 
-    from fsel.api import Selection, evaluate, fit, select
+    from fsel.api import evaluate, fit
+    from fsel.calls import Selection, select
+    from fsel.data.capture import Capture, Views
     from fsel.evaluation.methods import METHODS
     from fsel.ingest.read import read_capture
     from fsel.layouts import LAYOUTS
+    from fsel.metrics import REGISTERED as METRICS
     from fsel.reconstruct import RECONSTRUCTORS
     from fsel.request.budget import Auto
     from fsel.request.patience import Patience
@@ -28,26 +35,33 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
 
 _HOMES = {
     "read_capture": "fsel.ingest.read",
+    "Capture": "fsel.data.capture",
+    "Views": "fsel.data.capture",
     "LAYOUTS": "fsel.layouts",
-    "select": "fsel.api",
-    "Selection": "fsel.api",
+    "select": "fsel.calls",
+    "Selection": "fsel.calls",
     "Auto": "fsel.request.budget",
     "Patience": "fsel.request.patience",
     "Refine": "fsel.request.refine",
     "fit": "fsel.api",
     "evaluate": "fsel.api",
     "METHODS": "fsel.evaluation.methods",
+    "METRICS": "fsel.metrics",
     "RECONSTRUCTORS": "fsel.reconstruct",
 }
+_CALLED = {"METRICS": "REGISTERED"}  # at home
 
 __all__ = [
     "LAYOUTS",
     "METHODS",
+    "METRICS",
     "RECONSTRUCTORS",
     "Auto",
+    "Capture",
     "Patience",
     "Refine",
     "Selection",
+    "Views",
     "evaluate",
     "fit",
     "read_capture",
@@ -56,6 +70,14 @@ __all__ = [
 
 
 def __getattr__(name: str) -> "Any":
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("fsel")
     if name not in _HOMES:
         raise AttributeError(f"module 'fsel' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    return getattr(import_module(_HOMES[name]), _CALLED.get(name, name))
+
+
+def __dir__() -> "list[str]":
+    return [*__all__, "__version__"]

@@ -51,7 +51,7 @@ def test_type_checkers_see_every_name_where_it_lives():
     tree = ast.parse(Path(fsel.__file__).read_text())
     guarded = next(node for node in tree.body if isinstance(node, ast.If))
     stated = {
-        alias.name: line.module
+        alias.asname or alias.name: line.module
         for line in guarded.body
         for alias in line.names
         if line.module != "typing"

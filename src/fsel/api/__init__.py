@@ -1,7 +1,7 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
 from fsel.api.covering import check_cover
-from fsel.api.measured import described, measured
+from fsel.api.measured import as_read, described, measured
 from fsel.api.reconstruction import evaluate, fit
 from fsel.api.request import (
     ALL_FRAMES,
@@ -20,6 +20,7 @@ __all__ = [
     "AUTO",
     "LEAST_FRAMES",
     "Selection",
+    "as_read",
     "check_cover",
     "checked_request",
     "described",

@@ -1,14 +1,20 @@
-"""Measurements of a capture's images that selection methods read, made where one of them does."""
+"""Parts of a capture that a selection reads, and measurements of its images, where it does."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, nullcontext
 
 import numpy as np
 
+from fsel.api.request import AUTO
 from fsel.data.capture import Capture
 from fsel.data.problem import Method
+from fsel.images.previews import Progress, in_silence
+from fsel.ingest.lazy import LazyCapture
 from fsel.request.blur import SharpnessOf
+from fsel.request.budget import Auto
+from fsel.request.patience import Patience
 
 Describe = Callable[[Capture], np.ndarray]
 """capture -> (N, D) float32 appearance descriptors of every frame."""
@@ -46,3 +52,35 @@ def measured(
     if descriptors is None or callable(descriptors):
         descriptors = (descriptors or described)(capture)
     return sharpness, descriptors
+
+
+def as_read(
+    opened: LazyCapture,
+    method: Method,
+    k: int | str | Auto | None,
+    patience: Patience,
+    cover: int,
+    *,
+    pixels: bool,
+    bar: Progress = in_silence,
+    clock: AbstractContextManager[None] | None = None,
+) -> Capture:
+    """The capture with what a selection reads of it.
+
+    Swaps, and methods that compare frames by appearance, look at all pixels. Some methods look at
+    points, and so does trying selections, which opens the images that it needs itself; finding a
+    number of frames takes some points, for the depth that they tell.
+
+    Args:
+        opened: the capture.
+        method, k, patience, cover: of the selection.
+        pixels: whether all pixels are looked at, whatever the method.
+        bar: wraps the loop over the images.
+        clock: lasts while points are read.
+    """
+    if pixels or "appearance" in method.reads:
+        return opened.loaded(np.arange(len(opened.capture)), bar)
+    with clock or nullcontext():
+        if method.tracks or patience.seconds or cover:
+            return opened.with_all_points()
+        return opened.with_points() if k == AUTO or isinstance(k, Auto) else opened.capture

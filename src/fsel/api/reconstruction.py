@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 
 from fsel.data.capture import Capture
+from fsel.request.targets import frames_of
+from fsel.utils.wording import unexpected
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -36,7 +38,7 @@ def fit(
 
     Args:
         capture: at the size to reconstruct at: the `long_side` of `fsel.read_capture`.
-        frames: numbers of two or more distinct frames.
+        frames: numbers or names of two or more distinct frames.
         reconstructor: a key of `RECONSTRUCTORS`.
         settings: of the reconstructor.
 
@@ -45,13 +47,15 @@ def fit(
         `export_ply(path)`, which writes standard Gaussian splats.
 
     Raises:
-        ValueError: for an unknown reconstructor, fewer than two frames, or repeated ones.
+        ValueError: for an unknown reconstructor, fewer than two frames, repeated ones, or such that
+            the capture does not have.
+        TypeError: for what is no capture, or no frames.
         ImportError: when the reconstructor needs a package that is not installed.
     """
     from fsel.reconstruct import RECONSTRUCTORS
 
-    factory = RECONSTRUCTORS.checked(reconstructor)
-    return factory(capture, **settings).fit(np.asarray(frames, np.int64))
+    factory, chosen = RECONSTRUCTORS.checked(reconstructor), _frames(capture, frames)
+    return factory(capture, **settings).fit(chosen)
 
 
 def evaluate(
@@ -62,7 +66,7 @@ def evaluate(
     Args:
         capture: what the model was made from, at the same size.
         model: what `fit` returns.
-        targets: (T,) numbers of held-out frames.
+        targets: numbers or names of T held-out frames.
         metrics: keys of `fsel.metrics.REGISTERED`, or key -> settings, as
             `{"psnr": {}, "lpips": {"net": "alex", "weights": path}}`; None for `psnr` in dB, `ssim`
             and `gmsd` (lower is better).
@@ -76,7 +80,17 @@ def evaluate(
     from fsel.metrics import METRICS, checked, score_views
 
     chosen = METRICS if metrics is None else checked(metrics)
-    frames = np.asarray(targets, np.int64)
+    frames = _frames(capture, targets)
     truth = np.asarray(capture.images[frames])
     scores = score_views(model.render(capture.view(frames)), truth, None, chosen)
     return dict(zip(chosen, scores.T, strict=True))
+
+
+def _frames(capture: Capture, frames: ArrayLike) -> np.ndarray:
+    """(n,) int64 distinct frames by name or number, of what must be a capture."""
+    if not isinstance(capture, Capture):
+        raise unexpected("capture", capture, "a Capture. Hint: fsel.read_capture(folder)")
+    found = frames_of(capture, np.asarray(frames))
+    if len(found) < np.size(frames) and np.asarray(frames).dtype != bool:
+        raise ValueError(f"frames are repeated: {np.size(frames)} are named, {len(found)} distinct")
+    return found

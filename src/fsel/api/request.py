@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import TYPE_CHECKING
 
 from fsel.data.capture import Capture
@@ -13,7 +14,7 @@ from fsel.request.patience import Patience
 from fsel.request.targets import ALL, Request, Targets, Wish, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import RENAMED, Learned
-from fsel.utils.wording import counted
+from fsel.utils.wording import counted, unexpected
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,12 +29,15 @@ def number_of(k: int | str | Auto) -> int | Auto:
 
     Raises:
         ValueError: for another word than `auto`.
+        TypeError: for anything else.
     """
-    if not isinstance(k, str):
-        return k
-    if k != AUTO:
+    if isinstance(k, Integral) and not isinstance(k, bool):
+        return int(k)
+    if isinstance(k, str) and k != AUTO:
         raise ValueError(f"k is {k!r}; allowed: a number of frames, or {AUTO!r}")
-    return Auto()
+    if not isinstance(k, str | Auto):
+        raise unexpected("k", k, f"a whole number, {AUTO!r} or fsel.Auto")
+    return k if isinstance(k, Auto) else Auto()
 
 
 def method_of(method: str | Method | None = None, weights: str | Path | None = None) -> Method:
@@ -42,6 +46,8 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
         if weights is not None:
             raise ValueError(f"{weights}: weights go with the name of a method, not with {method}")
         return method
+    if not isinstance(method, str | None):
+        raise unexpected("method", method, "a key of fsel.METHODS, or a Method")
     if weights is not None and method not in RENAMED:
         return pretrained.own(weights, method)
     name = pretrained.DEFAULT if method is None else method

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsel.api.covering import check_cover, cover_of, near_all, seeing_all
-from fsel.api.measured import Describe, measured
+from fsel.api.measured import Describe, as_read, measured
 from fsel.api.request import (
     checked_request,
     method_of,
@@ -20,7 +20,9 @@ from fsel.api.request import (
 from fsel.data.capture import Capture, Views
 from fsel.data.problem import Method, Problem, checked_select
 from fsel.data.subsets import evenly, subset_key
+from fsel.images.previews import in_silence, sharpness_among
 from fsel.images.sharpness import sharpness as measure_sharpness
+from fsel.ingest.lazy import LazyCapture
 from fsel.request import budget
 from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
@@ -32,6 +34,7 @@ from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish
 from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
+from fsel.utils.wording import counted, listed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -54,6 +57,7 @@ class Selection:
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
         exchanged: name of a pick -> that of the blurred one whose place it took. At a smaller
             budget another frame may take it, since fewer are picked already.
+        held_out: (F,) int64 frames that are targets, and were never to be selected.
     """
 
     names: tuple[str, ...]
@@ -65,10 +69,19 @@ class Selection:
     cover: Cover | None = None
     swapped: Swapped | None = None
     exchanged: dict[str, str] = field(default_factory=dict)
+    held_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+
+    def __repr__(self) -> str:
+        picked = f"{counted(len(self.names), 'frame')}: {listed(self.names)}"
+        held_out = f"; {len(self.held_out)} held out" if len(self.held_out) else ""
+        return f"Selection({picked}{held_out})"
+
+    def __len__(self) -> int:
+        return len(self.names)
 
 
 def select(
-    capture: Capture,
+    capture: Capture | LazyCapture,
     k: int | str | Auto | None,
     targets: Request | Targets = None,
     method: str | Method | None = None,
@@ -89,14 +102,18 @@ def select(
     """Choose the k frames that best serve the views to be rendered.
 
     Args:
-        capture: what `read_capture` returns.
+        capture: a folder, a video (COLMAP finds its poses), a `Capture` (`fsel.read_capture`), a
+            `pycolmap.Reconstruction`, or the content of a transforms.json. The last two, whose
+            images are sought from the current folder, are selected from by poses and points alone
+            where they are not there.
         k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: found
             among the first picks of a nested method, see `fsel.request.budget`. None: as `cover`
             says.
         targets: what will be rendered. None: anything that the capture saw. `every:8`: the frames
             0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
             by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
-            camera path. `fsel.Views`: poses. `Targets`: what `checked_request` returned.
+            camera path. `fsel.Views`, or (T, 3, 4) numbers: poses, world to camera with OpenCV
+            axes. `Targets`: what `checked_request` returned.
         method: a key of `METHODS`, or a method of your own; None for `fsel`, or what `weights` were
             trained for.
         seed: of methods that draw at random.
@@ -132,17 +149,24 @@ def select(
             selected (with a focus: that see it), an unknown method, weights that are no scorer or
             of another method, a method whose picks are not nested where k is to be found, a memory
             that two frames do not fit, or targets that make no sense for this capture.
+        TypeError: for an argument of a type that is none of these.
 
     Example:
-        >>> capture = fsel.read_capture("captures/garden")
-        >>> fsel.select(capture, 20, targets="every:8").names
+        >>> chosen = fsel.select("captures/garden", 20, targets="every:8")
+        >>> chosen.export("garden20")
     """
     named = not (method is None and weights is None)
     method = method_of(method, weights)
+    opened = None
+    if isinstance(capture, LazyCapture):
+        opened, capture = capture, capture.capture
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus, always, never)
     check_cover(cover, cover_share, k, targets, method, refine=refine is not None)
     trying = patience_of(patience, k, targets, method, focus, cover, named=named)
+    if opened is not None:
+        capture = as_read(opened, method, k, trying, cover, pixels=refine is not None)
+        sharpness = _measuring(opened) if sharpness is None else sharpness
     sharpness_of = _sharpness_of(capture, sharpness)
     known, descriptors = measured([method], capture, sharpness_of, descriptors)
     ranked = _ranked_by(method, seed)
@@ -178,7 +202,8 @@ def select(
     stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
     instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
     reached = cover_of(problem, frames, cover, cover_share) if cover else None
-    return Selection(names, frames, scores, seconds, chosen, tried, reached, swapped, instead)
+    made = (chosen, tried, reached, swapped, instead)
+    return Selection(names, frames, scores, seconds, *made, targets.frames)
 
 
 def _near_all(problem: Problem, k: int | Auto | None, stated: str) -> Problem:
@@ -214,6 +239,11 @@ def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) 
     if sharpness is None:
         return lambda frames: measure_sharpness(capture.images[frames])
     return sharpness if callable(sharpness) else np.asarray(sharpness).__getitem__
+
+
+def _measuring(opened: LazyCapture) -> SharpnessOf:
+    """Function that says how sharp frames are in their files."""
+    return sharpness_among(opened.raw.images, opened.longest, in_silence)
 
 
 def _enough(

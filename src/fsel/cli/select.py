@@ -210,21 +210,17 @@ def _read(
     method: Method,
     patience: Patience,
 ) -> Capture:
-    """The capture with what is read of it.
-
-    Swaps, and methods that compare frames by appearance, look at all pixels. Some methods look at
-    points, and so does trying selections, which opens the images that it needs itself; finding a
-    number of frames takes some points, for the depth that they tell.
-    """
-    if args.refine is not None or "appearance" in method.reads:
-        return opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
-    if method.tracks or patience.seconds or args.cover:
-        with console.clock("points"):
-            return opened.with_all_points()
-    if args.k == api.AUTO:
-        with console.clock("points"):
-            return opened.with_points()
-    return opened.capture
+    """The capture with what is read of it."""
+    return api.as_read(
+        opened,
+        method,
+        args.k,
+        patience,
+        args.cover,
+        pixels=args.refine is not None,
+        bar=console.bar("images"),
+        clock=console.clock("points"),
+    )
 
 
 def _check_appearance(args: argparse.Namespace, method: Method) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from fsel.data.geometry import camera_centers, merged
 from fsel.data.points import SparsePoints, points_from_table, points_table
 from fsel.utils.files import atomic, mapped_array, read_table
+from fsel.utils.wording import counted
 
 ROTATION_TOLERANCE = 1e-6
 LEAST_LENGTH, MOST_LENGTH = 1e-60, 1e60  # of the longest translation, world units
@@ -34,6 +35,10 @@ class Views:
     world_to_camera: np.ndarray
     intrinsics: np.ndarray
     size: tuple[int, int]
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        return f"Views({counted(len(self), 'pose')}, {width}x{height})"
 
     @cached_property
     def centers(self) -> np.ndarray:
@@ -78,6 +83,8 @@ class Capture:
         points: sparse points, or None.
         masks: (N, h, w) bool, True where a pixel counts, or None.
         source: what was read, in words (layout and folder).
+        files: what the files say of these frames (`fsel.layouts.contract.RawCapture`), which
+            exports are made of; None for a capture that was not read from files.
 
     Raises:
         ValueError: for sizes that disagree, values that are not finite, or a pose that is no
@@ -92,6 +99,17 @@ class Capture:
     points: SparsePoints | None = None
     masks: np.ndarray | None = None
     source: str = ""
+    files: Any = None
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        passes = counted(len(set(self.sequences)), "sequence")
+        points = 0 if self.points is None else len(self.points.xyz)
+        where = f"; {self.source}" if self.source else ""
+        return (
+            f"Capture({counted(len(self), 'frame')} of {width}x{height}, {passes}, "
+            f"{counted(points, 'point')}{where})"
+        )
 
     def __post_init__(self) -> None:
         n = len(self.names)
@@ -159,6 +177,7 @@ class Capture:
             sequences=tuple(self.sequences[frame] for frame in frames),
             points=None if self.points is None else self.points.seen_from(frames, len(self)),
             masks=None if self.masks is None else np.asarray(self.masks[frames]),
+            files=None if self.files is None else self.files.subset([int(i) for i in frames]),
         )
 
     def resized(self, long_side: int) -> Capture:

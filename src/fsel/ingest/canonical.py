@@ -71,6 +71,7 @@ def ingest(
         points=points.without_pixels() if points else None,
         masks=masks,
         source=source,
+        files=raw,
     )
 
 

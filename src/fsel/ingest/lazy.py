@@ -14,7 +14,7 @@ from fsel.ingest.canonical import ingest
 from fsel.ingest.read import read_raw
 from fsel.ingest.validate import sample, validated
 from fsel.layouts import LAYOUTS
-from fsel.layouts.contract import RawCapture
+from fsel.layouts.contract import Layout, RawCapture
 from fsel.utils.limits import MAX_ERROR
 
 LONG_SIDE = 128  # pixels of the images that descriptors are made from
@@ -106,6 +106,19 @@ def open_capture(
     """
     folder = Path(path)
     known, raw = read_raw(folder, layout)
+    return opened(known, raw, folder, long_side, max_error, skip_unreadable=skip_unreadable)
+
+
+def opened(
+    known: Layout,
+    raw: RawCapture,
+    folder: Path,
+    long_side: int = LONG_SIDE,
+    max_error: float = MAX_ERROR,
+    *,
+    skip_unreadable: bool = False,
+) -> LazyCapture:
+    """Open what a layout's reader returned; other arguments and errors as of `open_capture`."""
     known_gone = raw.dropped
     raw, agreement = validated(
         raw,
@@ -114,6 +127,6 @@ def open_capture(
         max_error,
         skip_unreadable=skip_unreadable,
     )
-    capture = ingest(raw, known, folder, long_side, lazy=True)
+    capture = replace(ingest(raw, known, folder, long_side, lazy=True), files=raw)
     skipped = {name: why for name, why in raw.dropped.items() if name not in known_gone}
     return LazyCapture(known.name, raw, capture, agreement, skipped)

@@ -78,6 +78,20 @@ def from_json(
         of `ply_file_path` have no tracks.
     """
     content = read_json(path)
+    return from_content(content, path, folder, images=images, masks=masks, undo=undo, copies=copies)
+
+
+def from_content(
+    content: dict,
+    path: Path,
+    folder: Path,
+    *,
+    images: str = "",
+    masks: str = "",
+    undo: np.ndarray | None = None,
+    copies: tuple[str, ...] = (),
+) -> RawCapture:
+    """Frames of a transforms.json that was read already, see `from_json`."""
     frames, dropped = _frames(content, path)
     if (folder / images).is_dir():  # else they are in a video
         check_file_count(folder, len(frames), path)

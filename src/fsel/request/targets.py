@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views
+from fsel.data.capture import Capture, Views, check_poses
 from fsel.data.geometry import pairwise_distances
 from fsel.data.subsets import evenly
 from fsel.request.camera_path import camera_path
 from fsel.request.paths import orbit, trajectory, whole
 from fsel.utils.parsing import read_text, slashed
-from fsel.utils.wording import counted
+from fsel.utils.wording import counted, unexpected
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
@@ -110,7 +110,8 @@ def targets_of(capture: Capture, request: Request) -> Targets:
             included; `orbit` and `trajectory` are paths made from the cameras; a path to a .json
             camera path (nerfstudio's, or any with `frames` and their `transform_matrix`) or to a
             .txt with a frame name a line, which are held out; names or numbers of frames to hold
-            out; or poses.
+            out; or poses: `Views`, or (T, 3, 4) or (T, 4, 4) numbers, world to camera with OpenCV
+            axes, seen with the capture's first intrinsics.
 
     Raises:
         ValueError: for a request that is none of these, names that the capture does not have, or
@@ -125,9 +126,10 @@ def targets_of(capture: Capture, request: Request) -> Targets:
         return _of_word(capture, request)
     if isinstance(request, str | Path):
         return _of_file(capture, Path(request))
-    return _held_out(
-        capture, np.sort(_numbers(capture, request)), counted(len(request), "given frame")
-    )
+    if np.asarray(request).ndim == 3:
+        return _request(capture, _views(capture, np.asarray(request)), "given poses")
+    frames = np.sort(frames_of(capture, request, "targets"))
+    return _held_out(capture, frames, counted(len(frames), "given frame"))
 
 
 def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool = False) -> None:
@@ -157,6 +159,18 @@ def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool 
             f"k is {k}, and this method takes every frame; allowed: {most}, the frames of "
             f"{capture.source} that may be selected{why}"
         )
+
+
+def _views(capture: Capture, poses: np.ndarray) -> Views:
+    """Views at (T, 3, 4) or (T, 4, 4) poses."""
+    if poses.shape[1:] not in ((3, 4), (4, 4)) or poses.dtype.kind not in "fiu":
+        raise ValueError(
+            f"targets are an array of {poses.shape} {poses.dtype}; allowed: (T, 3, 4) or "
+            "(T, 4, 4) numbers, world to camera"
+        )
+    poses = poses[:, :3].astype(np.float64)
+    check_poses([f"target {at}" for at in range(len(poses))], poses, "given poses")
+    return Views(poses, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
 
 
 def _where(capture: Capture) -> str:
@@ -202,7 +216,7 @@ def _wish(capture: Capture, wish: Wish) -> np.ndarray:
         if not path.is_file():
             raise FileNotFoundError(f"{path}: no such file of frame names, one a line")
         return named_in(path, capture)
-    return _numbers(capture, wish)
+    return frames_of(capture, wish)
 
 
 def named_in(path: Path, capture: Capture) -> np.ndarray:
@@ -213,6 +227,23 @@ def named_in(path: Path, capture: Capture) -> np.ndarray:
     """
     names = [line.strip() for line in read_text(path).splitlines()]
     return _numbers(capture, [name for name in names if name], path)
+
+
+def frames_of(
+    capture: Capture, frames: Sequence[Any] | np.ndarray, what: str = "frames"
+) -> np.ndarray:
+    """(n,) int64 frames by name or number, or as a mask of all, each once, in their order.
+
+    Raises:
+        TypeError: for anything else; `what` names it.
+        ValueError: for none, or a frame that the capture does not have.
+    """
+    given = np.asarray(frames)
+    if given.dtype == bool and given.shape == (len(capture),):
+        given = np.flatnonzero(given)
+    if given.ndim != 1 or (given.size and given.dtype.kind not in "iuU"):
+        raise unexpected(what, frames, f"names or numbers of the {len(capture)} frames")
+    return _numbers(capture, given.tolist())
 
 
 def _numbers(

@@ -10,6 +10,8 @@ from importlib.metadata import EntryPoint, entry_points
 from operator import attrgetter
 from typing import TypeVar
 
+from fsel.utils.wording import counted
+
 Entry = TypeVar("Entry")
 
 
@@ -69,7 +71,7 @@ class Registry(MutableMapping[str, Entry]):
         return self._found[name]
 
     def __repr__(self) -> str:
-        return f"<{len(self)} {self.kind}s: {', '.join(self)}>"
+        return f"<{counted(len(self), self.kind)}: {', '.join(self)}>"
 
     def _imported(self, home: str, name: str) -> Entry:
         module, _, attribute = home.partition(":")

@@ -1,8 +1,28 @@
-"""Numbers of things in words."""
+"""Numbers and types of things in words."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from reprlib import repr as shortened
 
 
 def counted(count: int, thing: str) -> str:
     """`1 frame`, `2 frames`: a number and the noun, given in the singular, that follows it."""
     return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
+
+
+def listed(names: Sequence[str], shown: int = 3) -> str:
+    """`a, b, c, ...`: the first names."""
+    return ", ".join([*names[:shown], *(["..."] if len(names) > shown else [])])
+
+
+def unexpected(name: str, value: object, expected: str) -> TypeError:
+    """Make the refusal of an argument of a wrong type.
+
+    Args:
+        name: of the argument.
+        value: that was given.
+        expected: what was expected, in words.
+    """
+    kind = type(value).__name__
+    return TypeError(f"{name} is {shortened(value)} ({kind}); expected {expected}")

@@ -1,0 +1,1 @@
+"""Plugins of other programs, which import them by their entry points: one file each."""

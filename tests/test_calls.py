@@ -1,0 +1,199 @@
+"""The Python calls: what they take, what they refuse, what they print and what they write."""
+
+import io
+import json
+import pydoc
+from contextlib import redirect_stdout
+from pathlib import Path
+
+import numpy as np
+import pycolmap
+import pytest
+from small_captures import write_ring
+
+import fsel
+from fsel.calls import captured
+from fsel.cli import main
+from fsel.layouts.nerfstudio import matrix_of
+from fsel.utils.names import natural
+
+EVERY = "every:6"
+STRAIGHT = np.eye(4)[:3]
+
+
+@pytest.fixture(scope="module")
+def ring(tmp_path_factory):
+    """A ring that no turn maps onto itself: no two selections are worth the same."""
+    folder = tmp_path_factory.mktemp("ring") / "ring"
+    write_ring(folder)
+    model = pycolmap.Reconstruction(str(folder / "sparse" / "0"))
+    moves = np.random.default_rng(0).normal(0, 0.005, (24, 3))
+    for frame, move in zip(model.frames.values(), moves, strict=True):
+        turn, at = frame.rig_from_world.rotation, frame.rig_from_world.translation
+        frame.rig_from_world = pycolmap.Rigid3d(turn, at + move)
+    model.write(str(folder / "sparse" / "0"))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def capture(ring):
+    return fsel.read_capture(ring, long_side=64)
+
+
+@pytest.fixture(scope="module")
+def content(capture):
+    """Content of a transforms.json of the ring."""
+    frames = [
+        {"file_path": f"images/{name}", "transform_matrix": matrix_of(pose, STRAIGHT)}
+        for name, pose in zip(capture.names, capture.world_to_camera, strict=True)
+    ]
+    return {"w": 64, "h": 48, "fl_x": 60, "fl_y": 61, "cx": 32, "cy": 24, "frames": frames}
+
+
+def written(folder):
+    """Files below a folder and their bytes, but those that a command adds to the capture."""
+    ours = ("report.html", "selection.json", "manifest.json")
+    files = (path for path in Path(folder).rglob("*") if path.is_file() and path.name not in ours)
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+@pytest.mark.parametrize("line", ["-k 6 --targets every:6", "-k 6", "-k auto --targets every:6"])
+def test_a_folder_gives_the_picks_and_the_files_of_the_command(line, ring, tmp_path):
+    words = line.split()
+    k = words[1] if words[1] == "auto" else int(words[1])
+    chosen = fsel.select(str(ring), k, words[3] if words[3:] else None)
+    assert main(["select", str(ring), *words, "-o", str(tmp_path / "command"), "--quiet"]) == 0
+    names = (tmp_path / "command" / "frames.txt").read_text().split()
+    assert list(chosen.names) == names
+    assert chosen.export(tmp_path / "call") == tmp_path / "call"
+    assert written(tmp_path / "call") == written(tmp_path / "command")
+
+
+def test_a_capture_that_was_read_is_exported_from_its_files(ring, tmp_path):
+    small = fsel.read_capture(ring, long_side=32).subset(np.array([9, 3, 17, 12, 5, 20]))
+    chosen = fsel.select(small, 3, targets=["frame_003.jpg"])
+    chosen.export(tmp_path / "out")
+    images = {path.name for path in (tmp_path / "out" / "train" / "images").iterdir()}
+    assert images == set(chosen.names)
+    assert [p.name for p in (tmp_path / "out/test/images").iterdir()] == ["frame_003.jpg"]
+    assert (tmp_path / "out/test/images/frame_003.jpg").read_bytes() == (
+        ring / "images/frame_003.jpg"
+    ).read_bytes()
+    with pytest.raises(FileExistsError, match="exists already"):
+        chosen.export(tmp_path / "out")
+    chosen.export(tmp_path / "out", force=True, link=True)
+
+
+def test_a_reconstruction_and_a_json_are_selected_from_without_images(
+    ring, content, tmp_path, monkeypatch
+):
+    model = pycolmap.Reconstruction(str(ring / "sparse" / "0"))
+    monkeypatch.chdir(tmp_path)
+    line = "-k 6 --geometry-only -o blind --quiet"
+    assert main(["select", str(ring), *line.split()]) == 0
+    names = tuple((tmp_path / "blind" / "frames.txt").read_text().split())
+    assert fsel.select(model, 6).names == fsel.select(content, 6).names == names
+    held_out = fsel.select(model, 6, EVERY)
+    assert held_out.names == fsel.select(ring, 6, EVERY, sharpness=np.zeros(24)).names
+    with pytest.raises(ValueError, match="poses and no images"):
+        fsel.select(model, 6, method="sharpest")
+    with pytest.raises(ValueError, match="not read from image files"):
+        held_out.export(tmp_path / "out")
+
+
+def test_a_json_whose_images_are_here_is_selected_from_with_them(ring, content, monkeypatch):
+    monkeypatch.chdir(ring)
+    chosen = fsel.select(content, 6, EVERY, "sharpest")
+    assert chosen.names == fsel.select(ring, 6, EVERY, "sharpest").names
+
+
+def test_a_video_has_its_poses_found_as_by_the_command(ring, monkeypatch, tmp_path):
+    asked = []
+    (tmp_path / "walk.mp4").touch()
+
+    def opened(args, console, long_side=0):
+        asked.append((args.capture, console.quiet))
+        return captured(ring)
+
+    monkeypatch.setattr("fsel.cli.posing.opened", opened)
+    chosen = fsel.select(tmp_path / "walk.mp4", 5, EVERY)
+    assert asked == [(tmp_path / "walk.mp4", True)]
+    assert len(chosen) == 5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((3, 5), r"capture is 3 \(int\); expected a folder, a video, a Capture"),
+        (("ring", 2.5), r"k is 2\.5 \(float\); expected a whole number, 'auto' or fsel\.Auto"),
+        (("ring", True), r"k is True \(bool\); expected"),
+        (("ring", None, None), "neither a number of frames nor a cover"),
+        (("ring", 5, 7), r"targets is 7 \(int\); expected names or numbers of the 24 frames"),
+        (("ring", 5, [0.5]), r"targets is \[0\.5\] \(list\); expected names or numbers"),
+        (("ring", 5, np.zeros((2, 2, 2))), r"targets are an array of \(2, 2, 2\) float64"),
+        (("ring", 5, np.zeros((2, 3, 4))), "target 0.*determinant 0"),
+        (("ring", 5, None, 7), r"method is 7 \(int\); expected a key of fsel\.METHODS"),
+        (("ring", 5, None, "unifrom"), "Hint: did you mean 'uniform'"),
+    ],
+)
+def test_wrong_arguments_say_what_was_expected(arguments, said, ring):
+    first = ring if arguments[0] == "ring" else arguments[0]
+    with pytest.raises((TypeError, ValueError), match=said):
+        fsel.select(first, *arguments[1:])
+
+
+def test_targets_as_poses_names_numbers_or_a_mask(capture):
+    poses = capture.world_to_camera[::6]
+    views = fsel.select(capture, 5, capture.view(np.arange(0, 24, 6)))
+    square = np.tile(np.eye(4), (4, 1, 1))
+    square[:, :3] = poses
+    assert fsel.select(capture, 5, poses).names == views.names
+    assert fsel.select(capture, 5, square.tolist()).names == views.names
+    numbers = fsel.select(capture, 5, [0, 6, 12, 18])
+    assert fsel.select(capture, 5, capture.names[::6]).names == numbers.names
+    assert fsel.select(capture, 5, np.arange(24) % 6 == 0).names == numbers.names
+    np.testing.assert_array_equal(numbers.held_out, [0, 6, 12, 18])
+    assert len(views.held_out) == 0
+
+
+def test_fit_and_evaluate_take_names(capture):
+    by_name = fsel.fit(capture, capture.names[1:20:3])
+    by_number = fsel.fit(capture, range(1, 20, 3))
+    scores = fsel.evaluate(capture, by_name, capture.names[::8])["psnr"]
+    np.testing.assert_array_equal(scores, fsel.evaluate(capture, by_number, [0, 8, 16])["psnr"])
+    with pytest.raises(ValueError, match=r"1 frame not in the capture, the first 'x.jpg'"):
+        fsel.fit(capture, ["x.jpg", capture.names[0]])
+    with pytest.raises(ValueError, match="frames are repeated: 3 are named, 2 distinct"):
+        fsel.fit(capture, [0, 1, 1])
+    with pytest.raises(TypeError, match=r"capture is .*; expected a Capture. Hint: fsel.read_capt"):
+        fsel.fit("ring", [0, 1])
+    with pytest.raises(TypeError, match=r"frames is .*; expected names or numbers of the 24"):
+        fsel.fit(capture, [0.5, 1.5])
+
+
+def test_what_is_printed_is_short(capture):
+    chosen = fsel.select(capture, 5, EVERY)
+    first = ", ".join(chosen.names[:3])
+    assert repr(chosen) == f"Selection(5 frames: {first}, ...; 4 held out)"
+    assert repr(capture).startswith("Capture(24 frames of 64x48, 1 sequence, 80 points; colmap at")
+    assert repr(capture.views) == "Views(24 poses, 64x48)"
+    assert repr(fsel.LAYOUTS).startswith("<11 layouts: scannetpp_dslr, ")
+
+
+def test_the_package_shows_its_public_names_and_version():
+    assert dir(fsel) == sorted([*fsel.__all__, "__version__"])
+    assert fsel.__version__.count(".") == 2
+    page = io.StringIO()
+    with redirect_stdout(page):
+        pydoc.Helper(output=page).help(fsel)
+    text = pydoc.plain(page.getvalue())
+    for line in ("select(capture", "fit(capture", "evaluate(capture", "read_capture(path"):
+        assert line in text
+    assert sorted(json.loads(json.dumps(list(fsel.METRICS)))) == sorted(fsel.METRICS)
+
+
+def test_names_are_in_natural_order(content, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    mixed = content | {"frames": content["frames"][::-1]}
+    names = captured(mixed).capture.names
+    assert list(names) == sorted(names, key=natural)
