@@ -13,6 +13,8 @@ from small_captures import record_of, state_orientation
 
 from fsel.cli import main, posing
 from fsel.images import files as image_files
+from fsel.images.video import Sampling
+from fsel.ingest.placement import Source
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
 
@@ -103,7 +105,7 @@ def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
 
 def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, capsys, monkeypatch):
     photos, posed = tmp_path / "photos", []
-    monkeypatch.setattr(posing, "_find", lambda source, files, *_: posed.append(files) or 1 / 0)
+    monkeypatch.setattr(posing, "_find", lambda sources, *_: posed.append(sources[0].photos) or 1 / 0)
     image_files.write(np.zeros((4, 24, 32, 3), np.uint8), photos, [f"{x}.jpg" for x in "abcd"])
     (photos / "b.jpg").write_bytes((photos / "b.jpg").read_bytes()[:50])
     with pytest.raises(ZeroDivisionError):
@@ -173,16 +175,13 @@ def test_settings_and_files_tell_one_cache_from_another(tmp_path):
     one, other = tmp_path / "a.mp4", tmp_path / "b.mp4"
     one.write_bytes(b"video")
     shutil.copy(one, other)
-    wide, close = {"frames": 10, "rate": None}, {"frames": 20, "rate": None}
-    keys = [
-        posing._digest([one], wide),
-        posing._digest([one], close),
-        posing._digest([other], wide),
-    ]
-    assert len(set(keys)) == 3
-    assert posing._digest([one], dict(wide)) == keys[0]
+    wide, close = Sampling(10), Sampling(20)
+    asked = [([one], wide), ([one], close), ([other], wide), ([one, other], wide)]
+    keys = [posing._digest([Source(path) for path in paths], how) for paths, how in asked]
+    assert len(set(keys)) == 4
+    assert posing._digest([Source(one)], Sampling(10)) == keys[0]
     one.write_bytes(b"another video")
-    assert posing._digest([one], wide) != keys[0]
+    assert posing._digest([Source(one)], wide) != keys[0]
 
 
 def test_a_demonstration_is_a_capture_and_its_video(cache, tmp_path, capsys, monkeypatch):

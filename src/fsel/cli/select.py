@@ -59,11 +59,12 @@ def run(args: argparse.Namespace, console: Console) -> None:
         written = time.perf_counter()
         picks = outcome.selection.indices
         entries, left = record.picked(outcome), record.left(outcome)
+        left += record.unplaced(opened.found)
         held_out = outcome.targets.frames
         pictures = _pictures(args, opened, picks, held_out)
         with console.clock("writing"):
             points = subset.write(stage, opened, picks, held_out, form_of(args, opened))
-        report = page(outcome, entries, left, pictures, points)
+        report = page(outcome, entries, left, pictures, points, posing.notes(opened.found))
         (stage / "report.html").write_text(report, encoding="utf-8")
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
