@@ -65,8 +65,9 @@ def test_parts_of_a_video_are_taken_denser(tmp_path):
 
 def panorama(shift):
     """A picture of all directions, turned by columns: its ends join up."""
-    wide = cv2.resize(texture()[:, :, :], (192, 96), interpolation=cv2.INTER_CUBIC)
-    return np.roll(cv2.GaussianBlur(np.hstack([wide, wide[:, ::-1]]), (0, 0), 2)[::2, ::2], shift, 1)
+    wide = cv2.resize(texture(), (192, 96), interpolation=cv2.INTER_CUBIC)
+    around = cv2.GaussianBlur(np.hstack([wide, wide[:, ::-1]]), (0, 0), 2)
+    return np.roll(around[::2, ::2], shift, axis=1)
 
 
 def test_a_video_of_all_directions_is_told_what_to_do(tmp_path):

@@ -119,6 +119,8 @@ def _settings(args: argparse.Namespace, method: Method) -> dict:
         "points": args.points,
         "long_side": args.long_side,
         "downscale": args.downscale,
+        "undistort": args.undistort,
+        "up": args.up,
     }
 
 

@@ -33,7 +33,7 @@ def straight(camera: Camera) -> Camera:
     """
     model = camera.colmap
     try:
-        if not _is_straight(camera):
+        if not is_straight(camera):
             model = pycolmap.undistort_camera(pycolmap.UndistortCameraOptions(), model)
             model.rescale(camera.width, camera.height)
         return Camera("PINHOLE", camera.width, camera.height, _four(model))
@@ -41,7 +41,7 @@ def straight(camera: Camera) -> Camera:
         raise ValueError(f"camera model {camera.model} cannot be undistorted") from error
 
 
-def _is_straight(camera: Camera) -> bool:
+def is_straight(camera: Camera) -> bool:
     """Check whether images need no undistortion; a fisheye without coefficients does."""
     return camera.colmap.is_undistorted() and "FISHEYE" not in camera.model
 
@@ -126,7 +126,7 @@ class Lens:
         """
         self.size = working_size(camera, size, long_side)
         pinhole = straight(camera)
-        self._maps = None if _is_straight(camera) else undistortion_maps(camera, pinhole, size)
+        self._maps = None if is_straight(camera) else undistortion_maps(camera, pinhole, size)
         self._same = self.size == size
         factors = np.array(self.size) / (camera.width, camera.height)
         self.intrinsics = np.array(pinhole.params) * np.tile(factors, 2)

@@ -12,7 +12,9 @@ import numpy as np
 
 from fsel.colmap.bindings import pycolmap
 from fsel.colmap.failures import STANDS
+from fsel.colmap.model import write_binary
 from fsel.colmap.runs import MIN_PLACED, Part, Work
+from fsel.data.geometry import upright
 from fsel.health import duplicates
 from fsel.images import files as image_files
 from fsel.images import orientation, video
@@ -108,10 +110,16 @@ def place(
         rounds += 1
         say("video", "frames were not placed: taken denser there")
         _keep(taken, folder)
-    sparse = folder / MODEL
-    sparse.mkdir(parents=True, exist_ok=True)
-    model.write_binary(str(sparse))
+    turn_upright(model)
+    write_binary(model, folder / MODEL)
     return _found(sources, taken, raw, model)
+
+
+def turn_upright(model: pycolmap.Reconstruction) -> None:
+    """Turn a world that COLMAP chose until z points upwards."""
+    poses = [image.cam_from_world().matrix() for image in model.images.values()]
+    turn = pycolmap.Rotation3d(upright(np.array(poses)))
+    model.transform(pycolmap.Sim3d(1.0, turn, np.zeros(3)))
 
 
 def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
