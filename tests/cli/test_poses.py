@@ -1,5 +1,6 @@
 """`fsel poses`, and commands on what has no poses yet: a video, photos."""
 
+import argparse
 import json
 import shutil
 import sys
@@ -66,11 +67,32 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
     assert (
         run("select", video, "--rate", 5, "-k", 4, "--patience", 0, "-o", tmp_path / "picked") == 0
     )
-    assert len(record_of(tmp_path / "picked")["frames"]) == 4
-    assert record_of(tmp_path / "picked")["capture"]["folder"] == str(video)
+    record = record_of(tmp_path / "picked")
+    assert len(record["frames"]) == 4
+    assert record["capture"]["folder"] == str(video)
+    lost = {"video": "walk.avi", "from": 1.8, "to": 2.0, "frames": 1}
+    placed = record["capture"]["placed"]
+    assert (placed["frames"], placed["placed"]) == (11, 10)
+    assert placed["not_placed"] == ["frame_00010.jpg"]
+    assert placed["lost"] == [pytest.approx(lost)]
+    reasons = {entry["name"]: entry["reason"] for entry in record["left"]}
+    assert reasons["frame_00010.jpg"] == "not placed by COLMAP, at 2.0 s"
     page = (tmp_path / "picked" / "report.html").read_text(encoding="utf-8")
     assert f"colmap at {video}. To be rendered" in page
+    assert "1 frame not placed: frame_00010.jpg; lost: 1.8 to 2.0 s" in page
     assert str(cache) not in page
+    assert run("select", video, "--rate", 5, "-k", 30, "-o", tmp_path / "no") == 1
+    refused = f"{video}: k is 30, and COLMAP placed 10 of 11 frames; allowed: up to 9. Hint: a long"
+    assert refused in capsys.readouterr().err
+
+
+def test_the_hint_is_a_rate_where_a_video_has_more_frames():
+    shots = [{"name": f"frame_{i:05d}.jpg", "index": i, "seconds": i / 30} for i in (0, 90, 180)]
+    found = {"placed": ["a", "b"], "frames": 3, "video": shots}
+    args = argparse.Namespace(capture="walk.mp4", k=30)
+    with pytest.raises(ValueError, match="k is 30, .* 2 of 3 frames; .*Hint: --rate 15 takes more"):
+        posing._check_number(args, found)
+    posing._check_number(argparse.Namespace(capture="walk.mp4", k="auto"), found)
 
 
 def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, monkeypatch):

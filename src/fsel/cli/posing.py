@@ -92,8 +92,10 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
     """
     sources = _sources(args, console)
     films = sum(source.filmed for source in sources)
-    least = -(-max(video.LEAST, TIMES * _wanted(args)) // max(films, 1))
-    sampling = video.Sampling(args.video_frames, args.rate, least)
+    sampling = video.Sampling(args.video_frames, args.rate)
+    if args.video_frames is None and args.rate is None and films:
+        least = -(-max(video.LEAST, TIMES * _wanted(args)) // films)
+        sampling = video.Sampling(least=least)
     place = cache() / _digest(sources, sampling)
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):

@@ -78,7 +78,8 @@ def place(
     """Fill a folder with a COLMAP capture of the sources, and return what was found.
 
     Frames of a video that show the same as the one before them are left out. Where two frames or
-    more of a video in a row could not be placed, frames are taken denser, twice at most.
+    more of a video in a row could not be placed, frames are taken denser, twice at most, as long
+    as that helps.
 
     Args:
         sources: one or more.
@@ -95,17 +96,19 @@ def place(
             the cause.
     """
     taken = _taken(sources, sampling, folder, work, say)
-    model, rounds = None, 0
+    model, rounds, placed = None, 0, set[str]()
     while True:
         raw, parts = _raw(sources, taken, folder)
+        before = len(placed)
         try:
             model = sfm.place(raw, work=replace(work, parts=parts), start=model)
         except sfm.NotPlaced as error:
-            if error.cause or rounds == ROUNDS or not _denser(sources, taken, set(), folder, work):
+            if error.cause or rounds == ROUNDS or not _denser(sources, taken, placed, folder, work):
                 raise _refused(sources, error) from error
         else:
             placed = {image.name for image in model.images.values()}
-            if rounds == ROUNDS or not _denser(sources, taken, placed, folder, work):
+            in_vain = rounds == ROUNDS or len(placed) == before
+            if in_vain or not _denser(sources, taken, placed, folder, work):
                 break
         rounds += 1
         say("video", "frames were not placed: taken denser there")
