@@ -90,7 +90,9 @@ def test_the_hint_is_a_rate_where_a_video_has_more_frames():
     shots = [{"name": f"frame_{i:05d}.jpg", "index": i, "seconds": i / 30} for i in (0, 90, 180)]
     found = {"placed": ["a", "b"], "frames": 3, "video": shots}
     args = argparse.Namespace(capture="walk.mp4", k=30)
-    with pytest.raises(ValueError, match="k is 30, .* 2 of 3 frames; .*Hint: --rate 15 takes more"):
+    with pytest.raises(
+        ValueError, match=r"k is 30, .* 2 of 3 frames; .*Hint: --rate 15 takes more"
+    ):
         posing._check_number(args, found)
     posing._check_number(argparse.Namespace(capture="walk.mp4", k="auto"), found)
 
