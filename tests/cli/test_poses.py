@@ -15,7 +15,7 @@ from small_captures import record_of, state_orientation
 from fsel.cli import main, posing
 from fsel.images import files as image_files
 from fsel.images.video import Sampling
-from fsel.ingest.placement import Source
+from fsel.ingest.taking import Source
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
 

@@ -14,8 +14,8 @@ from fsel.colmap.runs import Part, Work
 from fsel.images import files as image_files
 from fsel.images import video
 from fsel.images.video import Kept, Sampling
-from fsel.ingest import placement, sfm
-from fsel.ingest.placement import Source
+from fsel.ingest import placement, sfm, taking
+from fsel.ingest.taking import Source
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -64,7 +64,7 @@ def scripted(monkeypatch):
 
     monkeypatch.setattr(video, "thin", thin)
     monkeypatch.setattr(Sampling, "pace", lambda self, path: 1.0)
-    monkeypatch.setattr(placement, "duplicates", lambda small: np.ones(len(small), bool))
+    monkeypatch.setattr(taking, "duplicates", lambda small: np.ones(len(small), bool))
     monkeypatch.setattr(sfm, "place", place)
     return placing, given
 
@@ -136,12 +136,12 @@ def test_a_pause_is_thinned_and_a_film_that_stands_is_refused(scripted, tmp_path
     placing, given = scripted
     placing += [lambda name: True]
     sources = [Source(tmp_path / "walk.mp4")]
-    monkeypatch.setattr(placement, "duplicates", lambda small: np.arange(len(small)) % 10 < 4)
+    monkeypatch.setattr(taking, "duplicates", lambda small: np.arange(len(small)) % 10 < 4)
     found = placement.place(sources, Sampling(), tmp_path / "a", Work(), lambda *_: None)
     assert found["still"] == 6
     assert [number(name) for name in given[0][0]] == [0, 10, 20, 30]
     assert len(list((tmp_path / "a" / "images").iterdir())) == 4
-    monkeypatch.setattr(placement, "duplicates", lambda small: np.arange(len(small)) < 1)
+    monkeypatch.setattr(taking, "duplicates", lambda small: np.arange(len(small)) < 1)
     with pytest.raises(ValueError, match=r"9 of 10 frames show the same.*camera does not move"):
         placement.place(sources, Sampling(), tmp_path / "b", Work(), lambda *_: None)
 

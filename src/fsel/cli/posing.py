@@ -15,10 +15,11 @@ from fsel.cli.console import Console
 from fsel.colmap.bindings import pycolmap
 from fsel.colmap.runs import MIN_PLACED, Work
 from fsel.images import files as image_files
-from fsel.images import video
+from fsel.images import heic, video
 from fsel.images.previews import check_pixels
 from fsel.ingest import placement
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture, open_capture
+from fsel.ingest.taking import Source
 from fsel.layouts import bare
 from fsel.utils.cache import cache
 from fsel.utils.limits import cores
@@ -27,7 +28,7 @@ from fsel.utils.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed
-UNREAD = (".heic", ".heif", ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
+UNREAD = (*heic.ENDINGS, ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
 KEPT = "what was found so far is kept, and the same command goes on from there"
 MADE = 4  # of what is kept: counted up where the same files are placed otherwise than before
@@ -148,14 +149,14 @@ def _check_number(args: argparse.Namespace, found: dict) -> None:
     )
 
 
-def _sources(args: argparse.Namespace, console: Console) -> list[placement.Source]:
+def _sources(args: argparse.Namespace, console: Console) -> list[Source]:
     """The videos and the folders of photos that are placed together."""
     paths = _paths(args)
     names = [""] if len(paths) == 1 else distinct([path.stem for path in paths])
     return [
-        placement.Source(path, name)
+        Source(path, name)
         if video.is_video(path)
-        else placement.Source(path, name, tuple(_photos(path, args, console)))
+        else Source(path, name, tuple(_photos(path, args, console)))
         for path, name in zip(paths, names, strict=True)
     ]
 
@@ -169,19 +170,22 @@ def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Pa
     if not source.is_dir():
         why = "is neither a video nor a folder of photos" if source.exists() else "no such folder"
         raise ValueError(f"{source}: {why}")
-    files = bare.find(source)
+    readable = (*bare.ENDINGS, *heic.ENDINGS) if heic.readable() else bare.ENDINGS
+    files = bare.find(source, readable)
     if args.skip_unreadable:
         faults = {file.name: image_files.fault(file) for file in files}
         warn_of({name: why for name, why in faults.items() if why}, console)
         files = [file for file in files if not faults[file.name]]
-    if other := sorted(file.name for file in source.iterdir() if file.suffix.lower() in UNREAD):
-        few = ", ".join(other[:SHOWN])
+    there = [file for file in source.iterdir() if file.suffix.lower() not in readable]
+    if other := sorted(file.name for file in there if file.suffix.lower() in UNREAD):
+        hint = f". Hint: {heic.EXTRA}" if any(heic.is_heic(Path(name)) for name in other) else ""
         console.warn(
-            f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: {few}"
+            f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: "
+            f"{', '.join(other[:SHOWN])}{hint}"
         )
     if len(files) < MIN_PLACED:
         raise ValueError(
-            f"{source}: {counted(len(files), 'photo')} ({', '.join(bare.ENDINGS)}) in it, in "
+            f"{source}: {counted(len(files), 'photo')} ({', '.join(readable)}) in it, in "
             f"images or in input; at least {MIN_PLACED} are needed"
         )
     if not args.skip_unreadable:
@@ -189,7 +193,7 @@ def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Pa
     return files
 
 
-def _digest(sources: Sequence[placement.Source], sampling: video.Sampling) -> str:
+def _digest(sources: Sequence[Source], sampling: video.Sampling) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
     stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
     names = [source.name for source in sources]
@@ -198,7 +202,7 @@ def _digest(sources: Sequence[placement.Source], sampling: video.Sampling) -> st
 
 
 def _find(
-    sources: Sequence[placement.Source], sampling: video.Sampling, place: Path, console: Console
+    sources: Sequence[Source], sampling: video.Sampling, place: Path, console: Console
 ) -> None:
     """Fill a folder of the cache; `poses.json` comes last."""
     work = Work(place / "matching", cores(), watch=console.bar)

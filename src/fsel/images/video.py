@@ -71,6 +71,11 @@ class Sampling:
     rate: float | None = None
     least: int = LEAST
 
+    @property
+    def free(self) -> bool:
+        """Check whether neither a number nor a rate was stated."""
+        return self.frames is None and self.rate is None
+
     def pace(self, path: Path) -> float:
         """Frames a second of a video.
 

@@ -15,11 +15,11 @@ ENDINGS = (".jpg", ".jpeg", ".png")
 FOLDERS = ("images", "input", ".")
 
 
-def find(folder: Path) -> list[Path]:
+def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
     """The image files of the first of images/, input/ and the folder itself that has any."""
     for name in FOLDERS:
         inside = (folder / name).glob("*")
-        files = [path for path in inside if path.suffix.lower() in ENDINGS and path.is_file()]
+        files = [path for path in inside if path.suffix.lower() in endings and path.is_file()]
         if files:
             return sorted(files, key=lambda path: natural(path.name))
     return []
