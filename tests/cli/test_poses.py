@@ -14,6 +14,7 @@ from small_captures import record_of, state_orientation
 
 from fsel.cli import main, posing
 from fsel.images import files as image_files
+from fsel.images import heic
 from fsel.images.video import Sampling
 from fsel.ingest.taking import Source
 
@@ -45,12 +46,23 @@ def unmatched(monkeypatch):
         monkeypatch.setattr(pycolmap, name, lambda *_, **__: pytest.fail("was matched again"))
 
 
+def write_heic(path, image):
+    import pillow_heif
+
+    pillow_heif.from_bytes("RGB", image.shape[1::-1], image.tobytes()).save(path, quality=95)
+
+
+def write_video(path, frames, rate):
+    size = frames[0].shape[1::-1]
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), rate, size)
+    for frame in frames:
+        writer.write(np.ascontiguousarray(frame))
+    writer.release()
+
+
 def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys, monkeypatch):
     video = tmp_path / "walk.avi"
-    writer = cv2.VideoWriter(str(video), cv2.VideoWriter.fourcc(*"MJPG"), 5, (320, 240))
-    for shot in shots:
-        writer.write(np.ascontiguousarray(shot[..., ::-1]))
-    writer.release()
+    write_video(video, [shot[..., ::-1] for shot in shots], rate=5)
     out = tmp_path / "capture"
     assert run("poses", video, "--rate", 5, "-o", out) == 0
     said = capsys.readouterr()
@@ -142,12 +154,47 @@ def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, cap
     assert "b.jpg: image file is truncated (50 bytes)" in capsys.readouterr().err
 
 
-def test_photos_of_formats_that_are_not_read_are_named(cache, tmp_path, capsys):
+def test_photos_of_formats_that_are_not_read_are_named(cache, tmp_path, capsys, monkeypatch):
     (tmp_path / "IMG_1.HEIC").write_bytes(b"photo")
+    monkeypatch.setattr(heic, "readable", lambda: False)
     assert run("info", tmp_path, "--poses", "colmap") == 1
     printed = capsys.readouterr().err
-    assert "1 photo not read until converted to JPEG or PNG: IMG_1.HEIC" in printed
+    said = "1 photo not read until converted to JPEG or PNG: IMG_1.HEIC. Hint: pip install 'fsel[h"
+    assert said in printed
     assert f"{tmp_path}: 0 photos" in printed
+
+
+def test_videos_and_photos_of_one_scene_are_placed_together(shots, cache, tmp_path, capsys):
+    """Of other shapes: two videos, one of them cut at the top, and photos as phones keep them."""
+    pytest.importorskip("pillow_heif")
+    one, two = tmp_path / "walk.avi", tmp_path / "other" / "walk.avi"
+    two.parent.mkdir()
+    write_video(one, [shot[..., ::-1] for shot in shots[:6]], rate=5)
+    write_video(two, [np.ascontiguousarray(shot[40:, :, ::-1]) for shot in shots[3:8]], rate=5)
+    (tmp_path / "photos").mkdir()
+    for i in (7, 8, 9):
+        write_heic(tmp_path / "photos" / f"IMG_{i}.HEIC", shots[i])
+    out = tmp_path / "out"
+    asked = [one, two, tmp_path / "photos", "-k", 8, "--targets", "every:7"]
+    assert run("select", *asked, "-o", out) == 0
+    assert "COLMAP placed 14 of 14 frames" in capsys.readouterr().out
+    names = (out / "frames.txt").read_text().split()
+    assert {name.partition("/")[0] for name in names} == {"walk", "walk-2", "photos"}
+    model = pycolmap.Reconstruction(str(out / "train" / "sparse" / "0"))
+    cameras = {image.name.partition("/")[0]: image.camera for image in model.images.values()}
+    assert (cameras["walk"].height, cameras["walk-2"].height) == (240, 200)
+    assert len({camera.camera_id for camera in cameras.values()}) == 3
+    for name in names:
+        shown = image_files.load(out / "train" / "images" / name)
+        assert shown.shape[0] == cameras[name.partition("/")[0]].height
+    assert run("info", one, two, tmp_path / "photos", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["frames"], found["passes"]) == (14, 3)
+    found = [
+        (c["w"], c["h"])
+        for c in json.loads((out / "train" / "transforms.json").read_text())["frames"]
+    ]
+    assert set(found) == {(320, 240), (320, 200)}
 
 
 def test_photos_that_show_nothing_in_common_are_refused_by_their_folder(cache, tmp_path, capsys):

@@ -110,7 +110,7 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
 
 
 def notes(found: dict | None) -> list[str]:
-    """What was not placed, in words: the frames, and the longest times that none shows."""
+    """Names of the frames that were not placed, and the longest times that none shows, in words."""
     if not found or not found["not_placed"]:
         return []
     missing, lost = found["not_placed"], found["lost"]
