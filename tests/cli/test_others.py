@@ -41,6 +41,19 @@ def test_bars_are_for_patient_people_at_terminals(
     assert ("reading" in capsys.readouterr().err) == shown
 
 
+def test_without_a_terminal_long_loops_print_lines(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
+    told = Console(quiet=False, as_json=True).bar("matching")
+    assert list(told("abc", 3)) == ["a", "b", "c"]
+    assert not capsys.readouterr().err
+    monkeypatch.setattr(console, "EVERY", 0.0)
+    assert list(told("ab", 2)) == ["a", "b"]
+    lines = ["fsel: matching: 1 of 2 after 0 s", "fsel: matching: 2 of 2 after 0 s"]
+    assert capsys.readouterr().err.splitlines() == lines
+    assert list(Console(quiet=True, as_json=False).bar("matching")("a", 1)) == ["a"]
+    assert not capsys.readouterr().err
+
+
 def run(*arguments):
     return main([*map(str, arguments)])
 

@@ -1,6 +1,8 @@
 """`fsel poses`, and commands on what has no poses yet: a video, photos."""
 
+import argparse
 import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -13,6 +15,9 @@ from small_captures import record_of, state_orientation
 
 from fsel.cli import main, posing
 from fsel.images import files as image_files
+from fsel.images import heic
+from fsel.images.video import Sampling
+from fsel.ingest.taking import Source
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
 
@@ -42,12 +47,23 @@ def unmatched(monkeypatch):
         monkeypatch.setattr(pycolmap, name, lambda *_, **__: pytest.fail("was matched again"))
 
 
+def write_heic(path, image):
+    import pillow_heif
+
+    pillow_heif.from_bytes("RGB", image.shape[1::-1], image.tobytes()).save(path, quality=95)
+
+
+def write_video(path, frames, rate):
+    size = frames[0].shape[1::-1]
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), rate, size)
+    for frame in frames:
+        writer.write(np.ascontiguousarray(frame))
+    writer.release()
+
+
 def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys, monkeypatch):
     video = tmp_path / "walk.avi"
-    writer = cv2.VideoWriter(str(video), cv2.VideoWriter.fourcc(*"MJPG"), 5, (320, 240))
-    for shot in shots:
-        writer.write(np.ascontiguousarray(shot[..., ::-1]))
-    writer.release()
+    write_video(video, [shot[..., ::-1] for shot in shots], rate=5)
     out = tmp_path / "capture"
     assert run("poses", video, "--rate", 5, "-o", out) == 0
     said = capsys.readouterr()
@@ -64,14 +80,37 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
     assert (
         run("select", video, "--rate", 5, "-k", 4, "--patience", 0, "-o", tmp_path / "picked") == 0
     )
-    assert len(record_of(tmp_path / "picked")["frames"]) == 4
-    assert record_of(tmp_path / "picked")["capture"]["folder"] == str(video)
+    record = record_of(tmp_path / "picked")
+    assert len(record["frames"]) == 4
+    assert record["capture"]["folder"] == str(video)
+    lost = {"video": "walk.avi", "from": 1.8, "to": 2.0, "frames": 1}
+    placed = record["capture"]["placed"]
+    assert (placed["frames"], placed["placed"]) == (11, 10)
+    assert placed["not_placed"] == ["frame_00010.jpg"]
+    assert placed["lost"] == [pytest.approx(lost)]
+    reasons = {entry["name"]: entry["reason"] for entry in record["left"]}
+    assert reasons["frame_00010.jpg"] == "not placed by COLMAP, at 2.0 s"
     page = (tmp_path / "picked" / "report.html").read_text(encoding="utf-8")
     assert f"colmap at {video}. To be rendered" in page
+    assert "1 frame not placed: frame_00010.jpg; lost: 1.8 to 2.0 s" in page
     assert str(cache) not in page
+    assert run("select", video, "--rate", 5, "-k", 30, "-o", tmp_path / "no") == 1
+    refused = f"{video}: k is 30, and COLMAP placed 10 of 11 frames; allowed: up to 9. Hint: a long"
+    assert refused in capsys.readouterr().err
 
 
-def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, monkeypatch):
+def test_the_hint_is_a_rate_where_a_video_has_more_frames():
+    shots = [{"name": f"frame_{i:05d}.jpg", "index": i, "seconds": i / 30} for i in (0, 90, 180)]
+    found = {"placed": ["a", "b"], "frames": 3, "video": shots}
+    args = argparse.Namespace(capture="walk.mp4", k=30)
+    with pytest.raises(
+        ValueError, match=r"k is 30, .* 2 of 3 frames; .*Hint: --rate 15 takes more"
+    ):
+        posing._check_number(args, found)
+    posing._check_number(argparse.Namespace(capture="walk.mp4", k="auto"), found)
+
+
+def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, monkeypatch, capsys):
     photos = tmp_path / "photos"
     image_files.write(np.stack(shots[:6]), photos, [f"{i}.jpg" for i in range(6)])
 
@@ -82,6 +121,7 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
         patched.setattr(pycolmap, "incremental_mapping", cut_off)
         assert run("poses", photos, "-o", tmp_path / "capture") == 130
     assert not (tmp_path / "capture").exists()
+    assert "what was found so far is kept, and the same command goes on" in capsys.readouterr().err
     monkeypatch.setattr(pycolmap, "extract_features", lambda *_, **__: pytest.fail("again"))
     assert run("info", photos, "--poses", "colmap", "--quiet") == 0
     assert len(list(cache.glob("*/capture/sparse/0/images.bin"))) == 1
@@ -90,7 +130,7 @@ def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, mon
 def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     assert run("poses", tmp_path / "empty", "-o", tmp_path / "out") == 1
-    assert "0 photos (.jpg, .jpeg, .png) in it, in images or in" in capsys.readouterr().err
+    assert re.search(r"0 photos \(\.jpg, .*\) in it, in images or in", capsys.readouterr().err)
     assert run("poses", tmp_path / "gone", "-o", tmp_path / "out") == 1
     assert "gone: no such folder" in capsys.readouterr().err
     assert run("info", tmp_path / "empty", "--rate", 2) == 1
@@ -103,7 +143,9 @@ def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
 
 def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, capsys, monkeypatch):
     photos, posed = tmp_path / "photos", []
-    monkeypatch.setattr(posing, "_find", lambda source, files, *_: posed.append(files) or 1 / 0)
+    monkeypatch.setattr(
+        posing, "_find", lambda sources, *_: posed.append(sources[0].photos) or 1 / 0
+    )
     image_files.write(np.zeros((4, 24, 32, 3), np.uint8), photos, [f"{x}.jpg" for x in "abcd"])
     (photos / "b.jpg").write_bytes((photos / "b.jpg").read_bytes()[:50])
     with pytest.raises(ZeroDivisionError):
@@ -114,12 +156,47 @@ def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, cap
     assert "b.jpg: image file is truncated (50 bytes)" in capsys.readouterr().err
 
 
-def test_photos_of_formats_that_are_not_read_are_named(cache, tmp_path, capsys):
+def test_photos_of_formats_that_are_not_read_are_named(cache, tmp_path, capsys, monkeypatch):
     (tmp_path / "IMG_1.HEIC").write_bytes(b"photo")
+    monkeypatch.setattr(heic, "readable", lambda: False)
     assert run("info", tmp_path, "--poses", "colmap") == 1
     printed = capsys.readouterr().err
-    assert "1 photo not read until converted to JPEG or PNG: IMG_1.HEIC" in printed
+    said = "1 photo not read until converted to JPEG or PNG: IMG_1.HEIC. Hint: pip install 'fsel[h"
+    assert said in printed
     assert f"{tmp_path}: 0 photos" in printed
+
+
+def test_videos_and_photos_of_one_scene_are_placed_together(shots, cache, tmp_path, capsys):
+    """Of other shapes: two videos, one of them cut at the top, and photos as phones keep them."""
+    pytest.importorskip("pillow_heif")
+    one, two = tmp_path / "walk.avi", tmp_path / "other" / "walk.avi"
+    two.parent.mkdir()
+    write_video(one, [shot[..., ::-1] for shot in shots[:6]], rate=5)
+    write_video(two, [np.ascontiguousarray(shot[40:, :, ::-1]) for shot in shots[3:8]], rate=5)
+    (tmp_path / "photos").mkdir()
+    for i in (7, 8, 9):
+        write_heic(tmp_path / "photos" / f"IMG_{i}.HEIC", shots[i])
+    out = tmp_path / "out"
+    asked = [one, two, tmp_path / "photos", "-k", 8, "--targets", "every:7"]
+    assert run("select", *asked, "-o", out) == 0
+    assert "COLMAP placed 14 of 14 frames" in capsys.readouterr().out
+    names = (out / "frames.txt").read_text().split()
+    assert {name.partition("/")[0] for name in names} == {"walk", "walk-2", "photos"}
+    model = pycolmap.Reconstruction(str(out / "train" / "sparse" / "0"))
+    cameras = {image.name.partition("/")[0]: image.camera for image in model.images.values()}
+    assert (cameras["walk"].height, cameras["walk-2"].height) == (240, 200)
+    assert len({camera.camera_id for camera in cameras.values()}) == 3
+    for name in names:
+        shown = image_files.load(out / "train" / "images" / name)
+        assert shown.shape[0] == cameras[name.partition("/")[0]].height
+    assert run("info", one, two, tmp_path / "photos", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["frames"], found["passes"]) == (14, 3)
+    found = [
+        (c["w"], c["h"])
+        for c in json.loads((out / "train" / "transforms.json").read_text())["frames"]
+    ]
+    assert set(found) == {(320, 240), (320, 200)}
 
 
 def test_photos_that_show_nothing_in_common_are_refused_by_their_folder(cache, tmp_path, capsys):
@@ -173,16 +250,13 @@ def test_settings_and_files_tell_one_cache_from_another(tmp_path):
     one, other = tmp_path / "a.mp4", tmp_path / "b.mp4"
     one.write_bytes(b"video")
     shutil.copy(one, other)
-    wide, close = {"frames": 10, "rate": None}, {"frames": 20, "rate": None}
-    keys = [
-        posing._digest([one], wide),
-        posing._digest([one], close),
-        posing._digest([other], wide),
-    ]
-    assert len(set(keys)) == 3
-    assert posing._digest([one], dict(wide)) == keys[0]
+    wide, close = Sampling(10), Sampling(20)
+    asked = [([one], wide), ([one], close), ([other], wide), ([one, other], wide)]
+    keys = [posing._digest([Source(path) for path in paths], how) for paths, how in asked]
+    assert len(set(keys)) == 4
+    assert posing._digest([Source(one)], Sampling(10)) == keys[0]
     one.write_bytes(b"another video")
-    assert posing._digest([one], wide) != keys[0]
+    assert posing._digest([Source(one)], wide) != keys[0]
 
 
 def test_a_demonstration_is_a_capture_and_its_video(cache, tmp_path, capsys, monkeypatch):

@@ -6,7 +6,7 @@ import pycolmap
 import pytest
 
 from fsel.colmap.camera import Camera
-from fsel.colmap.undistortion import Lens, straight, undistortion_maps
+from fsel.colmap.undistortion import Lens, common_frame, straight, undistortion_maps
 
 CAMERAS = {
     "SIMPLE_RADIAL": (150.0, 80.4, 59.7, -0.08),
@@ -108,6 +108,35 @@ def test_masks_are_binary_and_empty_beyond_the_image():
     half = np.zeros((120, 160), bool)
     half[:, :80] = True
     assert abs(lens.straighten_mask(half).mean() - 0.5) < 0.02
+
+
+@pytest.mark.parametrize("frame", [(80, 45), (40, 60), (320, 240), (160, 120)])
+def test_a_crop_is_the_middle_and_its_camera_sees_the_same_places(frame):
+    """A dot whose place the camera tells is there in the crop too."""
+    camera = Camera("OPENCV", 160, 120, CAMERAS["OPENCV"])
+    ray = np.array([[0.05, -0.04, 1.0]])
+    spot = np.asarray(camera.colmap.img_from_cam(ray))[0]
+    image = np.zeros((120, 160), np.uint8)
+    cv2.circle(image, tuple(np.round(16 * (spot - 0.5)).astype(int)), 16 * 5, 255, -1, shift=4)
+    lens = Lens(camera, (160, 120), 999, frame)
+    assert lens.size == frame
+    shown = lens.straighten(image)
+    assert shown.shape == frame[::-1]
+    fx, fy, cx, cy = lens.intrinsics
+    expected = np.array([fx * 0.05 + cx, -fy * 0.04 + cy])
+    mass = np.argwhere(shown > 127)[:, ::-1] + 0.5
+    scale = max(1.0, frame[0] / 160)
+    np.testing.assert_allclose(mass.mean(axis=0), expected, atol=0.6 * scale)
+    assert abs(cx / frame[0] - 0.5) < 0.02  # the middle
+    assert fx / fy == pytest.approx(150 / 151, abs=0.02)  # of the same shape
+    assert lens.straighten_mask(np.ones((120, 160), bool)).shape == frame[::-1]
+
+
+def test_the_shape_of_most_cameras_is_the_common_one():
+    wide, tall = (Camera("SIMPLE_PINHOLE", *size, (99.0, 1, 1)) for size in ((192, 108), (60, 80)))
+    assert common_frame([wide, wide, tall], 96) == (96, 54)
+    assert common_frame([tall, wide, tall], 96) == (60, 80)
+    assert common_frame([wide, Camera("SIMPLE_PINHOLE", 1920, 1079, (99.0, 1, 1))], 96) is None
 
 
 def test_other_shapes_and_models_are_refused():

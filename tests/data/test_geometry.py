@@ -15,6 +15,9 @@ from fsel.data.geometry import (
     pose_distance,
     poses_at,
     reference_points,
+    turned,
+    upright,
+    upwards,
     viewing_angles,
 )
 
@@ -89,6 +92,23 @@ def test_a_pose_put_together_is_where_it_was_put():
     np.testing.assert_allclose(camera_centers(pose), [[1, 2, 3]], atol=1e-12)
     np.testing.assert_allclose(invert_pose(pose)[0, :, 3], [1, 2, 3], atol=1e-12)
     np.testing.assert_allclose(invert_pose(pose[0])[:, :3], quarter.T, atol=1e-12)
+
+
+def test_a_world_is_turned_upright_by_the_smallest_rotation():
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        level = Rotation.from_euler("zx", rng.uniform(-1, 1, (9, 2)) * [3, 0.3]).as_matrix()
+        level = level @ np.diag([1.0, -1, -1])[[0, 2, 1]]  # horizontal axes in the xy plane
+        tilt = Rotation.random(random_state=rng).as_matrix()
+        poses = poses_at(rng.normal(size=(9, 3)), np.swapaxes(level, 1, 2) @ tilt)
+        up, turn = upwards(poses), upright(poses)
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(turn) == pytest.approx(1)
+        np.testing.assert_allclose(turn @ up, [0, 0, 1], atol=1e-9)
+        np.testing.assert_allclose(upwards(turned(poses, turn)), [0, 0, 1], atol=1e-9)
+        assert Rotation.from_matrix(turn).magnitude() == pytest.approx(np.arccos(up[2]))
+    over = np.array([[[1.0, 0, 0], [0, 0, 1], [0, -1, 0]], [[0, 1, 0], [0, 0, 1], [1, 0, 0]]])
+    np.testing.assert_array_equal(upright(poses_at(np.zeros((2, 3)), over)), np.diag([1, -1, -1]))
 
 
 def test_centres_keep_float32():

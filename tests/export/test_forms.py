@@ -13,6 +13,7 @@ from small_captures import record_of, select, write_ring
 
 from fsel.export import placing
 from fsel.images import files as image_files
+from fsel.images.sharpness import LUMA
 from fsel.ingest.read import read_capture
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
@@ -157,3 +158,87 @@ def test_long_lrm_is_not_told_of_distortion(tmp_path):
     write_ring(tmp_path / "capture", model="OPENCV")
     assert select(tmp_path / "capture", "-k", 4, "-o", tmp_path / "out") == 0
     assert not (tmp_path / "out" / "scene.json").exists()
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+def test_without_distortion_images_cameras_and_points_agree(reduced, tmp_path):
+    """The images are those that the library's reader makes of the distorted ones."""
+    write_ring(tmp_path / "capture", model="OPENCV")
+    masks, out = tmp_path / "masks", tmp_path / "out"
+    white = np.full((24, 48, 64), 255, np.uint8)
+    image_files.write(white, masks, [f"frame_{i:03d}.png" for i in range(24)])
+    more = ["--long-side", 32] if reduced else ["--masks", masks]
+    assert select(tmp_path / "capture", "-k", 6, "--undistort", *more, "-o", out) == 0
+    whole = read_capture(tmp_path / "capture", long_side=32 if reduced else 64)
+    assert "k1" not in json.loads((out / "transforms.json").read_text())
+    for frame in json.loads((out / "scene.json").read_text())["frames"]:
+        row = whole.names.index(frame["file_path"].removeprefix("images/"))
+        known = [frame[key] for key in ("fx", "fy", "cx", "cy")]
+        np.testing.assert_allclose(known, whole.intrinsics[row], atol=1e-9)
+        shown = image_files.load(out / frame["file_path"])
+        off = (shown.astype(int) - whole.images[row]) @ LUMA  # JPEG again, which blurs colours
+        assert np.abs(off).mean() < 3
+        if not reduced:
+            mask = image_files.load(out / "masks" / f"{whole.names[row]}.png")
+            assert mask.shape == (48, 64, 3)
+            assert (mask == 255).all()  # the image covers all of it
+    model = model_of(out)
+    assert {camera.model_name for camera in model.cameras.values()} == {"PINHOLE"}
+    assert sum(point.track.length() for point in model.points3D.values()) > 50
+    for image in model.images.values():
+        for seen in image.get_observation_points2D():
+            local = image.cam_from_world() * model.points3D[seen.point3D_id].xyz
+            np.testing.assert_allclose(image.camera.img_from_cam(local), seen.xy, atol=1e-4)
+
+
+def test_cameras_that_no_trainer_states_are_written_without_distortion(tmp_path, capsys):
+    write_ring(tmp_path / "capture")
+    model = model_of(tmp_path / "capture")
+    model.cameras[1].model = pycolmap.CameraModelId.FULL_OPENCV
+    model.cameras[1].params = [60, 61, 32, 24, -0.05, 0.01, 1e-3, -1e-3, 0, 0, 0, 0]
+    model.write_binary(str(tmp_path / "capture" / "sparse" / "0"))
+    asked = ["-k", 4, "--max-error", 1, "-o", tmp_path / "out"]
+    assert select(tmp_path / "capture", *asked) == 1
+    assert "FULL_OPENCV has no counterpart" in capsys.readouterr().err
+    assert select(tmp_path / "capture", *asked, "--undistort") == 0
+    assert model_of(tmp_path / "out").cameras[1].model_name == "PINHOLE"
+
+
+def test_the_world_is_turned_upright_alike_in_every_form(capture, tmp_path):
+    """The ring stands on y, which points down: z then is -y. The record has the turn."""
+    for up in ("none", "auto"):
+        assert select(capture, "-k", 6, "--up", up, "-o", tmp_path / up) == 0
+    assert record_of(tmp_path / "none")["turn"] is None
+    turn = np.array(record_of(tmp_path / "auto")["turn"])
+    np.testing.assert_allclose(turn, [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-12)
+    before, after = model_of(tmp_path / "none"), model_of(tmp_path / "auto")
+    for key, point in before.points3D.items():
+        np.testing.assert_allclose(after.points3D[key].xyz, turn @ point.xyz, atol=1e-12)
+    cloud = PlyData.read(str(tmp_path / "auto" / "sparse_pc.ply"))["vertex"]
+    found = np.stack([cloud[axis] for axis in "xyz"], axis=1)
+    xyz = np.array([point.xyz for point in after.points3D.values()])
+    np.testing.assert_allclose(np.sort(found, axis=0), np.sort(xyz, axis=0), atol=1e-5)
+    for key, image in before.images.items():
+        center = after.images[key].projection_center()
+        np.testing.assert_allclose(center, turn @ image.projection_center(), atol=1e-12)
+        assert center[2] == pytest.approx(1)  # the ring's height
+    frames = json.loads((tmp_path / "auto" / "transforms.json").read_text())["frames"]
+    ups = np.array([frame["transform_matrix"] for frame in frames])[:, :3, 1]  # OpenGL: y is up
+    assert (ups[:, 2] > 0.9).all()
+    for image in after.images.values():
+        for seen in image.get_observation_points2D():
+            local = image.cam_from_world() * after.points3D[seen.point3D_id].xyz
+            np.testing.assert_allclose(image.camera.img_from_cam(local), seen.xy, atol=1e-6)
+
+
+def test_points_keep_their_errors_in_pixels_of_the_images_that_are_written(capture, tmp_path):
+    model = model_of(capture)
+    for key, point in model.points3D.items():
+        point.error = key / 10
+    model.write_binary(str(capture / "sparse" / "0"))
+    errors = {tuple(point.xyz): point.error for point in model.points3D.values()}
+    for scale, asked in ((1.0, []), (0.5, ["--downscale", 2])):
+        out = tmp_path / str(scale)
+        assert select(capture, "-k", 6, *asked, "-o", out) == 0
+        for point in model_of(out).points3D.values():
+            assert point.error == pytest.approx(errors[tuple(point.xyz)] * scale)

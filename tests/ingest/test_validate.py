@@ -10,6 +10,7 @@ import pytest
 from small_captures import PARAMS, write_ring
 
 from fsel.cli import main
+from fsel.ingest.lazy import open_capture
 from fsel.ingest.read import read_capture
 from fsel.layouts import colmap
 from fsel.layouts.nerfstudio import matrix_of
@@ -232,6 +233,35 @@ def test_an_observation_of_no_point_is_named(tmp_path):
     path.write_text("\n".join(line for line in lines if not line.startswith("1 ")) + "\n")
     with pytest.raises(ValueError, match=r"observes point 1, which is not there|not a readable"):
         read_capture(tmp_path)
+
+
+def test_cameras_of_several_shapes_are_read_cropped_lazily_or_not(tmp_path):
+    """A third of the images is cut at the sides, and their camera with them."""
+    write_ring(tmp_path)
+    model = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
+    cut = pycolmap.Camera(
+        camera_id=2, model="PINHOLE", width=40, height=48, params=[60, 61, 20, 24]
+    )
+    model.add_camera_with_trivial_rig(cut)
+    parts = pycolmap.Reconstruction()
+    for key in (1, 2):
+        parts.add_camera_with_trivial_rig(model.cameras[key])
+    for key, image in model.images.items():
+        narrow = key % 3 == 0
+        posed = pycolmap.Image(image_id=key, name=image.name, camera_id=2 if narrow else 1)
+        parts.add_image_with_trivial_frame(posed, image.cam_from_world())
+        if narrow:
+            path = tmp_path / "images" / image.name
+            cv2.imwrite(str(path), cv2.imread(str(path))[:, 12:52])
+    parts.write_binary(str(tmp_path / "sparse" / "0"))
+    whole = read_capture(tmp_path, long_side=32, max_error=1)
+    lazy = open_capture(tmp_path, long_side=32, max_error=1).capture
+    assert whole.images.shape == (24, 24, 32, 3)
+    np.testing.assert_array_equal(lazy.images[:], whole.images)
+    np.testing.assert_array_equal(lazy.intrinsics, whole.intrinsics)
+    wide, narrow = whole.intrinsics[0], whole.intrinsics[2]
+    np.testing.assert_allclose(wide, [30, 30.5, 16, 12])
+    np.testing.assert_allclose(narrow, [48, 48.8, 16, 12])  # 40 of 40 columns, 30 of 48 rows
 
 
 def test_names_are_matched_one_to_one():

@@ -8,7 +8,7 @@ import pytest
 from selection_problems import around, capture_of
 from small_captures import ring
 
-from fsel.data.geometry import directions
+from fsel.data.geometry import directions, upwards
 from fsel.request import paths
 from fsel.request.targets import targets_of
 
@@ -41,10 +41,10 @@ def test_an_orbit_leaves_out_what_no_camera_filmed():
 
 def test_up_is_upright_on_a_straight_track_and_on_one_side_of_an_object():
     side = around(ring(24)[:5])
-    np.testing.assert_allclose(paths.upwards(side), [0, -1, 0], atol=1e-9)
+    np.testing.assert_allclose(upwards(side.world_to_camera), [0, -1, 0], atol=1e-9)
     tilt = cv2.Rodrigues(np.array([0.2, 0, 0]))[0]  # all look down alike: level is not known
     track = capture_of(np.arange(15.0).reshape(5, 3), np.tile(tilt, (5, 1, 1)))
-    np.testing.assert_allclose(paths.upwards(track), -tilt[1], atol=1e-9)
+    np.testing.assert_allclose(upwards(track.world_to_camera), -tilt[1], atol=1e-9)
 
 
 def test_cameras_without_a_common_point_have_no_orbit():

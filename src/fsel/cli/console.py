@@ -10,10 +10,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Event, Thread
 
-from fsel.images.previews import Progress
+from fsel.images.previews import Progress, in_silence
 
 PATIENCE = 2.0  # seconds before a bar is shown
 TICK = 0.5  # seconds between two updates of a clock
+EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar
 
 
 @dataclass(frozen=True)
@@ -114,10 +115,23 @@ class Console:
 
             yield advance
 
+    def _lines(self, label: str, items: Iterable, count: int) -> Iterator:
+        """Items of a loop, with a line on standard error every twenty seconds."""
+        started = said = time.monotonic()
+        for made, item in enumerate(items, 1):
+            yield item
+            now = time.monotonic()
+            if now - said >= EVERY:
+                said = now
+                line = f"{label}: {made} of {count} after {now - started:.0f} s"
+                print(f"fsel: {line}", file=sys.stderr, flush=True)
+
     def bar(self, label: str) -> Progress:
-        """A progress bar on standard error after two seconds."""
+        """A progress bar on standard error after two seconds; lines where that is no terminal."""
+        if self.quiet:
+            return in_silence
         if self.silent:
-            return lambda items, count: items
+            return lambda items, count: self._lines(label, items, count)
         from tqdm import tqdm
 
         def progress(items: Iterable, count: int) -> Iterable:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from fsel.cli.values import positive, whole
+from fsel.cli.values import Captures, positive, whole
 from fsel.utils.limits import MAX_ERROR
 
 LARGEST = 16384  # pixels of a working image's longer side
@@ -23,15 +23,14 @@ def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
 def capture_command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
     """A command with the options of those that read a capture, or a model and a capture."""
     command = bare_command(commands, name, text)
+    command.set_defaults(beside=[])
     if model:
         command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
         command.add_argument(
             "--capture", type=Path, required=True, help="folder of the capture, in its world frame"
         )
     else:
-        command.add_argument(
-            "capture", type=Path, help="folder of the capture; or a video, whose poses are found"
-        )
+        add_captures(command, "folder of the capture; or videos and folders of photos of one scene")
     command.add_argument(
         "--poses",
         choices=("layout", "colmap"),
@@ -41,6 +40,11 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
     add_video(command)
     add_reading(command)
     return command
+
+
+def add_captures(command: argparse.ArgumentParser, text: str) -> None:
+    """Add what is read: a capture, or several whose poses are found together."""
+    command.add_argument("capture", type=Path, nargs="+", action=Captures, help=text)
 
 
 def add_reading(command: argparse.ArgumentParser) -> None:
@@ -80,7 +84,8 @@ def add_video(command: argparse.ArgumentParser) -> None:
         "--rate",
         type=positive,
         metavar="FPS",
-        help="of a video: stretches a second instead; 4 by default, and 300 at most in all",
+        help="of a video: stretches a second instead; 4 by default, and 100 to 300 in all (three "
+        "for each frame to pick, where that is more)",
     )
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from fsel.cli.options import (
     LARGEST,
+    add_captures,
     add_object,
     add_output,
     add_reading,
@@ -67,7 +68,7 @@ def _add_demo(commands) -> None:
 def _add_poses(commands) -> None:
     text = "Find the poses of a video or of photos with COLMAP, and write them as a capture."
     command = bare_command(commands, "poses", text)
-    command.add_argument("capture", type=Path, help="video, or folder of photos")
+    add_captures(command, "videos, folders of photos")
     add_video(command)
     add_skipping(command)
     add_output(command, "folder to write")

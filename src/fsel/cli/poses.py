@@ -14,7 +14,7 @@ from fsel.outputs.atomic import staged
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     with staged(args.out, "poses", inputs_of(args), args.force) as stage:
-        place = found_poses(args, console)
+        place, _ = found_poses(args, console)
         with console.clock("writing"):
             for part in ("images", "sparse"):
                 shutil.copytree(place / CAPTURE / part, stage / part)

@@ -15,19 +15,23 @@ from fsel.cli.console import Console
 from fsel.colmap.bindings import pycolmap
 from fsel.colmap.runs import MIN_PLACED, Work
 from fsel.images import files as image_files
-from fsel.images import orientation, video
+from fsel.images import heic, video
 from fsel.images.previews import check_pixels
-from fsel.ingest import sfm
+from fsel.ingest import placement
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture, open_capture
+from fsel.ingest.taking import Source
 from fsel.layouts import bare
 from fsel.utils.cache import cache
 from fsel.utils.limits import cores
+from fsel.utils.names import distinct
 from fsel.utils.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed
-UNREAD = (".heic", ".heif", ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
-MADE = 3  # of what is kept: counted up where the same files are placed otherwise than before
+UNREAD = (*heic.ENDINGS, ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
+TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
+KEPT = "what was found so far is kept, and the same command goes on from there"
+MADE = 4  # of what is kept: counted up where the same files are placed otherwise than before
 
 
 def opened(args: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> LazyCapture:
@@ -53,10 +57,12 @@ def opened(args: argparse.Namespace, console: Console, long_side: int = LONG_SID
             )
         warn_of(capture.skipped, console)
         return capture
-    place = found_poses(args, console)
+    place, found = found_poses(args, console)
+    _check_number(args, found)
     capture = open_capture(place / CAPTURE, "colmap", long_side, args.max_error)
     known = f"colmap at {args.capture}"  # as a person knows it, not as the cache does
-    return replace(capture, capture=replace(capture.capture, source=known))
+    known_capture = replace(capture.capture, source=known)
+    return replace(capture, capture=known_capture, found=found)
 
 
 def warn_of(skipped: dict[str, str], console: Console) -> None:
@@ -69,14 +75,14 @@ def warn_of(skipped: dict[str, str], console: Console) -> None:
 
 def needed(args: argparse.Namespace) -> bool:
     """Check whether poses are to be found; refuse options that would have no effect."""
-    filmed = video.is_video(args.capture)
+    filmed = any(video.is_video(path) for path in _paths(args))
     if not filmed and (args.video_frames is not None or args.rate is not None):
         raise ValueError(f"{args.capture}: is no video, which --video-frames and --rate are for")
-    return filmed or args.poses == "colmap"
+    return filmed or args.poses == "colmap" or bool(args.beside)
 
 
-def found_poses(args: argparse.Namespace, console: Console) -> Path:
-    """A folder with `capture`, a COLMAP capture, and `poses.json`, the report.
+def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]:
+    """A folder with `capture`, a COLMAP capture, and `poses.json`; and what that says.
 
     It lies in the user's cache, under a digest of the files and settings: the second time nothing
     is matched, and a run that was cut off goes on where it was.
@@ -85,44 +91,101 @@ def found_poses(args: argparse.Namespace, console: Console) -> Path:
         ValueError: when the source holds too few images, or one that cannot be read, or fewer than
             three can be placed.
     """
-    source = args.capture
-    settings = {"frames": args.video_frames, "rate": args.rate}
-    files = [source] if video.is_video(source) else _photos(args, console)
-    place = cache() / _digest(files, settings)
+    sources = _sources(args, console)
+    films = sum(source.filmed for source in sources)
+    sampling = video.Sampling(args.video_frames, args.rate)
+    if args.video_frames is None and args.rate is None and films:
+        least = -(-max(video.LEAST, TIMES * _wanted(args)) // films)
+        sampling = video.Sampling(least=least)
+    place = cache() / _digest(sources, sampling)
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
         if not (place / FOUND).is_file():
-            _find(source, files, settings, place, console)
+            _find(sources, sampling, place, console)
     report = json.loads((place / FOUND).read_text(encoding="utf-8"))
-    missing = report["not_placed"]
     console.say("poses", f"COLMAP placed {len(report['placed'])} of {report['frames']} frames")
-    if missing:
-        more = f", and {len(missing) - SHOWN} more" if len(missing) > SHOWN else ""
-        console.warn(
-            f"{counted(len(missing), 'frame')} not placed: {', '.join(missing[:SHOWN])}{more}"
-        )
-    return place
+    for note in notes(report):
+        console.warn(note)
+    return place, report
 
 
-def _photos(args: argparse.Namespace, console: Console) -> list[Path]:
+def notes(found: dict | None) -> list[str]:
+    """Names of the frames that were not placed, and the longest times that none shows, in words."""
+    if not found or not found["not_placed"]:
+        return []
+    missing, lost = found["not_placed"], found["lost"]
+    more = f", and {len(missing) - SHOWN} more" if len(missing) > SHOWN else ""
+    said = f"{counted(len(missing), 'frame')} not placed: {', '.join(missing[:SHOWN])}{more}"
+    if not lost:
+        return [said]
+    longest = sorted(lost, key=lambda span: span["from"] - span["to"])[:SHOWN]
+    films = len({span["video"] for span in lost})
+    times = ", ".join(
+        f"{span['from']:.1f} to {span['to']:.1f} s" + (f" of {span['video']}" if films > 1 else "")
+        for span in sorted(longest, key=lambda span: (span["video"], span["from"]))
+    )
+    return [f"{said}; lost: {times}"]
+
+
+def _wanted(args: argparse.Namespace) -> int:
+    """The most frames that the command is to pick; 0 where it says no number."""
+    k = getattr(args, "k", None)
+    return max((n for n in (k if isinstance(k, list) else [k]) if isinstance(n, int)), default=0)
+
+
+def _check_number(args: argparse.Namespace, found: dict) -> None:
+    """Refuse to pick more frames than were placed, with the rate that would give enough."""
+    wanted, placed = _wanted(args), len(found["placed"])
+    if wanted < placed:
+        return
+    hint = "more photos" if not found["video"] else "a longer video, or one of a slower walk"
+    ends = {Path(shot["name"]).parent: shot for shot in found["video"]}.values()
+    if found["frames"] < sum(shot["index"] for shot in ends):
+        lasts = sum(shot["seconds"] for shot in ends)
+        hint = f"--rate {max(1, round(TIMES * wanted / max(lasts, 1)))} takes more of the video"
+    raise ValueError(
+        f"{args.capture}: k is {wanted}, and COLMAP placed {placed} of {found['frames']} frames; "
+        f"allowed: up to {placed - 1}. Hint: {hint}"
+    )
+
+
+def _sources(args: argparse.Namespace, console: Console) -> list[Source]:
+    """The videos and the folders of photos that are placed together."""
+    paths = _paths(args)
+    names = [""] if len(paths) == 1 else distinct([path.stem for path in paths])
+    return [
+        Source(path, name)
+        if video.is_video(path)
+        else Source(path, name, tuple(_photos(path, args, console)))
+        for path, name in zip(paths, names, strict=True)
+    ]
+
+
+def _paths(args: argparse.Namespace) -> list[Path]:
+    return [args.capture, *args.beside]
+
+
+def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Path]:
     """The photos of a folder; without `--skip-unreadable` all must be sound."""
-    source = args.capture
     if not source.is_dir():
         why = "is neither a video nor a folder of photos" if source.exists() else "no such folder"
         raise ValueError(f"{source}: {why}")
-    files = bare.find(source)
+    readable = (*bare.ENDINGS, *heic.ENDINGS) if heic.readable() else bare.ENDINGS
+    files = bare.find(source, readable)
     if args.skip_unreadable:
         faults = {file.name: image_files.fault(file) for file in files}
         warn_of({name: why for name, why in faults.items() if why}, console)
         files = [file for file in files if not faults[file.name]]
-    if other := sorted(file.name for file in source.iterdir() if file.suffix.lower() in UNREAD):
-        few = ", ".join(other[:SHOWN])
+    there = [file for file in source.iterdir() if file.suffix.lower() not in readable]
+    if other := sorted(file.name for file in there if file.suffix.lower() in UNREAD):
+        hint = f". Hint: {heic.EXTRA}" if any(heic.is_heic(Path(name)) for name in other) else ""
         console.warn(
-            f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: {few}"
+            f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: "
+            f"{', '.join(other[:SHOWN])}{hint}"
         )
     if len(files) < MIN_PLACED:
         raise ValueError(
-            f"{source}: {counted(len(files), 'photo')} ({', '.join(bare.ENDINGS)}) in it, in "
+            f"{source}: {counted(len(files), 'photo')} ({', '.join(readable)}) in it, in "
             f"images or in input; at least {MIN_PLACED} are needed"
         )
     if not args.skip_unreadable:
@@ -130,66 +193,30 @@ def _photos(args: argparse.Namespace, console: Console) -> list[Path]:
     return files
 
 
-def _digest(files: Sequence[Path], settings: dict) -> str:
+def _digest(sources: Sequence[Source], sampling: video.Sampling) -> str:
+    files = [file for source in sources for file in source.photos or [source.path]]
     stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
-    known = json.dumps([stamps, settings, pycolmap.__version__, MADE])
+    names = [source.name for source in sources]
+    known = json.dumps([stamps, names, asdict(sampling), pycolmap.__version__, MADE])
     return hashlib.sha256(known.encode()).hexdigest()[:16]
 
 
 def _find(
-    source: Path, files: Sequence[Path], settings: dict, place: Path, console: Console
+    sources: Sequence[Source], sampling: video.Sampling, place: Path, console: Console
 ) -> None:
     """Fill a folder of the cache; `poses.json` comes last."""
-    folder = place / CAPTURE / "images"
-    report: dict[str, object] = {"source": str(source), "settings": settings}
-    filmed = video.is_video(source)
-    if filmed:
-        shutil.rmtree(folder, ignore_errors=True)
-        kept = video.thin(source, folder, **settings, progress=console.bar("video"))
-        console.say("video", f"the sharpest of each of {len(kept)} stretches of {source.name}")
-        report["video"] = [asdict(shot) for shot in kept]
-    else:
-        report["turned"] = _put(files, folder, console)
-    raw = bare.read(place / CAPTURE)
-    work = Work(place / "matching", cores(), ordered=filmed, watch=console.bar)
+    work = Work(place / "matching", cores(), watch=console.bar)
     try:
-        model = sfm.place(raw, work=work)
-    except sfm.NotPlaced as error:
-        raise ValueError(
-            f"{source}: {error.said}; at least {MIN_PLACED} are needed. Hint: more images that "
-            "overlap each other"
-        ) from error
-    sparse = place / CAPTURE / "sparse" / "0"
-    sparse.mkdir(parents=True, exist_ok=True)
-    model.write_binary(str(sparse))
-    placed = {image.name for image in model.images.values()}
-    report |= {
-        "frames": len(raw.names),
-        "placed": [name for name in raw.names if name in placed],
-        "not_placed": [name for name in raw.names if name not in placed],
-    }
+        found = placement.place(sources, sampling, place / CAPTURE, work, console.say)
+    except KeyboardInterrupt:
+        console.warn(KEPT)
+        raise
+    paths = [str(source.path) for source in sources]
+    asked = {"sources": paths, "settings": asdict(sampling)}
     shutil.rmtree(place / "matching")
     partial = place / f".{FOUND}"
-    partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
+    partial.write_text(json.dumps(asked | found, indent=1), encoding="utf-8")
     partial.replace(place / FOUND)
-
-
-def _put(files: Sequence[Path], folder: Path, console: Console) -> list[str]:
-    """Links to photos, and upright copies of those whose EXIF asks for a turn, which are named."""
-    folder.mkdir(parents=True, exist_ok=True)
-    turned = []
-    for file in console.bar("photos")(files, len(files)):
-        place = folder / file.name
-        place.unlink(missing_ok=True)
-        if orientation.of_file(file) == orientation.UPRIGHT:
-            place.symlink_to(file.resolve())
-        else:
-            image_files.write_upright(file, place)
-            turned.append(file.name)
-    if turned:
-        how = f"as their EXIF says; JPEGs encoded again at quality {image_files.QUALITY}"
-        console.say("turned", f"{len(turned)} of {len(files)} photos upright, {how}")
-    return turned
 
 
 def locked(path: Path) -> AbstractContextManager:

@@ -54,7 +54,7 @@ def outlines(
 def inputs_of(args: argparse.Namespace) -> list[Path]:
     """The files and folders that a command line names to be read."""
     names = ("capture", "masks", "frames", "targets", "weights", "always", "never")
-    named = [getattr(args, name, None) for name in names]
+    named = [*(getattr(args, name, None) for name in names), *getattr(args, "beside", ())]
     return [Path(name) for name in named if name is not None and Path(name).exists()]
 
 

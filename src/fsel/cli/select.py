@@ -59,17 +59,20 @@ def run(args: argparse.Namespace, console: Console) -> None:
         written = time.perf_counter()
         picks = outcome.selection.indices
         entries, left = record.picked(outcome), record.left(outcome)
+        left += record.unplaced(opened.found)
         held_out = outcome.targets.frames
         pictures = _pictures(args, opened, picks, held_out)
+        form = form_of(args, opened)
         with console.clock("writing"):
-            points = subset.write(stage, opened, picks, held_out, form_of(args, opened))
-        report = page(outcome, entries, left, pictures, points)
+            points = subset.write(stage, opened, picks, held_out, form)
+        report = page(outcome, entries, left, pictures, points, posing.notes(opened.found))
         (stage / "report.html").write_text(report, encoding="utf-8")
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written
         seconds["total"] = time.perf_counter() - started
         content = selection_content(args, opened, outcome, method, seconds) | {
+            "turn": None if form.turn is None else form.turn.tolist(),
             "frames": entries,
             "left": left,
         }
@@ -118,7 +121,7 @@ def _checked(
     console.say("capture", f"{len(capture)} frames of {width}x{height}, {opened.layout}")
     if gone := opened.left_out:
         console.warn(f"{counted(len(gone), 'frame')} left out: {reasons(gone)}")
-    subset.check_cameras(opened.raw)
+    subset.check_cameras(opened.raw, args.undistort)
     focus = focus_of(args, opened)
     k = budget_of(args, opened)
     targets = api.checked_request(capture, k, args.targets, method, focus, args.always, args.never)

@@ -40,6 +40,7 @@ def selection_content(
             "layout": opened.layout,
             "frames": len(opened.capture),
             "dropped": opened.raw.dropped,
+            "placed": _placed(opened.found),
         },
         "targets": {
             "kind": targets.kind,
@@ -62,6 +63,14 @@ def selection_content(
         "versions": record.versions(),
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
     }
+
+
+def _placed(found: dict | None) -> dict | None:
+    """Frames of a video or photos that were placed and not, and the times that were lost."""
+    if found is None:
+        return None
+    rest = {key: found[key] for key in ("not_placed", "lost", "still")}
+    return {"frames": found["frames"], "placed": len(found["placed"])} | rest
 
 
 def _tried(tried: Tried | None) -> dict | None:
@@ -110,6 +119,8 @@ def _settings(args: argparse.Namespace, method: Method) -> dict:
         "points": args.points,
         "long_side": args.long_side,
         "downscale": args.downscale,
+        "undistort": args.undistort,
+        "up": args.up,
     }
 
 

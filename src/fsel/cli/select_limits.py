@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 
 from fsel import api
+from fsel.cli.select_options import UNTURNED
+from fsel.data.geometry import upright
 from fsel.data.problem import Method
 from fsel.export import subset
 from fsel.ingest.lazy import LazyCapture
@@ -49,7 +51,16 @@ def form_of(args: argparse.Namespace, opened: LazyCapture) -> subset.Form:
         side = max(1, round(opened.longest / args.downscale))
     if side is not None and side >= opened.longest:
         side = None
-    return subset.Form(args.link, side, args.points, not args.geometry_only, args.masks)
+    turn = None if args.up == UNTURNED else upright(opened.capture.world_to_camera)
+    return subset.Form(
+        args.link,
+        side,
+        args.points,
+        matched=not args.geometry_only,
+        shapes=args.masks,
+        undistort=args.undistort,
+        turn=turn,
+    )
 
 
 def refine_of(args: argparse.Namespace) -> Refine | None:

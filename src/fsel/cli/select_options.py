@@ -17,6 +17,7 @@ from fsel.cli.values import (
 from fsel.request.memory import TRAINERS
 from fsel.request.refine import SETTINGS
 
+TURNED, UNTURNED = "auto", "none"
 MOST_TIMES = 20  # that a point is to be seen
 
 
@@ -161,6 +162,18 @@ def _add_form(command: argparse.ArgumentParser) -> None:
         default="seen",
         help="those that two picks see (by default; triangulated where the capture has none), all "
         "of the capture's, or none",
+    )
+    command.add_argument(
+        "--undistort",
+        action="store_true",
+        help="write images and cameras without distortion, as trainers without it need",
+    )
+    command.add_argument(
+        "--up",
+        choices=(TURNED, UNTURNED),
+        default=UNTURNED,
+        help="auto: turn the world that is written until z points upwards, by the cameras' "
+        "horizontal axes; none (by default): the capture's own world",
     )
     size = command.add_mutually_exclusive_group()
     size.add_argument(

@@ -22,6 +22,13 @@ class Version(argparse.Action):
         parser.exit()
 
 
+class Captures(argparse.Action):
+    """Storage of the first path as `capture`, and of the others as `beside`."""
+
+    def __call__(self, parser, namespace, values, option=None):
+        namespace.capture, *namespace.beside = values
+
+
 def whole(least: int, most: int | None = None) -> Callable[[str], int]:
     """Reads a whole number between two bounds, both included."""
     allowed = f"{least} or more" if most is None else f"{least} to {most}"

@@ -19,6 +19,7 @@ def build_model(
     seen: Sequence[np.ndarray],
     pixels: Sequence[np.ndarray],
     *,
+    error: np.ndarray | None = None,
     ids: Sequence[int] | None = None,
     least: int = 0,
 ) -> pycolmap.Reconstruction:
@@ -31,6 +32,7 @@ def build_model(
         xyz, rgb: (M, 3) points, world units, and their colours, uint8.
         seen: n arrays, the points that each image sees.
         pixels: n arrays (., 2), where it sees them.
+        error: (M,) mean reprojection errors of the points, pixels; None where not known.
         ids: n distinct numbers of the images; None for 1 to n.
         least: images that must see a point, or it is left out.
     """
@@ -50,9 +52,11 @@ def build_model(
         model.add_image_with_trivial_frame(image, rigid)
         for at, point in enumerate(seen[i]):
             tracks[point].add_element(ids[i], at)
-    for point, track, color in zip(xyz, tracks, rgb, strict=True):
+    for at, (point, track, color) in enumerate(zip(xyz, tracks, rgb, strict=True)):
         if track.length() >= least:
-            model.add_point3D(point, track, color)
+            key = model.add_point3D(point, track, color)
+            if error is not None:
+                model.points3D[key].error = error[at]
     return model
 
 

@@ -19,7 +19,8 @@ from fsel.data.capture import MOST_LENGTH
 from fsel.data.points import RawPoints
 
 OBSERVATION = np.dtype([("xy", "<f8", 2), ("point", "<u8")])  # an entry of an image, as on disk
-POINT = np.dtype([("key", "<u8"), ("xyz", "<f8", 3), ("rgb", "u1", 3)])  # the start of a point
+POINT = np.dtype([("key", "<u8"), ("xyz", "<f8", 3), ("rgb", "u1", 3), ("error", "<f8")])
+"""The start of a point, as on disk."""
 NO_POINT = 2**64 - 1  # of an observation that no point was made from
 
 
@@ -27,7 +28,7 @@ class Observed(NamedTuple):
     """A model's points, and what its images see of them.
 
     Attributes:
-        points: (M,) of the dtype `POINT`: ids, ascending, positions and colours.
+        points: (M,) of the dtype `POINT`: ids, ascending, positions, colours and errors.
         observations: by an image's id, (n,) of the dtype `OBSERVATION`: pixels, and the id of a
             point or `NO_POINT`; read from disk when looked at.
         names: by an image's id.
@@ -73,7 +74,8 @@ def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPo
         ValueError: naming the `source`, for numbers that are not finite, or an observation of a
             point that is not there.
     """
-    keys, xyz, rgb = (np.ascontiguousarray(seen.points[part]) for part in ("key", "xyz", "rgb"))
+    parts = (np.ascontiguousarray(seen.points[part]) for part in ("key", "xyz", "rgb", "error"))
+    keys, xyz, rgb, error = parts
     if not len(keys):
         return None
     key, frame, xy = _observations(seen, rows)
@@ -88,7 +90,7 @@ def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPo
     key, xy = key[first], xy[first]
     for at, _ in np.argwhere(~(np.abs(xy) < MOST_LENGTH))[:1]:
         raise ValueError(f"{source}: point {key[at]} is seen at {xy[at].tolist()}")
-    return RawPoints(xyz, rgb, track_point=point[first], track_frame=frame[first], track_xy=xy)
+    return RawPoints(xyz, rgb, point[first], frame[first], track_xy=xy, error=error)
 
 
 def _observations(

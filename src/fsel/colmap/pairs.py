@@ -72,6 +72,8 @@ def described(database: Path, names: Sequence[str]) -> np.ndarray:
         cv2.setRNGSeed(0)
         drawn = np.concatenate(sample)
         count = min(WORDS, len(drawn))
+        if not count:  # images that show nothing
+            return np.zeros((len(names), 1), np.float32)
         _, _, words = cv2.kmeans(drawn, count, None, (ROUNDS, 15, 1e-3), 1, cv2.KMEANS_PP_CENTERS)
         return np.stack([_vlad(_rooted(stored, keys[name]), words) for name in names])
 

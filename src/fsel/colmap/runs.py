@@ -24,20 +24,33 @@ IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
 
 
 @dataclass(frozen=True)
+class Part:
+    """Images of one camera.
+
+    Attributes:
+        numbers: one an image, which name it in the database, whatever images are added later.
+        ordered: they are frames of a video in order: neighbours are matched, and images that look
+            alike; else all pairs are, of up to 150 images.
+    """
+
+    numbers: Sequence[int]
+    ordered: bool
+
+
+@dataclass(frozen=True)
 class Work:
     """Settings of a run of structure from motion.
 
     Attributes:
         folder: keeps the database, so that a run that was cut off goes on; None for none.
         threads: of extraction, matching and bundle adjustment.
-        ordered: the images are frames of a video in order: neighbours are matched, and images
-            that look alike; else all pairs are, of up to 150 images.
+        parts: the images, one part after the other; none for images without order.
         watch: a step's name -> what wraps its loop.
     """
 
     folder: Path | None = None
     threads: int = THREADS
-    ordered: bool = False
+    parts: Sequence[Part] = ()
     watch: Callable[[str], Progress] = lambda label: in_silence
 
     @contextmanager
@@ -51,16 +64,18 @@ class Work:
             yield Path(name)
 
 
-def linked(files: Sequence[image_files.Image], folder: Path) -> list[str]:
+def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Part]) -> list[str]:
     """The images under plain names: links to files, copies of frames of a video."""
     folder.mkdir(exist_ok=True)
     names = []
-    for i, file in enumerate(files):
+    known = [f"{at:02d}_{i:06d}" for at, part in enumerate(parts) for i in part.numbers]
+    stems = known or [f"{i:06d}" for i in range(len(files))]
+    for stem, file in zip(stems, files, strict=True):
         if isinstance(file, image_files.VideoFrame):
-            names.append(f"{i:06d}.png")
+            names.append(f"{stem}.png")
             image_files.write(image_files.load(file)[None], folder, names[-1:])
         else:
-            names.append(f"{i:06d}{file.suffix}")
+            names.append(f"{stem}{file.suffix}")
             (folder / names[-1]).unlink(missing_ok=True)
             (folder / names[-1]).symlink_to(file.resolve())
     return names
@@ -76,18 +91,18 @@ def extract(
         folder: of the images.
         names: below it.
         work: how.
-        one_camera: all images of one size are of one camera; else each has its own.
+        one_camera: all images of one part and size are of one camera; else each has its own.
     """
     mode = pycolmap.CameraMode.SINGLE if one_camera else pycolmap.CameraMode.PER_IMAGE
     with pycolmap.Database.open(str(database)) as stored:
         known = {image.name for image in stored.read_all_images()}
     wanted = [name for name in names if name not in known]
-    alike = _by_size(folder, wanted) if one_camera else {None: wanted}
+    alike = _by_camera(folder, wanted) if one_camera else {None: wanted}
     most = IMAGES if work.folder is not None else len(names)
-    parts = [(size, part) for size, group in alike.items() for part in _parts(group, most)]
-    for size, part in work.watch("features")(parts, len(parts)):
+    batches = [(kind, part) for kind, group in alike.items() for part in _batches(group, most)]
+    for kind, part in work.watch("features")(batches, len(batches)):
         reader = pycolmap.ImageReaderOptions()
-        if one_camera and (camera := _camera_of(database, size)) is not None:
+        if kind is not None and (camera := _camera_of(database, *kind)) is not None:
             reader.existing_camera_id = camera
         pycolmap.extract_features(
             database,
@@ -100,42 +115,65 @@ def extract(
         )
 
 
-def _by_size(folder: Path, names: Sequence[str]) -> dict[Size | None, list[str]]:
-    """Names of images by their (width, height): a photo held upright is of no camera of the others.
+def _by_camera(folder: Path, names: Sequence[str]) -> dict[tuple[str, Size], list[str]]:
+    """Names of images by their part and (width, height): a photo held upright is of no camera of
+    the others.
 
-    Those that cannot be read are together, for COLMAP to pass over.
+    Those that cannot be read have size (0, 0), for COLMAP to pass over.
     """
-    groups: dict[Size | None, list[str]] = {}
+    groups: dict[tuple[str, Size], list[str]] = {}
     for name in names:
         try:
             size = image_files.size_of(folder / name)
         except ValueError:
-            size = None
-        groups.setdefault(size, []).append(name)
+            size = (0, 0)
+        groups.setdefault((_part_of(name), size), []).append(name)
     return groups
 
 
-def _camera_of(database: Path, size: Size | None) -> int | None:
-    """The camera of the images of a (width, height), where one was stored."""
+def _part_of(name: str) -> str:
+    """The part that a name of `linked` tells; empty where there are no parts."""
+    part, between, _ = name.partition("_")
+    return part if between else ""
+
+
+def _camera_of(database: Path, part: str, size: Size) -> int | None:
+    """The camera of the images of a part and a (width, height), where one was stored."""
     with pycolmap.Database.open(str(database)) as stored:
-        cameras = stored.read_all_cameras()
-    return next((c.camera_id for c in cameras if (c.width, c.height) == size), None)
+        alike = {c.camera_id for c in stored.read_all_cameras() if (c.width, c.height) == size}
+        cameras = [i.camera_id for i in stored.read_all_images() if _part_of(i.name) == part]
+    return next((camera for camera in cameras if camera in alike), None)
 
 
 def match(database: Path, names: Sequence[str], work: Work) -> None:
     """Match and verify pairs of images; pairs that the database has are passed over."""
-    if len(names) <= (FEW if work.ordered else EXHAUSTIVE):
-        chosen = pairs.every_pair(len(names))
-    else:
-        near = pairs.in_sequence(len(names))
-        chosen = near + pairs.alike(pairs.described(database, names), near)
-    if work.folder is None and not work.ordered and len(names) <= EXHAUSTIVE:
+    if work.folder is None and not work.parts and len(names) <= EXHAUSTIVE:
         options = pycolmap.FeatureMatchingOptions(num_threads=work.threads)
         pycolmap.match_exhaustive(database, options, device=pycolmap.Device.cpu)
         return
-    parts = _parts(chosen, PAIRS)
-    for part in work.watch("matching")(parts, len(parts)):
+    chosen = _chosen(database, names, work.parts or [Part(range(len(names)), False)])
+    batches = _batches(chosen, PAIRS)
+    for part in work.watch("matching")(batches, len(batches)):
         match_pairs(database, [(names[i], names[j]) for i, j in part], work.threads)
+
+
+def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pairs.Pairs:
+    """Pairs (i, j), i < j: near ones of each part, and those that look alike in it and beyond."""
+    if len(names) <= (FEW if any(part.ordered for part in parts) else EXHAUSTIVE):
+        return pairs.every_pair(len(names))
+    near, within, first = [], [], 0
+    for part in parts:
+        count = len(part.numbers)
+        every = not part.ordered and count <= EXHAUSTIVE
+        close = pairs.every_pair(count) if every else pairs.in_sequence(count)
+        near += [(first + i, first + j) for i, j in close]
+        within += [(first + i, first + j) for i, j in pairs.every_pair(count)]
+        first += count
+    described = pairs.described(database, names)
+    found = set(near) | set(pairs.alike(described, near))
+    if len(parts) > 1:  # those that look most alike are often of one part
+        found |= set(pairs.alike(described, within))
+    return sorted(found)
 
 
 def match_pairs(database: Path, names: Sequence[tuple[str, str]], threads: int) -> None:
@@ -151,9 +189,9 @@ def match_pairs(database: Path, names: Sequence[tuple[str, str]], threads: int) 
 
 
 def build(
-    database: Path, folder: Path, count: int, work: Work, *, refine: bool
+    database: Path, folder: Path, count: int, work: Work, *, refine: bool, start: Path | None
 ) -> dict[int, pycolmap.Reconstruction]:
-    """COLMAP's models; whether cameras are refined is up to `refine`."""
+    """COLMAP's models, or the one that `start` becomes; cameras are refined where `refine` says."""
     options = pycolmap.IncrementalPipelineOptions(
         num_threads=work.threads,
         random_seed=SEED,
@@ -167,9 +205,14 @@ def build(
     output = folder / "models"
     output.mkdir(exist_ok=True)
     return pycolmap.incremental_mapping(
-        database, folder / "images", output, options, next_image_callback=lambda: next(placed)
+        database,
+        folder / "images",
+        output,
+        options,
+        input_path=start or "",
+        next_image_callback=lambda: next(placed),
     )
 
 
-def _parts(items: Sequence, size: int) -> list[list]:
+def _batches(items: Sequence, size: int) -> list[list]:
     return [list(items[at : at + size]) for at in range(0, len(items), max(size, 1))]

@@ -6,7 +6,8 @@ Cameras put the top-left pixel's centre at (0.5, 0.5), as COLMAP does; OpenCV's 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 
 import cv2
 import numpy as np
@@ -33,7 +34,7 @@ def straight(camera: Camera) -> Camera:
     """
     model = camera.colmap
     try:
-        if not _is_straight(camera):
+        if not is_straight(camera):
             model = pycolmap.undistort_camera(pycolmap.UndistortCameraOptions(), model)
             model.rescale(camera.width, camera.height)
         return Camera("PINHOLE", camera.width, camera.height, _four(model))
@@ -41,7 +42,7 @@ def straight(camera: Camera) -> Camera:
         raise ValueError(f"camera model {camera.model} cannot be undistorted") from error
 
 
-def _is_straight(camera: Camera) -> bool:
+def is_straight(camera: Camera) -> bool:
     """Check whether images need no undistortion; a fisheye without coefficients does."""
     return camera.colmap.is_undistorted() and "FISHEYE" not in camera.model
 
@@ -101,6 +102,24 @@ def working_size(camera: Camera, size: tuple[int, int], long_side: int) -> tuple
             f"image is {width}x{height} but its camera {camera.width}x{camera.height}; "
             "the two scales may differ by 1 % at most"
         )
+    return _reduced(size, long_side)
+
+
+def common_frame(cameras: Sequence[Camera], long_side: int) -> tuple[int, int] | None:
+    """(width, height) that images are cropped to where cameras have several shapes; None for one.
+
+    It is the size that most cameras have, as `long_side` reduces it.
+    """
+    sizes = Counter((camera.width, camera.height) for camera in cameras)
+    shapes = [width / height for width, height in sizes]
+    if max(shapes) / min(shapes) - 1 <= ASPECT_TOLERANCE:
+        return None
+    width, height = sizes.most_common(1)[0][0]
+    return _reduced((width, height), long_side)
+
+
+def _reduced(size: tuple[int, int], long_side: int) -> tuple[int, int]:
+    width, height = size
     scale = min(1.0, long_side / max(width, height))
     return max(1, round(width * scale)), max(1, round(height * scale))
 
@@ -113,28 +132,52 @@ class Lens:
         size: their (width, height), pixels.
     """
 
-    def __init__(self, camera: Camera, size: tuple[int, int], long_side: int) -> None:
+    def __init__(
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        long_side: int,
+        frame: tuple[int, int] | None = None,
+    ) -> None:
         """Prepare the tables.
 
         Args:
             camera: at the size that the dataset states.
             size: (width, height) of the images as they are.
             long_side: longer side of the images to make; smaller ones keep their size.
+            frame: (width, height) of the images to make, whose middle is cropped to that shape; in
+                the place of `long_side`.
 
         Raises:
             ValueError: when the two sizes differ in shape, or the model cannot be undistorted.
         """
         self.size = working_size(camera, size, long_side)
         pinhole = straight(camera)
-        self._maps = None if _is_straight(camera) else undistortion_maps(camera, pinhole, size)
-        self._same = self.size == size
+        self._maps = None if is_straight(camera) else undistortion_maps(camera, pinhole, size)
         factors = np.array(self.size) / (camera.width, camera.height)
         self.intrinsics = np.array(pinhole.params) * np.tile(factors, 2)
+        self._window = (slice(None), slice(None))
+        if frame is not None:
+            self._crop(np.array(size), np.array(frame), pinhole)
+        self._same = self.size == size
+
+    def _crop(self, size: np.ndarray, frame: np.ndarray, pinhole: Camera) -> None:
+        """Take the largest middle part of the images that has the shape of a frame."""
+        part = np.maximum(1, np.round(frame * (size / frame).min())).astype(int)
+        start = (size - part) // 2
+        across, down = (slice(a, a + n) for a, n in zip(start, part, strict=True))
+        self._window = down, across
+        focal, center = (
+            np.array(pinhole.params).reshape(2, 2) * size / (pinhole.width, pinhole.height)
+        )
+        self.intrinsics = np.concatenate([focal, center - start]) * np.tile(frame / part, 2)
+        self.size = (int(frame[0]), int(frame[1]))
 
     def straighten(self, image: np.ndarray, border: int = cv2.BORDER_REPLICATE) -> np.ndarray:
         """The undistorted (h, w) or (h, w, 3) uint8 image, reduced by area means."""
         if self._maps is not None:
             image = cv2.remap(image, *self._maps, cv2.INTER_LINEAR, borderMode=border)
+        image = image[self._window]
         if self._same:
             return np.ascontiguousarray(image)
         return cv2.resize(image, self.size, interpolation=cv2.INTER_AREA)

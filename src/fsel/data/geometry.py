@@ -7,6 +7,7 @@ import numpy as np
 ROUNDING = 2.0**-46  # of the largest coordinate: what turning and shifting poses may leave behind
 OPENGL_TO_OPENCV = np.diag([1.0, -1.0, -1.0])  # camera axes; its own inverse
 SAME_AXIS = 4 * ROUNDING  # unit vectors closer than this are one
+LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the horizon
 
 
 def merged(points: np.ndarray) -> np.ndarray:
@@ -45,6 +46,39 @@ def pose_matrices(rotations: np.ndarray, translations: np.ndarray) -> np.ndarray
 def poses_at(centers: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     """(N, 3, 4) world-to-camera of cameras at (N, 3) centres with (N, 3, 3) rotations."""
     return pose_matrices(rotations, -np.einsum("nij,nj->ni", rotations, centers))
+
+
+def upwards(world_to_camera: np.ndarray) -> np.ndarray:
+    """(3,) unit upward direction of (N, 3, 4) poses: across the images' horizontal axes, by least
+    squares.
+
+    A mean of the images' own upward axes is tilted where cameras look down from one side only. It
+    decides where the horizontal axes leave a choice, as on a straight track; where it cancels out,
+    -y does.
+    """
+    mean = -world_to_camera[:, 1, :3].mean(axis=0)
+    right = world_to_camera[:, 0, :3]
+    spread, directions = np.linalg.eigh(right.T @ right / len(right))
+    across = directions[:, spread <= spread[0] + LEVEL]
+    for guess in (mean, np.array([0.0, -1.0, 0.0])):
+        up = across @ (across.T @ guess)
+        if np.linalg.norm(up) > 1e-6:
+            return up / np.linalg.norm(up)
+    return across[:, 0]
+
+
+def upright(world_to_camera: np.ndarray) -> np.ndarray:
+    """(3, 3) smallest rotation of the world of (N, 3, 4) poses after which z points upwards."""
+    x, y, z = upwards(world_to_camera)
+    if z < -1 + 1e-9:  # upside down: about any horizontal axis
+        return np.diag([1.0, -1.0, -1.0])
+    cross = np.array([[0.0, 0, -x], [0, 0, -y], [x, y, 0]])
+    return np.eye(3) + cross + cross @ cross / (1 + z)
+
+
+def turned(world_to_camera: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """(N, 3, 4) the same cameras in a world that (3, 3) `turn` brought another way up."""
+    return pose_matrices(world_to_camera[:, :, :3] @ turn.T, world_to_camera[:, :, 3])
 
 
 def moved_aside(poses: np.ndarray, turns: np.ndarray, shifts: np.ndarray) -> np.ndarray:

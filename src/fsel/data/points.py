@@ -90,9 +90,11 @@ class RawPoints(SparsePoints):
 
     Attributes:
         track_xy: (L, 2) float64, pixels in the frame as its camera states it, distorted.
+        error: (M,) float64 mean reprojection errors, pixels, -1 where not known; None for nowhere.
     """
 
     track_xy: np.ndarray
+    error: np.ndarray | None = None
 
     def without_pixels(self) -> SparsePoints:
         """The points without the places in the images that they were seen at."""

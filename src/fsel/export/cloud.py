@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from fsel.data.points import RawPoints
+from fsel.colmap.camera import Camera
+from fsel.colmap.undistortion import is_straight, straight
+from fsel.data.points import RawPoints, grouped_rows
 from fsel.ingest import sfm
 from fsel.ingest.lazy import LazyCapture, open_images
 from fsel.layouts.contract import RawCapture
@@ -63,6 +66,7 @@ def kept(points: RawPoints, chosen: np.ndarray) -> RawPoints:
         track_point=number[points.track_point[rows]],
         track_frame=points.track_frame[rows],
         track_xy=points.track_xy[rows],
+        error=None if points.error is None else points.error[chosen],
     )
 
 
@@ -78,6 +82,31 @@ def as_seen_by(points: RawPoints, rows: list[int]) -> RawPoints:
         track_point=points.track_point[chosen],
         track_frame=place[points.track_frame[chosen]],
         track_xy=points.track_xy[chosen],
+    )
+
+
+def straightened(points: RawPoints, cameras: Sequence[Camera]) -> RawPoints:
+    """The points as images without distortion show them; what these do not show is left out.
+
+    Args:
+        points: their tracks number the frames.
+        cameras: one a frame, as its images are.
+    """
+    xy = points.track_xy.copy()
+    shown = np.ones(len(xy), bool)
+    for camera, rows in zip(cameras, grouped_rows(points.track_frame, len(cameras)), strict=True):
+        if len(rows) and not is_straight(camera):
+            rays = np.asarray(camera.colmap.cam_from_img(xy[rows]))
+            local = np.column_stack([rays, np.ones(len(rows))])
+            xy[rows] = straight(camera).colmap.img_from_cam(local)
+            # not so for numbers that are not finite
+            within = (xy[rows] >= 0) & (xy[rows] <= (camera.width, camera.height))
+            shown[rows] = within.all(axis=1)
+    return replace(
+        points,
+        track_point=points.track_point[shown],
+        track_frame=points.track_frame[shown],
+        track_xy=xy[shown],
     )
 
 

@@ -6,9 +6,10 @@ from html import escape
 
 import numpy as np
 
+from fsel.data.geometry import upwards
 from fsel.data.subsets import evenly
 from fsel.export.record import Outcome
-from fsel.request.paths import plane_basis, upwards
+from fsel.request.paths import plane_basis
 
 SIDE = 640  # of the top view, in units of its view box
 MARGIN = 30
@@ -27,7 +28,7 @@ def shown(count: int) -> list[int]:
 def top_view(outcome: Outcome) -> str:
     """Cameras, targets and picks in order, from above; a tick shows where each looks."""
     capture, targets, selection = outcome.capture, outcome.targets, outcome.selection
-    side, ahead = plane_basis(upwards(capture))
+    side, ahead = plane_basis(upwards(capture.world_to_camera))
     basis = np.stack([side, -ahead], axis=1)  # SVG counts downwards
     near = targets.views.centers[~targets.far]
     centers = np.concatenate([capture.centers, near]) @ basis

@@ -132,6 +132,15 @@ def _long_lrm(subset: Subset, scene: str) -> dict:
     return {"scene_name": scene, "frames": frames}
 
 
+def _errors(subset: Subset) -> np.ndarray | None:
+    """(M,) errors of the points in pixels of the images as they are written."""
+    error = subset.points.error
+    if error is None:
+        return None
+    scale = subset.cameras[0].width / subset.stated[0][0]
+    return np.where(error < 0, error, error * scale)
+
+
 def _write_model(subset: Subset, folder: Path) -> bool:
     """A COLMAP model of all of the frames and the points; returns whether there are points."""
     points = subset.points
@@ -148,5 +157,6 @@ def _write_model(subset: Subset, folder: Path) -> bool:
             points.track_xy[row] * np.divide(size, stated)
             for row, size, stated in zip(rows, sizes, subset.stated, strict=True)
         ],
+        error=_errors(subset),
     )
     return write_capture_model(model, folder, folder / CLOUD)

@@ -27,6 +27,7 @@ def page(
     left: Sequence[dict],
     pictures: Sequence[bytes],
     points: SparsePoints | None = None,
+    notes: Sequence[str] = (),
 ) -> str:
     """The whole page.
 
@@ -36,6 +37,7 @@ def page(
         left: see `fsel.export.record.left`.
         pictures: JPEG files of the picks, in pick order; none where no image was opened.
         points: sparse points of the scene, where there are any.
+        notes: further sentences about the capture.
     """
     name = escape(outcome.capture.source)
     budget, tried = outcome.selection.budget, outcome.selection.tried
@@ -51,6 +53,7 @@ def page(
         *([] if budget is None else [f"<p>{escape(reason(budget))}.</p>"]),
         *([] if tried is None else [f"<p>Tried {escape(trials(tried))}.</p>"]),
         *([] if cover is None else [f"<p>{escape(covered(cover))}.</p>"]),
+        *(f"<p>{escape(note)}</p>" for note in notes),
         *_figures(outcome, points),
         "<h2>Picks, in order</h2>",
         '<ol class="sheet">',

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from fsel.colmap.undistortion import Lens, is_straight
 from fsel.images import files as image_files
 from fsel.images import orientation
 from fsel.layouts.contract import RawCapture
@@ -16,14 +17,14 @@ from fsel.request.focus import load_white, mask_file
 
 FILM = ".jpg"  # ending of images that are frames of a video
 FICLONE = 0x40049409  # of Linux: let a file share another one's blocks until either is written to
-WRITABLE = (".png", ".jpg", ".jpeg")  # what is resized into another file of its kind
+WRITABLE = (".png", ".jpg", ".jpeg")  # what is changed into another file of its kind
 
 
-def file_name(raw: RawCapture, frame: int, resized: bool) -> str:
+def file_name(raw: RawCapture, frame: int, changed: bool) -> str:
     """Name of the frame's image below `images`, with the ending that its file has."""
     name, file = raw.names[frame], raw.images[frame]
     ending = FILM if isinstance(file, image_files.VideoFrame) else file.suffix
-    if resized and ending.lower() not in WRITABLE:
+    if changed and ending.lower() not in WRITABLE:
         ending = ".png"
     return name if Path(name).suffix.lower() == ending.lower() else f"{name}{ending}"
 
@@ -40,7 +41,13 @@ def inside(folder: Path, name: str) -> Path:
     return path
 
 
-def place(file: image_files.Image, path: Path, link: bool, size: tuple[int, int] | None) -> None:
+def place(
+    file: image_files.Image,
+    path: Path,
+    link: bool,
+    size: tuple[int, int] | None,
+    lens: Lens | None = None,
+) -> None:
     """Put an image at a path.
 
     Args:
@@ -51,11 +58,13 @@ def place(file: image_files.Image, path: Path, link: bool, size: tuple[int, int]
             is copied without that word, since cameras describe the pixels as they are stored and
             some trainers would turn them.
         size: (width, height) that it is reduced to; None as it is.
+        lens: undistorts it to that size; None to keep its distortion.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     if size is not None or isinstance(file, image_files.VideoFrame):
         image = np.ascontiguousarray(image_files.load(file))
-        if size is not None:
+        image = image if lens is None else lens.straighten(image)
+        if size is not None and image.shape[1::-1] != size:
             image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
         image_files.write(image[None], path.parent, [path.name])
         return
@@ -87,7 +96,9 @@ def _cloned(file: Path, path: Path) -> bool:
     return True
 
 
-def mask(raw: RawCapture, frame: int, shapes: Path | None, size: tuple[int, int]) -> np.ndarray:
+def mask(
+    raw: RawCapture, frame: int, shapes: Path | None, size: tuple[int, int], undistort: bool
+) -> np.ndarray:
     """(h, w) uint8 0 or 255 at (width, height) `size`: of the object, else the capture's own."""
     white = np.zeros(size[::-1], bool)
     if shapes is not None:
@@ -95,4 +106,7 @@ def mask(raw: RawCapture, frame: int, shapes: Path | None, size: tuple[int, int]
         white = load_white(file) if file else white
     elif raw.masks is not None:
         white = image_files.load_mask(raw.masks[frame], raw.mask_values)
+    if undistort and not is_straight(raw.cameras[frame]):
+        lens = Lens(raw.cameras[frame], white.shape[::-1], max(white.shape))
+        white = lens.straighten_mask(white)
     return cv2.resize(white.astype(np.uint8) * 255, size, interpolation=cv2.INTER_NEAREST_EXACT)

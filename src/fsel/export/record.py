@@ -115,6 +115,21 @@ def left(outcome: Outcome) -> list[dict]:
     return entries
 
 
+def unplaced(found: dict | None) -> list[dict]:
+    """One entry a frame of a video or photo that COLMAP did not place, as `left` has them."""
+    if found is None:
+        return []
+    seconds = {shot["name"]: f", at {shot['seconds']:.1f} s" for shot in found["video"]}
+    return [
+        {
+            "name": name,
+            "reason": f"not placed by COLMAP{seconds.get(name, '')}",
+            "closest_pick": None,
+        }
+        for name in found["not_placed"]
+    ]
+
+
 def _left_out(targets: Targets, frame: int) -> str:
     """Reason why a frame is not one of those that may be selected."""
     if frame in targets.frames:

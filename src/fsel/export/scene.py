@@ -7,10 +7,11 @@ from importlib.resources import files
 
 import numpy as np
 
+from fsel.data.geometry import upwards
 from fsel.data.points import SparsePoints
 from fsel.data.subsets import evenly
 from fsel.export.record import Outcome
-from fsel.request.paths import plane_basis, upwards
+from fsel.request.paths import plane_basis
 
 SCRIPT = files("fsel.export") / "scene.js"
 MOST_POINTS = 4000
@@ -40,7 +41,7 @@ def scene_data(outcome: Outcome, points: SparsePoints | None) -> dict:
     """Places around the origin, with z upwards, of extent 1: `frames`, `targets`, `picks` (place
     and tip of the viewing direction each) and `points` (place and colour)."""
     capture, near = outcome.capture, ~outcome.targets.far
-    up = upwards(capture)
+    up = upwards(capture.world_to_camera)
     side, ahead = plane_basis(up)
     basis = np.stack([side, ahead, up], axis=1)
     centers = capture.centers @ basis

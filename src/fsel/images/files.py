@@ -13,7 +13,7 @@ from typing import BinaryIO
 import cv2
 import numpy as np
 
-from fsel.images import headers, orientation
+from fsel.images import headers, heic, orientation
 from fsel.utils.files import atomic, mapped_array
 
 REDUCED = {
@@ -134,6 +134,9 @@ def check_pixels(file: Path) -> None:
     Raises:
         ValueError: see `load`.
     """
+    if heic.is_heic(file):
+        heic.load(file)
+        return
     small = file.suffix.lower() in JPEG
     load(file, cv2.IMREAD_REDUCED_GRAYSCALE_8 if small else cv2.IMREAD_COLOR)
 
@@ -146,7 +149,8 @@ def fault(image: Image) -> str:
     if isinstance(image, VideoFrame):
         return ""
     try:
-        headers.check(image)
+        if not heic.is_heic(image):
+            headers.check(image)
         check_pixels(image)
     except ValueError as error:
         return str(error).removeprefix(f"{image}: ").removesuffix(HINT)

@@ -74,13 +74,22 @@ def opened(file: BinaryIO, path: Path) -> ImageFile:
             f"{path}: not a readable image: its {length} bytes are damaged or of another format; "
             f"allowed: {', '.join(FORMATS)}"
         ) from error
-    width, height = size_of(image)
+    check_size(path, size_of(image))
+    return image
+
+
+def check_size(path: Path, size: Size) -> None:
+    """Refuse an image of more pixels than are allowed.
+
+    Raises:
+        ValueError: naming the file.
+    """
+    width, height = size
     if width * height > most_pixels():
         raise ValueError(
             f"{path}: image of {width}x{height} pixels; allowed: {most_pixels():,} pixels in all. "
             f"Hint: the environment variable {VARIABLE} is the bound"
         )
-    return image
 
 
 @contextmanager

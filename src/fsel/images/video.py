@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,13 +13,23 @@ import numpy as np
 from fsel.images import files as image_files
 from fsel.images.previews import Progress, in_silence
 from fsel.images.sharpness import variance_of_laplacian
-from fsel.utils.wording import counted
 
 ENDINGS = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".3gp")
 MOST = 300  # frames that a video is thinned to unless told otherwise
-RATE = 4.0  # of them a second at most: a person walks some 35 cm between two
-LEAST = 3
+LEAST = 100  # and, of a short one, so many if it has them
+RATE = 4.0  # of them a second: a person walks some 35 cm between two
+FEWEST = 3
 SIDE = 480  # pixels of the longer side of the images whose sharpness is compared
+PANORAMA = (
+    "a video of all directions (2:1, its left and right ends join up), which no perspective camera "
+    "describes. Hint: cut it into views first, as with `ffmpeg -i FILE -vf "
+    "v360=e:flat:h_fov=90:v_fov=90:yaw=0 front.mp4` and yaw=90, 180 and -90, and give these videos"
+)
+SEAM = 2.0  # of a panorama: its ends differ by so much more than neighbouring columns, at most
+BLANK = 0.5  # grey levels between columns, below which nothing is told
+
+Spans = Sequence[tuple[float, float]]
+"""Pairs of seconds, from and to."""
 
 
 @dataclass(frozen=True)
@@ -35,18 +46,58 @@ class Kept:
     seconds: float
     sharpness: float
 
+    @property
+    def name(self) -> str:
+        """File that it is written to."""
+        return f"frame_{self.index:05d}.jpg"
+
 
 def is_video(path: Path) -> bool:
     """Check whether a path is a file with a video's ending."""
     return path.suffix.lower() in ENDINGS and path.is_file()
 
 
+@dataclass(frozen=True)
+class Sampling:
+    """Number of frames that are taken of a video.
+
+    Attributes:
+        frames: how many; None for as many as `rate` gives.
+        rate: frames a second; None for 4, at least `least` and at most 300 in all.
+        least: see `rate`.
+    """
+
+    frames: int | None = None
+    rate: float | None = None
+    least: int = LEAST
+
+    @property
+    def free(self) -> bool:
+        """Check whether neither a number nor a rate was stated."""
+        return self.frames is None and self.rate is None
+
+    def pace(self, path: Path) -> float:
+        """Frames a second of a video.
+
+        Raises:
+            ValueError: when the file cannot be read as a video.
+        """
+        film = _opened(path)
+        count, per_second = film.get(cv2.CAP_PROP_FRAME_COUNT), film.get(cv2.CAP_PROP_FPS)
+        lasts = count / per_second if count > 0 and per_second > 0 else 0.0
+        if self.frames is not None and lasts > 0:
+            return self.frames / lasts
+        if self.rate is not None or lasts <= 0:
+            return self.rate or RATE
+        return max(min(RATE, MOST / lasts), self.least / lasts)
+
+
 def thin(
     path: Path,
     folder: Path,
+    pace: float,
     *,
-    frames: int | None = None,
-    rate: float | None = None,
+    within: Spans = ((0.0, math.inf),),
     progress: Progress = in_silence,
 ) -> list[Kept]:
     """Write the sharpest frame of each of many equal stretches of a video, as JPEG.
@@ -57,27 +108,24 @@ def thin(
     Args:
         path: the video.
         folder: receives `frame_00000.jpg`, ..., numbered by the video's frames.
-        frames: how many stretches; None for as many as `rate` gives, 300 at most.
-        rate: stretches a second; None for 4, or what `frames` needs.
+        pace: stretches a second, as `Sampling` says.
+        within: which parts of it are looked at.
         progress: wraps the loop over the video's frames.
 
     Returns:
         The frames that were kept, in order.
 
     Raises:
-        ValueError: when the file cannot be read as a video, or has fewer than three frames.
+        ValueError: when the file cannot be read as a video, or is one all around.
     """
-    film = cv2.VideoCapture(str(path))
-    if not film.isOpened():
-        raise ValueError(f"{path}: not a readable video")
-    film.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
+    film = _opened(path)
     count, per_second = int(film.get(cv2.CAP_PROP_FRAME_COUNT)), film.get(cv2.CAP_PROP_FPS)
-    lasts = count / per_second if count > 0 and per_second > 0 else 0.0
-    pace = _pace(frames, rate, lasts)
     kept: list[Kept] = []
     best: tuple[Kept, np.ndarray] | None = None
-    stretch = 0
-    for shot, image in progress(_shots(film, per_second), max(count, 0)):
+    stretch = -1
+    for shot, image in progress(_shots(film, per_second, within), max(count, 0)):
+        if stretch < 0 and is_panorama(image):
+            raise ValueError(f"{path}: {PANORAMA}")
         at = int(shot.seconds * pace + 1e-6)
         if best is not None and at > stretch:
             kept.append(_written(best, folder))
@@ -87,34 +135,42 @@ def thin(
         stretch = at
     if best is not None:
         kept.append(_written(best, folder))
-    if len(kept) < LEAST:
-        raise ValueError(
-            f"{path}: gives {counted(len(kept), 'frame')} over {lasts:.1f} s; at least {LEAST} are "
-            "needed. Hint: --video-frames or --rate take more of it"
-        )
     return kept
 
 
-def _pace(frames: int | None, rate: float | None, lasts: float) -> float:
-    """Stretches a second."""
-    if frames is not None and lasts > 0:
-        return frames / lasts
-    if rate is not None or lasts <= 0:
-        return rate or RATE
-    return min(RATE, MOST / lasts)
+def _opened(path: Path) -> cv2.VideoCapture:
+    film = cv2.VideoCapture(str(path))
+    if not film.isOpened():
+        raise ValueError(f"{path}: not a readable video")
+    film.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
+    return film
 
 
-def _shots(film: cv2.VideoCapture, per_second: float) -> Iterator[tuple[Kept, np.ndarray]]:
-    """Every frame with its time and sharpness; (h, w, 3) uint8 BGR, upright."""
+def is_panorama(image: np.ndarray) -> bool:
+    """Check whether an (h, w, 3) image shows all directions: 2:1, and its ends join up."""
+    height, width = image.shape[:2]
+    if width != 2 * height:
+        return False
+    columns = cv2.resize(image, (width, SIDE // 8), interpolation=cv2.INTER_AREA).astype(np.float32)
+    steps = np.abs(np.diff(columns, axis=1, append=columns[:, :1])).mean(axis=(0, 2))
+    usual = steps[:-1].mean()
+    return bool(usual > BLANK and steps[-1] <= SEAM * usual)
+
+
+def _shots(
+    film: cv2.VideoCapture, per_second: float, within: Spans
+) -> Iterator[tuple[Kept, np.ndarray]]:
+    """Frames with their times and sharpness; (h, w, 3) uint8 BGR, upright."""
     index, last = 0, -1.0
     while film.grab():
         seconds = film.get(cv2.CAP_PROP_POS_MSEC) / 1000
         if not seconds > last:  # a container without times of its own
             seconds = index / per_second if per_second > 0 else float(index)
         last = seconds
-        done, image = film.retrieve()
-        if done:
-            yield Kept(index, seconds, _sharpness(image)), image
+        if any(start <= seconds <= end for start, end in within):
+            done, image = film.retrieve()
+            if done:
+                yield Kept(index, seconds, _sharpness(image)), image
         index += 1
 
 
@@ -128,5 +184,5 @@ def _sharpness(image: np.ndarray) -> float:
 
 def _written(best: tuple[Kept, np.ndarray], folder: Path) -> Kept:
     kept, image = best
-    image_files.write(image[None, ..., ::-1], folder, [f"frame_{kept.index:05d}.jpg"])
+    image_files.write(image[None, ..., ::-1], folder, [kept.name])
     return kept

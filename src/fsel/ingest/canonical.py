@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import cast
 
@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from fsel.colmap.camera import Camera
-from fsel.colmap.undistortion import Lens, prepared
+from fsel.colmap.undistortion import Lens, common_frame, prepared
 from fsel.data.capture import Capture, check_poses
 from fsel.images import files as image_files
 from fsel.layouts.contract import Layout, RawCapture
@@ -58,7 +58,7 @@ def ingest(
     source = f"{layout.name} at {folder}"
     raw = in_order(raw, source)
     if lazy:
-        points, (frames, intrinsics), masks = None, _unopened(raw, long_side), None
+        points, (frames, intrinsics), masks = None, _unopened(raw, source, long_side), None
     else:
         points = raw.sparse()
         frames, intrinsics, masks = _opened(raw, source, long_side, store)
@@ -148,7 +148,7 @@ def _opened(
     raw: RawCapture, source: str, long_side: int, store: Path | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Images, (N, 4) intrinsics, and masks or None, all at the working size."""
-    lens_of = lru_cache(maxsize=LENSES)(Lens)
+    lens_of = lru_cache(maxsize=LENSES)(partial(Lens, frame=_frame(raw, source, long_side)))
     count, size, intrinsics, started = len(raw.names), None, [], time.perf_counter()
     with (
         image_files.ArrayFile(count, store / "images.npy" if store else None) as frames,
@@ -172,17 +172,25 @@ def _opened(
     return frames.array(), np.array(intrinsics), masks.array() if raw.masks else None
 
 
-def _unopened(raw: RawCapture, long_side: int) -> tuple[np.ndarray, np.ndarray]:
+def _frame(raw: RawCapture, source: str, long_side: int) -> tuple[int, int] | None:
+    """The size that images of cameras of several shapes are cropped to."""
+    frame = common_frame(raw.cameras, long_side)
+    if frame is not None:
+        log.info("%s: cameras of several shapes: images cropped to %dx%d", source, *frame)
+    return frame
+
+
+def _unopened(raw: RawCapture, source: str, long_side: int) -> tuple[np.ndarray, np.ndarray]:
     """A lazy stack of images, and intrinsics at the size that the cameras state."""
     lens_of: dict[Camera, Lens] = {}
-    size = None
+    size, frame = None, _frame(raw, source, long_side)
     for file, camera in zip(raw.images, raw.cameras, strict=True):
         if camera not in lens_of:
-            lens_of[camera] = Lens(camera, (camera.width, camera.height), long_side)
+            lens_of[camera] = Lens(camera, (camera.width, camera.height), long_side, frame)
         size = size or lens_of[camera].size
         check_same_size(file, lens_of[camera].size, size)
     intrinsics = np.array([lens_of[camera].intrinsics for camera in raw.cameras])
-    images = LazyImages(raw.images, raw.cameras, lens_of[raw.cameras[0]].size)
+    images = LazyImages(raw.images, raw.cameras, lens_of[raw.cameras[0]].size, frame)
     return cast("np.ndarray", images), intrinsics  # it can do what `Capture` needs of one
 
 
@@ -193,16 +201,21 @@ class LazyImages:
         files: N image files.
         cameras: one a file.
         size: (width, height) that every image is brought to.
+        frame: the same where they are cropped to it, as their cameras have several shapes.
     """
 
     dtype = np.dtype(np.uint8)
     ndim = 4
 
     def __init__(
-        self, files: Sequence[image_files.Image], cameras: list[Camera], size: tuple[int, int]
+        self,
+        files: Sequence[image_files.Image],
+        cameras: list[Camera],
+        size: tuple[int, int],
+        frame: tuple[int, int] | None,
     ) -> None:
         self._files, self._cameras, self._size = files, cameras, size
-        self._lens_of = lru_cache(maxsize=LENSES)(Lens)
+        self._lens_of = lru_cache(maxsize=LENSES)(partial(Lens, frame=frame))
         self.shape = (len(files), size[1], size[0], 3)
 
     def __len__(self) -> int:

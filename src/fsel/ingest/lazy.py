@@ -30,6 +30,7 @@ class LazyCapture:
         capture: poses, and images that are opened when indexed.
         agreement: how well poses, cameras and images agree.
         skipped: frames left out since their images are missing or unreadable, with the fault.
+        found: of a video or photos, what `fsel.ingest.placement.place` said.
     """
 
     layout: str
@@ -37,6 +38,7 @@ class LazyCapture:
     capture: Capture
     agreement: Agreement
     skipped: dict[str, str]
+    found: dict | None = None
 
     @property
     def longest(self) -> int:

@@ -12,6 +12,8 @@ import numpy as np
 
 from fsel.colmap.bindings import pycolmap
 from fsel.colmap.camera import Camera
+from fsel.colmap.failures import cause
+from fsel.colmap.model import write_binary
 from fsel.colmap.observations import observed, points_of
 from fsel.colmap.runs import (
     MIN_PLACED,
@@ -43,11 +45,12 @@ class NotPlaced(ValueError):
 
     Attributes:
         said: how many, without the place.
+        cause: why, and what to do about it, where matches or the lack of them tell.
     """
 
-    def __init__(self, image: image_files.Image, said: str) -> None:
-        super().__init__(f"{image}: {said}")
-        self.said = said
+    def __init__(self, image: image_files.Image, said: str, cause: str) -> None:
+        super().__init__(f"{image}: {said}" + (f": {cause}" if cause else ""))
+        self.said, self.cause = said, cause
 
 
 def triangulate(capture: Capture) -> SparsePoints | None:
@@ -166,7 +169,11 @@ def reconstruct(
 
 
 def place(
-    raw: RawCapture, *, known_cameras: bool = False, work: Work | None = None
+    raw: RawCapture,
+    *,
+    known_cameras: bool = False,
+    work: Work | None = None,
+    start: pycolmap.Reconstruction | None = None,
 ) -> pycolmap.Reconstruction:
     """The largest model that COLMAP builds from a capture's images, its images named as the frames.
 
@@ -177,28 +184,42 @@ def place(
         known_cameras: whether its cameras are used too, and fixed; without, COLMAP estimates one
             for all frames.
         work: how; in one thread and in silence, forgetting everything, if None.
+        start: a model of some of the images that was made in the same folder, to be gone on with.
 
     Raises:
-        ValueError: when fewer than three frames could be placed.
+        NotPlaced: when fewer than three frames could be placed.
     """
     work = work or Work()
     with work.place() as folder:
-        names = linked(raw.images, folder / "images")
+        names = linked(raw.images, folder / "images", work.parts)
         database = folder / "database.db"
         extract(database, folder / "images", names, work, one_camera=not known_cameras)
         if known_cameras:
             _state(dict(zip(names, raw.cameras, strict=True)), database)
         match(database, names, work)
-        models = build(database, folder, len(names), work, refine=not known_cameras)
+        begun = start and _put(start, dict(zip(raw.names, names, strict=True)), folder / "begun")
+        models = build(
+            database, folder, len(names), work, refine=not known_cameras, start=begun or None
+        )
         placed = max((m.num_reg_images() for m in models.values()), default=0)
         log.info("COLMAP placed %d of %d frames", placed, len(names))
         if placed < MIN_PLACED:
-            raise NotPlaced(raw.images[0], f"COLMAP placed {placed} of {len(names)} frames")
+            said = f"COLMAP placed {placed} of {len(names)} frames"
+            raise NotPlaced(raw.images[0], said, cause(database))
         model = max(models.values(), key=lambda m: m.num_reg_images())
         rows = {name: i for i, name in enumerate(names)}
         for image in model.images.values():
             image.name = raw.names[rows[image.name]]
     return model
+
+
+def _put(model: pycolmap.Reconstruction, names: dict[str, str], folder: Path) -> Path:
+    """Write a model into a folder, its images named as the database has them."""
+    renamed = pycolmap.Reconstruction(model)
+    for image in renamed.images.values():
+        image.name = names[image.name]
+    write_binary(renamed, folder)
+    return folder
 
 
 def _state(cameras: dict[str, Camera], database: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.colmap.undistortion import working_size
+from fsel.colmap.undistortion import common_frame, working_size
 from fsel.data.subsets import evenly
 from fsel.images import files as image_files
 from fsel.images import headers
@@ -105,14 +105,14 @@ def check_images(raw: RawCapture, long_side: int) -> None:
             "`skip_unreadable` (--skip-unreadable) leaves such frames out"
         )
     sizes = in_turn(lambda at: headers.check(files[at][0]), [file for file, _ in files])
-    first = None
+    first = frame = common_frame(raw.cameras, long_side)
     for (file, camera), size in zip(files, sizes, strict=True):
         try:
             brought = working_size(camera, size, long_side)
         except ValueError as error:
             raise ValueError(f"{file}: {error}") from error
         first = first or brought
-        check_same_size(file, brought, first)
+        check_same_size(file, frame or brought, first)
 
 
 def _agreeing(raw: RawCapture, source: str, bound: float) -> Agreement:

@@ -15,11 +15,11 @@ ENDINGS = (".jpg", ".jpeg", ".png")
 FOLDERS = ("images", "input", ".")
 
 
-def find(folder: Path) -> list[Path]:
+def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
     """The image files of the first of images/, input/ and the folder itself that has any."""
     for name in FOLDERS:
         inside = (folder / name).glob("*")
-        files = [path for path in inside if path.suffix.lower() in ENDINGS and path.is_file()]
+        files = [path for path in inside if path.suffix.lower() in endings and path.is_file()]
         if files:
             return sorted(files, key=lambda path: natural(path.name))
     return []
@@ -30,10 +30,15 @@ def read(folder: Path) -> RawCapture:
     files = find(folder)
     if not files:
         raise FileNotFoundError(f"{folder}: no images in it, in images or in input")
+    return of_files([file.name for file in files], files)
+
+
+def of_files(names: list[str], files: list[Path]) -> RawCapture:
+    """The same of some images by their names."""
     height, width = image_files.load(files[0]).shape[:2]
     guess = Camera("SIMPLE_PINHOLE", width, height, (max(width, height), width / 2, height / 2))
     return RawCapture(
-        names=[file.name for file in files],
+        names=names,
         images=files,
         world_to_camera=np.full((len(files), 3, 4), np.nan),
         cameras=[guess] * len(files),

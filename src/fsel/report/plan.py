@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsel.data.capture import Capture
-from fsel.request.paths import plane_basis, upwards
+from fsel.data.geometry import upwards
+from fsel.request.paths import plane_basis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 def plan_positions(capture: Capture) -> np.ndarray:
     """(N, 2) camera centres on the horizontal plane, world units, centred on their middle."""
-    flat = capture.centers @ np.stack(plane_basis(upwards(capture)), axis=1)
+    flat = capture.centers @ np.stack(plane_basis(upwards(capture.world_to_camera)), axis=1)
     return flat - (flat.min(axis=0) + flat.max(axis=0)) / 2
 
 

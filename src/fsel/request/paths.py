@@ -7,11 +7,10 @@ import cv2
 import numpy as np
 
 from fsel.data.capture import Capture, Views
-from fsel.data.geometry import line_equations, moved_aside, pose_distance, poses_at
+from fsel.data.geometry import line_equations, moved_aside, pose_distance, poses_at, upwards
 from fsel.data.subsets import evenly
 
 GAP = np.radians(60)  # an arc as wide without a camera was not filmed: an orbit leaves it out
-LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the horizon
 SMOOTH = 0.02  # width of a trajectory's smoothing, as a share of the frames
 NEIGHBOURS = 4  # frames averaged into a view that stands for a part of the capture
 ASIDE = 0.2  # of a capture's reach: standard deviation of a shift along each axis of a camera
@@ -54,7 +53,7 @@ def orbit(capture: Capture, count: int) -> Views:
     """
     centers = capture.centers
     point = attention(centers, capture.axes)
-    up = upwards(capture)
+    up = upwards(capture.world_to_camera)
     side, ahead = plane_basis(up)
     offset = centers - point
     azimuth = np.arctan2(offset @ ahead, offset @ side)
@@ -74,24 +73,6 @@ def _filmed_arc(azimuth: np.ndarray) -> tuple[float, float]:
     if gaps[largest] < GAP:
         return float(ordered[0]), 2 * np.pi
     return float(ordered[(largest + 1) % len(ordered)]), float(2 * np.pi - gaps[largest])
-
-
-def upwards(capture: Capture) -> np.ndarray:
-    """(3,) unit upward direction: across the images' horizontal axes, by least squares.
-
-    A mean of the images' own upward axes is tilted where cameras look down from one side only. It
-    decides where the horizontal axes leave a choice, as on a straight track; where it cancels out,
-    -y does.
-    """
-    mean = -capture.world_to_camera[:, 1, :3].mean(axis=0)
-    right = capture.world_to_camera[:, 0, :3]
-    spread, directions = np.linalg.eigh(right.T @ right / len(right))
-    across = directions[:, spread <= spread[0] + LEVEL]
-    for guess in (mean, np.array([0.0, -1.0, 0.0])):
-        up = across @ (across.T @ guess)
-        if np.linalg.norm(up) > 1e-6:
-            return up / np.linalg.norm(up)
-    return across[:, 0]
 
 
 def plane_basis(up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

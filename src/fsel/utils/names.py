@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
@@ -20,6 +21,15 @@ def matched(names: list[str], others: list[str]) -> dict[str, int]:
         if pairs and len(rows) == len(names) and len(set(pairs.values())) == len(pairs):
             return pairs
     return {}
+
+
+def distinct(names: list[str]) -> list[str]:
+    """The names, those that come again with a number behind: `walk`, `walk-2`."""
+    found: list[str] = []
+    for name in names:
+        numbered = (f"{name}-{n}" for n in itertools.count(2))
+        found.append(name if name not in found else next(n for n in numbered if n not in found))
+    return found
 
 
 def natural(name: str) -> list[tuple[int, str]]:

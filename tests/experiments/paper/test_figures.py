@@ -56,7 +56,7 @@ def outputs(folder):
 
 def test_the_plan_keeps_horizontal_distances():
     capture = random_capture(12)
-    places, up = plan_positions(capture), upwards(capture)
+    places, up = plan_positions(capture), upwards(capture.world_to_camera)
     flat = capture.centers - np.outer(capture.centers @ up, up)
     for i in range(1, 12):
         expected = np.linalg.norm(flat[i] - flat[0])
