@@ -299,6 +299,34 @@ def test_a_worker_that_misstates_itself_is_refused(capture, hello, said):
         External(capture, **worker(f"input(); print({hello!r}); input()")).fit(FRAMES)
 
 
+RAW = """
+import json, sys
+stated = {"protocol": 1, "name": "raw", "version": "", "device": "cpu", "needs": [], "together": 1}
+for line in sys.stdin:
+    fit = json.loads(line)["do"] == "fit"
+    print(json.dumps(ANSWER if fit else {"ok": True, "pixels": "float32", **stated}), flush=True)
+    MORE
+"""
+
+
+@pytest.mark.parametrize(
+    ("answer", "more", "said"),
+    [
+        ("{'ok': True}", "", "answered a fit with models None; allowed: a list of 1"),
+        ("{'ok': True, 'models': []}", "", r"answered a fit with models \[\]"),
+        ("{'ok': True, 'models': [3]}", "", "answered a fit with model 3; allowed: an object"),
+        ("{'ok': True, 'models': [{'seconds': -1}]}", "", "model {'seconds': -1}; allowed"),
+        ("{'error': 'no'}", "", "what is no answer"),
+        ("{'ok': False, 'error': 'no'}", "", "failed to fit: no"),
+        ("{'ok': True}", "print('{}', flush=True); import time; time.sleep(0.2)", "no answer"),
+    ],
+)
+def test_answers_that_are_not_allowed_are_told(capture, answer, more, said):
+    text = RAW.replace("ANSWER", answer).replace("MORE", more)
+    with pytest.raises(Unfinished, match=said):
+        External(capture, **worker(text)).fit(FRAMES)
+
+
 @pytest.mark.parametrize(
     ("call", "said"),
     [

@@ -17,6 +17,7 @@ from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.external import command, folder, nvml
 from fsel.reconstruct.external.serving import Served, ServedModel
 from fsel.reconstruct.external.settings import ExternalSettings
+from fsel.reconstruct.external.worker import shared
 from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.subset import distinct, restricted
 
@@ -64,7 +65,7 @@ class External(Bound[ExternalSettings]):
     @cached_property
     def _served(self) -> Served | None:
         """The worker, where there is one."""
-        return Served(self.capture, self.settings) if self.settings.serve else None
+        return Served(self.capture, shared(self.settings)) if self.settings.serve else None
 
     @property
     def together(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,29 +13,34 @@ import numpy as np
 from fsel.data.capture import Capture, Views
 from fsel.reconstruct.external import folder as files
 from fsel.reconstruct.external.arrays import Arrays
-from fsel.reconstruct.external.settings import ExternalSettings
-from fsel.reconstruct.external.worker import Lost, shared
+from fsel.reconstruct.external.worker import Lost, Worker
 from fsel.reconstruct.outcome import MISSING, Unfinished
 from fsel.reconstruct.subset import distinct, restricted
 
 Result = TypeVar("Result")
 
+COUNTED = ("seconds", "primitives", "bytes", "peak_bytes")  # of a model, where it says so
+
 logger = logging.getLogger(__name__)
 
 
 class Served:
-    """Worker of some settings, bound to one capture at the reconstruction size.
+    """Worker bound to one capture at the reconstruction size.
+
+    Attributes:
+        resident_bytes: that it held after the last fit, where it says so.
 
     A request that loses the worker is repeated once, with the worker started again; what is lost
     twice is reported. A worker that was started again, or bound to another capture since, is handed
     a model's subset again before it renders it.
     """
 
-    def __init__(self, capture: Capture, settings: ExternalSettings) -> None:
-        self.capture, self.worker = capture, shared(settings)
+    def __init__(self, capture: Capture, worker: Worker) -> None:
+        self.capture, self.worker = capture, worker
         self._numbers = itertools.count()
         self._bound_at = 0  # the start of the worker at which it was bound to this capture
         self.arrays: Arrays | None = None  # of the whole capture, and of images to fill
+        self.resident_bytes = 0
         self.dead: list[int] = []
         self.spare: list[Arrays] = []  # of dead models
 
@@ -81,11 +86,14 @@ class Served:
         ]
         with self.worker.watch() as watch:
             answer = self.worker.ask({"do": "fit", "subsets": subsets})
+        if wrong := _misfitted(answer, len(models)):
+            raise self.worker.lost(f"answered a fit with {wrong}")
         for model, told in zip(models, answer["models"], strict=True):
             model.take(told, watch.peak_bytes // len(models), watch.device)
             model.start = self._bound_at
-        most, held = self.worker.settings.memory, answer.get("resident_bytes", 0)
-        if most is not None and held > most:
+        most, self.resident_bytes = self.worker.settings.memory, answer.get("resident_bytes", 0)
+        if most is not None and self.resident_bytes > most:
+            held = self.resident_bytes
             logger.warning("worker holds %d bytes, more than memory allows: %d", held, most)
             self.worker.outgrown = True
 
@@ -164,7 +172,7 @@ class ServedModel:
     def take(self, told: dict[str, Any], peak_bytes: int, device: str) -> None:
         """Take what a worker said of the fit; memory of a GPU is what was measured here."""
         self.primitives, self.bytes = int(told.get("primitives", 0)), int(told.get("bytes", 0))
-        self.seconds = float(told["seconds"])
+        self.seconds = float(told.get("seconds", 0))
         self.peak_bytes = peak_bytes or int(told.get("peak_bytes", 0))
         stated = self._served.worker.stated["device"]
         self.device = device if self._served.worker.settings.gpu else told.get("device", stated)
@@ -187,3 +195,15 @@ class ServedModel:
                 shutil.rmtree(self.arrays.folder, ignore_errors=True)
             else:
                 served.spare.append(self.arrays)
+
+
+def _misfitted(answer: Mapping[str, Any], count: int) -> str:
+    """Describe what of the answer to a fit is not allowed; empty where all is."""
+    models = answer.get("models")
+    if not isinstance(models, list) or len(models) != count:
+        return f"models {models!r:.200}; allowed: a list of {count}"
+    for told in models:
+        numbers = [told.get(key, 0) for key in COUNTED] if isinstance(told, dict) else [None]
+        if not all(isinstance(n, int | float) and 0 <= n < float("inf") for n in numbers):
+            return f"model {told!r:.200}; allowed: an object with {', '.join(COUNTED)} from 0"
+    return ""

@@ -81,7 +81,6 @@ class Worker:
         with (self.folder / command.LOG).open("ab") as log:
             process = subprocess.Popen(
                 self.settings.command(self.settings.serve, self.folder),
-                cwd=self.folder,
                 env=variables,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -93,7 +92,7 @@ class Worker:
         self.stated = self.ask({"do": "hello", "protocol": PROTOCOL})
         self.load_seconds = time.perf_counter() - started
         if wrong := _misstated(self.stated):
-            raise self._lost(FAILED, f"stated {wrong}")
+            raise self.lost(f"stated {wrong}")
         named = " ".join(str(self.stated[key]) for key in ("name", "version", "device"))
         logger.info("worker %s: ready after %.1f s", named, self.load_seconds)
 
@@ -106,24 +105,23 @@ class Worker:
             Unfinished: when it answered with an error; it goes on.
         """
         try:
+            early = None if self._answers.empty() else self._answers.get()
             self.tell(request)
-            line = self._answers.get(timeout=self.settings.timeout)
+            line = self._answers.get(timeout=self.settings.timeout) if early is None else early
         except BrokenPipeError:
             line = b""
         except queue.Empty:
             doing = f"took longer than {self.settings.timeout:g} s for {request['do']!r}"
-            raise self._lost(TIMEOUT, doing) from None
+            raise self.lost(doing, TIMEOUT) from None
         except BaseException:
             self.stop()  # interrupted: its answer would be taken for the next one's
             raise
         if not line:
             raise self._ended(str(request["do"]))
-        answer = _parsed(line)
+        answer = None if early else _parsed(line)
         if answer is None:
             self._note(line)
-            raise self._lost(
-                FAILED, f"wrote on its standard output what is no answer: {line!r:.200}"
-            )
+            raise self.lost(f"wrote on its standard output what is no answer: {line!r:.200}")
         if not answer["ok"]:
             said = f"{self.program} failed to {request['do']}: {answer.get('error')}"
             raise Unfinished(str(answer.get("outcome", FAILED)), said, self.log())
@@ -189,13 +187,13 @@ class Worker:
         try:
             code = process.wait(GRACE)
         except subprocess.TimeoutExpired:
-            return self._lost(FAILED, f"closed its standard output at {doing!r}")
+            return self.lost(f"closed its standard output at {doing!r}")
         self.stop()
         log = self.log()
         return Lost(*command.ended(f"{self.program}, asked to {doing},", code, log), log)
 
-    def _lost(self, outcome: str, said: str) -> Lost:
-        """End the program by force, and say why."""
+    def lost(self, said: str, outcome: str = FAILED) -> Lost:
+        """End the program by force; returns the error that says why."""
         if self._process is not None:
             command.kill(self._process.pid)
         self.stop()
