@@ -82,6 +82,13 @@ class Views:
         return len(self.world_to_camera)
 
 
+def camera_to_world(poses):
+    """(N, 4, 4) inverses of (N, 3, 4) poses."""
+    whole = np.tile(np.eye(4), (len(poses), 1, 1))
+    whole[:, :3] = poses
+    return np.linalg.inv(whole)
+
+
 def serve(
     fit,
     render,
