@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import shutil
 import tempfile
+from collections.abc import Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,9 @@ import numpy as np
 from fsel.data.capture import Views
 from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.external import command, folder, nvml
+from fsel.reconstruct.external.serving import Served, ServedModel
 from fsel.reconstruct.external.settings import ExternalSettings
+from fsel.reconstruct.external.worker import shared
 from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.subset import distinct, restricted
 
@@ -58,8 +62,24 @@ class External(Bound[ExternalSettings]):
         """Return what the setting `gpu` says."""
         return settings_from(ExternalSettings, settings).gpu
 
-    def fit(self, frames: np.ndarray) -> ExternalModel:
-        """Write the folder, and run the command `fit` where there is one.
+    @cached_property
+    def _served(self) -> Served | None:
+        """The worker, where there is one."""
+        return Served(self.capture, shared(self.settings)) if self.settings.serve else None
+
+    @property
+    def together(self) -> int:
+        """Number of subsets that a worker takes at once; 1 for a program that is run for each."""
+        return 1 if self._served is None else self._served.together
+
+    def fit_many(self, subsets: Sequence[np.ndarray]) -> Iterator[ExternalModel | ServedModel]:
+        """A model a subset, so many at once as a worker takes; see `fit`."""
+        for at in range(0, len(subsets), self.together):
+            part = subsets[at : at + self.together]
+            yield from self._served.fit(part) if self._served else map(self.fit, part)
+
+    def fit(self, frames: np.ndarray) -> ExternalModel | ServedModel:
+        """Ask the worker; or write the folder, and run the command `fit` where there is one.
 
         Args:
             frames: (K,) int64 distinct frames, K >= 2.
@@ -68,6 +88,8 @@ class External(Bound[ExternalSettings]):
             ValueError: for fewer than two frames, or repeated ones.
             Unfinished: when the command fails.
         """
+        if self._served is not None:
+            return self._served.fit([frames])[0]
         capture = restricted(self.capture, np.sort(distinct(frames)))
         model = ExternalModel(self.settings)
         try:

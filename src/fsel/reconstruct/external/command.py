@@ -17,7 +17,8 @@ from fsel.reconstruct.external.nvml import Watch
 from fsel.reconstruct.external.settings import ExternalSettings
 from fsel.reconstruct.outcome import FAILED, MEMORY, TIMEOUT, Unfinished
 
-TAIL = 20  # lines of the log that an error shows
+LOG = "log.txt"
+TAIL, TAIL_BYTES = 20, 1 << 16  # of the log, that an error shows and that are read for it
 FULL = re.compile(r"out of memory|OutOfMemoryError|MemoryError|Cannot allocate memory", re.I)
 HIDDEN = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")  # of this process, not of the program's
 
@@ -51,7 +52,7 @@ def environment(venv: str | None) -> dict[str, str]:
 def absent(settings: ExternalSettings) -> str | None:
     """Describe the first command whose first word is no program; None if all are there."""
     path = environment(settings.venv).get("PATH", os.defpath)
-    for words in filter(None, (settings.fit, settings.render)):
+    for words in filter(None, (settings.serve, settings.fit, settings.render)):
         program = settings.command(words, Path())[0]
         if shutil.which(program, path=path) is None:
             return f"no program {program!r} in {path}"
@@ -74,7 +75,7 @@ def run(
         Unfinished: for a timeout, full memory, or another exit code than zero.
     """
     started = time.monotonic()
-    with (folder / "log.txt").open("ab") as log:
+    with (folder / LOG).open("ab") as log:
         process = subprocess.Popen(
             command,
             cwd=folder,
@@ -84,40 +85,45 @@ def run(
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-        timer = threading.Timer(timeout, _kill, [process.pid])
+        timer = threading.Timer(timeout, kill, [process.pid])
         timer.start()
         try:
             with Watch(process.pid, gpu) as watch:
                 _, status, usage = os.wait4(process.pid, 0)
         finally:
             timer.cancel()
-            _kill(process.pid)  # whatever it started and left
+            kill(process.pid)  # whatever it started and left
     seconds = time.monotonic() - started
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise _ended(command[0], process.returncode, seconds >= timeout, tail(folder))
+        said = tail(folder)
+        if seconds >= timeout:
+            raise Unfinished(TIMEOUT, f"{command[0]} was stopped after its time", said)
+        raise Unfinished(*ended(command[0], process.returncode, said), said)
     peak = watch.peak_bytes if gpu else usage.ru_maxrss * 1024
     return Spent(seconds, peak, watch.device)
 
 
 def tail(folder: Path) -> str:
     """The last lines of the log."""
-    text = (folder / "log.txt").read_text(encoding="utf-8", errors="replace")
+    with (folder / LOG).open("rb") as file:
+        file.seek(max(file.seek(0, os.SEEK_END) - TAIL_BYTES, 0))
+        text = file.read().decode("utf-8", errors="replace")
     lines = text.replace("\r", "\n").splitlines()
     return "\n".join([line for line in lines if line.strip()][-TAIL:])
 
 
-def _ended(program: str, code: int, late: bool, log: str) -> Unfinished:
-    if late:
-        return Unfinished(TIMEOUT, f"{program} was stopped after its time", log)
+def ended(program: str, code: int, log: str) -> tuple[str, str]:
+    """Outcome and words for a program that ended with an exit code, or by a signal below zero."""
     if FULL.search(log):
-        return Unfinished(MEMORY, f"{program} ended with exit code {code}, out of memory", log)
+        return MEMORY, f"{program} ended with exit code {code}, out of memory"
     if code == -signal.SIGKILL:
-        return Unfinished(MEMORY, f"{program} was killed, as the system does for memory", log)
-    return Unfinished(FAILED, f"{program} ended with exit code {code}", log)
+        return MEMORY, f"{program} was killed, as the system does for memory"
+    return FAILED, f"{program} ended with exit code {code}"
 
 
-def _kill(group: int) -> None:
+def kill(group: int) -> None:
+    """End the processes of a group."""
     try:
         os.killpg(group, signal.SIGKILL)
     except ProcessLookupError:

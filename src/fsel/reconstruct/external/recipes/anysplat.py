@@ -1,6 +1,6 @@
-"""AnySplat (Jiang et al. 2025) from a clone of its own repository.
+"""AnySplat (Jiang et al. 2025) from a clone of its own repository, as a worker.
 
-    python anysplat.py FOLDER REPOSITORY WEIGHTS
+    python anysplat.py REPOSITORY WEIGHTS
 
 Run in its environment. WEIGHTS is a folder or name that `AnySplat.from_pretrained` takes. Its own
 evaluation shows the targets' images to the camera head; here the model sees the selected frames
@@ -8,14 +8,14 @@ alone, and the targets' cameras are carried into its world by the similarity fro
 it predicts for the selected frames to the given ones.
 """
 
+import glob
 import importlib
-import json
+import os
 import sys
-from pathlib import Path
 
-import cv2
 import numpy as np
 import torch
+from fsel_worker import camera_to_world, serve
 
 HOMES = ("src.model.model.anysplat", "src.model.arch.anysplat")
 NEAR, FAR = 0.01, 100.0  # of its own evaluation
@@ -37,13 +37,10 @@ def similarity(predicted, given):
     spread = (offset**2).sum()
     scale = (offset * wanted).sum() / spread if spread > 0 else 0.0
     if not scale > 0:
-        sys.exit(f"no similarity carries the predicted cameras to the given ones: scale {scale}")
+        raise ValueError(
+            f"no similarity carries the predicted cameras to the given ones: scale {scale}"
+        )
     return turn, scale, goal.mean(axis=0) - scale * source.mean(axis=0)
-
-
-def opencv(frame):
-    """(4, 4) camera to world of a frame, OpenCV axes."""
-    return np.array(frame["transform_matrix"]) @ np.diag([1.0, -1, -1, 1])
 
 
 def carried(poses, turn, scale, shift):
@@ -55,8 +52,8 @@ def carried(poses, turn, scale, shift):
 
 
 def network(repository, weights):
-    """The model, and the function that reads an image for it."""
-    sys.path.insert(0, str(Path(repository).resolve()))
+    """The model, the function that reads an image for it, and the device."""
+    sys.path.insert(0, os.path.abspath(repository))
     for home in HOMES:
         try:
             found = importlib.import_module(home)
@@ -71,31 +68,38 @@ def network(repository, weights):
     return model, importlib.import_module("src.utils.image").process_image, device
 
 
-@torch.no_grad()
-def main(where, repository, weights):
-    """Render all targets of a folder."""
-    folder = Path(where)
-    picks = json.loads((folder / "transforms.json").read_text())["frames"]
-    targets = json.loads((folder / "targets.json").read_text())["frames"]
+def main(repository, weights):
+    """Serve it."""
     model, read, device = network(repository, weights)
-    images = torch.stack([read(str(folder / pick["file_path"])) for pick in picks])[None].to(device)
-    output = model.encoder((images + 1) * 0.5, global_step=0, visualization_dump={})
-    predicted = output.pred_context_pose["extrinsic"][0].double().cpu().numpy()
-    fitted = similarity(predicted, np.array([opencv(pick) for pick in picks]))
-    for target in targets:
-        pose = carried(opencv(target)[None], *fitted)
-        lens = np.eye(3)
-        lens[0] = target["fl_x"] / target["w"], 0, target["cx"] / target["w"]
-        lens[1] = 0, target["fl_y"] / target["h"], target["cy"] / target["h"]
-        cameras = [
-            torch.tensor(found, dtype=torch.float32, device=device)[None]
-            for found in (pose, lens[None])
-        ]
-        planes = [torch.full((1, 1), plane, device=device) for plane in (NEAR, FAR)]
-        size = target["h"], target["w"]
-        color = model.decoder.forward(output.gaussians, *cameras, *planes, size).color[0, 0]
-        pixels = (color.clamp(0, 1) * 255).round().byte().permute(1, 2, 0).cpu().numpy()
-        cv2.imwrite(str(folder / "renderings" / target["file"]), pixels[:, :, ::-1])
+
+    @torch.no_grad()
+    def fit(subset):
+        paths = sorted(glob.glob(os.path.join(subset.folder, "images", "*.png")))
+        images = torch.stack([read(path) for path in paths])[None].to(device)
+        output = model.encoder((images + 1) * 0.5, global_step=0, visualization_dump={})
+        predicted = output.pred_context_pose["extrinsic"][0].double().cpu().numpy()
+        fitted = similarity(predicted, camera_to_world(subset.world_to_camera))
+        return output.gaussians, fitted
+
+    @torch.no_grad()
+    def render(made, views):
+        gaussians, fitted = made
+        width, height = views.size
+        images = []
+        poses = carried(camera_to_world(views.world_to_camera), *fitted)
+        for row, pose in enumerate(poses):
+            fx, fy, cx, cy = views.intrinsics[row]
+            share = [[fx / width, 0, cx / width], [0, fy / height, cy / height], [0, 0, 1]]
+            cameras = [
+                torch.tensor(found, dtype=torch.float32, device=device)[None, None]
+                for found in (pose, np.array(share))
+            ]
+            planes = [torch.full((1, 1), plane, device=device) for plane in (NEAR, FAR)]
+            made = model.decoder.forward(gaussians, *cameras, *planes, (height, width))
+            images.append(made.color[0, 0].clamp(0, 1).permute(1, 2, 0).cpu().numpy())
+        return np.stack(images)
+
+    serve(fit, render, name="anysplat", device=device, needs=["files"])
 
 
 if __name__ == "__main__":

@@ -1,70 +1,71 @@
-"""Methods of NerfBaselines (Kulhanek and Sattler 2024) through its own command.
+"""Methods of NerfBaselines (Kulhanek and Sattler 2024) by their common interface, as a worker.
 
-    python nerfbaselines.py fit FOLDER --method gaussian-splatting [options of nerfbaselines train]
-    python nerfbaselines.py render FOLDER [options of nerfbaselines render-trajectory]
+    python nerfbaselines.py METHOD [BACKEND [KEY=VALUE ...]]
 
-The command `nerfbaselines` must be on the path. It knows the selected frames alone: they are its
-training images, and its test images too, since it refuses none.
+Run in an environment of NerfBaselines; the method runs where its BACKEND has it (`conda`, `docker`,
+`apptainer`, `python`), started once. Further words override the method's configuration. It knows
+the selected frames alone.
 """
 
-import json
 import os
-import shutil
-import subprocess
 import sys
-from pathlib import Path
 
-WORK = "nerfbaselines"
-NEVER = str(10**9)  # iterations after which it evaluates
+import numpy as np
+from fsel_worker import camera_to_world, serve
 
 
-def fit(folder, options):
-    """Train; the checkpoint is in FOLDER/nerfbaselines/output."""
-    data = folder / WORK / "data"
-    data.mkdir(parents=True)
-    names = sorted(path.name for path in (folder / "images").iterdir())
+def scene(subset, load_dataset, info):
+    """The selected frames as NerfBaselines' own loader reads a COLMAP model."""
+    folder = os.path.join(subset.folder, "nerfbaselines")
+    os.makedirs(folder)
     for part in ("images", "sparse"):
-        os.symlink(folder / part, data / part)
+        os.symlink(os.path.join(subset.folder, part), os.path.join(folder, part))
     for split in ("train", "test"):
-        (data / f"{split}_list.txt").write_text("\n".join(names))
-    command = ["nerfbaselines", "train", "--data", str(data)]
-    command += ["--output", str(folder / WORK / "output"), "--disable-output-artifact"]
-    command += ["--logger", "none", "--eval-few-iters", NEVER, "--eval-all-iters", NEVER]
-    subprocess.run([*command, *options], check=True)
+        with open(os.path.join(folder, split + "_list.txt"), "w") as file:
+            file.write("\n".join(sorted(os.listdir(os.path.join(folder, "images")))))
+    models = info.get("supported_camera_models", frozenset(("pinhole",)))
+    features = info.get("required_features", frozenset())
+    asked = {"features": features, "supported_camera_models": models, "load_features": True}
+    return load_dataset(folder, split="train", **asked)
 
 
-def trajectory(targets):
-    """The targets as NerfBaselines states a camera path; its axes are OpenCV's."""
-    frames = []
-    for target in targets:
-        matrix = target["transform_matrix"]
-        pose = [[row[0], -row[1], -row[2], row[3]] for row in matrix[:3]]
-        frames.append(
-            {
-                "pose": [value for row in pose for value in row],
-                "intrinsics": [target[key] for key in ("fl_x", "fl_y", "cx", "cy")],
-                "appearance_weights": [],
-            }
-        )
-    size = [targets[0]["w"], targets[0]["h"]]
-    head = {"format": "nerfbaselines-v1", "camera_model": "pinhole", "image_size": size}
-    return {**head, "fps": 1, "source": None, "frames": frames}
+def main(name, backend=None, *given):
+    """Serve a method."""
+    del sys.path[0]  # this file has the package's name
+    import nerfbaselines
+    from nerfbaselines import build_method_class, new_cameras
+    from nerfbaselines.datasets import load_dataset
+    from nerfbaselines.training import get_presets_and_config_overrides
 
+    spec = nerfbaselines.get_method_spec(name)
+    own = dict(word.split("=", 1) for word in given)
+    with build_method_class(spec, backend) as method_class:
+        info = method_class.get_method_info()
 
-def render(folder, options):
-    """Render every target from the last checkpoint."""
-    targets = json.loads((folder / "targets.json").read_text())["frames"]
-    path, out = folder / WORK / "trajectory.json", folder / WORK / "rendered"
-    path.write_text(json.dumps(trajectory(targets)))
-    checkpoints = (folder / WORK / "output").glob("checkpoint-*")
-    last = max(checkpoints, key=lambda found: int(found.name.rpartition("-")[2]))
-    command = ["nerfbaselines", "render-trajectory", "--checkpoint", str(last)]
-    command += ["--trajectory", str(path), "--output", str(out), "--output-names", "color"]
-    subprocess.run([*command, *options], check=True)
-    for row, target in enumerate(targets):
-        shutil.move(str(next(out.rglob(f"{row:05d}.png"))), folder / "renderings" / target["file"])
+        def fit(subset):
+            data = scene(subset, load_dataset, info)
+            _, settings = get_presets_and_config_overrides(
+                spec, data["metadata"], presets=None, config_overrides=own
+            )
+            method = method_class(train_dataset=data, config_overrides=settings)
+            for step in range(method.get_info()["num_iterations"]):
+                method.train_iteration(step)
+            return method
+
+        def render(method, views):
+            count = len(views)
+            poses = camera_to_world(views.world_to_camera)[:, :3]
+            cameras = new_cameras(
+                poses=poses.astype(np.float32),
+                intrinsics=views.intrinsics.astype(np.float32),
+                camera_models=np.zeros(count, np.uint8),
+                image_sizes=np.tile(np.array(views.size, np.int32), (count, 1)),
+            )
+            images = [method.render(cameras[row].item())["color"] for row in range(count)]
+            return np.clip(np.stack(images)[..., :3], 0, 1)
+
+        serve(fit, render, name=name, version=nerfbaselines.__version__, needs=["files"])
 
 
 if __name__ == "__main__":
-    task, where, *rest = sys.argv[1:]
-    {"fit": fit, "render": render}[task](Path(where).resolve(), rest)
+    main(*sys.argv[1:])

@@ -1,7 +1,10 @@
-"""Methods of Nerfstudio (Tancik et al. 2023) through `ns-train` and `ns-render`.
+"""Methods of Nerfstudio (Tancik et al. 2023), as a worker or through its two commands.
 
-    python nerfstudio.py fit FOLDER nerfacto [options of ns-train, before the dataparser]
+    python nerfstudio.py serve nerfacto [options of ns-train, before the dataparser]
+    python nerfstudio.py fit FOLDER nerfacto [the same]
     python nerfstudio.py render FOLDER [options of ns-render dataset]
+
+The first is a worker, which imports torch and Nerfstudio once; the others start both for a subset.
 
 The world is centred at the selected cameras and scaled by their distance, here and not by
 Nerfstudio, whose own normalisation would depend on the targets. They join the test split, with
@@ -89,16 +92,61 @@ def write_points(source, path, middle, unit):
     path.write_text("\n".join(lines) + "\n")
 
 
-def fit(folder, options):
-    """Train; the model is in FOLDER/nerfstudio/trained."""
+def arguments(folder, options):
+    """Words of `ns-train` after the command, for the scene of the selected frames."""
     data = write_scene(folder, [])
     method, *further = options
-    command = ["ns-train", method, "--data", str(data), "--output-dir", str(folder / WORK)]
-    command += ["--experiment-name", "trained", "--timestamp", "run", "--vis", "tensorboard"]
+    words = [method, "--data", str(data), "--output-dir", str(folder / WORK)]
+    words += ["--experiment-name", "trained", "--timestamp", "run", "--vis", "tensorboard"]
     for kind in ("batch", "image", "all-images"):
-        command += [f"--steps-per-eval-{kind}", NEVER]
+        words += [f"--steps-per-eval-{kind}", NEVER]
     parser = ["nerfstudio-data", "--orientation-method", "none", "--center-method", "none"]
-    subprocess.run([*command, *further, *parser, "--auto-scale-poses", "False"], check=True)
+    return [*words, *further, *parser, "--auto-scale-poses", "False"]
+
+
+def fit(folder, options):
+    """Train; the model is in FOLDER/nerfstudio/trained."""
+    subprocess.run(["ns-train", *arguments(folder, options)], check=True)
+
+
+def serve_method(options):
+    """Serve a method: train as `ns-train` does, and render by the model's own function."""
+    del sys.path[0]  # this file has the package's name
+    import numpy as np
+    import torch
+    import tyro
+    from fsel_worker import camera_to_world, serve
+    from nerfstudio.cameras.cameras import Cameras, CameraType
+    from nerfstudio.configs.method_configs import AnnotatedBaseConfigUnion
+    from nerfstudio.scripts.train import _set_random_seed
+
+    def fitted(subset):
+        folder = Path(subset.folder)
+        config = tyro.cli(AnnotatedBaseConfigUnion, args=arguments(folder, options))
+        config.set_timestamp()
+        config.pipeline.datamanager.data = config.data
+        _set_random_seed(config.machine.seed)
+        trainer = config.setup(local_rank=0, world_size=1)
+        trainer.setup()
+        trainer.train()
+        given = json.loads((folder / "transforms.json").read_text())["frames"]
+        return trainer.pipeline.model.eval(), normalisation(given)
+
+    @torch.no_grad()
+    def images(made, views):
+        model, (middle, unit) = made
+        poses = camera_to_world(views.world_to_camera)[:, :3] @ np.diag([1.0, -1, -1, 1])
+        poses[:, :, 3] = (poses[:, :, 3] - middle) / unit
+        poses, lenses = torch.tensor(poses).float(), torch.tensor(views.intrinsics).float()
+        found = []
+        for row in range(len(views)):
+            lens, kind = lenses[row, :, None], CameraType.PERSPECTIVE
+            camera = Cameras(poses[row : row + 1], *lens, *views.size, camera_type=kind)
+            rgb = model.get_outputs_for_camera(camera.to(model.device))["rgb"]
+            found.append(rgb.clamp(0, 1).cpu().numpy())
+        return np.stack(found)
+
+    serve(fitted, images, name=options[0], needs=["files"])
 
 
 def render(folder, options):
@@ -118,5 +166,8 @@ def render(folder, options):
 
 
 if __name__ == "__main__":
-    task, where, *rest = sys.argv[1:]
-    {"fit": fit, "render": render}[task](Path(where).resolve(), rest)
+    task, *rest = sys.argv[1:]
+    if task == "serve":
+        serve_method(rest)
+    else:
+        {"fit": fit, "render": render}[task](Path(rest[0]).resolve(), rest[1:])

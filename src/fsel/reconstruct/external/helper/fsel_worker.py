@@ -1,0 +1,223 @@
+"""Serving a reconstructor to `fsel` on standard input and output; one file, for any environment.
+
+    from fsel_worker import serve
+
+    model_of_weights = load()                    # once, before serving
+    serve(fit, render)
+
+    def fit(subset): ...                         # returns a model, anything
+    def render(model, views): ...                # returns (T, h, w, 3), float in [0, 1] or uint8
+
+Needs Python 3.8 and NumPy. `fsel` puts the folder of this file on the program's path; it may be
+copied as well. What the program prints goes to the log, never among the answers. The protocol is in
+docs/reconstructors.md.
+"""
+
+import json
+import os
+import sys
+import threading
+import time
+import traceback
+
+import numpy as np
+
+PROTOCOL = 1
+NEEDS = ("points", "files", "capture")
+ARRAYS = (
+    "images",
+    "masks",
+    "world_to_camera",
+    "intrinsics",
+    "xyz",
+    "rgb",
+    "track_point",
+    "track_frame",
+)
+STATED = ("primitives", "bytes", "device", "peak_bytes", "seconds")  # of a model, where it has them
+FULL = ("out of memory", "OutOfMemoryError", "Cannot allocate memory")
+POLL = 1.0  # seconds between looks for the parent process
+
+
+class Frames:
+    """Frames with their images and cameras: a subset to reconstruct from, or a whole capture.
+
+    With the need `capture`, a subset has its numbers alone.
+
+    Attributes:
+        folder: of its files; with the need `files` also those of a program that is run a subset.
+        frames: (K,) numbers in the capture, None of a whole capture.
+        images: (K, h, w, 3) uint8 RGB.
+        world_to_camera: (K, 3, 4) float64, OpenCV axes.
+        intrinsics: (K, 4) float64 fx, fy, cx, cy in pixels; the first pixel's centre is 0.5, 0.5.
+        masks: (K, h, w) bool, True where a pixel counts; None for none.
+        xyz, rgb: (M, 3) float64 and uint8, sparse points; None without the need `points`.
+        track_point, track_frame: (L,) which point is seen by which of the K frames.
+    """
+
+    def __init__(self, folder, frames=None):
+        self.folder = folder
+        self.frames = None if frames is None else np.array(frames, np.int64)
+        for name in ARRAYS:
+            path = os.path.join(folder, name + ".npy")
+            setattr(self, name, np.load(path) if os.path.exists(path) else None)
+
+
+class Views:
+    """Cameras to render from.
+
+    Attributes:
+        world_to_camera: (T, 3, 4) float64, OpenCV axes.
+        intrinsics: (T, 4) float64 fx, fy, cx, cy in pixels.
+        size: (width, height).
+        folder: of the model's subset; with the need `files` it has targets.json.
+    """
+
+    def __init__(self, request):
+        self.folder, self.size = request["folder"], tuple(request["size"])
+        views = np.load(request["views"])  # a row a view: its pose, then its intrinsics
+        self.world_to_camera, self.intrinsics = views[:, :12].reshape(-1, 3, 4), views[:, 12:]
+
+    def __len__(self):
+        return len(self.world_to_camera)
+
+
+def camera_to_world(poses):
+    """(N, 4, 4) inverses of (N, 3, 4) poses."""
+    whole = np.tile(np.eye(4), (len(poses), 1, 1))
+    whole[:, :3] = poses
+    return np.linalg.inv(whole)
+
+
+def serve(
+    fit,
+    render,
+    bind=None,
+    name="",
+    version="",
+    device="cpu",
+    needs=(),
+    together=1,
+    pixels="float32",
+):
+    """Answer requests until standard input ends.
+
+    Args:
+        fit: subset -> model; with `together` above 1, a list of subsets -> a list of models.
+        render: (model, views) -> (T, h, w, 3) images, float in [0, 1] or uint8.
+        bind: capture -> None, called before the first fit of every capture: a `Frames` with the
+            need `capture`, else None.
+        name, version, device: of what reconstructs, for logs and tables.
+        needs: of `NEEDS`. Without any, a fit is given the selected frames alone; with `capture`
+            every frame of the capture, targets too, which it must not use as images.
+        together: subsets that one fit may be given.
+        pixels: of the images that are handed over, `float32`, or `uint8` for a quarter the bytes.
+    """
+    for value, allowed in ((set(needs) - set(NEEDS), [set()]), (pixels, ("float32", "uint8"))):
+        if value not in allowed:
+            raise ValueError(f"serve does not know {value}; allowed: {NEEDS}, float32, uint8")
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8", newline="\n")
+    os.dup2(2, 1)  # whatever prints from now on, libraries too, prints into the log
+    threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+    stated = {"protocol": PROTOCOL, "name": name or os.path.basename(sys.argv[0])}
+    stated.update(version=str(version), device=device, needs=list(needs))
+    stated.update(together=together, pixels=pixels)
+    state = {"fit": fit, "render": render, "bind": bind, "stated": stated, "models": {}}
+    for line in sys.stdin:
+        request = json.loads(line)
+        if request["do"] == "close":  # has no answer
+            for model in request["models"]:
+                state["models"].pop(model, None)
+            continue
+        try:
+            answer = {"ok": True, **ANSWERS[request["do"]](request, state)}
+        except Exception as error:
+            traceback.print_exc()
+            said = f"{type(error).__name__}: {error}"
+            full = isinstance(error, MemoryError) or any(word in said for word in FULL)
+            answer = {"ok": False, "error": said, "outcome": "out of memory" if full else "failed"}
+        sys.stderr.flush()
+        answers.write(json.dumps(answer) + "\n")
+        answers.flush()
+
+
+def _hello(request, state):
+    if request["protocol"] != PROTOCOL:
+        raise ValueError(f"protocol {request['protocol']}; this helper speaks {PROTOCOL}")
+    return state["stated"]
+
+
+def _bind(request, state):
+    state["models"].clear()
+    if state["bind"] is not None:
+        state["bind"](Frames(request["folder"]) if request["capture"] else None)
+    return {}
+
+
+def _fit(request, state):
+    subsets = [Frames(one["folder"], one["frames"]) for one in request["subsets"]]
+    started = time.perf_counter()
+    peak = _Peak()
+    if state["stated"]["together"] > 1:
+        models = list(state["fit"](subsets))
+    else:
+        models = [state["fit"](subset) for subset in subsets]
+    if len(models) != len(subsets):
+        raise ValueError(f"fit returned {len(models)} models for {len(subsets)} subsets")
+    share = (time.perf_counter() - started) / len(subsets)
+    costs = {"seconds": share, "peak_bytes": peak.bytes() // len(subsets)}
+    answers = []
+    for at, one in enumerate(request["subsets"]):
+        model = models[at]
+        state["models"][one["model"]] = model
+        own = {name: getattr(model, name) for name in STATED if hasattr(model, name)}
+        answers.append({"model": one["model"], **costs, **own})
+    return {"models": answers, "resident_bytes": _resident("VmRSS")}
+
+
+def _render(request, state):
+    if request["model"] not in state["models"]:
+        raise ValueError(f"no model {request['model']}")
+    out = np.lib.format.open_memmap(request["out"], mode="r+")
+    started = time.perf_counter()
+    images = np.asarray(state["render"](state["models"][request["model"]], Views(request)))
+    seconds = time.perf_counter() - started
+    if images.shape != out.shape:
+        raise ValueError(f"render returned shape {images.shape}, expected {out.shape}")
+    if images.dtype == np.uint8 and out.dtype != np.uint8:
+        images = images / np.float32(255)
+    np.copyto(out, images, casting="same_kind")
+    return {"seconds": seconds}
+
+
+ANSWERS = {"hello": _hello, "bind": _bind, "fit": _fit, "render": _render}
+
+
+class _Peak:
+    """Resident memory at its highest, above what was held at the start; 0 where it is not told."""
+
+    def __init__(self):
+        try:
+            with open("/proc/self/clear_refs", "w") as file:
+                file.write("5")  # forget the highest so far
+        except OSError:
+            pass
+        self._start = _resident("VmRSS")
+
+    def bytes(self):
+        return max(_resident("VmHWM") - self._start, 0)
+
+
+def _resident(field):
+    try:
+        with open("/proc/self/status") as file:
+            return next(int(line.split()[1]) * 1024 for line in file if line.startswith(field))
+    except OSError:
+        return 0
+
+
+def _end_with_parent(parent):
+    """End this process when the one that started it has ended, within a fit too."""
+    while os.getppid() == parent:
+        time.sleep(POLL)
+    os._exit(1)

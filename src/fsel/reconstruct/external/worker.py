@@ -1,0 +1,259 @@
+"""A program that is started once and answers requests: one JSON object a line, both ways."""
+
+from __future__ import annotations
+
+import atexit
+import itertools
+import json
+import logging
+import queue
+import shutil
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from fsel.reconstruct.external import command
+from fsel.reconstruct.external.nvml import Watch
+from fsel.reconstruct.external.settings import ExternalSettings
+from fsel.reconstruct.outcome import FAILED, TIMEOUT, Unfinished
+
+PROTOCOL = 1
+HELPER = Path(__file__).parent / "helper"  # goes on the program's path
+LONGEST = 1 << 20  # bytes of an answer
+NAMED = 80  # letters of a program's command in messages
+GRACE = 5.0  # seconds to end by itself when its input ends
+NEEDS = ("points", "files", "capture")
+PIXELS = ("float32", "uint8")
+
+logger = logging.getLogger(__name__)
+
+
+class Lost(Unfinished):
+    """The program is gone: it crashed, hung, or answered what is no answer. It can be restarted."""
+
+
+class Worker:
+    """One program, started when it is first asked, and again after it was lost.
+
+    Attributes:
+        stated: what it said of itself when it started.
+        bound: what it was bound to last, since it was started.
+        bindings, captures: numbers of the times it is bound, and of captures.
+        outgrown: whether it holds more memory than it may, and is to be started anew.
+        load_seconds: from its start to its first answer.
+        folder: of its log, and of what it is handed.
+
+    Args:
+        settings: with `serve`.
+    """
+
+    def __init__(self, settings: ExternalSettings) -> None:
+        self.settings = settings
+        self.load_seconds, self.outgrown = 0.0, False
+        self.stated: dict[str, Any] = {}
+        self.bound: object = None
+        self.bindings, self.captures = itertools.count(1), itertools.count()
+        self.folder = Path(tempfile.mkdtemp(prefix="fsel-", dir=settings.workspace)).resolve()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._answers: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+
+    @property
+    def running(self) -> bool:
+        """Say whether the program is there."""
+        return self._process is not None
+
+    def start(self) -> None:
+        """Start the program, unless it runs.
+
+        Raises:
+            Lost: when it does not answer, or states what is not allowed.
+        """
+        if self.running:
+            return
+        variables = command.environment(self.settings.venv)
+        variables["PYTHONPATH"] = str(HELPER)
+        started = time.perf_counter()
+        with (self.folder / command.LOG).open("ab") as log:
+            process = subprocess.Popen(
+                self.settings.command(self.settings.serve, self.folder),
+                env=variables,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=log,
+                start_new_session=True,
+            )
+        self._process, self._answers = process, queue.SimpleQueue()
+        threading.Thread(target=_read, args=(process, self._answers), daemon=True).start()
+        self.stated = self.ask({"do": "hello", "protocol": PROTOCOL})
+        self.load_seconds = time.perf_counter() - started
+        if wrong := _misstated(self.stated):
+            raise self.lost(f"stated {wrong}")
+        named = " ".join(str(self.stated[key]) for key in ("name", "version", "device"))
+        logger.info("worker %s: ready after %.1f s", named, self.load_seconds)
+
+    def ask(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        """The answer to a request.
+
+        Raises:
+            Lost: when the program ended, took longer than `timeout`, or answered no JSON object;
+                it is ended then.
+            Unfinished: when it answered with an error; it goes on.
+        """
+        try:
+            early = None if self._answers.empty() else self._answers.get()
+            self.tell(request)
+            line = self._answers.get(timeout=self.settings.timeout) if early is None else early
+        except BrokenPipeError:
+            line = b""
+        except queue.Empty:
+            doing = f"took longer than {self.settings.timeout:g} s for {request['do']!r}"
+            raise self.lost(doing, TIMEOUT) from None
+        except BaseException:
+            self.stop()  # interrupted: its answer would be taken for the next one's
+            raise
+        if not line:
+            raise self._ended(str(request["do"]))
+        answer = None if early else _parsed(line)
+        if answer is None:
+            self._note(line)
+            raise self.lost(f"wrote on its standard output what is no answer: {line!r:.200}")
+        if not answer["ok"]:
+            said = f"{self.program} failed to {request['do']}: {answer.get('error')}"
+            raise Unfinished(str(answer.get("outcome", FAILED)), said, self.log())
+        return answer
+
+    def tell(self, request: Mapping[str, Any]) -> None:
+        """Send a request, or `close`, which has no answer.
+
+        Raises:
+            BrokenPipeError: when the program does not read any more.
+        """
+        if self._process is None or self._process.stdin is None:
+            raise BrokenPipeError
+        self._process.stdin.write(json.dumps(request).encode() + b"\n")
+        self._process.stdin.flush()
+
+    @property
+    def program(self) -> str:
+        """Name of the program, for messages."""
+        return " ".join(self.settings.serve)[:NAMED]
+
+    def watch(self) -> Watch:
+        """Measurement of the GPU memory that the program's processes take."""
+        return Watch(self._process.pid if self._process else 0, self.settings.gpu)
+
+    def log(self) -> str:
+        """The last lines that the program wrote."""
+        return command.tail(self.folder)
+
+    def stop(self) -> int | None:
+        """End the program: by the end of its input, and by force where that does not suffice.
+
+        Returns:
+            Its exit code, negative where a signal ended it; None where none ran.
+        """
+        process, self._process = self._process, None
+        self.bound, self.outgrown = None, False
+        if process is None:
+            return None
+        assert process.stdin is not None
+        assert process.stdout is not None
+        with suppress(BrokenPipeError):
+            process.stdin.close()
+        try:
+            process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            logger.warning("worker %s: did not end with its input", self.program)
+        command.kill(process.pid)  # it, or what it started and left
+        code = process.wait()
+        process.stdout.close()
+        return code
+
+    def close(self) -> None:
+        """End the program, and remove its folder unless a workspace keeps it."""
+        self.stop()
+        if self.settings.workspace is None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _ended(self, doing: str) -> Lost:
+        process = self._process
+        if process is None:
+            return Lost(FAILED, f"{self.program} does not run")
+        try:
+            code = process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            return self.lost(f"closed its standard output at {doing!r}")
+        self.stop()
+        log = self.log()
+        return Lost(*command.ended(f"{self.program}, asked to {doing},", code, log), log)
+
+    def lost(self, said: str, outcome: str = FAILED) -> Lost:
+        """End the program by force; returns the error that says why."""
+        if self._process is not None:
+            command.kill(self._process.pid)
+        self.stop()
+        return Lost(outcome, f"{self.program} {said}", self.log())
+
+    def _note(self, line: bytes) -> None:
+        with (self.folder / command.LOG).open("ab") as log:
+            log.write(line[:LONGEST].rstrip(b"\n") + b"\n")
+
+
+def shared(settings: ExternalSettings) -> Worker:
+    """The one worker of this process with some settings: all captures of a job use it."""
+    key = repr(settings)
+    if key not in _WORKERS:
+        _WORKERS[key] = Worker(settings)
+    return _WORKERS[key]
+
+
+@atexit.register
+def close_all() -> None:
+    """End the workers of this process."""
+    while _WORKERS:
+        _WORKERS.popitem()[1].close()
+
+
+_WORKERS: dict[str, Worker] = {}
+
+
+def _read(process: subprocess.Popen[bytes], answers: queue.SimpleQueue[bytes]) -> None:
+    """Hand over the lines that a program writes, and an empty one when it writes no more."""
+    assert process.stdout is not None
+    try:
+        while line := process.stdout.readline(LONGEST):
+            answers.put(line)
+    except (OSError, ValueError):
+        pass  # closed under this thread
+    answers.put(b"")
+
+
+def _parsed(line: bytes) -> dict[str, Any] | None:
+    """An answer, or None where a line is none."""
+    try:
+        found = json.loads(line)
+    except ValueError:
+        return None
+    return found if isinstance(found, dict) and isinstance(found.get("ok"), bool) else None
+
+
+def _misstated(stated: Mapping[str, Any]) -> str:
+    """Describe what of a program's own statement is not allowed; empty where all is."""
+    needs, together = stated.get("needs"), stated.get("together")
+    if stated.get("protocol") != PROTOCOL:
+        return f"protocol {stated.get('protocol')!r}; this fsel speaks {PROTOCOL}"
+    for key in ("name", "version", "device"):
+        if not isinstance(stated.get(key), str):
+            return f"{key} {stated.get(key)!r}; allowed: a string"
+    if not isinstance(needs, list) or not set(map(str, needs)) <= set(NEEDS):
+        return f"needs {needs!r}; allowed: a list of {', '.join(NEEDS)}"
+    if type(together) is not int or together < 1:
+        return f"together {together!r}; allowed: an integer from 1"
+    if stated.get("pixels") not in PIXELS:
+        return f"pixels {stated.get('pixels')!r}; allowed: {', '.join(PIXELS)}"
+    return ""

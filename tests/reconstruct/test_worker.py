@@ -1,0 +1,399 @@
+"""Workers: what they are handed, what comes back, and how they may fail."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from selection_problems import capture_of
+from small_captures import ring
+
+from fsel.data.capture import Capture
+from fsel.data.points import SparsePoints
+from fsel.evaluation.evaluator import Evaluator
+from fsel.reconstruct import RECONSTRUCTORS, check_needs
+from fsel.reconstruct.external import External
+from fsel.reconstruct.external.worker import close_all
+from fsel.reconstruct.outcome import Unfinished
+from fsel.synthesis import record
+
+SIZE = (24, 18)
+FRAMES, TARGETS = np.array([5, 0, 3]), np.array([1, 6])
+# every view is the mean image of the selected frames; WRONG runs before each fit
+MEAN = """
+import os, sys, time
+import numpy as np
+from fsel_worker import serve
+
+fits = []
+
+def fit(subset):
+    fits.append(1)
+    WRONG
+    return subset.images.mean(axis=0) / 255
+
+serve(fit, lambda model, views: np.stack([model] * len(views)), name="mean", version="1")
+"""
+# faults that happen once, in the first start of the worker: it leaves a mark
+ONCE = "if not os.path.exists('{mark}'): open('{mark}', 'w').close(); {fault}"
+
+
+@pytest.fixture
+def capture():
+    poses = ring(8)
+    rotations = poses[:, :, :3]
+    centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
+    found = capture_of(centers, rotations, size=SIZE)
+    xyz = np.random.default_rng(0).uniform(-0.5, 0.5, (4, 3))
+    seen = np.array([[0, 0, 1, 1, 2, 3, 3], [0, 3, 5, 1, 3, 5, 0]])  # points, frames
+    points = SparsePoints(xyz, np.full((4, 3), 7, np.uint8), *seen)
+    masks = np.zeros((8, SIZE[1], SIZE[0]), bool)
+    masks[:, 2:5] = True
+    return replace(found, points=points, masks=masks)
+
+
+@pytest.fixture(autouse=True)
+def ended():
+    yield
+    close_all()
+
+
+def worker(text, **settings):
+    return {"serve": [sys.executable, "-c", text], "timeout": 20, **settings}
+
+
+def mean(wrong="pass", **settings):
+    return worker(MEAN.replace("WRONG", wrong), **settings)
+
+
+def rendered(capture, settings, frames=FRAMES):
+    return External(capture, **settings).fit(frames).render(capture.view(TARGETS))
+
+
+def expected(capture, frames=FRAMES):
+    image = np.asarray(capture.images)[frames].mean(axis=0) / 255
+    return np.stack([image] * len(TARGETS)).astype(np.float32)
+
+
+def test_images_come_back_as_the_worker_made_them(capture):
+    reconstructor = External(capture, **mean())
+    for frames in (FRAMES, np.array([1, 2]), FRAMES):
+        model = reconstructor.fit(frames)
+        images = model.render(capture.view(TARGETS))
+        assert images.dtype == np.float32
+        np.testing.assert_allclose(images, expected(capture, frames), atol=1e-6)
+    assert (model.device, model.primitives) == ("cpu", 0)
+    assert 0 < model.seconds < 1
+
+
+def test_a_worker_is_handed_the_selected_frames_and_points_that_two_of_them_see(capture, tmp_path):
+    text = f"""
+import pickle
+from fsel_worker import serve
+
+def fit(subset):
+    pickle.dump(vars(subset), open({str(tmp_path / "seen")!r}, "wb"))
+    raise ValueError("seen enough")
+
+serve(fit, None, needs=["points"])
+"""
+    with pytest.raises(Unfinished, match="failed to fit: ValueError: seen enough") as failure:
+        rendered(capture, worker(text))
+    assert "Traceback" in failure.value.log
+    seen = np.load(tmp_path / "seen", allow_pickle=True)
+    order = [0, 3, 5]
+    assert seen["frames"].tolist() == order
+    for name in ("images", "masks", "world_to_camera", "intrinsics"):
+        np.testing.assert_array_equal(seen[name], getattr(capture, name)[order])
+    np.testing.assert_array_equal(seen["xyz"], capture.points.xyz[[0, 3]])
+    tracks = sorted(zip(seen["track_point"].tolist(), seen["track_frame"].tolist(), strict=True))
+    assert tracks == [(0, 0), (0, 1), (1, 0), (1, 2)]
+
+
+def test_points_that_no_two_frames_see_are_no_points(capture):
+    text = """
+import numpy as np
+from fsel_worker import serve
+serve(lambda s: len(s.xyz), lambda m, v: np.full((len(v), 18, 24, 3), m / 8, np.float32),
+      needs=["points"])
+"""
+    reconstructor = External(capture, **worker(text))
+    for frames, count in (([0, 3], 1), ([2, 4], 0), ([0, 5], 1)):
+        image = reconstructor.fit(np.array(frames)).render(capture.view(TARGETS))
+        assert image[0, 0, 0, 0] == count / 8
+
+
+def test_a_worker_that_reads_files_has_those_of_a_program(capture):
+    text = """
+import json, os
+import cv2, numpy as np
+from fsel_worker import serve
+
+def fit(subset):
+    frames = json.load(open(os.path.join(subset.folder, "transforms.json")))["frames"]
+    paths = [os.path.join(subset.folder, frame["file_path"]) for frame in frames]
+    return np.mean([cv2.imread(path)[:, :, ::-1] for path in paths], axis=0).round()
+
+def render(model, views):
+    assert len(json.load(open(os.path.join(views.folder, "targets.json")))["frames"]) == len(views)
+    return np.stack([model.astype(np.uint8)] * len(views))
+
+serve(fit, render, needs=["files"], pixels="uint8")
+"""
+    reconstructor = External(capture, **worker(text))
+    for frames in (FRAMES, np.array([1, 2])):
+        images = reconstructor.fit(frames).render(capture.view(TARGETS))
+        wanted = (expected(capture, frames).astype(np.float64) * 255).round() / 255
+        np.testing.assert_allclose(images, wanted, atol=1.01 / 255)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"), [("splats", {}), ("gaussians", {"steps": 20, "gaussians": 300})]
+)
+def test_a_reconstructor_in_a_worker_equals_it_in_this_process(name, settings):
+    made = record("dl3dv", 3, frames=16, width=32, height=24)
+    focal = made.camera.params[0]
+    cameras = np.tile([focal, focal, 16.0, 12.0], (16, 1))
+    capture = Capture(made.names, made.world_to_camera, cameras, made.images, made.sequences)
+    serve = [sys.executable, "{recipes}/registered.py", name]
+    serve += [f"{key}={value}" for key, value in settings.items()]
+    served = External(capture, serve=serve, timeout=120)
+    own = RECONSTRUCTORS[name](capture, **settings)
+    views = capture.view(np.arange(3))
+    for frames in (np.arange(4, 10), np.arange(5, 14)):
+        model, here = served.fit(frames), own.fit(frames)
+        np.testing.assert_array_equal(model.render(views), here.render(views))
+        assert (model.primitives, model.bytes) == (here.primitives, here.bytes)
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ("os._exit(3)", "exit code 3"),
+        ("print('worked until here', file=sys.stderr); os.kill(os.getpid(), 11)", "exit code -11"),
+        ("os.kill(os.getpid(), 9)", "was killed, as the system does for memory"),
+        ("time.sleep(60)", "took longer than 3 s for 'fit'"),
+        ("os.write(3, b'loading 100%\\\\n')", "what is no answer: b'loading 100%"),
+    ],
+)
+def test_a_worker_that_is_lost_is_started_again_once(capture, tmp_path, caplog, fault, said):
+    settings = mean(ONCE.format(mark=tmp_path / "mark", fault=fault), timeout=3)
+    np.testing.assert_allclose(rendered(capture, settings), expected(capture), atol=1e-6)
+    assert said in caplog.text
+    assert "worker started again, once" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("fault", "outcome", "said"),
+    [
+        ("print('begun', file=sys.stderr); os._exit(3)", "failed", "exit code 3\nbegun\nbegun"),
+        ("print('CUDA out of memory.'); os._exit(1)", "out of memory", "exit code 1"),
+        ("time.sleep(60)", "timeout", "took longer than 3 s"),
+        ("raise MemoryError('no room')", "out of memory", "MemoryError: no room"),
+        ("raise RuntimeError('CUDA out of memory. Tried')", "out of memory", "Tried"),
+    ],
+)
+def test_a_subset_that_fails_is_reported_and_the_next_is_measured(
+    capture, caplog, fault, outcome, said
+):
+    settings = mean(f"if 5 in subset.frames: {fault}", timeout=3)
+    evaluator = Evaluator.on_frames(External(capture, **settings), TARGETS)
+    found = evaluator.measure(FRAMES)
+    assert np.isnan(found.scores).all()
+    assert found.outcome == outcome
+    assert evaluator.measure(np.array([2, 4])).outcome == ""
+    assert said in caplog.text
+
+
+def test_an_error_does_not_end_the_worker(capture):
+    text = MEAN.replace("WRONG", "if len(fits) == 2: raise ValueError('the second')")
+    text = text.replace("return subset", "return len(fits) / 255 + subset")
+    reconstructor = External(capture, **worker(text))
+    first = reconstructor.fit(FRAMES)
+    with pytest.raises(Unfinished, match="ValueError: the second"):
+        reconstructor.fit(FRAMES)
+    again = reconstructor.fit(FRAMES)
+    views = capture.view(TARGETS)
+    np.testing.assert_allclose(again.render(views) - first.render(views), 2 / 255, atol=1e-5)
+
+
+def test_a_model_is_fitted_again_where_its_worker_was_lost_since(capture):
+    reconstructor = External(capture, **mean())
+    model = reconstructor.fit(FRAMES)
+    reconstructor._served.worker.stop()
+    np.testing.assert_allclose(model.render(capture.view(TARGETS)), expected(capture), atol=1e-6)
+
+
+def test_captures_share_a_worker(capture):
+    other = replace(capture, images=255 - np.asarray(capture.images))
+    one, two = External(capture, **mean()), External(other, **mean())
+    assert one._served.worker is two._served.worker
+    models = [one.fit(FRAMES), two.fit(FRAMES), one.fit(FRAMES)]
+    for model, own in zip(models, (capture, other, capture), strict=True):
+        np.testing.assert_allclose(model.render(own.view(TARGETS)), expected(own), atol=1e-6)
+
+
+def test_a_worker_that_holds_too_much_memory_is_started_anew(capture, caplog):
+    settings = mean("fits.append(np.ones(30_000_000))", memory=150_000_000)
+    reconstructor = External(capture, **settings)
+    processes = []
+    for _ in range(3):
+        model = reconstructor.fit(FRAMES)
+        processes.append(reconstructor._served.worker._process.pid)
+        np.testing.assert_allclose(
+            model.render(capture.view(TARGETS)), expected(capture), atol=1e-6
+        )
+    assert len(set(processes)) > 1
+    assert "more than memory allows: 150000000" in caplog.text
+
+
+BATCH = """
+import sys
+import numpy as np
+from fsel_worker import serve
+
+def fit(subsets):
+    print(len(subsets), "at once", file=sys.stderr)
+    if any(5 in subset.frames for subset in subsets):
+        raise ValueError("no 5")
+    return [subset.images.mean(axis=0) / 255 for subset in subsets]
+
+serve(fit, lambda model, views: np.stack([model] * len(views)), together=3)
+"""
+
+
+def test_a_worker_is_given_as_many_subsets_as_it_takes(capture):
+    reconstructor = External(capture, **worker(BATCH))
+    subsets = [np.array(pair) for pair in ([0, 1], [1, 2], [2, 3], [3, 4])]
+    evaluator = Evaluator.on_frames(reconstructor, TARGETS)
+    evaluator.measure_together(subsets)
+    assert reconstructor._served.worker.log() == "3 at once\n1 at once"
+    alone = Evaluator.on_frames(External(capture, **mean()), TARGETS)
+    for subset in subsets:
+        np.testing.assert_allclose(evaluator(subset), alone(subset), atol=1e-6)
+
+
+def test_a_batch_that_fails_is_measured_one_by_one(capture):
+    evaluator = Evaluator.on_frames(External(capture, **worker(BATCH)), TARGETS)
+    subsets = [np.array(pair) for pair in ([0, 1], [1, 5], [2, 3])]
+    evaluator.measure_together(subsets)
+    assert [evaluator.measure(subset).outcome for subset in subsets] == ["", "failed", ""]
+
+
+@pytest.mark.parametrize(
+    ("hello", "said"),
+    [
+        ('{"ok": true, "protocol": 2}', "stated protocol 2; this fsel speaks 1"),
+        ('{"ok": true, "protocol": 1, "name": 5}', "stated name 5; allowed: a string"),
+        ("Loading weights", "wrote on its standard output what is no answer: b'Loading weights"),
+        ('["ok"]', "what is no answer"),
+    ],
+)
+def test_a_worker_that_misstates_itself_is_refused(capture, hello, said):
+    with pytest.raises(Unfinished, match=said):
+        External(capture, **worker(f"input(); print({hello!r}); input()")).fit(FRAMES)
+
+
+RAW = """
+import json, sys
+stated = {"protocol": 1, "name": "raw", "version": "", "device": "cpu", "needs": [], "together": 1}
+for line in sys.stdin:
+    fit = json.loads(line)["do"] == "fit"
+    print(json.dumps(ANSWER if fit else {"ok": True, "pixels": "float32", **stated}), flush=True)
+    MORE
+"""
+
+
+@pytest.mark.parametrize(
+    ("answer", "more", "said"),
+    [
+        ("{'ok': True}", "", "answered a fit with models None; allowed: a list of 1"),
+        ("{'ok': True, 'models': []}", "", r"answered a fit with models \[\]"),
+        ("{'ok': True, 'models': [3]}", "", "answered a fit with model 3; allowed: an object"),
+        ("{'ok': True, 'models': [{'seconds': -1}]}", "", "model {'seconds': -1}; allowed"),
+        ("{'error': 'no'}", "", "what is no answer"),
+        ("{'ok': False, 'error': 'no'}", "", "failed to fit: no"),
+        ("{'ok': True}", "print('{}', flush=True); import time; time.sleep(0.2)", "no answer"),
+    ],
+)
+def test_answers_that_are_not_allowed_are_told(capture, answer, more, said):
+    text = RAW.replace("ANSWER", answer).replace("MORE", more)
+    with pytest.raises(Unfinished, match=said):
+        External(capture, **worker(text)).fit(FRAMES)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        ("serve(None, None, needs=['depth'])", "serve does not know {'depth'}"),
+        ("serve(None, None, pixels='float64')", "serve does not know float64"),
+        (
+            "serve(lambda s: 1, lambda m, v: np.ones((1, 2, 3)))",
+            r"render returned shape \(1, 2, 3\)",
+        ),
+        (
+            "serve(lambda s: 1, lambda m, v: np.full((2, 18, 24, 3), np.nan))",
+            "target 0 of 2: nothing",
+        ),
+    ],
+)
+def test_what_a_program_does_wrong_with_the_helper_is_said(capture, call, said):
+    with pytest.raises(Unfinished, match=said):
+        rendered(capture, worker(f"import numpy as np; from fsel_worker import serve; {call}"))
+
+
+def test_what_a_worker_prints_is_no_answer(capture):
+    settings = mean("print('step 1'); os.system('echo from a child')")
+    reconstructor = External(capture, **settings)
+    model = reconstructor.fit(FRAMES)
+    np.testing.assert_allclose(model.render(capture.view(TARGETS)), expected(capture), atol=1e-6)
+    assert "from a child" in reconstructor._served.worker.log()
+
+
+PARENT = """
+import sys
+import numpy as np
+sys.path[:0] = {path!r}
+from test_worker import External, mean
+import test_worker
+capture = test_worker.capture.__wrapped__()
+model = External(capture, **mean("time.sleep(60) if len(fits) > 1 else None")).fit(np.array([1, 2]))
+print(model._served.worker._process.pid, flush=True)
+model._served.fit([np.array([2, 3])])
+"""
+
+
+def test_a_worker_ends_with_a_process_that_was_killed(tmp_path):
+    here = [str(Path(__file__).parents[1]), str(Path(__file__).parent)]
+    text = PARENT.format(path=here)
+    parent = subprocess.Popen(
+        [sys.executable, "-c", text],
+        stdout=subprocess.PIPE,
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+    )
+    with parent:
+        number = int(parent.stdout.readline())
+        parent.send_signal(signal.SIGKILL)
+    deadline = time.monotonic() + 20
+    while Path(f"/proc/{number}").exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not Path(f"/proc/{number}").exists()
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"serve": ["no_such_program"]}, "no program 'no_such_program' in /"),
+        ({"serve": ["true"], "render": ["true"]}, "serve is given, and render or fit too"),
+        ({"serve": "mine.py"}, "serve must be a list of strings, got 'mine.py'"),
+        ({"serve": ["true"], "memory": 0}, "memory must be bytes above zero or null, got 0"),
+    ],
+)
+def test_what_cannot_work_is_refused_before_work(settings, said):
+    with pytest.raises(ValueError, match=rf"reconstructor 'external': {said}"):
+        check_needs({"name": "external", "settings": settings})
