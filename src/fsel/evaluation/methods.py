@@ -9,7 +9,9 @@ from fsel.selector.policies import RENAMED
 from fsel.utils.registry import Registry
 
 METHODS: Registry[Method] = Registry(
-    "method", {**dict.fromkeys(pretrained.FILES, ""), **baselines.METHODS.homes}, RENAMED
+    "method",
+    {**dict.fromkeys(pretrained.FILES, ""), **baselines.METHODS.homes, **baselines.LATER.homes},
+    RENAMED,
 )
 """What `fsel.select` and the commands choose from, by name."""
 for _name in pretrained.FILES:
