@@ -6,12 +6,12 @@
     python benchmarks/captures_unknown.py page --rows rows.jsonl -o docs/results/captures_unknown.md
 
 One frame in eight is held out and not announced. Each selection of the others is reconstructed by
-`gaussians` (128 pixels, 600 steps, 6,000 Gaussians) and scored on the frames held out: every n-th
-frame, the rule alone (`--patience 0`), what is kept after trying on the capture's own frames (the
-default). What is tried makes all its planned fits, whatever the time. `--made` measures on four
-captures made of each: a pause of a third of its length, six bursts, the same path filmed twice, and
-the second time in other light. A row is written as soon as it is known; rows that are there are not
-measured again.
+`gaussians` (128 pixels, 600 steps, 6,000 Gaussians) and by `splats`, or as `--by` says, and scored
+on the frames held out: every n-th frame, the rule alone (`--patience 0`), what is kept after trying
+on the capture's own frames (the default). What is tried makes all its planned fits, whatever the
+time. `--made` measures on four captures made of each: a pause of a third of its length, six bursts,
+the same path filmed twice, and the second time in other light. A row is written as soon as it is
+known; rows that are there are not measured again.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,7 @@ from fsel.data.capture import Capture
 from fsel.data.subsets import evenly, subset_key
 from fsel.ingest.read import read_capture
 from fsel.metrics import score_views
-from fsel.reconstruct.gaussians import Gaussians
+from fsel.reconstruct import reconstructor_of
 from fsel.report.statistics import of_places
 from fsel.request.patience import Patience
 from fsel.request.problem import request_problem
@@ -40,7 +41,8 @@ from fsel.request.targets import targets_of
 from fsel.request.trials import race_of
 
 EVERY = 8  # one frame in so many is held out
-LONG_SIDE, SETTINGS = 128, {"steps": 600, "gaussians": 6000}
+LONG_SIDE = 128
+SETTINGS = {"gaussians": {"steps": 600, "gaussians": 6000}, "splats": {}, "radiance_field": {}}
 EVEN, RULE, TRIED = "every n-th frame", "the rule alone", "tried"
 PAUSE, BURSTS, LIGHT = 1 / 3, 6, 1.4  # share of the frames; how many; factor of the intensities
 NOISE = 3.0  # grey levels, of a sensor whose frames show the same
@@ -131,44 +133,46 @@ def selections(capture: Capture, k: int) -> tuple[dict[str, np.ndarray], str, in
 
 
 def rows(
-    name: str, full: Capture, starts: list[int], budgets: list[int], known: set[tuple]
-) -> Iterator[dict]:
-    """One a capture, hold-out, budget and method; those that are known are left out."""
-    for start in starts:
-        held = np.arange(start, len(full), EVERY)
-        seen = np.setdiff1d(np.arange(len(full)), held)
-        for k in budgets:
-            head = {"capture": name, "start": start, "k": k}
-            if k >= len(seen) or tuple(head.values()) in known:
-                continue
-            picks, kept, fits = selections(full.subset(seen), k)
-            worth: dict[tuple[int, ...], list[float]] = {}
-            for method, frames in picks.items():
-                key = subset_key(seen[frames])
-                if key not in worth:
-                    worth[key] = scored(full, np.array(key), held)
-                psnr, ssim = worth[key]
-                more = {"kept": kept, "fits": fits} if method == TRIED else {}
-                yield {**head, "method": method, "psnr": psnr, "ssim": ssim, **more}
+    name: str, full: Capture, start: int, k: int, judges: list[str]
+) -> Iterator[dict[str, object]]:
+    """One a method and reconstructor, of one capture, hold-out and budget."""
+    held = np.arange(start, len(full), EVERY)
+    seen = np.setdiff1d(np.arange(len(full)), held)
+    if k >= len(seen) or not judges:
+        return
+    picks, kept, fits = selections(full.subset(seen), k)
+    for by in judges:
+        worth: dict[tuple[int, ...], list[float]] = {}
+        for method, frames in picks.items():
+            key = subset_key(seen[frames])
+            if key not in worth:
+                worth[key] = scored(full, by, np.array(key), held)
+            psnr, ssim = worth[key]
+            more = {"kept": kept, "fits": fits} if method == TRIED else {}
+            head = {"capture": name, "start": start, "k": k, "by": by, "method": method}
+            yield {**head, "psnr": psnr, "ssim": ssim, **more}
 
 
-def scored(capture: Capture, frames: np.ndarray, held: np.ndarray) -> list[float]:
+def scored(capture: Capture, by: str, frames: np.ndarray, held: np.ndarray) -> list[float]:
     """Mean PSNR in dB and SSIM on the frames held out."""
-    model = Gaussians(capture, **SETTINGS).fit(frames)
+    section = {"name": by, "long_side": LONG_SIDE, "settings": SETTINGS[by]}
+    model = reconstructor_of(capture, section).fit(frames)
     truth = np.asarray(capture.images[held])
     found = score_views(model.render(capture.view(held)), truth, None, ("psnr", "ssim"))
     return found.mean(axis=0).round(5).tolist()
 
 
 def measure(asked: argparse.Namespace) -> None:
-    """Write the rows that are not there yet."""
+    """Write the rows that are not there yet, so that those of all captures come together."""
     known = set()
     if asked.rows.exists():
         table = pd.read_json(asked.rows, lines=True)
-        known = set(table[["capture", "start", "k"]].itertuples(index=False, name=None))
+        known = set(table[["capture", "start", "k", "by"]].itertuples(index=False, name=None))
+    opened = list(captures(asked))
     with asked.rows.open("a") as file:
-        for name, capture in captures(asked):
-            for row in rows(name, capture, asked.starts, asked.budgets, known):
+        for start, k, (name, capture) in product(asked.starts, asked.budgets, opened):
+            left = [by for by in asked.by if (name, start, k, by) not in known]
+            for row in rows(name, capture, start, k, left):
                 print(json.dumps(row), file=file, flush=True)
                 print(*row.values(), flush=True)
 
@@ -281,7 +285,8 @@ def main() -> None:
     command.add_argument("--rows", type=Path, required=True, help="file that rows are added to")
     command.add_argument("--made", action="store_true", help="on captures made of them, see above")
     command.add_argument("--starts", type=int, nargs="+", default=[3, 7], help="first held out")
-    command.add_argument("--budgets", type=int, nargs="+", default=[10, 20, 30])
+    command.add_argument("--budgets", type=int, nargs="+", default=[10, 15, 20, 30, 50])
+    command.add_argument("--by", nargs="+", default=["gaussians", "splats"], choices=SETTINGS)
     command = commands.add_parser("page")
     command.add_argument("--rows", type=Path, required=True)
     command.add_argument("--made-rows", type=Path, help="of captures made of them")

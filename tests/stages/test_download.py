@@ -235,3 +235,15 @@ def test_a_folder_that_is_not_there_is_named(tmp_path):
     path = archive(tmp_path / "all.zip", {"garden/x": "1", "stump/x": "1"})
     with pytest.raises(ValueError, match=r"no folder 'gardn' in it, only \['garden', 'stump'\]"):
         unpack(path, "gardn", tmp_path / "scene")
+
+
+def test_files_of_a_scene_are_compared_with_their_sha256(tmp_path, caplog):
+    path = archive(tmp_path / "all.zip", {"garden/x": "1", "garden/y": "2"})
+    right = {"x": hashlib.sha256(b"1").hexdigest()}
+    with caplog.at_level("INFO"):
+        unpack(path, "garden", tmp_path / "scene", files=right, licence="MIT")
+    assert "licence: MIT" in caplog.text
+    for wrong, said in ((right | {"y": "0" * 64}, "sha256 of y is"), ({"z": "0" * 64}, "no file")):
+        with pytest.raises(ValueError, match=said):
+            unpack(path, "garden", tmp_path / "other", files=wrong)
+        assert not (tmp_path / "other").exists()

@@ -39,6 +39,21 @@ def test_a_dataset_that_is_not_there_is_refused_unless_that_is_allowed():
     assert "; https://example.org/captures\n" in refused(datasets=paged)
 
 
+def test_a_root_may_be_a_variable_of_the_environment(tmp_path, monkeypatch):
+    written = "${FSEL_CAPTURES:-nowhere}"
+    datasets = with_dataset(root=written, scenes=["a"])
+    monkeypatch.delenv("FSEL_CAPTURES", raising=False)
+    assert f"datasets.mine.root {written} (no folder /" in refused(datasets=datasets)
+    monkeypatch.setenv("FSEL_CAPTURES", str(tmp_path))
+    paged = datasets["mine"] | {"page": "https://example.org/captures"}
+    with pytest.raises(Refusal, match=r"no folders .'a'. in .*; https://example\.org/captures"):
+        experiment(datasets=datasets | {"mine": paged})
+    (tmp_path / "a").mkdir()
+    assert experiment(datasets=datasets).datasets.entries["mine"]["root"] == str(tmp_path)
+    empty = with_dataset(root="${FSEL_NOT_SET}", scenes=["a"])
+    assert "datasets.mine.root is ${FSEL_NOT_SET}, which is empty" in refused(datasets=empty)
+
+
 def test_without_the_labelled_dataset_nothing_is_made():
     datasets = SMOKE["datasets"] | {
         "dl3dv": {"label": "DL3DV", "layout": "dl3dv", "root": None, "scenes": {"train": ["a"]}}

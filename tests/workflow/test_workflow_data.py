@@ -1,5 +1,6 @@
 """The workflow's door to data: fetched, on disk, missing or damaged."""
 
+import hashlib
 import os
 import re
 import shutil
@@ -12,6 +13,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from os.path import relpath
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 from dry_runs import dry_run, planned, refusal
@@ -22,6 +24,7 @@ from fsel.experiments import TABLES
 from fsel.layouts import LAYOUTS
 
 ROOT = Path(__file__).parents[2]
+CAPTURES = ROOT.parent / "shared" / "captures"
 PAPER = yaml.safe_load((ROOT / "config" / "paper.yaml").read_text())
 STAND_INS = ROOT / "config" / "stand_ins.yaml"
 # a package that is there, and a driver that does not answer
@@ -36,7 +39,8 @@ def nvmlInit():
 
 def run(folder, *arguments):
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-    command += ["--configfile", "config.yaml", "--cores", "1", *arguments]
+    command += ["--cores", "1", *arguments]
+    command += [] if "--configfile" in arguments else ["--configfile", "config.yaml"]
     profile = ["--workflow-profile", str(ROOT / "profiles" / "default")]
     return subprocess.run(
         [*command, *profile], cwd=folder, capture_output=True, text=True, check=False
@@ -84,8 +88,11 @@ def test_scenes_are_fetched_unpacked_and_read_once(tmp_path, served):
     for name in ("garden", "hall"):
         LAYOUTS["mipnerf360"].write(recording("mipnerf360", frames=60), tmp_path / "zip" / name)
     shutil.make_archive(str(folder / "both"), "zip", tmp_path / "zip")
-    archive = {"url": f"{address}/both.zip"}
+    image = tmp_path / "zip" / "garden" / "images_4" / "f20.jpg"
+    sums = {"images_4/f20.jpg": hashlib.sha256(image.read_bytes()).hexdigest()}
+    archive = {"url": f"{address}/both.zip", "licence": "CC0"}
     table = {name: archive | {"inside": name} for name in ("garden", "hall")}
+    table["garden"]["files"] = sums
     source = {"page": address, "expects": "", "scenes": table}
     (tmp_path / "sources.yaml").write_text(yaml.safe_dump({"here": source}))
     entry = {"label": "Mine", "fetch": "here", "scenes": {"evaluation": 2}}
@@ -95,8 +102,32 @@ def test_scenes_are_fetched_unpacked_and_read_once(tmp_path, served):
     assert result.returncode == 0, result.stdout + result.stderr
     assert all((tmp_path / target).is_file() for target in targets)
     assert (tmp_path / "downloads" / "here_both.zip").is_file()
+    log = tmp_path / "results" / "smoke" / "logs" / "unpack" / "mine" / "hall.log"
+    assert "licence: CC0" in log.read_text()
     again = run(tmp_path, *targets)
     assert "Nothing to be done" in again.stdout + again.stderr
+
+
+@pytest.mark.skipif(not CAPTURES.is_dir(), reason="../shared/captures is not there")
+def test_real_captures_are_fetched_as_their_owners_lay_them_out(tmp_path, served):
+    """The sources' own archives, served from here, with the poses of one of them."""
+    folder, address = served
+    sources = yaml.safe_load((ROOT / "config" / "sources.yaml").read_text())
+    fox = sources["captures"]["scenes"]["fox"]
+    inside = tmp_path / "zip" / fox["inside"]
+    shutil.copytree(CAPTURES / "fox", inside, ignore=shutil.ignore_patterns("sparse"))
+    shutil.make_archive(str(folder / Path(fox["url"]).stem), "zip", tmp_path / "zip")
+    fox["url"] = f"{address}/{Path(fox['url']).name}"
+    (tmp_path / "sources.yaml").write_text(yaml.safe_dump(sources))
+    for name in ("captures", "fetched_captures"):
+        config = yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text())
+        content = config | {"sources": "sources.yaml", "long_side": 64}
+        (tmp_path / f"{name}.yaml").write_text(yaml.safe_dump(content))
+    files = ["--configfile", "captures.yaml", "fetched_captures.yaml"]
+    result = run(tmp_path, "results/fetched_captures/fox/fox/images.npy", *files)
+    assert result.returncode == 0, result.stdout + result.stderr
+    frames = np.load(tmp_path / "results" / "fetched_captures" / "fox" / "fox" / "images.npy")
+    assert frames.shape == (50, 64, 36, 3)
 
 
 def test_the_paper_s_config_says_which_roots_are_missing(tmp_path):

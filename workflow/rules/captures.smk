@@ -44,9 +44,7 @@ use rule stage as unpack with:
     resources:
         **experiment.resources(Size(500, 120)),
     params:
-        inside=lambda wildcards: experiment.datasets.inside(
-            wildcards.dataset, wildcards.scene
-        ),
+        **inputs.unpacked(experiment),
     message:
         "Unpacking {wildcards.dataset}/{wildcards.scene}"
 

@@ -1,6 +1,6 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
-from fsel.api.covering import check_cover
+from fsel.api.covering import check_cover, served
 from fsel.api.measured import as_read, described, measured
 from fsel.api.reconstruction import evaluate, fit
 from fsel.api.request import (
@@ -31,6 +31,7 @@ __all__ = [
     "number_of",
     "patience_of",
     "select",
+    "served",
     "sharpened",
     "stated_beside",
 ]

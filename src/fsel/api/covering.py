@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from fsel.utils.wording import counted
 
 if TYPE_CHECKING:
     from fsel.baselines.covisibility import Tracks
+
+Key = TypeVar("Key", bound=Hashable)
 
 
 def check_cover(
@@ -98,23 +101,62 @@ def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float)
 
 def cover_of(problem: Problem, picks: np.ndarray, times: int, share: float) -> Cover:
     """Say how often the picks see the points, and as many frames evenly spaced."""
+    often = sighted(problem, times)
+    found, frames = often(picks), len(problem.given)
+    even = often(problem.observed[evenly(len(problem.observed), len(picks))])
+    return Cover(times, share, frames, points=sum(found), picks=found, even=even)
+
+
+def served(
+    problem: Problem, picks: Mapping[Key, Sequence[np.ndarray]], times: int
+) -> dict[Key, tuple[float, float]]:
+    """Shares of sparse points that picks see often enough, and that every n-th frame does.
+
+    Args:
+        problem: the selection problem.
+        picks: key -> selections, whose mean share is told.
+        times: how often; points that fewer observed frames see do not count.
+
+    Returns:
+        Key -> share of the picks, and of as many frames evenly spaced; nothing for a capture
+        without such points.
+    """
+    try:
+        often = sighted(problem, times)
+    except ValueError:
+        return {}
+    pool = problem.observed
+
+    def share(selections: Sequence[np.ndarray]) -> float:
+        counts = np.array([often(frames) for frames in selections])
+        return round(float((counts[:, -1] / counts.sum(axis=1)).mean()), 5)
+
+    return {
+        key: (share(own), share([pool[evenly(len(pool), len(own[0]))]]))
+        for key, own in picks.items()
+    }
+
+
+def sighted(problem: Problem, times: int) -> Callable[[np.ndarray], tuple[int, ...]]:
+    """Make what counts the points that observed frames see 0, 1, ..., `times` times or more.
+
+    Args:
+        problem: whose capture has sparse points.
+        times: points that fewer observed frames see do not count.
+
+    Raises:
+        ValueError: for a capture without points that so many frames see.
+    """
     from fsel.request.multicover import sightings, wanted
 
     seen, pool = _tracks(problem, times), problem.observed
     counted_points = wanted(seen, times)
 
-    def often(rows: np.ndarray) -> tuple[int, ...]:
-        count = np.minimum(sightings(seen, rows)[counted_points], times)
-        return tuple(np.bincount(count, minlength=times + 1).tolist())
+    def often(frames: np.ndarray) -> tuple[int, ...]:
+        seeing = sightings(seen, np.searchsorted(pool, frames))[counted_points]
+        return tuple(np.bincount(np.minimum(seeing, times), minlength=times + 1).tolist())
 
-    return Cover(
-        times=times,
-        share=share,
-        frames=len(problem.given),
-        points=int(counted_points.sum()),
-        picks=often(np.searchsorted(pool, picks)),
-        even=often(evenly(len(pool), len(picks))),
-    )
+    return often
 
 
 def _share(seen: Tracks, rows: np.ndarray, times: int) -> float:

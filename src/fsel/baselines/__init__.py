@@ -36,3 +36,12 @@ FURTHER: Registry[Method] = Registry(
 HOMES = {**PAPER.homes, **FURTHER.homes, "all": "fsel.baselines.all_frames:METHOD"}
 GROUP = "fsel.baselines"  # of entry points
 METHODS: Registry[Method] = Registry("method", HOMES, group=GROUP)
+
+LATER: Registry[Method] = Registry(
+    "method",
+    {
+        "indoor_traj_dpp": "fsel.baselines.indoor_traj_dpp:METHOD",
+        "avs": "fsel.baselines.avs:METHOD",
+    },
+)
+"""Methods that `fsel compare` and `fsel select` know, and the workflow's tables leave out."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from fsel.baselines.greedy import most_central
@@ -15,28 +17,41 @@ SPREAD = 0.5  # of the Gaussian over positions, in the cameras' root mean square
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Each next frame is the one whose greatest similarity to the selected is least.
 
-    Similarity is a Gaussian of the centres' distance, the cosine of the relative rotation and that
-    of the descriptors. Starts from the most central camera; ties go to the lowest frame.
+    Starts from the most central camera; ties go to the lowest frame.
     """
     pool = problem.observed
+    rows_of = similarities(problem, pool)
+    nearest = np.full(len(pool), -np.inf)
+    picks = np.empty(k, dtype=np.int64)
+    row = most_central(problem.capture.centers[pool])
+    for step in range(k):
+        picks[step] = row
+        nearest = np.maximum(nearest, rows_of(row))
+        nearest[row] = np.inf
+        row = int(np.argmin(nearest))
+    return pool[picks]
+
+
+def similarities(problem: Problem, pool: np.ndarray) -> Callable[[int], np.ndarray]:
+    """Make what gives (n,) similarities of one row of a pool with all.
+
+    Similarity is a Gaussian of the centres' distance, the cosine of the relative rotation and that
+    of the descriptors.
+    """
     centers = problem.capture.centers[pool]
     turns = problem.capture.world_to_camera[pool, :, :3].reshape(len(pool), 9)
     described = problem.descriptors[pool].astype(np.float64)
     variance = np.square(centered(centers)).sum(axis=1).mean()
     scale = 2 * SPREAD**2 * (variance if variance > 0 else 1.0)
-    nearest = np.full(len(pool), -np.inf)
-    picks = np.empty(k, dtype=np.int64)
-    row = most_central(centers)
-    for step in range(k):
-        picks[step] = row
+
+    def of(row: int) -> np.ndarray:
         square = np.square(centers - centers[row]).sum(axis=1)
         cosine = (np.einsum("ni,i->n", turns, turns[row]) - 1) / 2
         alike = np.einsum("nd,d->n", described, described[row])
         total = POSITION * np.exp(-square / scale) + ROTATION * (cosine + 1) / 2
-        nearest = np.maximum(nearest, total + (1 - POSITION - ROTATION) * alike)
-        nearest[row] = np.inf
-        row = int(np.argmin(nearest))
-    return pool[picks]
+        return total + (1 - POSITION - ROTATION) * alike
+
+    return of
 
 
 METHOD = Method(

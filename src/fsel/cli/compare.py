@@ -16,7 +16,7 @@ from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.data.capture import Capture
-from fsel.data.problem import Method
+from fsel.data.problem import Method, Problem
 from fsel.data.subsets import evenly, subset_key
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
@@ -35,6 +35,13 @@ from fsel.utils.wording import counted
 SHOWN = 6  # held-out frames that are rendered side by side
 BAND = 14  # pixels of a caption
 QUALITY = 92  # of the page's JPEGs
+SEEN = 3  # picks that serve a sparse point
+SERVED = ("served", "served_by_every_nth")  # keys of compare.json
+HEADING = "  served   n-th"
+NOTE = (
+    f"served: of the sparse points that {SEEN} frames or more see, those that {SEEN} picks or more "
+    "see; n-th: as many frames evenly spaced."
+)
 Picks = dict[Cell, list[np.ndarray]]
 Scores = dict[Cell, np.ndarray]
 
@@ -57,12 +64,15 @@ def run(args: argparse.Namespace, console: Console) -> None:
         with console.clock("selecting"):
             bar = console.bar("sharpness")
             sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
-            picks = _picks(args, capture, targets, methods, sharpness_of, focus)
+            sharpness, descriptors = api.measured(methods, capture, sharpness_of)
+            problem = request_problem(capture, targets, sharpness, focus, descriptors)
+            picks = _picks(args, problem, methods, sharpness_of)
             unsharp = blurred(capture, held_out, sharpness_of)
         scores, evaluator = _scores(args, capture, (held_out, masks), picks, metrics, console)
         compared = _compared(args, capture, (held_out, unsharp), picks, scores, evaluator)
         (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
-        content = _content(args, compared, _rows(capture, picks, scores, metrics))
+        rows = _rows(capture, picks, scores, api.served(problem, picks, SEEN), metrics)
+        content = _content(args, compared, rows)
         (stage / "compare.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
         table = _table(content, metrics)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
@@ -109,15 +119,11 @@ def _checked(
 
 def _picks(
     args: argparse.Namespace,
-    capture: Capture,
-    targets: Targets,
+    problem: Problem,
     methods: Sequence[Method],
     sharpness_of: SharpnessOf,
-    focus: Focus | None,
 ) -> Picks:
     """(k, method) -> one selection a seed; nested methods run once, at the largest k."""
-    sharpness, descriptors = api.measured(methods, capture, sharpness_of)
-    problem = request_problem(capture, targets, sharpness, focus, descriptors)
 
     def chance(run: Run, k: int) -> np.random.Generator:
         return np.random.default_rng(args.seed + run.seed)
@@ -155,13 +161,20 @@ def _scores(
     return {key: np.array(values) for key, values in scores.items()}, evaluator
 
 
-def _rows(capture: Capture, picks: Picks, scores: Scores, metrics: Metrics) -> list[dict]:
+def _rows(
+    capture: Capture,
+    picks: Picks,
+    scores: Scores,
+    served: dict[Cell, tuple[float, float]],
+    metrics: Metrics,
+) -> list[dict]:
     """A row of mean metrics for each number of frames and method, over frames and seeds."""
     rows: dict[Cell, dict] = {}
     for (k, name), values in scores.items():
         used = len(picks[k, name][0])
         means = dict(zip(metrics, values.mean(axis=(0, 1)).round(5).tolist(), strict=True))
         names = [[capture.names[i] for i in chosen] for chosen in picks[k, name]]
+        means |= dict(zip(SERVED, served.get((k, name), ()), strict=False))
         kept = {"k": used, "method": name, **means, "seeds": len(values), "picks": names}
         rows.setdefault((used, name), kept)
     return list(rows.values())
@@ -236,10 +249,13 @@ def _table(content: dict, metrics: Metrics) -> str:
     """The metrics, one row a method and k, and what the differences say."""
     rows = content["rows"]
     wide = max(len(row["method"]) for row in rows)
-    lines = [f"{'k':>4}  {'method':{wide}}  {heading(metrics)}"]
+    known = SERVED[0] in rows[0]
+    lines = [f"{'k':>4}  {'method':{wide}}  {heading(metrics)}{HEADING if known else ''}"]
     for row in rows:
-        lines.append(f"{row['k']:4d}  {row['method']:{wide}}  {columns(row, metrics)}")
-    return "\n".join([*lines, *(gap["verdict"] for gap in content["differences"]), ""])
+        shares = "".join(f"  {row[name]:6.1%}" for name in SERVED if known)
+        lines.append(f"{row['k']:4d}  {row['method']:{wide}}  {columns(row, metrics)}{shares}")
+    notes = [NOTE] if known else []
+    return "\n".join([*lines, *notes, *(gap["verdict"] for gap in content["differences"]), ""])
 
 
 def _sheets(

@@ -10,7 +10,7 @@ from fsel.utils.registry import Registry
 
 METHODS: Registry[Method] = Registry(
     "method",
-    {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES},
+    {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES, **baselines.LATER.homes},
     RENAMED,
     group=baselines.GROUP,
 )

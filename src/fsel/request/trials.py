@@ -3,8 +3,8 @@
 Not in the paper. No simple rule is good on every capture: every n-th frame is hard to beat where a
 camera moves steadily and bad where photos lie in clusters. So a few selections are reconstructed by
 small `gaussians` and scored on frames that neither they nor every n-th frame hold. Another one is
-kept instead of every n-th frame where it is ahead by more than chance explains, in PSNR, and not
-behind in SSIM. What this gains is in docs/results/captures_unknown.md.
+kept instead of every n-th frame where it is ahead in PSNR by half a decibel and beyond chance, and
+not behind in SSIM. What this gains is in docs/results/captures_unknown.md.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ HEATS = ((None, 1), (3, 1), (1, 2))  # selections that run, None for all, and sh
 SHARE_SECONDS = 5.0  # of patience for one fit of each share
 MOST_SHARES = 20  # beyond which fits tell no more
 MARGIN = 0.5  # dB that every n-th frame is to be left behind by
-DEVIATIONS = 0.5  # standard errors that are asked for beside it
-FIT_DEVIATION = 0.17  # dB of one fit, by its seed alone
 GROUPS = 12  # stretches of the validation frames: neighbours are not independent
+BOUND = 1.8  # standard errors: one-sided 95 % by Student's t over so many stretches
+FIT_DEVIATION = 0.17  # dB of one fit, by its seed alone
 BLOCK = 32  # frames that are opened at a time, at the size they have
 
 Scorer = Callable[[np.ndarray, int], np.ndarray]
@@ -137,14 +137,14 @@ class Race:
     def _contenders(self) -> list[str]:
         """Selections that may still be ahead of every n-th frame, the surest first."""
         trials = [self.trial(name) for name in self._picks if name != self._even]
-        hopeful = [one for one in trials if not one.gain + DEVIATIONS * one.error <= MARGIN]
+        hopeful = [one for one in trials if not one.gain + BOUND * one.error <= MARGIN]
         hopeful.sort(key=lambda one: -_lower(one) if np.isfinite(one.error) else 0.0)
         return [one.name for one in hopeful if one.validation >= LEAST_VALIDATION]
 
     def _kept(self) -> str:
         """The surest selection that is ahead of every n-th frame; else that itself."""
         trials = [self.trial(name) for name in self._picks if name != self._even]
-        ahead = [one for one in trials if _lower(one) > MARGIN and one.ssim >= 0]
+        ahead = [one for one in trials if one.gain > MARGIN and _lower(one) > 0 and one.ssim >= 0]
         return max(ahead, key=_lower).name if ahead else self._even
 
     def _runners(self, count: int | None) -> int:
@@ -225,4 +225,4 @@ def _small(capture: Capture, frames: np.ndarray) -> Capture:
 
 def _lower(trial: Trial) -> float:
     """Least gain of a selection, chance aside."""
-    return trial.gain - DEVIATIONS * trial.error
+    return trial.gain - BOUND * trial.error

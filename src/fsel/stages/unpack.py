@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import shutil
 import stat
 import zipfile
 import zlib
+from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 
 from fsel.stages.download import CHUNK, check_room
+from fsel.utils.checksums import sha256_of
 from fsel.utils.files import unfinished
 
+logger = logging.getLogger(__name__)
 
-def unpack(archive: str | Path, inside: str, folder: str | Path) -> None:
+
+def unpack(
+    archive: str | Path,
+    inside: str,
+    folder: str | Path,
+    *,
+    files: Mapping[str, str] = MappingProxyType({}),
+    licence: str = "",
+) -> None:
     """Unpack one folder of a zip archive, and the archives that lie in it, whole or not at all.
 
     Args:
@@ -21,9 +34,12 @@ def unpack(archive: str | Path, inside: str, folder: str | Path) -> None:
             before anything is written.
         inside: the folder's path in the archive.
         folder: what it becomes; replaced if it is there.
+        files: of the folder -> their sha256.
+        licence: of what is in it, for the log.
 
     Raises:
-        ValueError: for a broken or unsafe archive, or one without that folder.
+        ValueError: for a broken or unsafe archive, one without that folder, or a file that is not
+            there or has another sha256.
     """
     archive, folder = Path(archive), Path(folder)
     partial = unfinished(folder)
@@ -33,10 +49,22 @@ def unpack(archive: str | Path, inside: str, folder: str | Path) -> None:
         for inner in sorted(partial.glob("*.zip")):
             _extract(inner, "", partial)
             inner.unlink()
+        for name, wanted in files.items():
+            _check_file(archive, partial / name, name, wanted)
         shutil.rmtree(folder, ignore_errors=True)
         partial.replace(folder)
+        logger.info("%s: licence: %s", folder, licence or "see the page of its owners")
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+
+
+def _check_file(archive: Path, path: Path, name: str, wanted: str) -> None:
+    digest = sha256_of(path) if path.is_file() else "that of no file"
+    if digest != wanted:
+        raise ValueError(
+            f"{archive}: sha256 of {name} is {digest}, expected {wanted}. Hint: delete the archive "
+            "and fetch it again; if it stays so, the file was replaced at its source"
+        )
 
 
 def _extract(archive: Path, inside: str, folder: Path) -> None:

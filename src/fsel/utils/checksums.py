@@ -39,7 +39,7 @@ def write(path: str | Path) -> None:
     """Write the checksum of a finished file; a folder has none."""
     path = Path(path)
     if path.is_file():
-        text = f"# {path.stat().st_size} bytes\n{_sha256(path)}  {path.name}\n"
+        text = f"# {path.stat().st_size} bytes\n{sha256_of(path)}  {path.name}\n"
         write_text(text, beside(path))
 
 
@@ -68,7 +68,7 @@ def check(path: str | Path) -> None:
         raise Damaged(fault, path)
     if size > ALWAYS and stat.st_ctime_ns <= known:
         return
-    if _sha256(path) != wanted:
+    if sha256_of(path) != wanted:
         raise Damaged(f"{path}: its bytes are not those that were made", path)
     if size > ALWAYS:
         os.utime(record)
@@ -92,6 +92,7 @@ def remade(paths: Iterable[Path], options: str) -> str:
     return f"Make it anew, with {options}: snakemake --cores 1 --force {names}"
 
 
-def _sha256(path: Path) -> str:
+def sha256_of(path: Path) -> str:
+    """Digest of a file, as `sha256sum` writes it."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

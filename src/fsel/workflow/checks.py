@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fsel.layouts import LAYOUTS
-from fsel.workflow.datasets import KINDS, ROLES, Datasets, Section, kinds_of
+from fsel.workflow.datasets import KINDS, ROLES, Datasets, Section, kinds_of, origin
 from fsel.workflow.refusal import refuse
 
 
@@ -35,7 +35,7 @@ def check_datasets(datasets: Datasets) -> None:
         _check_reading(where, entry)
         _check_objects(where, entry, datasets.scenes(name, "object"))
         if kind == "root":
-            _check_folders(where, Path(entry["root"]), named)
+            _check_folders(where, entry, named, datasets.sources)
         if kind == "fetch":
             _check_fetched(where, entry, named, datasets.sources)
 
@@ -83,11 +83,15 @@ def _check_objects(where: str, entry: Section, scenes: list[str]) -> None:
         )
 
 
-def _check_folders(where: str, root: Path, named: list[str]) -> None:
+def _check_folders(
+    where: str, entry: Section, named: list[str], sources: Mapping[str, Section]
+) -> None:
+    root = Path(entry["root"])
     if missing := [scene for scene in named if not (root / scene).is_dir()]:
         present = sorted(path.name for path in root.iterdir() if path.is_dir())
         refuse(
-            f"{where}.scenes: no folders {missing} in {root}", f"the folders there are {present}"
+            f"{where}.scenes: no folders {missing} in {root}{origin(entry, sources)}",
+            f"the folders there are {present}",
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ ROLES = ("train", "validation", "evaluation", "object")
 COUNTED = ("evaluation", "validation", "train", "object")  # the order in which folders are taken
 KINDS = ("embedded", "fetch", "root")
 READING = ("layout", "poses", "model", "points", "every", "max_error", "reading")
+VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")  # of the environment, and what else
 
 Section = Mapping[str, Any]
 
@@ -46,12 +48,15 @@ class Datasets:
     @classmethod
     def of(cls, entries: Mapping[str, Section], sources: Mapping[str, Section]) -> Datasets:
         """Those of a configuration, parted into what is there and what is not."""
+        placed = {name: _placed(entry) for name, entry in entries.items()}
         missing = {
-            name: f"datasets.{name}.root {_looked_for(entry)}{_origin(entry, sources)}"
+            name: f"datasets.{name}.root {_looked_for(entry['root'], placed[name]['root'])}"
+            f"{origin(entry, sources)}"
             for name, entry in entries.items()
-            if kinds_of(entry) == ["root"] and not (entry["root"] and Path(entry["root"]).is_dir())
+            if kinds_of(entry) == ["root"]
+            and not (placed[name]["root"] and Path(placed[name]["root"]).is_dir())
         }
-        here = {name: entry for name, entry in entries.items() if name not in missing}
+        here = {name: entry for name, entry in placed.items() if name not in missing}
         labels = tuple(entries[name]["label"] for name in missing)
         return cls(here, sources, missing, labels)
 
@@ -128,10 +133,10 @@ class Datasets:
             if name == _archive(source, scene["url"])
         )
 
-    def inside(self, dataset: str, scene: str) -> str:
-        """Folder of a scene in its archive."""
-        source = self.sources[self.entries[dataset]["fetch"]]
-        return str(source["scenes"][scene]["inside"])
+    def fetched(self, dataset: str, scene: str) -> Section:
+        """Entry of a fetched scene in `config/sources.yaml`."""
+        source: Section = self.sources[self.entries[dataset]["fetch"]]
+        return source["scenes"][scene]
 
     def names(self, kind: str = "") -> str:
         """Pattern of the datasets of a kind, or of all; it matches nothing where there is none.
@@ -148,14 +153,22 @@ class Datasets:
         return "|".join(patterns) or "(?!)"
 
 
-def _looked_for(entry: Section) -> str:
+def _placed(entry: Section) -> Section:
+    """The same entry, variables of the environment put into its root: `${NAME:-other}`."""
+    if not entry.get("root"):
+        return entry
+    root = VARIABLE.sub(lambda found: os.environ.get(found[1]) or found[2] or "", entry["root"])
+    return {**entry, "root": root}
+
+
+def _looked_for(written: str | None, root: str | None) -> str:
     """The folder of a dataset as it is written, and where that is."""
-    if not entry["root"]:
-        return "is not set"
-    return f"{entry['root']} (no folder {Path(entry['root']).resolve()})"
+    if not root:
+        return f"is {written}, which is empty" if written else "is not set"
+    return f"{written} (no folder {Path(root).resolve()})"
 
 
-def _origin(entry: Section, sources: Mapping[str, Section]) -> str:
+def origin(entry: Section, sources: Mapping[str, Section]) -> str:
     """Say how to get a dataset that is not there, in words."""
     if "page" in entry:
         return f"; {entry['page']}"

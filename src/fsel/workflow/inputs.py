@@ -5,7 +5,7 @@ Paths begin with `<results>`, `<tables>`, `<figures>` or `<downloads>`, which Sn
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -129,6 +129,17 @@ def embedded(experiment: Experiment) -> Paths:
         "family": lambda wildcards: entries[wildcards.dataset]["embedded"]["family"],
         "seed": experiment.scene_seed,
     }
+
+
+def unpacked(experiment: Experiment) -> Paths:
+    """Return where the scene in the wildcards lies in its archive, its sha256 and its licence."""
+
+    def known(key: str) -> Callable[[Any], Any]:
+        return lambda wildcards: experiment.datasets.fetched(wildcards.dataset, wildcards.scene)[
+            key
+        ]
+
+    return {key: known(key) for key in ("inside", "files", "licence")}
 
 
 def ingested(experiment: Experiment, long_side: int) -> Paths:
