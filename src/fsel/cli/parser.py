@@ -51,9 +51,8 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     Negative numbers with exponents are written out: argparse takes them for options.
     """
     given = sys.argv[1:] if arguments is None else arguments
-    return parser().parse_args(
-        [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in given]
-    )
+    words = [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in given]
+    return parser().parse_args(words, argparse.Namespace(words=words))
 
 
 def _add_demo(commands) -> None:

@@ -162,6 +162,11 @@ def _add_form(command: argparse.ArgumentParser) -> None:
         help="those that two picks see (by default; triangulated where the capture has none), all "
         "of the capture's, or none",
     )
+    command.add_argument(
+        "--sheet",
+        action="store_true",
+        help="write sheet.png too: every frame in one picture, picks, held-out and bad ones marked",
+    )
     size = command.add_mutually_exclusive_group()
     size.add_argument(
         "--long-side",
