@@ -13,8 +13,8 @@ needs_a_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is ins
 FRAME = """<!doctype html><body style="margin:0"><iframe src="{page}" style="width:{width}px;
 height:1200px;border:0"></iframe><script>
 const frame = document.querySelector('iframe');
-frame.addEventListener('load', () => {{
-  const seen = frame.contentWindow.eval({script});
+frame.addEventListener('load', async () => {{
+  const seen = await frame.contentWindow.eval({script});
   document.documentElement.setAttribute('data-seen', JSON.stringify(seen));
 }});
 </script>"""
@@ -39,7 +39,7 @@ def looked_at(page, width, script, folder):
     Args:
         page: file.
         width: pixels.
-        script: an expression of JavaScript, run in the page when it is loaded.
+        script: an expression of JavaScript, run in the page when it is loaded; or a promise.
         folder: for the browser's own files.
     """
     frame = folder / f"frame{width}.html"

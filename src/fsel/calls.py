@@ -67,7 +67,7 @@ class Selection(api.Selection):
             FileExistsError: for a folder that is there already.
         """
         source = _with_files(self.capture)
-        subset.check_cameras(source.raw)
+        subset.check_cameras(source.raw, undistort=False)
         form = subset.Form(link=link, long_side=long_side, points=points)
         with staged(Path(folder), "select", [], force) as stage:
             subset.write(stage, source, self.indices, self.held_out, form)

@@ -244,6 +244,9 @@ def test_two_runs_write_the_same_bytes_but_for_their_times(capture, tmp_path):
     for path in (tmp_path / "a").rglob("*"):
         if path.is_file() and path.name not in ("selection.json", "manifest.json"):
             other = tmp_path / "b" / path.relative_to(tmp_path / "a")
-            assert path.read_bytes() == other.read_bytes(), path.name
+            said = other.read_bytes().replace(
+                str(tmp_path / "b").encode(), str(tmp_path / "a").encode()
+            )
+            assert path.read_bytes() == said, path.name  # the page has the command line
     scenes = [json.loads((tmp_path / p / "scene.json").read_text()) for p in ("a", "c/train")]
     assert [scene["scene_name"] for scene in scenes] == ["capture", "capture_train"]

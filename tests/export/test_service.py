@@ -5,7 +5,6 @@ import pytest
 from selection_problems import around, capture_of
 from small_captures import ring
 
-from fsel.export import service
 from fsel.export.service import service_of
 
 
@@ -25,10 +24,6 @@ def test_service_by_hand():
     expected = np.array([close[2], close[0] + close[2] / 2]) / whole
     np.testing.assert_allclose(result.curve, expected)
     np.testing.assert_allclose(result.gain, [expected[0], expected[1] - expected[0]])
-    third = [close[0] + close[1] / 2 + close[2] / 4, close[0] + close[2] / 2 + close[3] / 4]
-    np.testing.assert_allclose(
-        result.left, [0, third[0] / whole - expected[1], 0, *([third[1] / whole - expected[1]])]
-    )
 
 
 def test_service_rises_to_one_and_each_frame_adds_less(circle):
@@ -39,14 +34,3 @@ def test_service_rises_to_one_and_each_frame_adds_less(circle):
     np.testing.assert_array_equal(result.nearest_view[:3], [0, 1, 2])
     assert result.curve[-1] == pytest.approx(1)
     assert (result.gain >= -1e-12).all()
-    first, second = (service_of(circle, views, pool, picks[:k]) for k in (1, 2))
-    rows = np.searchsorted(pool, picks[:2])
-    assert first.left[rows[1]] == pytest.approx(second.gain[1])
-    assert (second.left <= first.left + 1e-12).all()
-
-
-def test_service_is_the_same_in_blocks(circle, monkeypatch):
-    views, pool, picks = circle.view(np.array([1, 9, 17])), np.arange(24), np.array([2, 10, 18])
-    whole = service_of(circle, views, pool, picks)
-    monkeypatch.setattr(service, "BLOCK", 7)
-    np.testing.assert_array_equal(service_of(circle, views, pool, picks).left, whole.left)

@@ -74,7 +74,7 @@ def statistics(image: np.ndarray) -> np.ndarray:
         for y in range(TILES)
         for x in range(TILES)
     ]
-    found = [cv2.quality.QualityBRISQUE_computeFeatures(tile)[0] for tile in tiles]
+    found = [cv2.quality.QualityBRISQUE.computeFeatures(tile)[0] for tile in tiles]
     return np.nan_to_num(np.array(found, np.float64))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import cv2
 import numpy as np
@@ -15,16 +16,16 @@ from fsel.cli.console import Console
 from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
-from fsel.data.capture import Capture
+from fsel.data.capture import Capture, Views
 from fsel.data.problem import Method, Problem
 from fsel.data.subsets import evenly, subset_key
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
-from fsel.export.compared import Cell, Compared, differences
-from fsel.export.versus import comparison
 from fsel.images.previews import sharpness_among
 from fsel.metrics import Metrics
 from fsel.outputs.atomic import staged
+from fsel.pages.compare import comparison
+from fsel.pages.compared import Cell, Compared, differences
 from fsel.reconstruct import Model, Reconstructor
 from fsel.request.blur import SharpnessOf, blurred
 from fsel.request.focus import Focus
@@ -32,7 +33,8 @@ from fsel.request.problem import request_problem
 from fsel.request.targets import Targets
 from fsel.utils.wording import counted
 
-SHOWN = 6  # held-out frames that are rendered side by side
+SHEETS = 6  # held-out frames that have a picture of their own in renders
+PICTURES = 600  # renderings on the page at most, or six frames
 BAND = 14  # pixels of a caption
 QUALITY = 92  # of the page's JPEGs
 SEEN = 3  # picks that serve a sparse point
@@ -68,8 +70,10 @@ def run(args: argparse.Namespace, console: Console) -> None:
             problem = request_problem(capture, targets, sharpness, focus, descriptors)
             picks = _picks(args, problem, methods, sharpness_of)
             unsharp = blurred(capture, held_out, sharpness_of)
-        scores, evaluator = _scores(args, capture, (held_out, masks), picks, metrics, console)
-        compared = _compared(args, capture, (held_out, unsharp), picks, scores, evaluator)
+        drawn = evenly(len(held_out), max(SHEETS, PICTURES // len(picks)))
+        keeping = _Keeping(bound(args, capture), drawn)
+        scores = _scores(args, keeping, (held_out, masks), picks, metrics, console)
+        compared = _compared(args, keeping, (held_out, unsharp), picks, scores, metrics)
         (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
         rows = _rows(capture, picks, scores, api.served(problem, picks, SEEN), metrics)
         content = _content(args, compared, rows)
@@ -77,7 +81,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         table = _table(content, metrics)
         (stage / "compare.txt").write_text(table, encoding="utf-8")
         (stage / "renders").mkdir()
-        for name, sheet in _sheets(args, capture, held_out, picks, evaluator):
+        for name, sheet in _sheets(args, keeping, held_out[drawn], picks):
             cv2.imwrite(str(stage / "renders" / name), sheet[..., ::-1])
     console.text(table)
     console.say("written", f"{args.out}: compare.html, compare.json, compare.txt, renders")
@@ -141,16 +145,15 @@ def _picks(
 
 def _scores(
     args: argparse.Namespace,
-    capture: Capture,
+    keeping: _Keeping,
     held_out: tuple[np.ndarray, np.ndarray | None],
     picks: Picks,
     metrics: Metrics,
     console: Console,
-) -> tuple[Scores, Evaluator]:
+) -> Scores:
     """(k, method) -> (seeds, T, M) metrics of the held-out frames, in their masks."""
-    frames, masks = held_out
+    (frames, masks), capture = held_out, keeping.capture
     truth = np.asarray(capture.images[frames])
-    keeping = _Keeping(bound(args, capture))
     evaluator = Evaluator(keeping, frames, capture.view(frames), truth, masks, metrics)
     order = [(k, name) for k in args.k for name in args.methods]
     runs = [(key, chosen) for key in order for chosen in picks[key]]
@@ -158,7 +161,7 @@ def _scores(
     for key, chosen in console.bar("reconstructing")(runs, len(runs)):
         evaluator(chosen)  # what does not finish is refused
         scores[key].append(evaluator.measure(chosen).scores)
-    return {key: np.array(values) for key, values in scores.items()}, evaluator
+    return {key: np.array(values) for key, values in scores.items()}
 
 
 def _rows(
@@ -182,48 +185,38 @@ def _rows(
 
 def _compared(
     args: argparse.Namespace,
-    capture: Capture,
+    keeping: _Keeping,
     frames: tuple[np.ndarray, np.ndarray],
     picks: Picks,
     scores: Scores,
-    evaluator: Evaluator,
+    metrics: Metrics,
 ) -> Compared:
-    """The same with pictures, at the size that was compared.
+    """Content of the page.
 
     Args:
-        args: the parsed command line.
-        capture: the capture.
+        args: the command line.
+        keeping: which has what was rendered.
         frames: (T,) held-out frames, and (T,) bool which are blurred.
-        picks: of each k and method.
-        scores: theirs.
-        evaluator: which keeps the models.
+        picks, scores: of each k and method.
+        metrics: of the scores.
     """
+    capture, drawn, renders = keeping.capture, keeping.drawn, keeping.renders(picks)
     held_out, unsharp = frames
-    drawn = _drawn(held_out)
-    views = capture.view(held_out[drawn])
-    renders = {}
-    for key in scores:
-        images = evaluator.reconstructor.fit(np.sort(picks[key][0])).render(views)
-        renders[key] = [_jpeg(np.round(image * 255).astype(np.uint8)) for image in images]
     width, height = capture.size
     return Compared(
         source=capture.source,
         how=f"Reconstructed and compared by {args.reconstructor} at {width}x{height} pixels, "
         "shown larger. Hint: --reconstructor gaussians and a larger --long-side are for looks.",
         names=tuple(capture.names[i] for i in held_out),
-        metrics=tuple(evaluator.metrics),
+        metrics=tuple(metrics),
         scores={key: values.mean(axis=0) for key, values in scores.items()},
         used={key: len(picks[key][0]) for key in scores},
         shown=tuple(drawn.tolist()),
         truth=[_jpeg(np.asarray(capture.images[frame])) for frame in held_out[drawn]],
-        renders=renders,
+        renders={key: [_jpeg(image) for image in images] for key, images in renders.items()},
         blurred=unsharp,
+        shape=width / height,
     )
-
-
-def _drawn(held_out: np.ndarray) -> np.ndarray:
-    """Numbers of the held-out frames that are shown."""
-    return evenly(len(held_out), SHOWN)
 
 
 def _jpeg(image: np.ndarray) -> bytes:
@@ -232,17 +225,40 @@ def _jpeg(image: np.ndarray) -> bytes:
 
 
 class _Keeping:
-    """A reconstructor that fits no subset twice: the sheets show the models that were scored."""
+    """A reconstructor whose models keep what they render of some views: the page shows what was
+    scored.
 
-    def __init__(self, reconstructor: Reconstructor) -> None:
+    Attributes:
+        images: frames -> (D, h, w, 3) uint8 renderings of the drawn views.
+    """
+
+    def __init__(self, reconstructor: Reconstructor, drawn: np.ndarray) -> None:
         self.reconstructor, self.capture = reconstructor, reconstructor.capture
-        self.models: dict[tuple[int, ...], Model] = {}
+        self.drawn = drawn
+        self.images: dict[tuple[int, ...], np.ndarray] = {}
 
-    def fit(self, frames: np.ndarray) -> Model:
-        key = subset_key(frames)
-        if key not in self.models:
-            self.models[key] = self.reconstructor.fit(frames)
-        return self.models[key]
+    def renders(self, picks: Picks) -> dict[Cell, np.ndarray]:
+        """Renderings of each k and method, by the picks of its first seed."""
+        return {key: self.images[subset_key(chosen[0])] for key, chosen in picks.items()}
+
+    def fit(self, frames: np.ndarray) -> Any:  # a Model, by way of `_Kept.__getattr__`
+        return _Kept(self.reconstructor.fit(frames), self, subset_key(frames))
+
+
+class _Kept:
+    """A model that keeps what it renders."""
+
+    def __init__(self, model: Model, keeping: _Keeping, key: tuple[int, ...]) -> None:
+        self.model, self.keeping, self.key = model, keeping, key
+
+    def render(self, views: Views) -> np.ndarray:
+        images = self.model.render(views)
+        drawn = images[self.keeping.drawn]
+        self.keeping.images[self.key] = np.round(drawn * 255).astype(np.uint8)
+        return images
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.model, name)
 
 
 def _table(content: dict, metrics: Metrics) -> str:
@@ -259,29 +275,18 @@ def _table(content: dict, metrics: Metrics) -> str:
 
 
 def _sheets(
-    args: argparse.Namespace,
-    capture: Capture,
-    held_out: np.ndarray,
-    picks: Picks,
-    evaluator: Evaluator,
+    args: argparse.Namespace, keeping: _Keeping, shown: np.ndarray, picks: Picks
 ) -> Iterator[tuple[str, np.ndarray]]:
     """(file name, image) of a few held-out frames; a row for each k: truth, then methods."""
-    frames = held_out[_drawn(held_out)]
-    views = capture.view(frames)
-    rows: list[list[np.ndarray]] = [[] for _ in frames]
-    for k in args.k:
-        rendered = [
-            evaluator.reconstructor.fit(np.sort(picks[k, name][0])).render(views)
-            for name in args.methods
-        ]
-        for at, frame in enumerate(frames):
-            cells = [_captioned(np.asarray(capture.images[frame]), "truth")]
-            for name, images in zip(args.methods, rendered, strict=True):
-                cells.append(_captioned(np.round(images[at] * 255).astype(np.uint8), f"{name} {k}"))
-            rows[at].append(np.concatenate(cells, axis=1))
-    names = file_names([capture.names[frame] for frame in frames])
-    for name, sheet in zip(names, rows, strict=True):
-        yield f"{name}.png", np.concatenate(sheet)
+    capture, renders, few = keeping.capture, keeping.renders(picks), evenly(len(shown), SHEETS)
+    names = file_names([capture.names[frame] for frame in shown[few]])
+    for name, at in zip(names, few, strict=True):
+        truth = _captioned(np.asarray(capture.images[shown[at]]), "truth")
+        rows = []
+        for k in args.k:
+            cells = [_captioned(renders[k, by][at], f"{by} {k}") for by in args.methods]
+            rows.append(np.concatenate([truth, *cells], axis=1))
+        yield f"{name}.png", np.concatenate(rows)
 
 
 def _captioned(image: np.ndarray, text: str) -> np.ndarray:

@@ -57,9 +57,8 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
         from fsel.cli import worker  # here: it imports NumPy
 
         return worker.parser().parse_args(given[1:])
-    return parser().parse_args(
-        [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in given]
-    )
+    words = [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in given]
+    return parser().parse_args(words, argparse.Namespace(words=words))
 
 
 def _add_demo(commands) -> None:

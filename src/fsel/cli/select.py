@@ -6,11 +6,14 @@ import argparse
 import json
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from fsel import api
 from fsel.cli import posing
+from fsel.cli.again import commands
 from fsel.cli.console import Console
 from fsel.cli.refining import refining
 from fsel.cli.request import focus_of, inputs_of, reasons
@@ -27,12 +30,12 @@ from fsel.cli.trying import trying
 from fsel.data.capture import Capture
 from fsel.data.problem import Method
 from fsel.export import record, subset
-from fsel.export.page import page
 from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.images.previews import check_pixels, sharpness_among, thumbnails
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture
 from fsel.outputs.atomic import staged
+from fsel.pages.report import Shown, frames_shown, page, picture_side
 from fsel.request.blur import SharpnessOf
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
@@ -42,7 +45,6 @@ from fsel.request.targets import ALL, ORBIT, Targets
 from fsel.utils.wording import counted
 
 SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described
-THUMBNAIL = 240  # pixels of the longer side, in the report
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -58,15 +60,23 @@ def run(args: argparse.Namespace, console: Console) -> None:
         outcome = _select(args, console, opened, method, seconds)
         written = time.perf_counter()
         picks = outcome.selection.indices
-        entries, left = record.picked(outcome), record.left(outcome)
-        left += record.unplaced(opened.found)
         held_out = outcome.targets.frames
-        pictures = _pictures(args, opened, picks, held_out)
+        pictures = _pictures(args, opened, outcome)
         form = form_of(args, opened)
         with console.clock("writing"):
             points = subset.write(stage, opened, picks, held_out, form)
-        report = page(outcome, entries, left, pictures, points, posing.notes(opened.found))
-        (stage / "report.html").write_text(report, encoding="utf-8")
+        used = np.union1d(picks, held_out)
+        seen = points.seen_from(np.searchsorted(used, picks), len(used))
+        outcome = replace(outcome, seen=seen)
+        entries = record.picked(outcome)
+        left = record.left(outcome) + record.unplaced(opened.found)
+        wishes = commands(args, len(picks))
+        shown = Shown(outcome, entries, left, pictures, wishes, posing.notes(opened.found))
+        (stage / "report.html").write_text(page(shown), encoding="utf-8")
+        if args.sheet:
+            from fsel.pages.sheet import sheet  # here: few ask for it, and it draws with Pillow
+
+            cv2.imwrite(str(stage / "sheet.png"), sheet(shown)[..., ::-1])
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
         seconds["write"] = time.perf_counter() - written
@@ -173,7 +183,7 @@ def _select(
             descriptors=_describing(args, seconds),
         )
     seconds["select"] = selection.seconds
-    return record.Outcome(capture, targets, selection, sharpness, "sharpness" in method.reads)
+    return record.Outcome(capture, targets, selection, sharpness, method, focus)
 
 
 def _measuring(opened: LazyCapture, console: Console, seconds: dict[str, float]) -> SharpnessOf:
@@ -255,17 +265,15 @@ def _describing(
 
 
 def _pictures(
-    args: argparse.Namespace, opened: LazyCapture, picks: np.ndarray, held_out: np.ndarray
-) -> list[bytes]:
-    """Pictures of the picks in pick order; opened in capture order, since some may be of a video.
+    args: argparse.Namespace, opened: LazyCapture, outcome: record.Outcome
+) -> dict[int, bytes]:
+    """Pictures of the frames that the report shows, where images are looked at.
 
     Every frame that is written is decoded, so that none without pixels is handed on.
     """
-    files = opened.raw.images
+    files, frames = opened.raw.images, frames_shown(outcome)
+    check_pixels([files[i] for i in [*outcome.selection.indices, *outcome.targets.frames]])
     if args.geometry_only:
-        check_pixels([files[i] for i in [*picks, *held_out]])
-        return []
-    order = np.argsort(picks)
-    made = thumbnails([files[picks[i]] for i in order], opened.longest, THUMBNAIL)
-    check_pixels([files[i] for i in held_out])
-    return [made[at] for at in np.argsort(order)]
+        return {}
+    made = thumbnails([files[i] for i in frames], opened.longest, picture_side(len(frames)))
+    return {int(frame): jpeg for frame, jpeg in zip(frames, made, strict=True) if jpeg}

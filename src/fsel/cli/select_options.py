@@ -175,6 +175,11 @@ def _add_form(command: argparse.ArgumentParser) -> None:
         help="auto: turn the world that is written until z points upwards, by the cameras' "
         "horizontal axes; none (by default): the capture's own world",
     )
+    command.add_argument(
+        "--sheet",
+        action="store_true",
+        help="write sheet.png too: every frame in one picture, picks, held-out and bad ones marked",
+    )
     size = command.add_mutually_exclusive_group()
     size.add_argument(
         "--long-side",

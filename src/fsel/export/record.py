@@ -11,15 +11,21 @@ import numpy as np
 
 from fsel.api import Selection
 from fsel.data.capture import Capture
+from fsel.data.points import SparsePoints
+from fsel.data.problem import Method
 from fsel.data.subsets import evenly
 from fsel.export.service import Service, closest_pick, service_of
 from fsel.request.blur import SHARPER, blurred
 from fsel.request.budget import Budget
 from fsel.request.cover import Cover
+from fsel.request.focus import Focus
 from fsel.request.patience import Tried
+from fsel.request.problem import request_problem
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
+from fsel.selector.standing import Standing, standing
 from fsel.utils.wording import counted
 
+WELL = 2  # picks that see a point before it is seen well: its depth takes two
 PACKAGES = ("fsel", "numpy", "pycolmap")
 
 
@@ -32,14 +38,19 @@ class Outcome:
         targets: views to be rendered.
         selection: the picks.
         sharpness: (N,) of every frame, or None where it was not measured.
-        by_sharpness: whether the method read it; only then is it given as a reason.
+        method: that was asked for. Sharpness is given as a reason only where it reads it.
+        focus: the object that targets must see.
+        seen: sparse points that the picks see, whose tracks number the picks in their order; None
+            without points.
     """
 
     capture: Capture
     targets: Targets
     selection: Selection
     sharpness: np.ndarray | None
-    by_sharpness: bool
+    method: Method
+    focus: Focus | None = None
+    seen: SparsePoints | None = None
 
     @cached_property
     def service(self) -> Service:
@@ -63,13 +74,35 @@ class Outcome:
         views that stand for it, the curve would bend at their number."""
         return evenly(len(self.capture), MOST_VIEWS)
 
+    @cached_property
+    def standing(self) -> Standing | None:
+        """Scores of all frames at the last pick, where a linear rule made the picks."""
+        selection, blank = self.selection, np.zeros(len(self.capture))
+        if not np.isfinite(selection.scores).any():  # another selection was kept than the rule's
+            return None
+        problem = request_problem(self.capture, self.targets, blank, self.focus, None)
+        return standing(self.method, problem, selection.indices)
+
+    @cached_property
+    def sights(self) -> np.ndarray | None:
+        """(k,) of each pick the share of the picks' points that it sees and fewer than two earlier
+        picks do; None without points."""
+        if self.seen is None or not len(self.seen.track_point):
+            return None
+        k = len(self.selection.indices)
+        point, pick = np.divmod(np.unique(self.seen.track_point * k + self.seen.track_frame), k)
+        known, first, often = np.unique(point, return_index=True, return_counts=True)
+        earlier = np.arange(len(point)) - np.repeat(first, often)
+        count = np.bincount(pick[earlier < WELL], minlength=k)
+        return count / len(known)
+
 
 def picked(outcome: Outcome) -> list[dict]:
     """One entry a pick, in pick order."""
     capture, selection, service = outcome.capture, outcome.selection, outcome.service
     known = outcome.served if outcome.targets.kind == ALL else outcome.targets.frames
     ranks = _sharpness_ranks(outcome.sharpness)
-    unsharp = outcome.unsharp
+    unsharp, sights = outcome.unsharp, outcome.sights
     entries = []
     for order, frame in enumerate(selection.indices):
         view = int(service.nearest_view[order])
@@ -82,6 +115,7 @@ def picked(outcome: Outcome) -> list[dict]:
                 "score": score if np.isfinite(score) else None,
                 "service": round(float(service.curve[order]), 6),
                 "adds": round(float(service.gain[order]), 6),
+                "sees_new": None if sights is None else round(float(sights[order]), 6),
                 "nearest_target": capture.names[known[view]] if len(known) else view,
                 "sharpness_rank": int(ranks[frame]) if ranks is not None else None,
                 "blurred": bool(unsharp[frame]) if unsharp is not None else None,
@@ -94,23 +128,23 @@ def picked(outcome: Outcome) -> list[dict]:
 def left(outcome: Outcome) -> list[dict]:
     """One entry a frame that was not picked, in capture order, with the reason."""
     capture, picks = outcome.capture, outcome.selection.indices
-    pool = outcome.targets.pool(capture)
-    adds = dict(zip(pool.tolist(), outcome.service.left, strict=True))
+    pool = set(outcome.targets.pool(capture).tolist())
     closest = closest_pick(capture, picks)
     stand_in = {gone: name for name, gone in outcome.selection.exchanged.items()}
-    unsharp = outcome.unsharp if outcome.by_sharpness else None
+    unsharp = outcome.unsharp if "sharpness" in outcome.method.reads else None
+    by_rule = _by_rule(outcome, picks)
     entries = []
     for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
         near = capture.names[closest[frame]]
         name = capture.names[frame]
         if name in stand_in:
             reason = f"blurred: {stand_in[name]} beside it was picked in its place"
-        elif frame not in adds:
+        elif frame not in pool:
             reason = _left_out(outcome.targets, frame)
         elif unsharp is not None and unsharp[frame]:
             reason = f"near {near}; blurred: a frame beside it is {SHARPER:g} times as sharp"
         else:
-            reason = f"near {near}; would add {adds[frame]:.2%} service"
+            reason = f"near {near}; {by_rule.get(frame, _by_another(outcome))}"
         entries.append({"name": name, "reason": reason, "closest_pick": near})
     return entries
 
@@ -128,6 +162,45 @@ def unplaced(found: dict | None) -> list[dict]:
         }
         for name in found["not_placed"]
     ]
+
+
+def _by_rule(outcome: Outcome, picks: np.ndarray) -> dict[int, str]:
+    """Say what each frame lacks beside the last pick by the rule that picked; nothing by another.
+
+    The rule weighs what a frame shows of the views and how far it lies from the earlier picks.
+    """
+    known = outcome.standing
+    if known is None:
+        return {}
+    free, last = ~np.isin(known.pool, picks), known.pool == picks[-1]
+    shows = known.views[free] - known.views[last]
+    apart = known.apart[free] - known.apart[last]
+    places = np.empty(free.sum(), np.int64)
+    places[np.argsort(-(shows + apart), kind="stable")] = np.arange(1, free.sum() + 1)
+    views = "scene" if outcome.targets.kind == ALL else "views"
+    than = f"{outcome.selection.names[-1]}, the last pick"
+    return {
+        int(frame): f"{_lacks(more, farther, views, than)}; place {place} of {free.sum()} in line"
+        for frame, more, farther, place in zip(known.pool[free], shows, apart, places, strict=True)
+    }
+
+
+def _lacks(shows: float, apart: float, views: str, than: str) -> str:
+    """Compare a frame with the last pick in the two things that the rule weighs."""
+    if shows + apart > 0:
+        return f"scores more than {than}, which was not picked for its score"
+    if shows > 0:
+        return f"shows more of the {views} than {than}, but lies too close to earlier picks"
+    if apart > 0:
+        return f"lies farther from earlier picks than {than}, but shows less of the {views}"
+    return f"shows less of the {views} than {than}, and lies closer to earlier picks"
+
+
+def _by_another(outcome: Outcome) -> str:
+    """Name what picked, where it tells no score."""
+    tried = outcome.selection.tried
+    name = outcome.method.name if tried is None else tried.kept
+    return f"the picks of {name} were kept"
 
 
 def _left_out(targets: Targets, frame: int) -> str:

@@ -12,7 +12,6 @@ from fsel.features.conditioned import closeness, look_distance
 
 RANKS = 8  # closest frames that count for a view
 SHARES = 0.5 ** np.arange(RANKS)
-BLOCK = 1024  # frames whose closeness is sorted at a time
 
 
 @dataclass(frozen=True)
@@ -28,13 +27,11 @@ class Service:
         curve: (k,) service after each pick, never falling.
         gain: (k,) what each pick added.
         nearest_view: (k,) int64 the target view that each pick is closest to.
-        left: (n,) what each frame of the pool would still add after the last pick; 0 for picks.
     """
 
     curve: np.ndarray
     gain: np.ndarray
     nearest_view: np.ndarray
-    left: np.ndarray
 
 
 def service_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarray) -> Service:
@@ -54,21 +51,11 @@ def service_of(capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarr
     for step, row in enumerate(rows):
         best = _closest(np.concatenate([best, close[row, None]]))
         curve[step] = np.mean(SHARES @ best / whole)
-    blocks = [close[at : at + BLOCK] for at in range(0, len(pool), BLOCK)]
-    left = np.concatenate([_with_one_more(best, block, whole) for block in blocks]) - curve[-1]
-    left[rows] = 0.0
     return Service(
         curve=curve,
         gain=np.diff(curve, prepend=0.0),
         nearest_view=np.argmax(close[rows], axis=1),
-        left=np.maximum(left, 0),
     )
-
-
-def _with_one_more(best: np.ndarray, close: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """(b,) service of picks with each of b frames, by (RANKS, T) of the picks and (b, T)."""
-    wider = np.concatenate([np.tile(best, (len(close), 1, 1)), close[:, None]], axis=1)
-    return np.mean(SHARES @ _closest(wider) / whole, axis=1)
 
 
 def _closest(closeness: np.ndarray) -> np.ndarray:

@@ -76,12 +76,18 @@ def sharpness_among(
     return measured
 
 
-def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes]:
-    """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`."""
+def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes | None]:
+    """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`.
+
+    None for an image that cannot be decoded.
+    """
     flag = COLOR[_factor(longest, side)]
 
-    def shrink(at: int) -> bytes:
-        image = image_files.load(files[at], flag)
+    def shrink(at: int) -> bytes | None:
+        try:
+            image = image_files.load(files[at], flag)
+        except ValueError:
+            return None
         scale = min(1.0, side / max(image.shape[:2]))
         size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
         small = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)

@@ -36,28 +36,48 @@ def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.n
     arithmetic is that of `prepared.static`: float64, or float32 to see what that would cost.
     """
     check_budget(prepared, k)
-    n, precision = len(prepared.pool), prepared.static.dtype
     picks, scores = np.empty(k, np.int64), np.empty(k)
-    free = np.ones(n, bool)
-    tie = TIE * np.finfo(precision).eps
-    raw = np.zeros((n, FOLLOWING), precision)
-    memory = _Memory(prepared)
-    raw[:, GAIN] = memory.gain()
-    inputs = prepared.static.copy()
-    remote = prepared.static[:, TARGET_GAIN_INPUT]
+    tie = TIE * np.finfo(prepared.static.dtype).eps
+    walk = Walk(prepared)
     for step in range(k):
-        inputs[:, CONDITIONED_INPUTS] = standardise(raw[:, :GAIN], free)
-        inputs[:, TARGET_GAIN_INPUT] = remote + raw[:, GAIN]
-        value = np.where(free, scorer.scores(inputs), -np.inf)
+        value = np.where(walk.free, scorer.scores(walk.inputs()), -np.inf)
         best = value.max()
         if step < len(prepared.given):
             picks[step] = prepared.given[step]
         else:
             picks[step] = np.argmax(value >= best - tie * abs(best))
         scores[step] = value[picks[step]]
-        free[picks[step]] = False
-        memory.update(picks[: step + 1], free, raw)
+        walk.add(picks[step])
     return picks, scores
+
+
+class Walk:
+    """The inputs of a pool's rows while rows are picked, in the precision of `prepared.static`.
+
+    Attributes:
+        free: (n,) bool, False once a row is picked.
+    """
+
+    def __init__(self, prepared: Prepared) -> None:
+        n = len(prepared.pool)
+        self.free = np.ones(n, bool)
+        self._inputs = prepared.static.copy()
+        self._remote = prepared.static[:, TARGET_GAIN_INPUT]
+        self._raw = np.zeros((n, FOLLOWING), prepared.static.dtype)
+        self._memory, self._picked = _Memory(prepared), 0
+        self._raw[:, GAIN] = self._memory.gain()
+
+    def inputs(self) -> np.ndarray:
+        """(n, 19) inputs at the present step."""
+        self._inputs[:, CONDITIONED_INPUTS] = standardise(self._raw[:, :GAIN], self.free)
+        self._inputs[:, TARGET_GAIN_INPUT] = self._remote + self._raw[:, GAIN]
+        return self._inputs
+
+    def add(self, row: int) -> None:
+        """Pick a row."""
+        self.free[row] = False
+        self._picked += 1
+        self._memory.update(row, self._picked, self.free, self._raw)
 
 
 class _Memory:
@@ -71,9 +91,9 @@ class _Memory:
         self.apart = np.full(n, NOVEL, precision)
         self.squares = np.empty((len(SPREAD), 0, n), precision)
 
-    def update(self, picks: np.ndarray, free: np.ndarray, raw: np.ndarray) -> None:
-        """Update the columns d_min_s, gamma_min_s, rho_max_s, phi_nov and target gain."""
-        described, row, first = self.rows.descriptors, picks[-1], len(picks) == 1
+    def update(self, row: int, picked: int, free: np.ndarray, raw: np.ndarray) -> None:
+        """Update d_min_s, gamma_min_s, rho_max_s, phi_nov and target gain by the newest pick."""
+        described, first = self.rows.descriptors, picked == 1
         likeness = np.einsum("nd,d->n", described, described[row], dtype=np.float64)
         raw[:, RHO_MAX_S] = likeness if first else np.maximum(raw[:, RHO_MAX_S], likeness)
         if len(self.covered) == 0:
@@ -81,10 +101,10 @@ class _Memory:
             return
         self._spread(row, free, raw)
         self.covered += self.rows.closeness[row]
-        self.rates += visibility_counts(self.rows.visible, picks[-1:])
+        self.rates += visibility_counts(self.rows.visible, np.array([row]))
         shift = (self.rows.looks - self.rows.looks[row]).reshape(-1, 2, 3)
         self.apart = np.minimum(self.apart, np.linalg.norm(shift, axis=2).sum(axis=1))
-        raw[:, GAIN] = self.gain() * min(1.0, self.rows.lasting / len(picks))
+        raw[:, GAIN] = self.gain() * min(1.0, self.rows.lasting / picked)
 
     def gain(self) -> np.ndarray:
         """(n,) see `compiled.target_gain`."""

@@ -28,6 +28,7 @@ class Compared:
         renders: for each k and method, JPEG of its first seed's rendering of each of them.
         blurred: (T,) bool, held-out frames that motion blurred: a sharp rendering of them scores
             less than a blurred one.
+        shape: width of the pictures over their height.
     """
 
     source: str
@@ -40,6 +41,7 @@ class Compared:
     truth: list[bytes]
     renders: dict[Cell, list[bytes]]
     blurred: np.ndarray
+    shape: float = 1.0
 
     @property
     def budgets(self) -> list[int]:

@@ -9,12 +9,17 @@ from browsing import looked_at, needs_a_browser
 from small_captures import write_ring
 
 from fsel.cli import main
-from fsel.export.compared import Compared, differences, verdict
+from fsel.pages.compared import Compared, differences, verdict
 from fsel.report.statistics import of_places
 
 SHARP = np.zeros(3, bool)
-MEASURE = """(() => {
+MEASURE = """(async () => {
 const all = (query) => [...document.querySelectorAll(query)];
+for (const image of all('img')) image.loading = 'eager';
+await Promise.all(all('.card:not([hidden]) img').map((image) => image.decode()));
+const get = (id) => document.getElementById(id);
+const cards = () => all('.card:not([hidden])');
+const choose = (name, at) => all(`#${name} input`)[at].click();
 const drawn = (image) => {
   const canvas = document.createElement('canvas');
   canvas.width = image.naturalWidth; canvas.height = image.naturalHeight;
@@ -22,28 +27,46 @@ const drawn = (image) => {
   pen.drawImage(image, 0, 0);
   return new Set(pen.getImageData(0, 0, canvas.width, canvas.height).data).size;
 };
-const sliders = all('.card:not([hidden]) input');
-sliders[0].focus();
-const reached = document.activeElement === sliders[0];
-const before = all('.card:not([hidden]) .over')[0].style.clipPath;
-sliders[0].value = 20;
-sliders[0].dispatchEvent(new Event('input'));
-const after = all('.card:not([hidden]) .over')[0].style.clipPath;
-const shown = () => all('.card:not([hidden]) b').map((node) => node.textContent);
-const first = shown();
-all('#budgets input')[1].click();
-return {
+const clips = () => [...new Set(all('.over').map((over) => getComputedStyle(over).clipPath))];
+const labels = () => cards().map((card) => card.querySelector('b').textContent);
+const order = () => all('.versus h3').map((node) => node.textContent.split(',')[0]);
+const seen = {
   cells: all('tbody tr').map((row) => [...row.cells].map((cell) => cell.innerText)),
   sentences: all('.verdict').map((node) => node.innerText),
-  colours: Math.min(...all('.truth, .over').map(drawn)),
-  pictures: [...new Set(all('img').map((node) => `${node.naturalWidth}x${node.naturalHeight}`))],
-  widths: all('.card:not([hidden]) img').map((node) => node.getBoundingClientRect().width),
+  colours: Math.min(...all('.card:not([hidden]) .over').map(drawn)),
+  pictures: [...new Set(all('.card:not([hidden]) .pair img')
+    .map((node) => `${node.naturalWidth}x${node.naturalHeight}`))],
+  tops: all('.versus').map((row) => new Set([...row.querySelectorAll('.card:not([hidden])')]
+    .map((card) => card.getBoundingClientRect().top)).size),
+  tall: Math.max(...all('.pair').map((pair) => pair.getBoundingClientRect().height)),
+  shapes: cards().map((card) => card.querySelector('.pair').getBoundingClientRect())
+    .map((box) => box.width / box.height),
   captions: all('.card:not([hidden]) figcaption').map((node) => node.innerText),
-  reached, before, after, first, second: shown(),
+  covered: all('.over').filter((over) => over.src === over.closest('.versus')
+    .querySelector('.truth img').src && over.src.length > 400).length,
+  lines: all('.chart polyline').length,
+  intervals: all('.chart g path').length, legend: all('.legend span').map((node) => node.innerText),
+  first: labels(), time: order(), before: clips(),
   overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
   fetched: performance.getEntriesByType('resource').map((entry) => entry.name)
     .filter((name) => !name.startsWith('data:')),
 };
+get('slider').focus();
+seen.reached = document.activeElement === get('slider');
+get('slider').value = 20;
+get('slider').dispatchEvent(new Event('input'));
+seen.after = clips();
+const pair = document.querySelector('.card:not([hidden]) .pair');
+const box = pair.getBoundingClientRect();
+pair.dispatchEvent(new PointerEvent('pointerdown', { clientX: box.left + 0.75 * box.width }));
+seen.dragged = +get('slider').value;
+choose('order', 1);
+seen.worst = order();
+choose('budget', 1);
+seen.second = labels();
+choose('view', 1);
+seen.blend = getComputedStyle(document.querySelector('.over')).mixBlendMode;
+return seen;
 })()"""
 
 
@@ -72,12 +95,25 @@ def test_a_browser_shows_every_rendering(width, out, tmp_path):
         assert cells[2].startswith(f"{row['psnr']:.2f} (")
     assert seen["pictures"] == ["48x36"]
     assert seen["colours"] > 20  # no held-out frame is blank
-    assert seen["widths"] == pytest.approx([min(480, width - 24)] * 12)  # two an image: a pair
+    assert seen["tops"] == [1] * 3  # methods of a frame in one row
+    assert seen["tall"] <= 0.72 * 1200 + 1
+    assert seen["shapes"] == pytest.approx([4 / 3] * 6, rel=0.01)
+    assert (seen["lines"], seen["intervals"], seen["legend"]) == (2, 4, ["fsel", "uniform"])
     assert seen["first"] == ["fsel, K = 4", "uniform, K = 4"] * 3
-    assert seen["second"] == ["fsel, K = 5", "uniform, K = 5"] * 3
+    assert seen["time"] == content["targets"]
     assert all("PSNR" in text and "SSIM" in text for text in seen["captions"])
-    assert (seen["before"], seen["after"]) == ("inset(0px 50% 0px 0px)", "inset(0px 80% 0px 0px)")
+    assert seen["covered"] == 12
+    assert (seen["before"], seen["after"]) == (
+        ["inset(0px 50% 0px 0px)"],
+        ["inset(0px 80% 0px 0px)"],
+    )
     assert seen["reached"] is True
+    assert seen["dragged"] == pytest.approx(75, abs=0.5)
+    assert sorted(seen["worst"]) == sorted(seen["time"])
+    psnr = [float(text.split("PSNR ")[1].split(" dB")[0]) for text in seen["captions"][::2]]
+    assert seen["worst"] == [seen["time"][at] for at in np.argsort(psnr, kind="stable")]
+    assert seen["second"] == ["fsel, K = 5", "uniform, K = 5"] * 3
+    assert seen["blend"] == "difference"
     assert seen["overflow"] <= 0
     assert seen["fetched"] == []
 

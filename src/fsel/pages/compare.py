@@ -2,48 +2,50 @@
 
 from __future__ import annotations
 
-import base64
+import json
 from html import escape
-from importlib.resources import files
 
 import numpy as np
 
-from fsel.export.compared import Cell, Compared, differences
+from fsel.pages.compared import Cell, Compared, differences
+from fsel.pages.drawings import Line, legend, line_chart
+from fsel.pages.shell import choices, document, source
 from fsel.utils.wording import counted
 
-ROOM = files("fsel.export")
 LABELS = {"psnr": "PSNR", "ssim": "SSIM", "gmsd": "GMSD", "lpips": "LPIPS"}
 NOTE = (
     "Intervals are Student's t over the held-out frames of this capture alone. Frames that "
     "resemble each other make them too narrow, and they say nothing about other captures. "
     "More PSNR and SSIM is better, and less GMSD or LPIPS."
 )
+HINT = (
+    "Drag over a picture, or move the slider with the arrow keys: the held-out frame on the left, "
+    "the rendering on the right, in all pictures alike. Differences are grey, twice as bright."
+)
 
 
 def comparison(compared: Compared) -> str:
     """The whole page."""
-    style = "".join((ROOM / name).read_text(encoding="utf-8") for name in ("page.css", "pair.css"))
-    script = (ROOM / "pair.js").read_text(encoding="utf-8")
     said = [escape(entry["verdict"]) for entry in differences(compared)]
-    parts = [
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>Selections of {escape(compared.source)}</title>",
-        f"<style>{style}</style></head><body>",
+    held, drawn = len(compared.names), len(compared.shown)
+    part = f" {drawn} of {held}, evenly spread, are shown." if drawn < held else ""
+    body = [
         f"<h1>{escape(', '.join(compared.methods))}</h1>",
-        f"<p>{escape(compared.source)}, {counted(len(compared.names), 'held-out frame')}. "
+        f"<p>{escape(compared.source)}, {counted(held, 'held-out frame')}. "
         f"{escape(compared.how)}</p>",
         *(f"<p class='verdict'>{sentence}</p>" for sentence in said),
         *_table(compared),
         f"<p><small>{escape(NOTE)}</small></p>",
+        *_curves(compared),
         "<h2>Held-out frames and renderings</h2>",
-        "<p>Drag a slider, or use the arrow keys: the held-out frame on the left, the rendering on "
-        "the right.</p>",
-        *_budgets(compared),
-        *(_row(compared, at) for at in range(len(compared.shown))),
-        f"<script>{script}</script></body></html>",
+        f"<p>{HINT}{part}</p>",
+        *_bar(compared),
+        f'<div id="rows" style="--shape:{compared.shape:.4f}">',
+        *(_row(compared, at) for at in range(drawn)),
+        "</div>",
     ]
-    return "\n".join(parts)
+    title = f"Selections of {compared.source}"
+    return document(title, ("compare.css", "compare.js"), body)
 
 
 def _table(compared: Compared) -> list[str]:
@@ -77,28 +79,50 @@ def _gap(compared: Compared, k: int, other: str) -> str:
     return f"<b>{text}</b>" if gain.excludes_zero else text
 
 
-def _budgets(compared: Compared) -> list[str]:
-    """One button for each number of frames; all are shown where no script runs."""
+def _curves(compared: Compared) -> list[str]:
+    """PSNR over the number of frames with its intervals, where several numbers were asked for."""
     if len(compared.budgets) < 2:
         return []
-    buttons = [
-        f'<label><input type="radio" name="k" value="{k}"{" checked" if not at else ""}> K = {k}'
-        "</label>"
-        for at, k in enumerate(compared.budgets)
+    lines = {}
+    for method in compared.methods:
+        at = [compared.interval((k, method)) for k in compared.budgets]
+        mean, low, high = np.array([(found.mean, found.low, found.high) for found in at]).T
+        lines[method] = Line(np.array(compared.budgets), mean, low, high)
+    return [
+        "<h2>PSNR over the number of frames</h2>",
+        f"<figure>{line_chart(lines, 'frames picked', '.4g', 'PSNR against K')}"
+        f"<figcaption>{legend(lines)}PSNR in dB, with 95 % intervals over the held-out frames."
+        "</figcaption></figure>",
     ]
-    return ["<fieldset id='budgets' hidden><legend>Frames picked</legend>", *buttons, "</fieldset>"]
+
+
+def _bar(compared: Compared) -> list[str]:
+    """Choices of what is shown and in which order, for all pictures together."""
+    first = escape(compared.methods[0])
+    budgets = [(str(k), f"K = {k}") for k in compared.budgets]
+    return [
+        '<div class="bar">',
+        *([choices("budget", "Frames picked", budgets)] if len(budgets) > 1 else []),
+        choices("view", "Show", [("slider", "both"), ("difference", "difference")]),
+        choices("order", "Order", [("time", "time"), ("worst", f"worst of {first} first")]),
+        '<fieldset id="share" hidden><legend>Held-out frame</legend><input type="range" '
+        'id="slider" min="0" max="100" step="any" value="50" aria-label="share of the held-out '
+        'frame beside the renderings"></fieldset></div>',
+    ]
 
 
 def _row(compared: Compared, at: int) -> str:
     """A held-out frame and what every method renders of it."""
     frame = compared.shown[at]
     name = escape(compared.names[frame])
-    picture = _source(compared.truth[at])
     unsharp = ", blurred" if compared.blurred[frame] else ""
+    first = compared.methods[0]
+    psnr = {k: round(float(compared.scores[k, first][frame, 0]), 4) for k in compared.budgets}
     cards = [
-        f'<section class="versus"><h3>{name}</h3><div class="cards">'
-        f'<figure><img class="truth" alt="held-out frame {name}" src="{picture}">'
-        f"<figcaption>held-out frame{unsharp}</figcaption></figure>"
+        f"<section class=\"versus\" data-psnr='{json.dumps(psnr)}'><h3>{name}{unsharp}</h3>"
+        f'<div class="cards"><figure class="truth"><img alt="held-out frame {name}" '
+        f'loading="lazy" src="{source(compared.truth[at])}">'
+        f"<figcaption>held-out frame</figcaption></figure>"
     ]
     for (k, method), scores in compared.scores.items():
         values = ", ".join(
@@ -108,16 +132,9 @@ def _row(compared: Compared, at: int) -> str:
             for metric, value in zip(compared.metrics, scores[frame], strict=True)
         )
         label = f"{escape(method)}, K = {compared.used[k, method]}"
-        picture = _source(compared.renders[k, method][at])
         cards.append(
-            f'<figure class="card" data-k="{k}"><div class="pair">'
-            f'<img alt="{label} renders {name}" src="{picture}"></div>'
-            f'<input type="range" min="0" max="100" value="50" hidden '
-            f'aria-label="share of the held-out frame beside {label}">'
+            f'<figure class="card" data-k="{k}"><div class="pair"><img alt="{label} renders '
+            f'{name}" loading="lazy" src="{source(compared.renders[k, method][at])}"></div>'
             f"<figcaption><b>{label}</b><br>{values}</figcaption></figure>"
         )
     return "".join([*cards, "</div></section>"])
-
-
-def _source(picture: bytes) -> str:
-    return f"data:image/jpeg;base64,{base64.b64encode(picture).decode('ascii')}"

@@ -1,0 +1,47 @@
+"""The command line of a selection, for running it again with frames kept and dropped by hand."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from collections.abc import Sequence
+
+from fsel.pages.report import Commands
+
+LISTS = {"--always": 1, "--never": 1, "--force": 0}
+AGAINST = {
+    "-k": 1,
+    **dict.fromkeys(("--cover", "--cover-share", "--refine", "--reconstructor", "--method"), 1),
+    **dict.fromkeys(("--threshold", "--memory", "--vram", "--trainer", "--patience"), 1),
+}
+"""Options that do not go with frames to keep, and how many values each takes."""
+
+
+def commands(args: argparse.Namespace, k: int) -> Commands:
+    """The command line without its lists, and the same for k frames of the rule.
+
+    Args:
+        args: of `fsel select`.
+        k: picks.
+    """
+    asked = without(args.words, LISTS)
+    keeping = [*without(asked, AGAINST), "-k", str(k)]
+    return Commands(*(shlex.join(["fsel", *words, "--force"]) for words in (asked, keeping)))
+
+
+def without(words: Sequence[str], options: dict[str, int]) -> list[str]:
+    """Words of a command line less some options, abbreviated ones too, and their values."""
+    kept, skipped = [], 0
+    for word in words:
+        if skipped:
+            skipped -= 1
+            continue
+        name, joined, _ = word.partition("=")
+        if name.startswith("-k") and "-k" in options:
+            name, joined = "-k", word[2:]
+        found = next((o for o in options if len(name) > 1 and o.startswith(name)), None)
+        if found is None or name == "--":
+            kept.append(word)
+        elif not joined:
+            skipped = options[found]
+    return kept

@@ -1,0 +1,319 @@
+"""Page report.html: every frame of a capture and what a selection makes of it, in one file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from fsel.data.geometry import viewing_angles
+from fsel.data.subsets import evenly
+from fsel.export.record import Outcome, covered, reason, trials
+from fsel.features.conditioned import look_depth
+from fsel.pages.drawings import Line, line_chart, timeline
+from fsel.pages.scene import scene_data
+from fsel.pages.shell import choices, data, document, source
+from fsel.request.targets import ALL
+from fsel.utils.wording import counted
+
+SHOWN = 3000  # frames of a page at most, beside the picks: 50,000 would take 12 MB
+SIDE, LARGE, LEAST = 240, 300, 48  # pixels of a picture where so many are shown; with more, fewer
+CELL = 84  # pixels of a frame's place on the page, were it square
+NOTE = "A point is seen well by two picks, which tell its depth; the scene is what the picks see."
+
+
+class Commands(NamedTuple):
+    """Command lines that make the selection anew.
+
+    Attributes:
+        asked: as it was asked for, without lists of frames.
+        keeping: the same for the number of picks, without what does not go with kept frames.
+    """
+
+    asked: str
+    keeping: str
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Content of a page about a selection.
+
+    Attributes:
+        outcome: the selection.
+        picked, left: see `fsel.export.record`.
+        pictures: frame -> JPEG; none where no image was opened.
+        commands: that a person's wishes are added to.
+        notes: further sentences about the capture.
+    """
+
+    outcome: Outcome
+    picked: Sequence[dict]
+    left: Sequence[dict]
+    pictures: Mapping[int, bytes]
+    commands: Commands
+    notes: Sequence[str] = ()
+
+
+class Card(NamedTuple):
+    """A frame as the page says it: its number, name, kind, order among the picks, and text."""
+
+    frame: int
+    name: str
+    kind: str
+    order: int
+    text: str
+
+
+def frames_shown(outcome: Outcome) -> np.ndarray:
+    """(n,) numbers of the frames that a page shows: all, or evenly spread ones and the picks."""
+    some = evenly(len(outcome.capture), SHOWN)
+    return np.union1d(some, outcome.selection.indices)
+
+
+def picture_side(count: int) -> int:
+    """Longer side of each picture in pixels: so many take no more room than 300 of 240 pixels."""
+    return max(LEAST, round(SIDE * min(1.0, np.sqrt(LARGE / count))))
+
+
+def page(shown: Shown) -> str:
+    """The whole page."""
+    outcome, cards = shown.outcome, cards_of(shown)
+    selection, source_name = outcome.selection, outcome.capture.source
+    sentences = [
+        f"{source_name}. To be rendered: {outcome.targets.kind}, "
+        f"{counted(len(outcome.targets.views), 'view')}."
+    ]
+    sentences += [] if selection.budget is None else [f"{reason(selection.budget)}."]
+    sentences += [] if selection.tried is None else [f"Tried {trials(selection.tried)}."]
+    sentences += [] if selection.cover is None else [f"{covered(selection.cover)}."]
+    sentences += shown.notes
+    heading = f"{len(shown.picked)} of {len(outcome.capture)} frames"
+    body = [
+        f"<h1>{heading}</h1>",
+        *(f"<p>{escape(sentence)}</p>" for sentence in sentences),
+        '<div class="stage"><div>',
+        *_world(outcome),
+        *_timeline(shown),
+        *_strip(shown, cards),
+        *_wishes(),
+        *_charts(outcome),
+        *_tables(shown),
+        "</div>",
+        _detail(),
+        "</div>",
+        data("data", _content(shown, cards)),
+    ]
+    return document(f"{heading}: {source_name}", ("report.css", "scene.js", "report.js"), body)
+
+
+def cards_of(shown: Shown) -> list[Card]:
+    """A card of every frame that is shown, in the order of the capture."""
+    outcome = shown.outcome
+    picked = {entry["index"]: entry for entry in shown.picked}
+    left = {entry["name"]: entry["reason"] for entry in shown.left}
+    held = set(outcome.targets.frames.tolist())
+    cards = []
+    for frame in frames_shown(outcome).tolist():
+        name = outcome.capture.names[frame]
+        if frame in picked:
+            order = picked[frame]["order"]
+            text = f"Pick {order}: {adds(picked[frame])}."
+            cards.append(Card(frame, name, "pick", order, text))
+        elif frame in held:
+            cards.append(Card(frame, name, "held", 0, "Held out as a target: never picked."))
+        else:
+            cards.append(Card(frame, name, "left", 0, f"Left out: {left[name]}."))
+    return cards
+
+
+def adds(entry: dict) -> str:
+    """Say what a pick adds."""
+    if entry["sees_new"] is None:
+        said = [f"brings the picks {entry['adds']:.1%} closer to the views"]
+    else:
+        said = [f"sees {entry['sees_new']:.1%} of the scene that no earlier pick sees well"]
+    if entry["sharpness_rank"] is not None:
+        said.append(f"rank {entry['sharpness_rank']} in sharpness")
+    if entry["in_place_of"]:
+        said.append(f"in place of {entry['in_place_of']}, which is blurred")
+    if entry["blurred"]:
+        said.append("blurred")
+    return ", ".join(said)
+
+
+def _world(outcome: Outcome) -> list[str]:
+    far = int(outcome.targets.far.sum())
+    note = f" {counted(far, 'target')} too far away to be drawn." if far else ""
+    if len(outcome.capture) > SHOWN:
+        note += f" {SHOWN:,} of {len(outcome.capture):,} frames, evenly spread, and the picks."
+    known = len(outcome.targets.frames) > 0
+    views = ("held", "held-out frames") if known else ("target", "target views")
+    return [
+        '<figure class="world" id="world"><button class="above">From above</button><figcaption>'
+        '<span class="key pick">picks in order</span>, '
+        f'<span class="key {views[0]}">{views[1]}</span>, <span class="key">other frames</span>. '
+        "Click a camera to see its frame; drag to turn, shift and drag to move, scroll or pinch to "
+        f"zoom.{note}</figcaption></figure>"
+    ]
+
+
+def speeds(outcome: Outcome) -> np.ndarray:
+    """(N,) degrees by which the view moved since the frame before; NaN where a sequence begins.
+
+    The turn of the optical axis, and the angle that the way of the centre makes at the depth of
+    the scene.
+    """
+    capture = outcome.capture
+    way = np.linalg.norm(np.diff(capture.centers, axis=0), axis=1)
+    turn = viewing_angles(capture.axes[1:], capture.axes[:-1])
+    moved = np.degrees(turn + np.arctan(way / look_depth(capture.centers)))
+    label = np.array(capture.sequences)
+    return np.concatenate([[np.nan], np.where(label[1:] == label[:-1], moved, np.nan)])
+
+
+def brightness(pictures: Mapping[int, bytes], count: int) -> np.ndarray:
+    """(N,) mean grey level of each picture in per cent, NaN without one."""
+    out = np.full(count, np.nan)
+    for frame, jpeg in pictures.items():
+        reduced = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_4)
+        out[frame] = np.asarray(reduced).mean() / 2.55
+    return out
+
+
+def _timeline(shown: Shown) -> list[str]:
+    """Speed, sharpness and exposure of every frame that is shown."""
+    outcome, frames = shown.outcome, frames_shown(shown.outcome)
+    rows = {"speed of the camera (degrees a frame)": speeds(outcome)[frames]}
+    if outcome.sharpness is not None:
+        rows["sharpness"] = np.asarray(outcome.sharpness)[frames]
+    if shown.pictures:
+        light = brightness(shown.pictures, len(outcome.capture))[frames]
+        rows["exposure (mean grey level, %)"] = light
+    kinds = {"held": outcome.targets.frames, "pick": outcome.selection.indices}
+    marks = {kind: np.flatnonzero(np.isin(frames, of)).tolist() for kind, of in kinds.items()}
+    labels = "".join(
+        f'<span style="top:{100 * at / len(rows):.1f}%">{escape(name)}: up to '
+        f"{np.nanmax(values, initial=0):.3g}</span>"
+        for at, (name, values) in enumerate(rows.items())
+    )
+    return [
+        "<h2>Over time</h2>",
+        f'<figure><div class="lanes">{timeline(rows, marks)}{labels}</div><figcaption>Frames in '
+        "the order of their names; picks in orange, held-out frames in blue. Click to see a "
+        "frame.</figcaption></figure>",
+    ]
+
+
+def _strip(shown: Shown, cards: Sequence[Card]) -> list[str]:
+    """Every frame as a picture that can be chosen, in the order of the capture."""
+    width, height = shown.outcome.capture.size
+    wide, high = CELL * np.sqrt([width / height, height / width])
+    kinds = [("all", "all"), ("pick", "picks"), ("left", "left out"), ("held", "held out")]
+    there = {"all"} | {card.kind for card in cards}
+    options = [(value, text) for value, text in kinds if value in there]
+    options += [("keep", "kept by hand"), ("drop", "dropped by hand")]
+    parts = [
+        "<h2>Every frame</h2>",
+        choices("filter", "Show", options),
+        "<p><small>Click a frame, or go from one to the next with <kbd>←</kbd> and <kbd>→</kbd>; "
+        "<kbd>k</kbd> keeps it, <kbd>d</kbd> drops it.</small></p>",
+        f'<div class="frames" style="--wide:{wide:.0f}px;--high:{high:.0f}px">',
+    ]
+    for card in cards:
+        inside, name = escape(card.name), escape(card.name)
+        if card.frame in shown.pictures:
+            address = source(shown.pictures[card.frame])
+            inside = f'<img loading="lazy" decoding="async" alt="{name}" src="{address}">'
+        order = f"<i>{card.order}</i>" if card.order else ""
+        parts.append(
+            f'<button class="frame {card.kind}" title="{name}: {escape(card.text)}">{inside}'
+            f"{order}</button>"
+        )
+    return [*parts, "</div>"]
+
+
+def _wishes() -> list[str]:
+    return [
+        '<section id="wishes" hidden><h2>Keep and drop by hand</h2>',
+        "<p>Save the two lists beside the capture, then run the command in the folder that this "
+        "one was run in. Kept frames are picked first and count among the picks; the rule picks "
+        "the rest.</p>",
+        '<p><a class="button" id="keep-file"></a> <a class="button" id="drop-file"></a> '
+        '<button id="keep-picks">Keep all picks</button> <button id="clear">Clear</button></p>',
+        '<p id="too-many" hidden><b>More frames are kept than were asked for: enlarge -k.</b></p>',
+        '<pre id="command"></pre></section>',
+    ]
+
+
+def _detail() -> str:
+    return (
+        '<aside id="detail"><img id="picture" alt="" hidden><h3 id="name">No frame chosen</h3>'
+        '<p id="why">Click a camera, a frame or the timeline.</p>'
+        '<p><button id="keep" disabled>Keep <kbd>k</kbd></button> '
+        '<button id="drop" disabled>Drop <kbd>d</kbd></button></p></aside>'
+    )
+
+
+def _charts(outcome: Outcome) -> list[str]:
+    """Chart of how close the picks come to the views, against their number."""
+    curve = outcome.service.curve
+    line = Line(np.arange(len(curve) + 1), np.concatenate([[0], curve]))
+    whole = outcome.targets.kind == ALL
+    served = f"Service of the whole capture, at {len(outcome.served)} of its frames"
+    chart = line_chart({"service": line}, "frames picked", ".0%", "service against K")
+    return [
+        "<h2>How close the picks come to the views</h2>",
+        f"<figure>{chart}<figcaption>{served if whole else 'Service of the target views'}: "
+        f"{curve[-1]:.1%}; all frames together give 100%.</figcaption></figure>",
+    ]
+
+
+def _tables(shown: Shown) -> list[str]:
+    """The picks in order, and every frame left out, in words."""
+    rows = evenly(len(shown.left), SHOWN)
+    thinned = len(shown.left) > SHOWN
+    note = f"{SHOWN:,} of {len(shown.left):,}, evenly spread; selection.json has all."
+    points = any(entry["sees_new"] is not None for entry in shown.picked)
+    return [
+        "<details open><summary>Picks, in order</summary>",
+        *([f"<p><small>{NOTE}</small></p>"] if points else []),
+        "<table><thead><tr><th></th><th>frame</th><th>what it adds</th></tr></thead>"
+        '<tbody id="picked">',
+        *(
+            f"<tr><td>{entry['order']}</td><td>{escape(entry['name'])}</td>"
+            f"<td>{escape(adds(entry))}</td></tr>"
+            for entry in shown.picked
+        ),
+        "</tbody></table></details>",
+        "<details><summary>Frames left out, and why</summary>",
+        *([f"<p>{note}</p>"] if thinned else []),
+        '<table><thead><tr><th>frame</th><th>reason</th></tr></thead><tbody id="left">',
+        *(
+            f"<tr><td>{escape(entry['name'])}</td><td>{escape(entry['reason'])}</td></tr>"
+            for entry in (shown.left[at] for at in rows)
+        ),
+        "</tbody></table></details>",
+    ]
+
+
+def _content(shown: Shown, cards: Sequence[Card]) -> dict:
+    """Content that the page's scripts read."""
+    outcome = shown.outcome
+    targets = outcome.targets
+    wished = dict.fromkeys(targets.always.tolist(), "keep")
+    wished |= dict.fromkeys(targets.never.tolist(), "drop")
+    frames = np.array([card.frame for card in cards])
+    return {
+        **scene_data(outcome, frames, outcome.seen),
+        **shown.commands._asdict(),
+        "names": [card.name for card in cards],
+        "kinds": [card.kind for card in cards],
+        "orders": [card.order for card in cards],
+        "texts": [card.text for card in cards],
+        "marks": [wished.get(card.frame) for card in cards],
+        "k": len(shown.picked),
+    }

@@ -1,0 +1,54 @@
+"""Parts that the pages share: a document with its styles and scripts, pictures, choices."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterable
+from html import escape
+from importlib.resources import files
+
+ROOM = files("fsel.pages")
+RADIO = '<label><input type="radio" name="{name}" value="{value}"{checked}> {text}</label>'
+
+
+def document(title: str, sources: Iterable[str], body: Iterable[str]) -> str:
+    """A page that needs no other file.
+
+    Args:
+        title: in plain text.
+        sources: names of this room's .css and .js files, which are put into it in this order.
+        body: HTML.
+    """
+    texts = {name: (ROOM / name).read_text(encoding="utf-8") for name in ("base.css", *sources)}
+    styles = "".join(text for name, text in texts.items() if name.endswith(".css"))
+    scripts = [f"<script>{text}</script>" for name, text in texts.items() if name.endswith(".js")]
+    parts = [
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{escape(title)}</title><style>{styles}</style></head><body>",
+        *body,
+        *scripts,
+        "</body></html>",
+    ]
+    return "\n".join(parts)
+
+
+def data(name: str, content: object) -> str:
+    """JSON that the page's scripts find by the name of its element."""
+    text = json.dumps(content, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+    return f'<script type="application/json" id="{name}">{text}</script>'
+
+
+def source(jpeg: bytes) -> str:
+    """Address of a JPEG file within the page."""
+    return f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode('ascii')}"
+
+
+def choices(name: str, legend: str, options: Iterable[tuple[str, str]]) -> str:
+    """Radio buttons, (value, text) each, the first chosen; scripts show them."""
+    buttons = [
+        RADIO.format(name=name, value=escape(value), text=text, checked="" if at else " checked")
+        for at, (value, text) in enumerate(options)
+    ]
+    return f'<fieldset id="{name}" hidden><legend>{legend}</legend>{"".join(buttons)}</fieldset>'

@@ -1,0 +1,260 @@
+"""report.html, looked at in a real browser."""
+
+import re
+import shlex
+from dataclasses import replace
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+from browsing import browse, looked_at, needs_a_browser
+from selection_problems import capture_of
+from small_captures import damage_pixels, record_of, select, write_ring
+
+from fsel.cli import main
+from fsel.cli.again import AGAINST, LISTS, without
+from fsel.pages.report import LARGE, SHOWN, SIDE, picture_side, speeds
+from fsel.pages.scene import _extent
+
+MEASURE = """(async () => {
+const all = (query) => [...document.querySelectorAll(query)];
+const lazy = all('.frame img').every((node) => node.loading === 'lazy');
+for (const image of all('img')) image.loading = 'eager';
+await Promise.all(all('.frame img').map((image) => image.decode()));
+const get = (id) => document.getElementById(id);
+const key = (name) => document.body.dispatchEvent(
+  new KeyboardEvent('keydown', { key: name, bubbles: true, cancelable: true }));
+const canvas = document.querySelector('canvas');
+const pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+let inked = 0;
+for (let i = 3; i < pixels.length; i += 4) inked += pixels[i] > 0;
+canvas.focus();
+const focused = document.activeElement === canvas;
+const seen = {
+  inked, focused, lazy,
+  pictures: all('.frame img').map((node) => [node.naturalWidth, node.naturalHeight]),
+  kinds: all('.frame').map((node) => node.className.replace('frame ', '')),
+  orders: all('.frame i').map((node) => +node.textContent),
+  lanes: all('.lanes span').map((node) => node.textContent),
+  picked: all('#picked tr').map((row) => [...row.cells].map((cell) => cell.textContent)),
+  left: all('#left tr').map((row) => [...row.cells].map((cell) => cell.textContent)),
+  overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+  fetched: performance.getEntriesByType('resource').map((entry) => entry.name)
+    .filter((name) => !name.startsWith('data:')),
+};
+all('.frame')[2].click();
+seen.shown = [get('name').textContent, get('why').textContent, get('picture').naturalWidth];
+key('k'); key('ArrowRight'); key('d'); key('ArrowRight');
+seen.stepped = get('name').textContent;
+get('drop').click(); get('drop').click();  // marked, and not
+all('.frame')[0].click();
+seen.fixed = get('keep').disabled;
+key('k');  // a held-out frame cannot be kept
+seen.command = get('command').textContent;
+seen.files = ['keep-file', 'drop-file'].map((id) => [get(id).download, get(id).href]);
+seen.marked = all('.frame').map((node) => node.classList.contains('keep') ? 'keep'
+  : node.classList.contains('drop') ? 'drop' : '');
+const box = get('timeline').getBoundingClientRect();
+get('timeline').dispatchEvent(new MouseEvent('click', { clientX: box.left + box.width * 0.99 }));
+seen.last = get('name').textContent;
+seen.wrong = get('too-many').hidden;
+get('keep-picks').click();
+seen.kept = get('keep-file').textContent;
+seen.many = get('too-many').hidden;
+all('#filter input')[1].click();
+seen.filtered = all('.frame:not([hidden])').length;
+return seen;
+})()"""
+CLICKED = """(() => {
+const canvas = document.querySelector('canvas'), box = canvas.getBoundingClientRect();
+const names = new Set();
+for (let x = 5; x < box.width; x += 10) for (let y = 5; y < box.height; y += 10) {
+  canvas.dispatchEvent(new MouseEvent('click', { clientX: box.left + x, clientY: box.top + y }));
+  names.add(document.getElementById('name').textContent);
+}
+return names.size;
+})()"""
+
+
+@pytest.fixture
+def out(tmp_path):
+    write_ring(tmp_path / "capture <b>&")
+    arguments = ["-k", "7", "--targets", "every:8", "-o", str(tmp_path / "out")]
+    assert main(["select", str(tmp_path / "capture <b>&"), *arguments]) == 0
+    return tmp_path / "out"
+
+
+@needs_a_browser
+@pytest.mark.parametrize("width", [1280, 400])
+def test_a_browser_shows_every_frame_and_takes_wishes(width, out, tmp_path):
+    seen = looked_at(out / "report.html", width, MEASURE, tmp_path)
+    content = record_of(out)
+    names = [f"frame_{i:03d}.jpg" for i in range(24)]
+    order = {entry["name"]: entry["order"] for entry in content["frames"]}
+    assert seen["lazy"] is True
+    assert seen["pictures"] == [[64, 48]] * 24
+    assert seen["inked"] > 2000
+    assert seen["focused"] is True
+    kinds = ["pick" if name in order else "left" for name in names]
+    kinds[::8] = ["held"] * 3
+    assert seen["kinds"] == kinds
+    assert seen["orders"] == [order[name] for name in names if name in order]
+    assert [text.partition(" ")[0] for text in seen["lanes"]] == ["speed", "exposure"]
+    assert [row[:2] for row in seen["picked"]] == [
+        [str(entry["order"]), entry["name"]] for entry in content["frames"]
+    ]
+    assert [
+        f"sees {entry['sees_new']:.1%} of the" in row[2]
+        for entry, row in zip(content["frames"], seen["picked"], strict=True)
+    ] == [True] * 7
+    assert seen["left"] == [[entry["name"], entry["reason"]] for entry in content["left"]]
+    assert seen["overflow"] <= 0
+    assert seen["fetched"] == []
+    assert seen["shown"][0] == names[2]
+    assert seen["shown"][2] == 64
+    assert seen["stepped"] == names[4]
+    assert seen["fixed"] is True
+    assert seen["marked"] == ["", "", "keep", "drop", *[""] * 20]
+    assert seen["files"] == [
+        [f"{word}.txt", f"data:text/plain;charset=utf-8,{name}%0A"]
+        for word, name in (("keep", names[2]), ("drop", names[3]))
+    ]
+    assert seen["last"] == names[-1]
+    kept = sum(name in order for name in (*names[:3], *names[4:])) + (names[2] not in order)
+    assert seen["kept"] == f"keep.txt ({kept})"
+    assert (seen["wrong"], seen["many"]) == (True, kept <= 7)
+    assert seen["filtered"] == 7
+
+
+@needs_a_browser
+def test_the_command_of_the_page_does_as_it_says(out, tmp_path):
+    seen = looked_at(out / "report.html", 1280, MEASURE, tmp_path)
+    words = shlex.split(seen["command"])
+    assert words[0] == "fsel"
+    (tmp_path / "keep.txt").write_text("frame_002.jpg\n")
+    (tmp_path / "drop.txt").write_text("frame_003.jpg\n")
+    lists = {name: str(tmp_path / name) for name in ("keep.txt", "drop.txt")}
+    assert main([lists.get(word, word) for word in words[1:]]) == 0
+    content = record_of(out)
+    assert content["frames"][0]["name"] == "frame_002.jpg"
+    assert len(content["frames"]) == 7
+    reasons = {entry["name"]: entry["reason"] for entry in content["left"]}
+    assert reasons["frame_003.jpg"] == "is never to be selected"
+    again = looked_at(
+        out / "report.html", 1280, "document.querySelectorAll('.keep, .drop').length", tmp_path
+    )
+    assert again == 2
+
+
+@needs_a_browser
+def test_a_click_on_a_camera_shows_its_frame(out, tmp_path):
+    assert looked_at(out / "report.html", 1280, CLICKED, tmp_path) > 18  # some hide others
+
+
+@needs_a_browser
+def test_a_screenshot_shows_the_picks(out, tmp_path):
+    target = tmp_path / "page.png"
+    url = (out / "report.html").as_uri()
+    browse(tmp_path, "--window-size=1240,1600", f"--screenshot={target}", url)
+    image = cv2.imread(str(target)).astype(int)
+    orange = (np.abs(image - [0, 94, 213]).max(axis=2) < 8).sum()
+    assert orange > 7 * 300  # seven discs, seven frames with edges and orders
+
+
+def test_the_page_names_no_other_file(out):
+    page = (out / "report.html").read_text(encoding="utf-8")
+    sources = re.findall(r'(?:src|href)="([^"]{0,40})', page)
+    assert sources.count("data:image/jpeg;base64,") == 0
+    assert all(source.startswith("data:image/jpeg;base64,") for source in sources)
+    assert len(sources) == 24
+    assert "@import" not in page
+    assert "url(" not in page
+    assert "capture &lt;b&gt;&amp;" in page
+    assert "<b>&/" not in page
+
+
+def test_service_is_said_to_be_of_what_it_is_measured_at(out, tmp_path):
+    assert "Service of the target views: " in (out / "report.html").read_text(encoding="utf-8")
+    arguments = ["-k", "4", "--patience", "0", "--sharpness", "-o", str(tmp_path / "any")]
+    assert main(["select", str(tmp_path / "capture <b>&"), *arguments]) == 0
+    page = (tmp_path / "any" / "report.html").read_text(encoding="utf-8")
+    assert "Service of the whole capture, at 24 of its frames: " in page
+    assert ">sharpness: up to " in page
+
+
+def test_geometry_only_leaves_the_pictures_out(tmp_path):
+    write_ring(tmp_path / "capture")
+    arguments = ["-k", "4", "--geometry-only", "-o", str(tmp_path / "out")]
+    assert main(["select", str(tmp_path / "capture"), *arguments]) == 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "data:image" not in page
+    assert "exposure (" not in page
+    assert page.count('<button class="frame') == 24
+
+
+def test_a_frame_that_no_decoder_takes_has_no_picture(out, tmp_path):
+    left = next(e["name"] for e in record_of(out)["left"] if e["reason"].startswith("near"))
+    damage_pixels(tmp_path / "capture <b>&" / "images" / left)
+    (tmp_path / "never.txt").write_text(left)
+    arguments = ["--targets", "every:8", "--never", tmp_path / "never.txt", "-o", out, "--force"]
+    assert select(tmp_path / "capture <b>&", "-k", 7, *arguments) == 0
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/jpeg") == 23
+
+
+def test_the_sheet_marks_picks_and_held_out_frames(out, tmp_path):
+    arguments = ["-k", 7, "--targets", "every:8", "--sheet", "-o", out, "--force"]
+    assert select(tmp_path / "capture <b>&", *arguments) == 0
+    image = cv2.imread(str(out / "sheet.png"))[..., ::-1].astype(int)
+    edge = 2 * 4 * (64 + 48 + 8)  # pixels around a picture of 64x48, four wide
+    for count, colour in ((7, (213, 94, 0)), (3, (0, 114, 178))):
+        found = (np.abs(image - colour).max(axis=2) == 0).sum()
+        assert found == pytest.approx(count * edge, rel=0.02)
+
+
+@pytest.mark.parametrize("count", [1, 300, 3000, 50_000])
+def test_pictures_of_many_frames_take_no_more_room(count):
+    side = picture_side(count)
+    assert side <= SIDE
+    assert min(count, SHOWN) * side**2 <= 1.02 * LARGE * SIDE**2
+
+
+def test_a_turn_and_a_shift_make_the_speed():
+    """Turned by 90 degrees, then moved by 3 at a depth of 1.8 times the spread, which is 2**0.5."""
+    turned = np.array([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]])
+    rotations = np.stack([np.eye(3), turned, turned, turned])
+    capture = capture_of(np.array([[0.0, 0, 0], [0, 0, 0], [3, 0, 0], [1, 0, 0]]), rotations)
+    capture = replace(capture.subset(np.arange(3)), sequences=("a", "a", "a"))
+    moved = np.degrees(np.arctan(3 / (1.8 * np.sqrt(2))))
+    np.testing.assert_allclose(speeds(SimpleNamespace(capture=capture)), [np.nan, 90, moved])
+    other = replace(capture, sequences=("a", "b", "b"))
+    np.testing.assert_allclose(speeds(SimpleNamespace(capture=other)), [np.nan, np.nan, moved])
+
+
+@pytest.mark.parametrize(
+    ("given", "options", "left"),
+    [
+        ("select a -k 7 --always k.txt --ne=d.txt -o b --force", LISTS, "select a -k 7 -o b"),
+        ("select a -k7 --cover 3 --cover-s 0.9 --meth uniform", AGAINST, "select a"),
+        ("select a -k auto --vram 8GB --trainer gsplat --quiet", AGAINST, "select a --quiet"),
+        (
+            "select a --max-error 1 --points all",
+            AGAINST | LISTS,
+            "select a --max-error 1 --points all",
+        ),
+    ],
+)
+def test_options_are_taken_out_of_a_command(given, options, left):
+    assert without(given.split(), options) == left.split()
+
+
+def test_points_far_away_do_not_make_one_dot_of_the_cameras():
+    cameras = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
+    near = np.full((20, 3), 0.1)
+    assert _extent(cameras, near)[0] == 1
+    assert _extent(cameras, 100 * near + [50, 0, 0])[0] == 1.5
+    assert _extent(cameras, near * 12 / np.sqrt(3) / 0.1 / 10)[0] == pytest.approx(1.2)
+    assert _extent(np.zeros((3, 3)), np.full((4, 3), 2 / np.sqrt(3)))[0] == pytest.approx(2)
+    assert _extent(np.zeros((3, 3)), np.empty((0, 3)))[0] == 1
+    np.testing.assert_allclose(_extent(cameras + [5, 0, 0], near)[1], [5, 0, 0])
