@@ -33,6 +33,11 @@ labels: .venv/installed
 docs: .venv/installed
 	.venv/bin/python -m fsel.workflow.result_pages
 
+# the script of the page of `fsel view`, for a wheel: src/fsel/viewer/bundle.js
+.PHONY: viewer
+viewer: .venv/installed
+	.venv/bin/python -m fsel.viewer
+
 # the pages of docs/ and a reference of the Python API, in site/; a warning is an error
 .PHONY: site picture
 site: .venv/site

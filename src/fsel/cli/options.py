@@ -32,6 +32,12 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
         command.add_argument(
             "capture", type=Path, help="folder of the capture; or a video, whose poses are found"
         )
+    add_opening(command)
+    return command
+
+
+def add_opening(command: argparse.ArgumentParser) -> None:
+    """Add options of how a folder or a video becomes a capture with poses."""
     command.add_argument(
         "--poses",
         choices=("layout", "colmap"),
@@ -40,7 +46,6 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
     )
     add_video(command)
     add_reading(command)
-    return command
 
 
 def add_reading(command: argparse.ArgumentParser) -> None:

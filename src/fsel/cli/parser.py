@@ -12,6 +12,7 @@ from pathlib import Path
 from fsel.cli.options import (
     LARGEST,
     add_object,
+    add_opening,
     add_output,
     add_reading,
     add_skipping,
@@ -41,6 +42,7 @@ def parser() -> argparse.ArgumentParser:
     _add_compare(commands)
     _add_reconstruct(commands)
     _add_render(commands)
+    _add_view(commands)
     _add_train(commands)
     return root
 
@@ -137,6 +139,34 @@ def _add_render(commands) -> None:
     _add_metrics(command)
     _add_size(command, default=384)
     add_output(command, "folder to write")
+
+
+def _add_view(commands) -> None:
+    command = bare_command(
+        commands,
+        "view",
+        "Write a page that shows a 3DGS .ply, or a capture's points, with cameras and photos.",
+    )
+    command.add_argument(
+        "source",
+        type=Path,
+        nargs="+",
+        help="a 3DGS .ply, a folder that `fsel select` wrote, a capture: one or more of them",
+    )
+    add_opening(command)
+    _add_size(command, default=480)
+    place = command.add_mutually_exclusive_group(required=True)
+    place.add_argument("-o", "--out", type=Path, help="page to write, .html")
+    place.add_argument(
+        "--serve",
+        type=whole(0, 65535),
+        nargs="?",
+        const=8000,
+        metavar="PORT",
+        help="show it from this machine instead, for models of 100 MB and more; 8000 by default",
+    )
+    command.add_argument("--force", action="store_true", help="replace what an earlier run wrote")
+    command.set_defaults(capture=None)
 
 
 def _add_metrics(command: argparse.ArgumentParser) -> None:
