@@ -43,9 +43,9 @@ viewer: .venv/installed
 site: .venv/site
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
 
-# the first picture of README.md, three minutes: docs/figures/side_by_side.jpg
+# the first picture of README.md, five minutes: docs/figures/side_by_side.webp
 picture: .venv/installed
-	.venv/bin/python examples/side_by_side.py --picture docs/figures/side_by_side.jpg
+	.venv/bin/python examples/side_by_side.py --clip docs/figures/side_by_side.webp
 
 # the rules of the default run, without arrows that others imply; `dot` and `tred` are graphviz's
 rulegraph: .venv/installed

@@ -90,8 +90,15 @@ def add_video(command: argparse.ArgumentParser) -> None:
 
 
 def add_output(command: argparse.ArgumentParser, text: str) -> None:
-    command.add_argument("-o", "--out", type=Path, required=True, help=text)
+    add_output_or(command, text)
+
+
+def add_output_or(command: argparse.ArgumentParser, text: str):
+    """Add an output, and return the group for what may stand in its place."""
     command.add_argument("--force", action="store_true", help="replace what an earlier run wrote")
+    place = command.add_mutually_exclusive_group(required=True)
+    place.add_argument("-o", "--out", type=Path, help=text)
+    return place
 
 
 def add_request(command: argparse.ArgumentParser) -> None:
