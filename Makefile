@@ -33,14 +33,19 @@ labels: .venv/installed
 docs: .venv/installed
 	.venv/bin/python -m fsel.workflow.result_pages
 
+# the script of the page of `fsel view`, for a wheel: src/fsel/viewer/bundle.js
+.PHONY: viewer
+viewer: .venv/installed
+	.venv/bin/python -m fsel.viewer
+
 # the pages of docs/ and a reference of the Python API, in site/; a warning is an error
 .PHONY: site picture
 site: .venv/site
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
 
-# the first picture of README.md, three minutes: docs/figures/side_by_side.jpg
+# the first picture of README.md, five minutes: docs/figures/side_by_side.webp
 picture: .venv/installed
-	.venv/bin/python examples/side_by_side.py --picture docs/figures/side_by_side.jpg
+	.venv/bin/python examples/side_by_side.py --clip docs/figures/side_by_side.webp
 
 # the rules of the default run, without arrows that others imply; `dot` and `tred` are graphviz's
 rulegraph: .venv/installed

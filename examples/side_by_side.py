@@ -1,26 +1,28 @@
-"""A held-out view beside what every n-th frame and the picks of fsel show of it.
+"""A flight between held-out views, through what every n-th frame and the picks of fsel show.
 
 python examples/side_by_side.py                                 # a generated capture, minutes
 python examples/side_by_side.py --capture captures/garden --targets 30:60:4 -k 12
 
 Frames FROM:TO:STEP of the capture are held out: they are the views to be rendered. Both selections
-have as many frames, and each is reconstructed by 3D Gaussians on the CPU. The view that is shown is
-the one whose gain is the median. The generated capture needs the extra `demo`.
+have as many frames, and each is reconstructed by 3D Gaussians on the CPU; the captions tell their
+mean PSNR at the held-out views. The generated capture needs the extra `demo`.
 """
 
 import argparse
 import tempfile
 from pathlib import Path
 
-import cv2
 import numpy as np
+from PIL import Image
 
 import fsel
 from fsel.data.capture import Capture
+from fsel.images.film import captioned, levels
+from fsel.request.flights import flight
 
 METHODS = {"uniform": "every n-th frame", "fsel": "fsel"}
 SCENE = ("tanks_and_temples", 2)  # family and seed of the generated capture
-BAR = 30  # pixels of the captions
+RATE = 12  # pictures a second
 
 
 def arguments() -> argparse.Namespace:
@@ -31,7 +33,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--long-side", type=int, default=384, help="pixels")
     parser.add_argument("--steps", type=int, default=1500, help="of the optimisation")
     parser.add_argument("--gaussians", type=int, default=25_000, help="3D Gaussians at most")
-    parser.add_argument("--picture", type=Path, default=Path("side_by_side.jpg"), help="to write")
+    parser.add_argument("--pictures", type=int, default=60, help="of the clip")
+    parser.add_argument("--clip", type=Path, default=Path("side_by_side.webp"), help="to write")
     return parser.parse_args()
 
 
@@ -45,14 +48,6 @@ def generated(long_side: int) -> Capture:
         return fsel.read_capture(folder, long_side=long_side)
 
 
-def captioned(image: np.ndarray, caption: str) -> np.ndarray:
-    """Write a caption on a white bar above an (h, w, 3) RGB image in 0..255."""
-    bar = np.full((BAR, image.shape[1], 3), 255, np.uint8)
-    font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.55
-    cv2.putText(bar, caption, (6, BAR - 10), font, size, (0, 0, 0), 1, cv2.LINE_AA)
-    return np.vstack([bar, image])
-
-
 given = arguments()
 if given.capture:
     capture = fsel.read_capture(given.capture, long_side=given.long_side)
@@ -61,19 +56,25 @@ else:
 targets = np.arange(len(capture))[slice(*map(int, given.targets.split(":")))]
 print(f"{len(capture)} frames, {len(targets)} held out, {given.k} to select")
 
-views, psnr = {}, {}
+views = flight(capture, targets, given.pictures, given.long_side)
+panels = []
 for method, label in METHODS.items():
     picks = fsel.select(capture, given.k, targets=targets, method=method).indices
     model = fsel.fit(capture, picks, "gaussians", steps=given.steps, gaussians=given.gaussians)
-    views[method] = model.render(capture.view(targets))
-    psnr[method] = fsel.evaluate(capture, model, targets)["psnr"]
-    print(f"{label}: {psnr[method].mean():.2f} dB, frames {sorted(picks.tolist())}")
+    psnr = fsel.evaluate(capture, model, targets)["psnr"].mean()
+    print(f"{label}: {psnr:.2f} dB, frames {sorted(picks.tolist())}")
+    caption = f"{label}, K = {given.k}: {psnr:.1f} dB"
+    panels.append([captioned(levels(image), caption) for image in model.render(views)])
 
-gain = psnr["fsel"] - psnr["uniform"]
-shown = np.argsort(gain)[len(gain) // 2]
-print(f"shown: frame {capture.names[targets[shown]]}, {gain[shown]:+.2f} dB")
-parts = [captioned(capture.images[targets[shown]], "held-out view")]
-for method, label in METHODS.items():
-    image = np.rint(np.clip(views[method][shown], 0, 1) * 255).astype(np.uint8)
-    parts.append(captioned(image, f"{label}, K = {given.k}: {psnr[method][shown]:.1f} dB"))
-cv2.imwrite(str(given.picture), np.hstack(parts)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
+pictures = [Image.fromarray(np.hstack(pair)) for pair in zip(*panels, strict=True)]
+there_and_back = pictures + pictures[-2:0:-1]
+there_and_back[0].save(
+    given.clip,
+    save_all=True,
+    append_images=there_and_back[1:],
+    duration=1000 // RATE,
+    loop=0,
+    quality=70,
+    method=6,
+)
+print(f"{given.clip}: {given.clip.stat().st_size / 1e6:.1f} MB")

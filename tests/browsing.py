@@ -1,10 +1,12 @@
 """Pages looked at in a real browser, in a frame of any width."""
 
 import html
+import http.server
 import json
 import re
 import shutil
 import subprocess
+import threading
 
 import pytest
 
@@ -19,6 +21,13 @@ frame.addEventListener('load', async () => {{
 }});
 </script>"""
 
+SENT = """<script>(async () => {{
+  const run = async () => {{ {script} }};
+  const answer = await run().then((value) => ({{ value }}), (error) => ({{ error: error.stack }}));
+  const body = JSON.stringify(answer);
+  fetch('http://127.0.0.1:{port}/', {{ method: 'POST', mode: 'no-cors', body }});
+}})();</script>"""
+
 
 def browse(folder, *arguments):
     """Run the browser; what it wrote."""
@@ -31,6 +40,46 @@ def browse(folder, *arguments):
         "--virtual-time-budget=5000",
     ]
     return subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=120)
+
+
+def acted(page, size, script, folder):
+    """What a script gives in a page that draws by software WebGL.
+
+    Args:
+        page: text of it.
+        size: (width, height) of the window, pixels.
+        script: the body of an asynchronous function, whose value is sent as JSON.
+        folder: for the page and the browser's own files.
+    """
+    given, done = [], threading.Event()
+
+    class Answer(http.server.BaseHTTPRequestHandler):
+        def do_POST(self):
+            given.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+            self.send_response(200)
+            self.end_headers()
+            done.set()
+
+        def log_message(self, *said):
+            pass
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Answer) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        own = SENT.format(script=script, port=server.server_port)
+        (folder / "acted.html").write_text(page.replace("</body>", f"{own}</body>"))
+        command = [BROWSER, "--headless", "--no-sandbox", "--use-gl=angle", "--hide-scrollbars"]
+        command += ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        command += [f"--window-size={size[0]},{size[1]}", f"--user-data-dir={folder / 'profile'}"]
+        command += ["--remote-debugging-port=0", (folder / "acted.html").as_uri()]
+        browser = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        try:
+            assert done.wait(90), "the page gave nothing"
+        finally:
+            browser.kill()
+            browser.communicate()
+            server.shutdown()
+    assert "error" not in given[0], given[0]["error"]
+    return given[0]["value"]
 
 
 def looked_at(page, width, script, folder):

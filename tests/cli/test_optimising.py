@@ -14,8 +14,8 @@ from fsel.cli.optimising import WRITE_PLY
 from fsel.cli.scoring import file_names
 from fsel.images import files as image_files
 from fsel.metrics import REGISTERED, Metric
-from fsel.reconstruct import RECONSTRUCTORS
-from fsel.reconstruct.gaussians import GaussianModel
+from fsel.reconstruct import RECONSTRUCTORS, gaussians
+from fsel.reconstruct.gaussians import GaussianModel, quality
 from fsel.reconstruct.gaussians.training import Training
 
 SIDE = 32
@@ -60,6 +60,48 @@ def test_gaussians_are_written_after_the_steps_asked_for(capture, listed, tmp_pa
     assert model.degree == 2
 
 
+def test_a_quality_says_what_it_takes_and_sets_it(capture, listed, tmp_path, capsys, monkeypatch):
+    small = quality.Quality(long_side=48, gaussians=300, steps=20, step=6.0, memory=0.3e9)
+    monkeypatch.setitem(quality.QUALITIES, "draft", small)
+    out = tmp_path / "scene.ply"
+    assert run("reconstruct", capture, "--frames", listed, "--quality", "draft", "-o", out) == 0
+    told = capsys.readouterr().out
+    what = "images of 48 pixels, 300 Gaussians, 20 steps: about 2 minutes of one core, 0.3 GB"
+    assert told.index(what) < told.index("in 20 steps")
+    assert 0 < GaussianModel.read_ply(out).primitives <= 300
+
+
+def test_a_preview_is_painted_anew_as_it_trains(capture, listed, tmp_path, monkeypatch):
+    monkeypatch.setattr(gaussians, "WATCHED", 0.0)
+    written, seen = cv2.imwrite, []
+
+    def remembered(path, image):
+        seen.append(image)
+        return written(path, image)
+
+    monkeypatch.setattr(cv2, "imwrite", remembered)
+    out, preview = tmp_path / "scene.ply", tmp_path / "now.png"
+    asked = ["--frames", listed, *GAUSSIANS, "--steps", 20, "--preview", preview]
+    assert run("reconstruct", capture, *asked, "-o", out) == 0
+    assert len(seen) == 20
+    last = cv2.imread(str(preview))
+    np.testing.assert_array_equal(last, seen[-1])
+    drawn = [image[-SIDE // 2 :, SIDE:] for image in seen]
+    assert (drawn[0] != drawn[-1]).any()
+    assert run("reconstruct", capture, *asked, "-o", tmp_path / "other.ply") == 1
+
+
+def test_watching_leaves_a_model_as_it_is(capture):
+    whole = fsel.read_capture(capture, long_side=32)
+    fit = gaussians.Gaussians(whole, steps=30, gaussians=200).fit
+    shown: list = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gaussians, "WATCHED", 0.0)
+        watched = fit(np.arange(6), watch=shown.append)
+    np.testing.assert_array_equal(watched.table, fit(np.arange(6)).table)
+    assert [model.steps for model in shown] == list(range(1, 31))
+
+
 def test_ctrl_c_writes_the_model_so_far(capture, listed, tmp_path, capsys, monkeypatch):
     made, step, handler = [], Training.step, signal.getsignal(signal.SIGINT)
 
@@ -97,6 +139,11 @@ def test_ctrl_c_twice_gives_up(capture, listed, tmp_path, capsys, monkeypatch):
     [
         (["--reconstructor", "nerf"], "reconstructor is 'nerf'; allowed: splats, gaussians"),
         (["--steps", 5], "--steps is 5, and splats takes none; allowed with: gaussians"),
+        (["--quality", "good", "--steps", 5], "--steps is 5, which --quality good says itself"),
+        (["--quality", "good", "--long-side", 64], "--long-side is 64, which --quality good"),
+        (["--quality", "good", "--reconstructor", "splats"], "--reconstructor is splats, which"),
+        (["--preview", "a.jpg"], "--preview shows gaussians as they train"),
+        ([*GAUSSIANS, "--preview", "a.gif"], "a.gif: a preview ends in .jpg, .png"),
         (["--reconstructor", "external"], "'external'; allowed: splats, gaussians, radiance_field"),
         (["--reconstructor", "radiance_field"], "'radiance_field' has no .ply to write; allowed"),
     ],

@@ -8,6 +8,7 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 import numpy as np
 
@@ -22,8 +23,8 @@ STEPPED = ("gaussians",)  # that take --steps
 CONFIGURED = ("external",)  # that nothing but a configuration can describe
 
 
-def checked(args: argparse.Namespace) -> dict[str, int]:
-    """The settings of `--reconstructor` that the command line gives.
+def checked(args: argparse.Namespace, **settings: int) -> dict[str, int]:
+    """The settings of `--reconstructor` that the command line gives beside some.
 
     Raises:
         ValueError: for a reconstructor that is unknown, cannot work here, or takes no `--steps`.
@@ -36,18 +37,23 @@ def checked(args: argparse.Namespace) -> dict[str, int]:
             f"--steps is {args.steps}, and {args.reconstructor} takes none; allowed with: "
             f"{', '.join(STEPPED)}"
         )
-    settings = {} if args.steps is None else {"steps": args.steps}
+    settings |= {} if args.steps is None else {"steps": args.steps}
     check_needs({"name": args.reconstructor, "settings": settings})
     return settings
 
 
-def bound(args: argparse.Namespace, capture: Capture) -> Reconstructor:
+def bound(args: argparse.Namespace, capture: Capture, **settings: int) -> Reconstructor:
     """The reconstructor that the command line names, bound to a capture."""
-    return RECONSTRUCTORS.checked(args.reconstructor)(capture, **checked(args))
+    return RECONSTRUCTORS.checked(args.reconstructor)(capture, **checked(args, **settings))
 
 
-def fitted(reconstructor: Reconstructor, frames: np.ndarray, console: Console) -> Model:
-    """A model of some frames.
+def fitted(
+    reconstructor: Reconstructor,
+    frames: np.ndarray,
+    console: Console,
+    watch: Callable[[Any], None] | None = None,
+) -> Model:
+    """A model of some frames; `watch` sees it from time to time, of those that can be watched.
 
     Reconstructors that take steps show them, with the time left. Ctrl-C ends those that can be
     stopped, and the model so far is returned; a second Ctrl-C gives up.
@@ -60,8 +66,9 @@ def fitted(reconstructor: Reconstructor, frames: np.ndarray, console: Console) -
     with console.steps("reconstructing") as progress:
         if "stop" not in taken:
             return fit(frames, progress=progress)
+        watched = {"watch": watch} if "watch" in taken else {}
         with stopped_by_interrupt(console, KEPT) as stop:
-            return fit(frames, progress=progress, stop=stop)
+            return fit(frames, progress=progress, stop=stop, **watched)
 
 
 @contextmanager

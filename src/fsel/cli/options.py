@@ -31,6 +31,12 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
         )
     else:
         add_captures(command, "folder of the capture; or videos and folders of photos of one scene")
+    add_opening(command)
+    return command
+
+
+def add_opening(command: argparse.ArgumentParser) -> None:
+    """Add options of how a folder or a video becomes a capture with poses."""
     command.add_argument(
         "--poses",
         choices=("layout", "colmap"),
@@ -39,7 +45,6 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
     )
     add_video(command)
     add_reading(command)
-    return command
 
 
 def add_captures(command: argparse.ArgumentParser, text: str) -> None:
@@ -90,8 +95,15 @@ def add_video(command: argparse.ArgumentParser) -> None:
 
 
 def add_output(command: argparse.ArgumentParser, text: str) -> None:
-    command.add_argument("-o", "--out", type=Path, required=True, help=text)
+    add_output_or(command, text)
+
+
+def add_output_or(command: argparse.ArgumentParser, text: str):
+    """Add an output, and return the group for what may stand in its place."""
     command.add_argument("--force", action="store_true", help="replace what an earlier run wrote")
+    place = command.add_mutually_exclusive_group(required=True)
+    place.add_argument("-o", "--out", type=Path, help=text)
+    return place
 
 
 def add_request(command: argparse.ArgumentParser) -> None:

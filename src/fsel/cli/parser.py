@@ -13,7 +13,9 @@ from fsel.cli.options import (
     LARGEST,
     add_captures,
     add_object,
+    add_opening,
     add_output,
+    add_output_or,
     add_reading,
     add_skipping,
     add_video,
@@ -21,7 +23,7 @@ from fsel.cli.options import (
     capture_command,
 )
 from fsel.cli.select_options import add_select
-from fsel.cli.values import Version, numbers, whole, words
+from fsel.cli.values import Version, numbers, positive, whole, words
 
 OF_WORKERS = {"--check-worker", "--cost"}  # `reconstruct` with them has another grammar
 EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
@@ -43,6 +45,7 @@ def parser() -> argparse.ArgumentParser:
     _add_compare(commands)
     _add_reconstruct(commands)
     _add_render(commands)
+    _add_view(commands)
     _add_train(commands)
     return root
 
@@ -123,16 +126,32 @@ def _add_reconstruct(commands) -> None:
     command.add_argument(
         "--frames", type=Path, required=True, help="file with a frame name a line, as frames.txt"
     )
+    command.add_argument(
+        "--quality",
+        choices=("draft", "good", "best"),
+        help="by gaussians, of 384, 640 or 960 pixels; says how long it takes before it starts",
+    )
     _add_reconstructor(command)
-    _add_size(command)
+    command.add_argument(
+        "--long-side",
+        type=whole(1, LARGEST),
+        help="longer side in pixels of the images, 96 by default",
+    )
+    command.add_argument(
+        "--preview",
+        type=Path,
+        metavar="FILE",
+        help="of gaussians: picture that is written anew every ten seconds, .jpg or .png",
+    )
     add_output(command, "file to write")
+    command.set_defaults(reconstructor=None)
 
 
 def _add_render(commands) -> None:
     command = capture_command(
         commands,
         "render",
-        "Render a 3DGS .ply, and compare it with the frames of a capture.",
+        "Render a 3DGS .ply: compared with the frames of a capture, or as a video.",
         model=True,
     )
     command.add_argument(
@@ -143,8 +162,50 @@ def _add_render(commands) -> None:
         "trajectory (which have no truth to compare with)",
     )
     _add_metrics(command)
-    _add_size(command, default=384)
-    add_output(command, "folder to write")
+    command.add_argument(
+        "--long-side",
+        type=whole(1, LARGEST),
+        help="longer side in pixels of the images, 384 by default, 1280 of a video",
+    )
+    place = add_output_or(command, "folder to write")
+    place.add_argument(
+        "--video",
+        type=Path,
+        metavar="FILE",
+        help="a flight along the views instead, or between the frames: .mp4 to write",
+    )
+    command.add_argument(
+        "--seconds", type=positive, default=5.0, help="of the video, 5 by default; 30 frames each"
+    )
+    command.add_argument(
+        "--side-by-side", type=Path, metavar="PLY", help="another model, right of the video"
+    )
+
+
+def _add_view(commands) -> None:
+    command = bare_command(
+        commands,
+        "view",
+        "Write a page that shows a 3DGS .ply, or a capture's points, with cameras and photos.",
+    )
+    command.add_argument(
+        "source",
+        type=Path,
+        nargs="+",
+        help="a 3DGS .ply, a folder that `fsel select` wrote, a capture: one or more of them",
+    )
+    add_opening(command)
+    _add_size(command, default=480)
+    place = add_output_or(command, "page to write, .html")
+    place.add_argument(
+        "--serve",
+        type=whole(0, 65535),
+        nargs="?",
+        const=8000,
+        metavar="PORT",
+        help="show it from this machine instead, for models of 100 MB and more; 8000 by default",
+    )
+    command.set_defaults(capture=None)
 
 
 def _add_metrics(command: argparse.ArgumentParser) -> None:

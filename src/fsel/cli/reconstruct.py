@@ -3,24 +3,37 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.cli.request import inputs_of
-from fsel.outputs.atomic import staged
+from fsel.data.capture import Capture
+from fsel.images.film import captioned, levels
+from fsel.outputs.atomic import refuse_overlap, staged
+from fsel.reconstruct.gaussians.model import GaussianModel
+from fsel.reconstruct.gaussians.quality import QUALITIES, Quality
 from fsel.request.targets import named_in
+from fsel.utils.files import unfinished
 from fsel.utils.wording import counted
 
 ENDING = ".ply"
+FINE = "gaussians"  # the reconstructor of --quality and --preview
+PICTURES = (".jpg", ".png")
+LONG_SIDE = 96
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    checked(args)
+    quality = _quality_of(args)
+    settings = {} if quality is None else quality.settings
+    checked(args, **settings)
     if args.reconstructor not in WRITE_PLY:
         raise ValueError(
             f"reconstructor {args.reconstructor!r} has no .ply to write; allowed: "
@@ -28,6 +41,8 @@ def run(args: argparse.Namespace, console: Console) -> None:
         )
     if args.out.suffix.lower() != ENDING:
         raise ValueError(f"{args.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
+    if args.preview is not None:
+        _check_preview(args)
     with staged(args.out, "reconstruct", inputs_of(args), args.force, folder=False) as stage:
         opened = posing.opened(args, console, args.long_side)
         frames = named_in(args.frames, opened.capture)
@@ -35,7 +50,11 @@ def run(args: argparse.Namespace, console: Console) -> None:
             raise ValueError(f"{args.frames}: names one frame; two or more are needed")
         loaded = opened.loaded(frames, console.bar("images"))
         console.say("capture", f"{len(frames)} of {len(opened.capture)} frames, {opened.layout}")
-        model: Any = fitted(bound(args, loaded), np.arange(len(frames)), console)
+        if quality is not None:
+            console.say("quality", str(quality))
+        watch = None if args.preview is None else _painter(loaded, args.preview)
+        reconstructor = bound(args, loaded, **settings)
+        model: Any = fitted(reconstructor, np.arange(len(frames)), console, watch)
         model.export_ply(stage)
     content = {
         "reconstructor": args.reconstructor,
@@ -55,3 +74,49 @@ def run(args: argparse.Namespace, console: Console) -> None:
         f"{args.out}: {model.primitives} Gaussians, fitted{steps} in {model.seconds:.1f} s",
     )
     console.give(content)
+
+
+def _quality_of(args: argparse.Namespace) -> Quality | None:
+    """The quality that is asked for, with the reconstructor and the size that belong to it.
+
+    Raises:
+        ValueError: for options that it stands for.
+    """
+    quality = None if args.quality is None else QUALITIES[args.quality]
+    if quality is not None:
+        stated = {"--steps": args.steps, "--long-side": args.long_side}
+        if args.reconstructor not in (None, FINE):
+            stated["--reconstructor"] = args.reconstructor
+        for option, value in stated.items():
+            if value is not None:
+                raise ValueError(f"{option} is {value}, which --quality {args.quality} says itself")
+    args.reconstructor = args.reconstructor or ("splats" if quality is None else FINE)
+    args.long_side = args.long_side or (LONG_SIDE if quality is None else quality.long_side)
+    return quality
+
+
+def _check_preview(args: argparse.Namespace) -> None:
+    """Refuse a preview that nothing would be written to, or that would replace a file."""
+    if args.reconstructor != FINE:
+        raise ValueError(f"--preview shows {FINE} as they train. Hint: --reconstructor {FINE}")
+    if args.preview.suffix.lower() not in PICTURES:
+        raise ValueError(f"{args.preview}: a preview ends in {', '.join(PICTURES)}")
+    if args.preview.exists() and not args.force:
+        raise FileExistsError(f"{args.preview}: exists already. Hint: --force replaces it")
+    refuse_overlap(args.preview, inputs_of(args))
+
+
+def _painter(capture: Capture, path: Path) -> Callable[[GaussianModel], None]:
+    """A function that paints the middle frame beside a model's rendering of it."""
+    middle = np.array([len(capture) // 2])
+    photo = np.asarray(capture.images[middle[0]])
+
+    def paint(model: GaussianModel) -> None:
+        drawn = levels(model.render(capture.view(middle))[0])
+        caption = f"{capture.names[middle[0]]}, and after {counted(model.steps, 'step')}"
+        image = captioned(np.hstack([photo, drawn]), caption)
+        partial = unfinished(path)
+        cv2.imwrite(str(partial), image[..., ::-1])
+        partial.replace(path)
+
+    return paint

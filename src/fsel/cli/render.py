@@ -8,23 +8,31 @@ import json
 import cv2
 import numpy as np
 
-from fsel.cli import posing
+from fsel.cli import filming, posing
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
+from fsel.images.film import levels
 from fsel.metrics import Metrics, score_views
 from fsel.outputs.atomic import staged
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.request.targets import targets_of
 
+LONG_SIDE = 384
+
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
+    if args.video is not None:
+        filming.run(args, console)
+        return
+    if args.side_by_side is not None:
+        raise ValueError("--side-by-side is of a video; allowed with: --video")
     read, metrics = [*inputs_of(args), args.model], metrics_of(args, console)
     with staged(args.out, "render", read, args.force) as stage:
         model = GaussianModel.read_ply(args.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
-        opened = posing.opened(args, console, args.long_side)
+        opened = posing.opened(args, console, args.long_side or LONG_SIDE)
         targets = targets_of(opened.capture, args.targets)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         truth = None
@@ -35,7 +43,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         rows = []
         for t in console.bar("rendering")(range(len(names)), len(names)):
             image = model.render(targets.views.subset(slice(t, t + 1)))
-            bright = np.round(image[0] * 255).astype(np.uint8)
+            bright = levels(image[0])
             cv2.imwrite(str(stage / "renders" / f"{names[t]}.png"), bright[..., ::-1])
             row: dict[str, str | float] = {"view": names[t]}
             if truth is not None:

@@ -91,9 +91,14 @@ def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> l
         scale = min(1.0, side / max(image.shape[:2]))
         size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
         small = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
-        return cv2.imencode(".jpg", small[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1].tobytes()
+        return jpeg(small)
 
     return in_turn(shrink, files)
+
+
+def jpeg(image: np.ndarray) -> bytes:
+    """A JPEG file of an (h, w, 3) RGB image in 0..255, as small as pages want it."""
+    return cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1].tobytes()
 
 
 def check_pixels(files: Sequence[image_files.Image]) -> None:

@@ -1,8 +1,8 @@
 """Outputs that appear whole or not at all, and replace nothing but what the same command wrote.
 
-A folder holds `manifest.json`: the command, and every file's size and time of change. A `.ply` has
-a comment in its header: the command, and a digest of the rest of the file. Nothing without such a
-record is ever replaced.
+A folder holds `manifest.json`: the command, and every file's size and time of change. A `.ply`, a
+page or an `.mp4` holds a comment: the command, and a digest of the rest of the file. Nothing
+without such a record is ever replaced.
 """
 
 from __future__ import annotations
@@ -14,12 +14,40 @@ import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 from fsel.utils.files import unfinished
 
 MANIFEST = "manifest.json"
-PLY = b"ply\n"
-COMMENT = b"comment fsel "
+SPACE = 94  # bytes that a record takes in the box of an .mp4
+
+
+class Comment(NamedTuple):
+    """A place of a file's format that other programs pass over.
+
+    Attributes:
+        head: of files that have it, from the byte `at` on.
+        before, after: what encloses it.
+        last: it ends the file; else it follows the first line after the head.
+    """
+
+    head: bytes
+    before: bytes
+    after: bytes
+    at: int = 0
+    last: bool = False
+
+    def place(self, content: bytes) -> int:
+        """Byte at which it begins."""
+        return len(content) if self.last else content.index(b"\n", len(self.head)) + 1
+
+
+COMMENTS = (
+    Comment(b"ply\n", b"comment fsel ", b"\n"),
+    Comment(b"<!doctype html>", b"<!-- fsel ", b" -->\n"),
+    # a box `free` of ISO/IEC 14496-12: its size, its name, its content
+    Comment(b"ftyp", (14 + SPACE).to_bytes(4, "big") + b"freefsel ", b"\n", at=4, last=True),
+)
 
 
 class Foreign(Exception):
@@ -30,7 +58,7 @@ class Foreign(Exception):
 def staged(
     out: Path, command: str, inputs: Iterable[Path], force: bool, *, folder: bool = True
 ) -> Iterator[Path]:
-    """A folder or `.ply` file beside `out` that takes its name when the block ends without errors.
+    """A folder or file beside `out` that takes its name when the block ends without errors.
 
     It is there, empty, when the block begins: where nothing can be written, that is refused before
     work. A symbolic link is followed. An old output is moved aside for a moment; one that a killed
@@ -149,11 +177,18 @@ def _record(path: Path, command: str) -> None:
         (path / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
         return
     content = path.read_bytes()
-    if not content.startswith(PLY):
-        raise ValueError(f"{path}: expected a .ply file to record")
-    line = f"{command} {hashlib.sha256(content).hexdigest()}\n".encode()
-    start = content.index(b"\n", len(PLY)) + 1  # after the line of the format
-    path.write_bytes(content[:start] + COMMENT + line + content[start:])
+    comment = _comment_of(content)
+    if comment is None:
+        raise ValueError(f"{path}: expected a .ply, a page or an .mp4 to record")
+    line = f"{command} {hashlib.sha256(content).hexdigest()}".encode()
+    start = comment.place(content)
+    record = comment.before + (line.ljust(SPACE) if comment.last else line) + comment.after
+    path.write_bytes(content[:start] + record + content[start:])
+
+
+def _comment_of(content: bytes) -> Comment | None:
+    """The place for a record in such a file; None of another."""
+    return next((one for one in COMMENTS if content.startswith(one.head, one.at)), None)
 
 
 def _recorded(path: Path, command: str) -> str:
@@ -162,7 +197,7 @@ def _recorded(path: Path, command: str) -> str:
     Raises:
         Foreign: when it is no output of the command, or was changed since.
     """
-    return _of_folder(path, command) if path.is_dir() else _of_ply(path, command)
+    return _of_folder(path, command) if path.is_dir() else _of_file(path, command)
 
 
 def _of_folder(path: Path, command: str) -> str:
@@ -182,13 +217,16 @@ def _of_folder(path: Path, command: str) -> str:
     return text
 
 
-def _of_ply(path: Path, command: str) -> str:
+def _of_file(path: Path, command: str) -> str:
     content = path.read_bytes() if path.is_file() else b""
-    head, comment, rest = content.partition(COMMENT)
-    line, _, tail = rest.partition(b"\n")
-    by, _, digest = line.decode("ascii", "replace").partition(" ")
-    if not (content.startswith(PLY) and comment and by == command):
-        raise Foreign(f"its header names no earlier run of fsel {command}")
+    comment = _comment_of(content)
+    if comment is None:
+        raise Foreign(f"it names no earlier run of fsel {command}")
+    head, found, rest = content.partition(comment.before)
+    line, _, tail = rest.partition(comment.after)
+    by, _, digest = line.decode("ascii", "replace").strip().partition(" ")
+    if not (found and by == command):
+        raise Foreign(f"it names no earlier run of fsel {command}")
     if hashlib.sha256(head + tail).hexdigest() != digest:
         raise Foreign("it was changed since")
     return digest

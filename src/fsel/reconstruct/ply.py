@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from plyfile import PlyData, PlyElement, PlyParseError
@@ -45,8 +46,8 @@ class Cloud:
         return RESTS.index(3 * (self.harmonics.shape[1] - 1))
 
 
-def write(path: str | Path, cloud: Cloud) -> None:
-    """Write a cloud, binary little-endian, all numbers float32."""
+def write(place: str | Path | BinaryIO, cloud: Cloud) -> None:
+    """Write a cloud to a file or stream, binary little-endian, all numbers float32."""
     count, rests = len(cloud.xyz), RESTS[cloud.degree]
     # the file holds all coefficients of red, then of green, then of blue
     rest = cloud.harmonics[:, 1:].transpose(0, 2, 1).reshape(count, rests)
@@ -67,7 +68,9 @@ def write(path: str | Path, cloud: Cloud) -> None:
     red, green, blue = (float(c) for c in cloud.background)
     comments = [f"{BACKGROUND} {red:.9g} {green:.9g} {blue:.9g}"]
     element = PlyElement.describe(vertices, "vertex")
-    PlyData([element], byte_order="<", comments=comments).write(str(path))
+    PlyData([element], byte_order="<", comments=comments).write(
+        str(place) if isinstance(place, str | Path) else place
+    )
 
 
 def write_round(

@@ -101,7 +101,7 @@ class Targets:
         return replace(self, views=self.views.subset(kept), far=self.far[kept], blind=blind)
 
 
-def targets_of(capture: Capture, request: Request) -> Targets:
+def targets_of(capture: Capture, request: Request, most: int = MOST_VIEWS) -> Targets:
     """Read a request.
 
     Args:
@@ -112,6 +112,7 @@ def targets_of(capture: Capture, request: Request) -> Targets:
             .txt with a frame name a line, which are held out; names or numbers of frames to hold
             out; or poses: `Views`, or (T, 3, 4) or (T, 4, 4) numbers, world to camera with OpenCV
             axes, seen with the capture's first intrinsics.
+        most: views that a path has.
 
     Raises:
         ValueError: for a request that is none of these, names that the capture does not have, or
@@ -121,13 +122,13 @@ def targets_of(capture: Capture, request: Request) -> Targets:
     if request is None:
         return _request(capture, whole(capture, MOST_VIEWS), ALL)
     if isinstance(request, Views):
-        return _request(capture, request, "given poses")
+        return _request(capture, request, "given poses", most)
     if isinstance(request, str) and (request.startswith(EVERY) or "." not in request):
-        return _of_word(capture, request)
+        return _of_word(capture, request, most)
     if isinstance(request, str | Path):
-        return _of_file(capture, Path(request))
+        return _of_file(capture, Path(request), most)
     if np.asarray(request).ndim == 3:
-        return _request(capture, _views(capture, np.asarray(request)), "given poses")
+        return _request(capture, _views(capture, np.asarray(request)), "given poses", most)
     frames = np.sort(frames_of(capture, request, "targets"))
     return _held_out(capture, frames, counted(len(frames), "given frame"))
 
@@ -178,15 +179,15 @@ def _where(capture: Capture) -> str:
     return f"{capture.source}: " if capture.source else ""
 
 
-def _of_word(capture: Capture, word: str) -> Targets:
+def _of_word(capture: Capture, word: str, most: int) -> Targets:
     if word == ORBIT:
         try:
-            views = orbit(capture, MOST_VIEWS)
+            views = orbit(capture, most)
         except ValueError as error:
             raise ValueError(f"{_where(capture)}{error}") from error
-        return _request(capture, views, "an orbit")
+        return _request(capture, views, "an orbit", most)
     if word == "trajectory":
-        return _request(capture, trajectory(capture, MOST_VIEWS), "the smoothed camera path")
+        return _request(capture, trajectory(capture, most), "the smoothed camera path", most)
     step = word.removeprefix(EVERY)
     if step == word or not step.isdecimal() or int(step) < 2:
         raise ValueError(
@@ -196,11 +197,11 @@ def _of_word(capture: Capture, word: str) -> Targets:
     return _held_out(capture, frames, f"one frame in {step}, held out")
 
 
-def _of_file(capture: Capture, path: Path) -> Targets:
+def _of_file(capture: Capture, path: Path, most: int) -> Targets:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file of targets; allowed: {', '.join(WORDS)}")
     if path.suffix == ".json":
-        return _request(capture, camera_path(path, capture), f"the poses of {path.name}")
+        return _request(capture, camera_path(path, capture), f"the poses of {path.name}", most)
     if path.suffix not in LISTS:
         raise ValueError(f"{path}: is no file of targets; allowed: {', '.join(WORDS)}")
     frames = np.sort(named_in(path, capture))
@@ -277,9 +278,9 @@ def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:
     return replace(_request(capture, capture.view(frames), kind), frames=frames)
 
 
-def _request(capture: Capture, views: Views, kind: str) -> Targets:
+def _request(capture: Capture, views: Views, kind: str, most: int = MOST_VIEWS) -> Targets:
     """Thin the views evenly, and see that they are of this world."""
-    views = views.subset(evenly(len(views), MOST_VIEWS))
+    views = views.subset(evenly(len(views), most))
     centers = capture.centers
     extent = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
     gap = pairwise_distances(views.centers, centers).min(axis=1)

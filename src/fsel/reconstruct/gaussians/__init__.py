@@ -23,6 +23,7 @@ from fsel.reconstruct.subset import distinct, restricted
 __all__ = ["GaussianModel", "GaussianSettings", "Gaussians"]
 
 logger = logging.getLogger(__name__)
+WATCHED = 10.0  # seconds between two models that `watch` is shown
 
 
 class Gaussians(Bound[GaussianSettings]):
@@ -39,6 +40,7 @@ class Gaussians(Bound[GaussianSettings]):
         frames: np.ndarray,
         progress: Callable[[int, int, float], None] | None = None,
         stop: Callable[[], bool] | None = None,
+        watch: Callable[[GaussianModel], None] | None = None,
     ) -> GaussianModel:
         """Reconstruct from a subset.
 
@@ -46,12 +48,13 @@ class Gaussians(Bound[GaussianSettings]):
             frames: (K,) int64 distinct frames, K >= 2.
             progress: called after each step with the steps made, all steps, and the loss.
             stop: called before each step; when it returns True, the model so far is returned.
+            watch: called every ten seconds with the model so far.
 
         Raises:
             ValueError: for fewer than two frames, repeated ones, or nothing to start from.
             Unfinished: when a GPU's memory does not suffice.
         """
-        return self._fit([frames], progress, stop)[0]
+        return self._fit([frames], progress, stop, watch)[0]
 
     def fit_many(self, subsets: Sequence[np.ndarray]) -> Iterator[GaussianModel]:
         """Reconstruct from many subsets: on a GPU together, so far as its memory goes.
@@ -80,6 +83,7 @@ class Gaussians(Bound[GaussianSettings]):
         subsets: Sequence[np.ndarray],
         progress: Callable[[int, int, float], None] | None = None,
         stop: Callable[[], bool] | None = None,
+        watch: Callable[[GaussianModel], None] | None = None,
     ) -> list[GaussianModel]:
         started, peak = time.perf_counter(), gpu.Peak(self.settings.device)
         made = _made_on(self.settings.device)
@@ -88,6 +92,8 @@ class Gaussians(Bound[GaussianSettings]):
             steps, kept = 0, list[np.ndarray]()
             if full := [one for one in begun if len(one.table)]:
                 training = made.training(full, self.settings)
+                if watch is not None:
+                    progress = _watched(training, full[0], made.model, watch, progress)
                 steps, kept = training.run(progress, stop), training.kept
         fitted = iter(kept)
         seconds, peak_bytes = time.perf_counter() - started, peak.bytes
@@ -115,6 +121,27 @@ class Gaussians(Bound[GaussianSettings]):
             xyz, rgb, frame, settings.degree, settings.gaussians, settings.seed
         )
         return Begun(capture, frame, table, _background(capture, settings.background))
+
+
+def _watched(
+    training: Steps,
+    begun: Begun,
+    model: type[GaussianModel],
+    watch: Callable[[GaussianModel], None],
+    progress: Callable[[int, int, float], None] | None,
+) -> Callable[[int, int, float], None]:
+    """The progress that from time to time shows the model so far as well."""
+    shown = time.monotonic()
+
+    def advance(step: int, steps: int, loss: float) -> None:
+        nonlocal shown
+        if progress is not None:
+            progress(step, steps, loss)
+        if time.monotonic() - shown >= WATCHED:
+            watch(model(begun.frame, training.kept[0], begun.background, steps=step))
+            shown = time.monotonic()
+
+    return advance
 
 
 class _Made(NamedTuple):

@@ -1,0 +1,170 @@
+"""`fsel view`: a splat, or a capture's points, with cameras and photos, as a page for a browser."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import numpy as np
+
+from fsel import viewer
+from fsel.cli import posing
+from fsel.cli.console import Console
+from fsel.images.previews import in_turn, jpeg
+from fsel.outputs.atomic import staged
+from fsel.reconstruct import ply
+from fsel.utils.wording import counted
+from fsel.viewer.bundle import script
+
+RECORD = "selection.json"
+MODEL = "/model.ply"
+KINDS = "a .ply of Gaussians, a folder that `fsel select` wrote, or a capture"
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Files and folders that a command line names; see `sources_of`."""
+
+    model: Path | None
+    record: dict
+    capture: Path | None
+
+    @property
+    def read(self) -> list[Path]:
+        """The files and folders that are read."""
+        return [path for path in (self.model, self.capture) if path is not None]
+
+
+def run(args: argparse.Namespace, console: Console) -> None:
+    """Carry the command out."""
+    sources = sources_of(args.source)
+    if args.out is not None and args.out.suffix.lower() != ".html":
+        raise ValueError(f"{args.out}: a page is written as .html. Hint: -o NAME.html")
+    script()  # a viewer that cannot be made is refused before work
+    if args.serve is not None:
+        _serve(args.serve, *_scene(args, sources, console, url=MODEL), console)
+        return
+    with staged(args.out, "view", sources.read, args.force, folder=False) as stage:
+        content, _ = _scene(args, sources, console)
+        page = viewer.page(_title(sources), content)
+        stage.write_text(page, encoding="utf-8")
+    console.say("written", f"{args.out}: {len(page) / 1e6:.1f} MB, for a browser")
+    console.give({"page": str(args.out.resolve()), "cameras": len(content["cameras"])})
+
+
+def sources_of(given: list[Path]) -> Sources:
+    """Kinds of the given paths: a model, a selection (which names its capture), or a capture.
+
+    Raises:
+        ValueError: for a path that is none of these, or two of a kind.
+    """
+    found: dict[str, Path] = {}
+    for path in given:
+        if not path.exists():
+            raise ValueError(f"{path}: is not there. Hint: {KINDS}")
+        if path.is_file() and path.suffix.lower() == ".ply":
+            kind = "model"
+        else:
+            kind = "selection" if (path / RECORD).is_file() else "capture"
+        if kind in found:
+            raise ValueError(f"{path}: a second {kind} beside {found[kind]}; allowed: one")
+        found[kind] = path
+    model, record = found.get("model"), {}
+    if "selection" in found:
+        record = _record(found["selection"] / RECORD)
+        inside = sorted(found["selection"].glob("*.ply"))
+        model = model or (inside[0] if len(inside) == 1 else None)
+    stated = Path(record["capture"]["folder"]) if record else None
+    return Sources(model, record, found.get("capture", stated))
+
+
+def _record(file: Path) -> dict:
+    try:
+        record = json.loads(file.read_text(encoding="utf-8"))
+        record["capture"]["folder"], record["frames"], record["left"], record["targets"]["held_out"]
+    except (ValueError, TypeError, KeyError) as error:
+        raise ValueError(f"{file}: is no record of fsel select ({error})") from error
+    return record
+
+
+def _scene(
+    args: argparse.Namespace, sources: Sources, console: Console, url: str | None = None
+) -> tuple[dict, ply.Cloud | None]:
+    """Content of the page, and the Gaussians that it shows."""
+    cloud = None
+    if sources.model is not None:
+        cloud = ply.read(sources.model)
+        console.say("model", f"{len(cloud.xyz)} Gaussians, harmonics of degree {cloud.degree}")
+    if sources.capture is None:
+        return viewer.scene(None, [], cloud, url=url), cloud
+    args.capture = sources.capture
+    opened = posing.opened(args, console, args.long_side)
+    capture = opened.capture if cloud is not None else opened.with_all_points()
+    pictures = in_turn(
+        lambda at: jpeg(np.asarray(capture.images[at])), opened.raw.images, console.bar("pictures")
+    )
+    cameras = _cameras(capture.names, pictures, sources.record)
+    said = ", ".join(
+        f"{sum(one.state == state for one in cameras)} {told['label']}"
+        for state, told in viewer.STATES.items()
+        if any(one.state == state for one in cameras)
+    )
+    console.say("capture", f"{counted(len(cameras), 'camera')}, {opened.layout}: {said}")
+    return viewer.scene(capture, cameras, cloud, capture.points, url), cloud
+
+
+def _cameras(names: Sequence[str], pictures: Sequence[bytes], record: dict) -> list[viewer.Camera]:
+    """Every frame with its state in the selection, if there is one, and its picture."""
+    picked = {entry["name"]: entry for entry in record.get("frames", ())}
+    reasons = {entry["name"]: entry["reason"] for entry in record.get("left", ())}
+    held = set(record.get("targets", {}).get("held_out", ()))
+    bad = {entry["name"] for entry in record.get("bad", ())}
+
+    def told(name: str) -> tuple[str, str]:
+        if name in picked:
+            entry = picked[name]
+            return "pick", f"pick {entry['order']} of {len(picked)}, adds {entry['adds']:.1%}"
+        if name in held:
+            return "held", "held out"
+        state = "bad" if name in bad else "left" if record else "frame"
+        return state, reasons.get(name, "")
+
+    return [
+        viewer.Camera(name, *told(name), picture)
+        for name, picture in zip(names, pictures, strict=True)
+    ]
+
+
+def _title(sources: Sources) -> str:
+    names = [path.name for path in sources.read]
+    return f"fsel view: {', '.join(names)}"
+
+
+def _serve(port: int, content: dict, cloud: ply.Cloud | None, console: Console) -> None:
+    """Answer a browser on this machine until Ctrl-C."""
+    origin = np.array(content["origin"])
+    answers = {"/": ("text/html; charset=utf-8", viewer.page("fsel view", content).encode())}
+    if cloud is not None:
+        answers[MODEL] = ("application/octet-stream", viewer.moved(cloud, origin))
+
+    class Answers(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            kind, body = answers.get(self.path, ("text/plain", b""))
+            self.send_response(200 if self.path in answers else 404)
+            self.send_header("Content-Type", kind)
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *said: object) -> None:
+            """Nothing: a person looks at the page."""
+
+    with ThreadingHTTPServer(("127.0.0.1", port), Answers) as server:
+        console.say("serving", f"http://127.0.0.1:{server.server_port}/ until Ctrl-C")
+        with suppress(KeyboardInterrupt):
+            server.serve_forever()

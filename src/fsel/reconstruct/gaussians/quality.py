@@ -1,0 +1,45 @@
+"""How large and how fine: what a person asks for in a word, and what it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fsel.utils.wording import counted
+
+
+@dataclass(frozen=True)
+class Quality:
+    """A size with what it takes, as `benchmarks/gaussians.py presets` measures it with 30 frames.
+
+    Attributes:
+        long_side: pixels of the images' longer side.
+        gaussians, steps: see `GaussianSettings`.
+        step: seconds of a step on one core.
+        memory: bytes at most.
+    """
+
+    long_side: int
+    gaussians: int
+    steps: int
+    step: float
+    memory: float
+
+    @property
+    def settings(self) -> dict[str, int]:
+        """Settings of the reconstructor."""
+        return {"steps": self.steps, "gaussians": self.gaussians}
+
+    def __str__(self) -> str:
+        minutes = max(round(self.steps * self.step / 60), 1)
+        return (
+            f"images of {self.long_side} pixels, {self.gaussians:,} Gaussians, "
+            f"{counted(self.steps, 'step')}: about {counted(minutes, 'minute')} of one core, "
+            f"{self.memory / 1e9:.1f} GB"
+        )
+
+
+QUALITIES = {
+    "draft": Quality(384, 20_000, 1000, 0.08, 0.5e9),
+    "good": Quality(640, 60_000, 3000, 0.2, 0.8e9),
+    "best": Quality(960, 120_000, 6000, 0.4, 1.5e9),
+}

@@ -1,0 +1,69 @@
+"""`fsel render --video`: what is written, and what is refused."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from small_captures import write_ring
+
+from fsel.cli import main
+from fsel.reconstruct import ply
+
+
+@pytest.fixture
+def made(tmp_path, monkeypatch):
+    """A capture and two models of one Gaussian, red and blue."""
+    monkeypatch.chdir(tmp_path)
+    write_ring(tmp_path / "ring")
+    for name, rgb in {"red": [[1.0, 0, 0]], "blue": [[0, 0, 1.0]]}.items():
+        ply.write_round(f"{name}.ply", np.zeros((1, 3)), np.array(rgb), np.ones(1), np.ones(1))
+    return tmp_path
+
+
+def film(*arguments):
+    return main(["render", "red.ply", "--capture", "ring", "--targets", *arguments])
+
+
+def frames_of(path):
+    video = cv2.VideoCapture(str(path))
+    return [video.read()[1] for _ in range(int(video.get(cv2.CAP_PROP_FRAME_COUNT)))]
+
+
+def test_a_flight_between_frames_of_two_models(made, capsys):
+    sizes = ["--long-side", "120", "--seconds", "0.4", "--side-by-side", "blue.ply"]
+    assert film("every:8", "--video", "a.mp4", *sizes, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["size"] == [120, 90]
+    frames = frames_of("a.mp4")
+    assert len(frames) == 12
+    assert frames[0].shape[1] == 240
+    for frame in frames:
+        left, right = frame[60, 60], frame[60, 180]
+        assert left[2] > 100 > left[0]
+        assert right[0] > 100 > right[2]
+
+
+def test_a_video_is_replaced_by_force_alone_and_only_if_it_is_ours(made, capsys):
+    given = ["orbit", "--video", "a.mp4", "--long-side", "64", "--seconds", "0.1"]
+    assert film(*given) == 0
+    assert len(frames_of("a.mp4")) == 3
+    assert film(*given) == 1
+    assert film(*given, "--force") == 0
+    (made / "a.mp4").write_bytes((made / "a.mp4").read_bytes()[:-200])
+    assert film(*given, "--force") == 1
+    assert "only what an earlier run of fsel render wrote is replaced" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--video", "a.avi"], "a.avi: a video is written as .mp4"),
+        (["--video", "a.mp4", "--metrics", "psnr"], "--metrics compares renderings with frames"),
+        (["-o", "out", "--side-by-side", "blue.ply"], "--side-by-side is of a video"),
+        (["--video", "a.mp4", "--side-by-side", "gone.ply"], "gone.ply: No such file"),
+    ],
+)
+def test_what_does_not_fit_is_refused(given, said, made, capsys):
+    assert film("orbit", *given) == 1
+    assert said in capsys.readouterr().err
+    assert not (made / "a.mp4").exists()
