@@ -1,11 +1,10 @@
 """Pages looked at in a real browser, in a frame of any width."""
 
-import html
 import http.server
 import json
-import re
 import shutil
 import subprocess
+import tempfile
 import threading
 
 import pytest
@@ -13,43 +12,54 @@ import pytest
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
 needs_a_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
 FRAME = """<!doctype html><body style="margin:0"><iframe src="{page}" style="width:{width}px;
-height:1200px;border:0"></iframe><script>
+height:1200px;border:0"></iframe></body>"""
+IN_FRAME = """
 const frame = document.querySelector('iframe');
-frame.addEventListener('load', async () => {{
-  const seen = await frame.contentWindow.eval({script});
-  document.documentElement.setAttribute('data-seen', JSON.stringify(seen));
-}});
-</script>"""
-
+if (frame.contentDocument.readyState !== 'complete' || frame.contentDocument.URL === 'about:blank')
+  await new Promise((loaded) => frame.addEventListener('load', loaded));
+return await frame.contentWindow.eval({script});
+"""
 SENT = """<script>(async () => {{
   const run = async () => {{ {script} }};
   const answer = await run().then((value) => ({{ value }}), (error) => ({{ error: error.stack }}));
   const body = JSON.stringify(answer);
   fetch('http://127.0.0.1:{port}/', {{ method: 'POST', mode: 'no-cors', body }});
 }})();</script>"""
+DRAWING = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+SECONDS = 90  # on a crowded machine
 
 
-def browse(folder, *arguments):
-    """Run the browser; what it wrote."""
-    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
-    command += [
-        "--enable-logging=stderr",
-        "--allow-file-access-from-files",
-        "--disable-web-security",
-        f"--user-data-dir={folder / 'profile'}",
-        "--virtual-time-budget=5000",
+def command(folder, *arguments):
+    """A browser without a window that keeps its own files in a new folder within one."""
+    profile = tempfile.mkdtemp(dir=folder)
+    return [
+        *(BROWSER, "--headless", "--no-sandbox", "--hide-scrollbars", "--enable-logging=stderr"),
+        *("--allow-file-access-from-files", "--disable-web-security"),
+        *(f"--user-data-dir={profile}", *arguments),
     ]
-    return subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=120)
+
+
+def photographed(url, size, target, folder):
+    """Write a picture of a page in a window of (width, height) pixels."""
+    options = ["--disable-gpu", "--virtual-time-budget=5000", f"--window-size={size[0]},{size[1]}"]
+    shot = command(folder, *options, f"--screenshot={target}", url)
+    subprocess.run(shot, capture_output=True, timeout=SECONDS)
 
 
 def acted(page, size, script, folder):
-    """What a script gives in a page that draws by software WebGL.
+    """What a script gives in a page that draws by software WebGL: see `_given`."""
+    return _given(page, size, script, folder, DRAWING)[0]
+
+
+def _given(page, size, script, folder, options):
+    """What a script gives in a page, and what the browser wrote.
 
     Args:
         page: text of it.
         size: (width, height) of the window, pixels.
         script: the body of an asynchronous function, whose value is sent as JSON.
         folder: for the page and the browser's own files.
+        options: of the browser.
     """
     given, done = [], threading.Event()
 
@@ -67,19 +77,18 @@ def acted(page, size, script, folder):
         threading.Thread(target=server.serve_forever, daemon=True).start()
         own = SENT.format(script=script, port=server.server_port)
         (folder / "acted.html").write_text(page.replace("</body>", f"{own}</body>"))
-        command = [BROWSER, "--headless", "--no-sandbox", "--use-gl=angle", "--hide-scrollbars"]
-        command += ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        command += [f"--window-size={size[0]},{size[1]}", f"--user-data-dir={folder / 'profile'}"]
-        command += ["--remote-debugging-port=0", (folder / "acted.html").as_uri()]
-        browser = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        window = f"--window-size={size[0]},{size[1]}"
+        run = command(folder, *options, window, "--remote-debugging-port=0")
+        run.append((folder / "acted.html").as_uri())
+        browser = subprocess.Popen(run, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         try:
-            assert done.wait(90), "the page gave nothing"
+            assert done.wait(SECONDS), "the page gave nothing"
         finally:
             browser.kill()
-            browser.communicate()
+            said, _ = browser.communicate()
             server.shutdown()
     assert "error" not in given[0], given[0]["error"]
-    return given[0]["value"]
+    return given[0]["value"], said
 
 
 def looked_at(page, width, script, folder):
@@ -91,9 +100,8 @@ def looked_at(page, width, script, folder):
         script: an expression of JavaScript, run in the page when it is loaded; or a promise.
         folder: for the browser's own files.
     """
-    frame = folder / f"frame{width}.html"
-    frame.write_text(FRAME.format(page=page.as_uri(), width=width, script=json.dumps(script)))
-    ran = browse(folder, f"--window-size={max(width, 500)},1200", "--dump-dom", frame.as_uri())
-    assert "Uncaught" not in ran.stderr
-    (found,) = re.findall(r'data-seen="([^"]*)"', ran.stdout)
-    return json.loads(html.unescape(found))
+    frame = FRAME.format(page=page.as_uri(), width=width)
+    inside = IN_FRAME.format(script=json.dumps(script))
+    value, said = _given(frame, (max(width, 500), 1200), inside, folder, ["--disable-gpu"])
+    assert b"Uncaught" not in said, said.decode()
+    return value

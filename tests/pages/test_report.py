@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-from browsing import browse, looked_at, needs_a_browser
+from browsing import looked_at, needs_a_browser, photographed
 from selection_problems import capture_of
 from small_captures import damage_pixels, record_of, select, write_ring
 
@@ -155,8 +155,7 @@ def test_a_click_on_a_camera_shows_its_frame(out, tmp_path):
 @needs_a_browser
 def test_a_screenshot_shows_the_picks(out, tmp_path):
     target = tmp_path / "page.png"
-    url = (out / "report.html").as_uri()
-    browse(tmp_path, "--window-size=1240,1600", f"--screenshot={target}", url)
+    photographed((out / "report.html").as_uri(), (1240, 1600), target, tmp_path)
     image = cv2.imread(str(target)).astype(int)
     orange = (np.abs(image - [0, 94, 213]).max(axis=2) < 8).sum()
     assert orange > 7 * 300  # seven discs, seven frames with edges and orders

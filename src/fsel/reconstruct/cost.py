@@ -1,4 +1,4 @@
-"""What a reconstructor costs: seconds to load, to fit a subset, and to render a view."""
+"""Cost of a reconstructor: seconds to load, to fit a subset, and to render a view."""
 
 from __future__ import annotations
 

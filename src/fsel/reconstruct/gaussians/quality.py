@@ -1,4 +1,4 @@
-"""How large and how fine: what a person asks for in a word, and what it takes."""
+"""Sizes of a model: what a person asks for in a word, and the seconds and memory that it takes."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def main(examples, strategy="default", *given):
 
 
 class Trained:
-    """What a run left: the runner, its world, and how many Gaussians."""
+    """Remains of a run: the runner, its world, and how many Gaussians."""
 
     def __init__(self, runner):
         self.runner, self.transform = runner, runner.parser.transform
