@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -126,7 +125,7 @@ def selections(capture: Capture, k: int) -> tuple[dict[str, np.ndarray], str, in
     race = race_of(problem, rule)
     if race is None:
         return {EVEN: even, RULE: rule, TRIED: rule}, "fsel", 0
-    outcome = race.run(SHARE, ENDLESS, time.perf_counter())
+    outcome = race.run(SHARE, ENDLESS)
     return {EVEN: even, RULE: rule, TRIED: outcome.frames}, outcome.kept, outcome.fits
 
 

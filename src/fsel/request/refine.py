@@ -38,7 +38,7 @@ class Refine:
     """A limit of the time that swaps take.
 
     Attributes:
-        seconds: from the first reconstruction on.
+        seconds: from the end of the first reconstruction on, which may have to be compiled.
         progress: is given the best so far and the seconds gone, after every subset; False ends
             the swaps.
         reconstructor: by which swaps are scored, a key of `SETTINGS`: picks that it prefers need
