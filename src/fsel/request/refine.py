@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-SETTINGS: dict[str, dict[str, int]] = {
+SETTINGS: dict[str, dict[str, Any]] = {
     "splats": {},
-    "gaussians": {"steps": 150, "gaussians": 2000},
+    "gaussians": {"steps": 150, "gaussians": 2000, "background": "mean"},
     "radiance_field": {},
 }
 """Reconstructors that may score swaps, and their settings at 64 pixels."""

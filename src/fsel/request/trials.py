@@ -12,6 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from fsel.request.candidates import EVEN, candidates
 from fsel.request.patience import Patience, Trial, Tried
 
 SIDE = 64  # pixels
-SETTINGS = {"steps": 150, "gaussians": 2000}
+SETTINGS: dict[str, Any] = {"steps": 150, "gaussians": 2000, "background": "mean"}
 METRICS = ("psnr", "ssim")
 VALIDATION = 96  # frames at most that are rendered and scored
 LEAST_VALIDATION = 8  # frames that neither of two selections holds
