@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -42,7 +41,7 @@ from fsel.request.trials import race_of
 
 EVERY = 8  # one frame in so many is held out
 LONG_SIDE = 128
-SETTINGS = {"gaussians": {"steps": 600, "gaussians": 6000}, "splats": {}, "radiance_field": {}}
+SETTINGS = {"gaussians": {"steps": 600, "gaussians": 6000, "background": "mean"}, "splats": {}, "radiance_field": {}}
 EVEN, RULE, TRIED = "every n-th frame", "the rule alone", "tried"
 PAUSE, BURSTS, LIGHT = 1 / 3, 6, 1.4  # share of the frames; how many; factor of the intensities
 NOISE = 3.0  # grey levels, of a sensor whose frames show the same
@@ -128,7 +127,7 @@ def selections(capture: Capture, k: int) -> tuple[dict[str, np.ndarray], str, in
     race = race_of(problem, rule)
     if race is None:
         return {EVEN: even, RULE: rule, TRIED: rule}, "fsel", 0
-    outcome = race.run(SHARE, ENDLESS, time.perf_counter())
+    outcome = race.run(SHARE, ENDLESS)
     return {EVEN: even, RULE: rule, TRIED: outcome.frames}, outcome.kept, outcome.fits
 
 

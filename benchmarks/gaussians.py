@@ -67,7 +67,7 @@ VARIANTS: dict[str, dict] = {
     "dropout 0.3": {"dropout": 0.3},
     "degree 0": {"degree": 0},
     "degree 1": {"degree": 1},
-    "black background": {"background": "black"},
+    "mean background": {"background": "mean"},
     "from points": {"initial": "points"},
 }
 

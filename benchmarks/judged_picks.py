@@ -3,9 +3,12 @@ against all.
 
     OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 python benchmarks/judged_picks.py picks FOLDER...
     ... python benchmarks/judged_picks.py fewer FOLDER...
+    ... python benchmarks/judged_picks.py auto FOLDER... --long-side 128 --steps 600 \
+        --gaussians 6000
 
 `picks`: PSNR on held-out targets of a region for several selectors, a line a fit; means at the end.
 `fewer`: the picks of `fsel` at several budgets and all frames, at several numbers of steps.
+`auto`: the picks of `-k auto --targets every:8`, and of shares of its number, over two seeds.
 Seconds are the processor's.
 """
 
@@ -28,6 +31,7 @@ from fsel.reconstruct import RECONSTRUCTORS
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
 
+SHARES = (0.4, 0.6, 1.0, 1.6, 2.5)  # of the number that -k auto finds
 METHODS = ("uniform", "fvs", "kmedoids", "nearest", "fsel")
 
 
@@ -100,9 +104,25 @@ def fewer(capture: Capture, options: argparse.Namespace) -> None:
             )
 
 
+def auto(capture: Capture, options: argparse.Namespace) -> None:
+    """Numbers of frames around the one that is found, on one frame in eight, held out."""
+    found = len(fsel.select(capture, "auto", targets="every:8"))
+    held_out = np.arange(0, len(capture), 8)
+    means = {}
+    for share in SHARES:
+        k = min(round(share * found), len(capture) - len(held_out))
+        frames = fsel.select(capture, k, targets="every:8").indices
+        for seed in range(2):
+            settings = {"steps": options.steps[0], "gaussians": options.gaussians, "seed": seed}
+            beyond, _, _ = fitted(capture, "gaussians", np.sort(frames), held_out, **settings)
+            means.setdefault(k, []).append(beyond)
+    said = ", ".join(f"K = {k} {np.mean(values):.2f} dB" for k, values in means.items())
+    print(f"{capture.source}, {len(capture)} frames, auto {found}: {said}", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("what", choices=("picks", "fewer"), help="see above")
+    parser.add_argument("what", choices=("picks", "fewer", "auto"), help="see above")
     parser.add_argument("folders", nargs="+", help="captures on disk")
     parser.add_argument("--steps", type=int, nargs="+", default=[800])
     parser.add_argument("--gaussians", type=int, default=10_000)

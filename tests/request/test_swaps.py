@@ -1,11 +1,14 @@
 """Picks made better by swaps: what is kept, when it ends, how it is requested."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from small_captures import record_of, select, write_ring
 
 import fsel
-from fsel.request.refine import Refine
+from fsel.request import swaps as swapping
+from fsel.request.refine import Refine, Swapped
 from fsel.request.swaps import swaps
 
 
@@ -60,6 +63,20 @@ def test_selecting_with_swaps_ends_when_asked_and_keeps_held_out_frames_out(ring
     same = chosen.indices == plain.indices
     np.testing.assert_array_equal(chosen.scores[same], plain.scores[same])
     assert np.isnan(chosen.scores[~same]).all()
+
+
+def test_the_time_of_swaps_runs_once_the_first_reconstruction_has_compiled(ring, monkeypatch):
+    clock = [1.0]
+
+    def slowly(*_):
+        for tried in range(1, 9):
+            clock[0] += 60 if tried == 1 else 1
+            yield Swapped(np.arange(3), 0.0, tried)
+
+    monkeypatch.setattr(swapping, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    monkeypatch.setattr(swapping, "problem_swaps", slowly)
+    problem = SimpleNamespace(capture=fsel.read_capture(ring, long_side=32))
+    assert swapping.refined(problem, np.arange(3), Refine(3.0), 0).tried == 1 + 4
 
 
 def test_no_time_and_too_few_picks_are_refused(ring):

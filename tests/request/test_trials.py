@@ -1,10 +1,13 @@
 """Selections scored on the capture itself: who is kept, by how many fits, when the time is over."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from small_captures import record_of, select, write_ring
 
 import fsel
+from fsel.request import trials
 from fsel.request.candidates import EVEN
 from fsel.request.patience import Patience
 from fsel.request.trials import FIT_DEVIATION, Race, compared
@@ -28,7 +31,7 @@ def race(gains, noise=0.0, ssim=0.0, log=None):
 
 
 def test_the_surest_gain_is_kept():
-    found = race({"other": 1.0, "third": 2.0}).run(2, Patience(1e6), 0.0)
+    found = race({"other": 1.0, "third": 2.0}).run(2, Patience(1e6))
     assert found.kept == "third"
     np.testing.assert_array_equal(found.frames, THIRD)
     assert [trial.name for trial in found.trials] == [EVEN, "other", "third"]
@@ -37,14 +40,14 @@ def test_the_surest_gain_is_kept():
 
 
 def test_little_gain_and_worse_structure_keep_every_nth_frame():
-    assert race({"other": 0.4}).run(2, Patience(1e6), 0.0).kept == EVEN
-    assert race({"other": 3.0}, ssim=-0.01).run(2, Patience(1e6), 0.0).kept == EVEN
-    assert race({"other": 3.0}, ssim=0.01).run(2, Patience(1e6), 0.0).kept == "other"
+    assert race({"other": 0.4}).run(2, Patience(1e6)).kept == EVEN
+    assert race({"other": 3.0}, ssim=-0.01).run(2, Patience(1e6)).kept == EVEN
+    assert race({"other": 3.0}, ssim=0.01).run(2, Patience(1e6)).kept == "other"
 
 
 def test_heats_make_new_fits_and_the_hopeless_leave():
     log = []
-    race({"other": 2.0, "third": -5.0}, log=log).run(2, Patience(1e6), 0.0)
+    race({"other": 2.0, "third": -5.0}, log=log).run(2, Patience(1e6))
     assert [seed for name, seed in log if name == "other"] == list(range(8))
     assert [seed for name, seed in log if name == EVEN] == list(range(8))
     assert [seed for name, seed in log if name == "third"] == [0, 1]
@@ -57,25 +60,37 @@ def test_the_time_ends_it_and_is_seen():
         seen.append((made, planned))
         return made < 4
 
-    found = race({"other": 9.0}, log=log).run(1, Patience(1e6, watch), 0.0)
+    found = race({"other": 9.0}, log=log).run(1, Patience(1e6, watch))
     assert (found.cut, found.fits, len(log)) == (True, 4, 4)
     assert seen[0] == (1, 3 + 3 + 4)
-    late = race({"other": 9.0}).run(1, Patience(1.0), -1e6)
+    late = race({"other": 9.0}).run(1, Patience(1e-9))
     assert (late.cut, late.fits, late.kept) == (True, 1, EVEN)
+
+
+def test_the_time_runs_once_the_first_fit_has_compiled(monkeypatch):
+    clock = [1.0]
+    monkeypatch.setattr(trials, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+
+    def score(frames, seed):
+        clock[0] += 60 if clock[0] == 1 else 1
+        return np.full((40, 2), 20.0)
+
+    picks = {EVEN: EVENLY, "other": OTHER, "third": THIRD}
+    assert Race(score, picks, FRAMES).run(2, Patience(3.0)).fits == 1 + 4
 
 
 def test_a_race_that_ends_with_a_heat_makes_no_fit_more():
     stop = Patience(1e6, lambda made, planned, gone: made < 3)
-    found = race({"other": 9.0}).run(1, stop, 0.0)
+    found = race({"other": 9.0}).run(1, stop)
     assert (found.fits, found.cut, found.kept) == (3, True, "other")
-    found = race({"other": -9.0, "third": -9.0}).run(1, stop, 0.0)
+    found = race({"other": -9.0, "third": -9.0}).run(1, stop)
     assert (found.fits, found.cut, found.kept) == (3, False, EVEN)  # nothing was left to be tried
 
 
 def test_selections_that_leave_too_few_validation_frames_are_not_fitted():
     log = []
     picks = {EVEN: np.arange(0, 40, 2), "odd": np.arange(1, 30, 2)}
-    outcome = Race(lambda frames, seed: log.append(seed), picks, FRAMES).run(2, Patience(1e6), 0.0)
+    outcome = Race(lambda frames, seed: log.append(seed), picks, FRAMES).run(2, Patience(1e6))
     assert (outcome.kept, outcome.fits, log) == (EVEN, 0, [])
 
 
@@ -116,7 +131,7 @@ def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
 
 def test_what_is_kept_is_one_of_what_was_tried_and_always_the_same(ring):
     capture = fsel.read_capture(ring, long_side=32)
-    first, again = (fsel.select(capture, 5, patience=Patience(1e-3)) for _ in range(2))
+    first, again = (fsel.select(capture, 5, patience=Patience(1e-9)) for _ in range(2))
     assert first.names == again.names
     assert first.tried.trials[0].name == EVEN
     np.testing.assert_array_equal(first.tried.trials[0].frames, np.round(np.linspace(0, 23, 5)))

@@ -132,6 +132,11 @@ def test_parts_that_cannot_be_registered_are_named(points, said, tmp_path, monke
         registry.checked("last")
 
 
+def test_own_entries_may_call_themselves_otherwise():
+    registry = Registry("part", {"first": "fsel.baselines.uniform:METHOD"}, group="no.group")
+    assert registry["first"].name == "uniform"
+
+
 def test_a_near_name_is_offered():
     registry = Registry("method", {"uniform": "", "fsel": ""})
     with pytest.raises(

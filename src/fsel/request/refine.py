@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-SETTINGS: dict[str, dict[str, int]] = {
+SETTINGS: dict[str, dict[str, Any]] = {
     "splats": {},
-    "gaussians": {"steps": 150, "gaussians": 2000},
+    "gaussians": {"steps": 150, "gaussians": 2000, "background": "mean"},
     "radiance_field": {},
 }
 """Reconstructors that may score swaps, and their settings at 64 pixels."""
@@ -38,7 +39,7 @@ class Refine:
     """A limit of the time that swaps take.
 
     Attributes:
-        seconds: from the first reconstruction on.
+        seconds: from the end of the first reconstruction on, which may have to be compiled.
         progress: is given the best so far and the seconds gone, after every subset; False ends
             the swaps.
         reconstructor: by which swaps are scored, a key of `SETTINGS`: picks that it prefers need

@@ -110,12 +110,13 @@ def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> S
     """
     if len(picks) < LEAST_PICKS:
         raise ValueError(f"refine: {counted(len(picks), 'pick')}; allowed: {LEAST_PICKS} or more")
-    started = time.perf_counter()
+    started = None
     name = refine.reconstructor
     reconstructor = reconstructor_of(problem.capture, scoring(name))
     best = Swapped(picks, 0.0, 0, name)
     for best in problem_swaps(reconstructor, problem, picks, np.random.default_rng(seed)):
         best = replace(best, reconstructor=name)
+        started = started or time.perf_counter()  # once the first reconstruction has compiled
         gone = time.perf_counter() - started
         if not refine.progress(best, gone) or gone > refine.seconds:
             break

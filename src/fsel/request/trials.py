@@ -12,6 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from fsel.request.candidates import EVEN, candidates
 from fsel.request.patience import Patience, Trial, Tried
 
 SIDE = 64  # pixels
-SETTINGS = {"steps": 150, "gaussians": 2000}
+SETTINGS: dict[str, Any] = {"steps": 150, "gaussians": 2000, "background": "mean"}
 METRICS = ("psnr", "ssim")
 VALIDATION = 96  # frames at most that are rendered and scored
 LEAST_VALIDATION = 8  # frames that neither of two selections holds
@@ -56,12 +57,11 @@ def tried(problem: Problem, rule: np.ndarray, patience: Patience) -> Tried | Non
         What was found; None without patience, or where there are too few frames to reconstruct
         from or to score on.
     """
-    started = time.perf_counter()
     race = race_of(problem, rule) if patience.seconds else None
     if race is None:
         return None
     share = max(1, round(min(patience.seconds / SHARE_SECONDS, MOST_SHARES)))
-    return race.run(share, patience, started)
+    return race.run(share, patience)
 
 
 def race_of(problem: Problem, rule: np.ndarray) -> Race | None:
@@ -97,14 +97,15 @@ class Race:
         self._score, self._picks, self._validation = score, dict(picks), validation
         self._scores: dict[str, list[np.ndarray]] = {name: [] for name in picks}
         self._even = next(iter(self._picks))
+        self._started: float | None = None
 
-    def run(self, share: int, patience: Patience, started: float) -> Tried:
+    def run(self, share: int, patience: Patience) -> Tried:
         """All heats, or those before the time is over.
 
         Args:
             share: fits of a selection in the first heat.
-            patience: for how long, and what follows the progress.
-            started: reading of `time.perf_counter` that the time runs from.
+            patience: for how long, and what follows the progress. The time runs from the end of the
+                first fit, which may have to be compiled.
         """
         heats = [(count, share * shares) for count, shares in HEATS]
         left = sum(self._runners(count) * seeds for count, seeds in heats)
@@ -116,7 +117,7 @@ class Race:
                 break
             jobs = [(name, seed + at) for at in range(seeds) for name in (self._even, *names)]
             made = self._made
-            over = self._heat(jobs, left, patience, started)
+            over = self._heat(jobs, left, patience)
             cut = over and self._made < made + len(jobs)
             left -= self._runners(count) * seeds
             seed += seeds
@@ -155,14 +156,13 @@ class Race:
     def _made(self) -> int:
         return sum(map(len, self._scores.values()))
 
-    def _heat(
-        self, jobs: list[tuple[str, int]], left: int, patience: Patience, started: float
-    ) -> bool:
+    def _heat(self, jobs: list[tuple[str, int]], left: int, patience: Patience) -> bool:
         """Make some fits, one after the other, until the time is over; whether it is."""
         planned = self._made + left
         for name, seed in jobs:
             self._scores[name].append(self._score(self._picks[name], seed))
-            gone = time.perf_counter() - started
+            self._started = self._started or time.perf_counter()
+            gone = time.perf_counter() - self._started
             if not patience.progress(self._made, planned, gone) or gone > patience.seconds:
                 return True
         return False

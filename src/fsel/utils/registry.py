@@ -83,7 +83,8 @@ class Registry(MutableMapping[str, Entry]):
             ) from error
         except AttributeError as error:
             raise ImportError(f"{self.kind} {name!r} ({home}): {error}") from error
-        if isinstance(called := getattr(entry, "name", name), str) and called != name:
+        called = getattr(entry, "name", name) if name not in self._own else name
+        if isinstance(called, str) and called != name:  # of another package
             raise ValueError(f"{self.kind} {name!r} ({home}) calls itself {called!r}")
         return entry
 

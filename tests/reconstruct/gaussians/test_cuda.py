@@ -144,7 +144,9 @@ def test_a_step_goes_where_the_cpu_s_goes(capture, masked):
 )
 def test_subsets_that_are_fitted_together_do_not_meet(capture, changed):
     # of sparse points there are fewer than the budget: rows wait; the noise's draws are shared
+    # and each subset has a background of its own
     settings = {"steps": 105, "gaussians": 50, "noise": False, "device": "cuda", **changed}
+    settings["background"] = "mean"
     subsets = [FRAMES, np.array([0, 3]), np.array([7, 4, 5])]
     many = list(Gaussians(capture, **settings).fit_many(subsets))
     for model, frames in zip(many, subsets, strict=True):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fsel.reconstruct import gpu
 
 INITIAL = ("splats", "points")
-BACKGROUNDS = ("mean", "black")
+BACKGROUNDS = ("black", "mean")
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class GaussianSettings:
         dropout: share of the Gaussians that the last step leaves out, growing from zero with the
             steps; the others' opacities are raised to make up for it (DropGaussian, Park et al.
             2025).
-        background: colour where nothing was reconstructed: the `mean` of the selected frames'
-            pixels, or `black`.
+        background: colour where nothing was reconstructed: `black`, as viewers of the .ply show it,
+            or the `mean` of the selected frames' pixels.
         device: `cpu`, or `cuda`, where gsplat rasterises.
     """
 
@@ -44,7 +44,7 @@ class GaussianSettings:
     scale_penalty: float = 0.01
     noise: bool = True
     dropout: float = 0.0
-    background: str = "mean"
+    background: str = "black"
     device: str = "cpu"
 
     def __post_init__(self) -> None:
