@@ -41,7 +41,11 @@ from fsel.request.trials import race_of
 
 EVERY = 8  # one frame in so many is held out
 LONG_SIDE = 128
-SETTINGS = {"gaussians": {"steps": 600, "gaussians": 6000, "background": "mean"}, "splats": {}, "radiance_field": {}}
+SETTINGS = {
+    "gaussians": {"steps": 600, "gaussians": 6000, "background": "mean"},
+    "splats": {},
+    "radiance_field": {},
+}
 EVEN, RULE, TRIED = "every n-th frame", "the rule alone", "tried"
 PAUSE, BURSTS, LIGHT = 1 / 3, 6, 1.4  # share of the frames; how many; factor of the intensities
 NOISE = 3.0  # grey levels, of a sensor whose frames show the same
