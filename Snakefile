@@ -9,7 +9,8 @@ min_version("9.19.0")
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
 from fsel.experiments import TABLES
-from fsel.workflow import inputs, perceptual, requirements
+from fsel.experiments.asked import answer
+from fsel.workflow import inputs, perceptual, requirements, work
 from fsel.workflow.artefacts import check_artefacts
 from fsel.workflow.cluster import start_on_slurm
 from fsel.workflow.experiment import Experiment
@@ -43,6 +44,7 @@ experiment = perceptual.settled(
 tables = Tables(TABLES, experiment)
 config["captions"] = tables.captions()
 if workflow.is_main_process:
+    answer(sys.argv[1:], experiment, config)
     requirements.check(experiment, tables, workflow.configfiles)
 experiment.check()
 

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
@@ -28,8 +29,13 @@ def with_dataset(**entry) -> dict:
 
 def dry_run(folder: Path, config: Path, *targets: str) -> subprocess.CompletedProcess:
     """`snakemake --dry-run` in an empty folder."""
+    return snakemake(folder, [config], "--dry-run", *targets)
+
+
+def snakemake(folder: Path, configs: Sequence[Path], *words: str) -> subprocess.CompletedProcess:
+    """The workflow with some configurations, later ones over earlier, in a folder."""
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-    command += ["--configfile", str(config), "--dry-run", "--workflow-profile", "none", *targets]
+    command += ["--configfile", *map(str, configs), "--workflow-profile", "none", *words]
     return subprocess.run(
         command,
         cwd=folder,

@@ -45,6 +45,7 @@ use rule features as features_labelled with:
 use rule stage as label with:
     input:
         **inputs.capture(inputs.DESCRIBED, LABELLED_SCENE),
+        **inputs.parts_before(experiment),
         splits="<results>/labels/{scene}/splits.parquet",
         lib=experiment.library("label", experiment.labeller),
     output:
@@ -54,7 +55,9 @@ use rule stage as label with:
     benchmark:
         "<results>/benchmarks/label/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(4000, 120, "reconstruction"), experiment.labeller),
+        **experiment.resources(
+            Size(4000, 120, "reconstruction"), experiment.labeller, work.label
+        ),
     params:
         coverages=experiment.config["coverages"],
         search=experiment.config["search"],
@@ -63,6 +66,37 @@ use rule stage as label with:
         seed=experiment.training_seed,
     message:
         "Searching for good subsets of {wildcards.scene}"
+
+
+# all but the last of the jobs that label a scene, where there are several
+use rule stage as label_part with:
+    input:
+        **inputs.capture(inputs.DESCRIBED, LABELLED_SCENE),
+        splits="<results>/labels/{scene}/splits.parquet",
+        known=inputs.part_before,
+        lib=experiment.library("label", experiment.labeller),
+    output:
+        evaluated=inputs.LABEL_PART,
+    log:
+        "<results>/logs/label_part/{scene}/{part}.log",
+    benchmark:
+        "<results>/benchmarks/label_part/{scene}/{part}.jsonl"
+    wildcard_constraints:
+        part=r"\d+",
+    resources:
+        **experiment.resources(
+            Size(4000, 120, "reconstruction"), experiment.labeller, work.label
+        ),
+    params:
+        coverages=experiment.config["coverages"],
+        search=experiment.config["search"],
+        reconstruction=experiment.labeller,
+        fitness=experiment.fitness,
+        seed=experiment.training_seed,
+        most=work.label(experiment.config).subsets,
+        job="fsel.stages.label:label_part",
+    message:
+        "Searching for good subsets of {wildcards.scene}, part {wildcards.part}"
 
 
 use rule stage as order with:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+
+import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
@@ -12,7 +15,7 @@ from fsel.data.split import splits_in
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
-from fsel.training.journal import Journal
+from fsel.training.journal import Enough, Journal
 from fsel.training.labelling import searched
 from fsel.utils.files import fingerprint, read_table, write_table
 
@@ -31,6 +34,7 @@ def label(
     fitness: Metrics,
     inputs: Iterable[str | Path],
     config: str,
+    known: str | Path | Sequence[str | Path] = (),
 ) -> None:
     """Label one training scene at every coverage level, sharing one reconstructor.
 
@@ -44,17 +48,75 @@ def label(
         fitness: PSNR, SSIM and a perceptual distance of the registry, or name -> settings.
         inputs: files that the evaluations depend on; a change of one starts the search afresh.
         config: digest of the parameters.
+        known: what the last `label_part` wrote, where the scene is labelled by several jobs.
     """
-    capture = Capture.load(folder)
-    described = read_table(Path(folder) / "descriptors.parquet")
-    reconstructor = reconstructor_of(capture, reconstruction)
-    levels = {level["coverage"]: split for level, split in splits_in(read_table(splits))}
-    with Journal(labels[-1], fingerprint(inputs, {"config": config})) as journal:
+    key = fingerprint(inputs, {"config": config})
+    with Journal(labels[-1], key, known) as journal:
+        work = Searches(journal, folder, splits, search, reconstruction, fitness, seed)
         for coverage, path in zip(coverages, labels, strict=True):
-            split = levels[coverage]
-            evaluator = Evaluator.on_frames(reconstructor, split.proxies, metrics=fitness)
-            evaluate = journal.remember(f"p{coverage}", evaluator)
-            problem = Problem.of(capture, split, described)
-            table = searched(evaluate, problem, split, search, [seed, coverage], fitness)
+            table = work.table(coverage)
             write_table(table, path, units=units(fitness), config=config)
             logger.info("p%d: %d subsets\n%s", coverage, len(table), table[table["rank"] == 0])
+
+
+def label_part(
+    folder: str | Path,
+    splits: str | Path,
+    evaluated: str | Path,
+    *,
+    coverages: Sequence[int],
+    seed: int,
+    search: Mapping,
+    reconstruction: Mapping,
+    fitness: Metrics,
+    most: int,
+    inputs: Iterable[str | Path],
+    config: str,
+    known: str | Path | Sequence[str | Path] = (),
+) -> None:
+    """Make a share of the evaluations that labelling a scene takes, for `label` to go on from.
+
+    Args:
+        evaluated: receives all evaluations so far.
+        most: evaluations of this job.
+        known: what the part before wrote; nothing for the first.
+        folder, splits, coverages, seed, search, reconstruction, fitness, inputs, config: as of
+            `label`.
+    """
+    key = fingerprint(inputs, {"config": config})
+    with Journal(evaluated, key, known, most) as journal:
+        work = Searches(journal, folder, splits, search, reconstruction, fitness, seed)
+        with suppress(Enough):
+            for coverage in coverages:
+                work.table(coverage)
+        journal.copy(evaluated)
+
+
+class Searches:
+    """Searches of one scene, whose evaluations go by a journal; arguments as of `label`."""
+
+    def __init__(
+        self,
+        journal: Journal,
+        folder: str | Path,
+        splits: str | Path,
+        search: Mapping,
+        reconstruction: Mapping,
+        fitness: Metrics,
+        seed: int,
+    ) -> None:
+        self.journal, self.search, self.fitness, self.seed = journal, search, fitness, seed
+        self.capture = Capture.load(folder)
+        self.described = read_table(Path(folder) / "descriptors.parquet")
+        self.reconstructor = reconstructor_of(self.capture, reconstruction)
+        read = splits_in(read_table(splits))
+        self.levels = {level["coverage"]: split for level, split in read}
+
+    def table(self, coverage: int) -> pd.DataFrame:
+        """The searched subsets at a coverage level, see `fsel.training.labelling.search_table`."""
+        split = self.levels[coverage]
+        evaluator = Evaluator.on_frames(self.reconstructor, split.proxies, metrics=self.fitness)
+        evaluate = self.journal.remember(f"p{coverage}", evaluator)
+        problem = Problem.of(self.capture, split, self.described)
+        seeds = [self.seed, coverage]
+        return searched(evaluate, problem, split, self.search, seeds, self.fitness)

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import Self
 
 import numpy as np
 
+from fsel.utils.files import write_text
+
 logger = logging.getLogger(__name__)
 
 PROGRESS = 100  # evaluations between two progress lines
+
+
+class Enough(Exception):
+    """A job has made the evaluations that are its share."""
 
 
 class Journal:
@@ -26,16 +32,27 @@ class Journal:
     Args:
         output: the job's output; the journal lies beside it.
         key: fingerprint of everything the evaluations depend on; another key, another journal.
+        known: what `copy` wrote for an earlier job of the same work; nothing for the first.
+        most: evaluations that this job may add to those; None for all.
     """
 
-    def __init__(self, output: str | Path, key: str) -> None:
+    def __init__(
+        self,
+        output: str | Path,
+        key: str,
+        known: str | Path | Sequence[str | Path] = (),
+        most: int | None = None,
+    ) -> None:
         output = Path(output)
         self.name = output.name
         self.path = output.with_name(f".{self.name}.{key}.journal")
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._known: dict[str, list[float]] = {}
+        for path in [known] if isinstance(known, str | Path) else known:
+            self._read(Path(path))
+        self._most = None if most is None else len(self._known) + most
         if self.path.exists():
-            self._read()
+            self._read(self.path)
         self.fresh = 0
 
     @property
@@ -43,15 +60,19 @@ class Journal:
         """Number of evaluations that it holds."""
         return len(self._known)
 
-    def _read(self) -> None:
-        for line in self.path.read_text().splitlines():
+    def copy(self, path: str | Path) -> None:
+        """Write all evaluations for a later job of the same work, which takes them as `known`."""
+        write_text("".join(f"{json.dumps(pair)}\n" for pair in self._known.items()), path)
+
+    def _read(self, path: Path) -> None:
+        for line in path.read_text().splitlines():
             try:
                 key, values = json.loads(line)
             except ValueError:
-                logger.info("%s: dropping a line that was cut short", self.path.name)
+                logger.info("%s: dropping a line that was cut short", path.name)
                 continue
             self._known[key] = values
-        logger.info("%s: continuing after %d evaluations", self.path.name, len(self._known))
+        logger.info("%s: continuing after %d evaluations", path.name, len(self._known))
 
     def __enter__(self) -> Self:
         for other in self.path.parent.glob(f".{self.name}.*.journal"):
@@ -75,11 +96,16 @@ class Journal:
         Args:
             label: tells this evaluator's subsets from another's in the same journal.
             evaluate: (K,) ascending frames -> metrics.
+
+        Returns:
+            A function that raises `Enough` for one evaluation more than this job may add.
         """
 
         def remembered(subset: np.ndarray) -> np.ndarray:
             key = f"{label}:{','.join(map(str, subset.tolist()))}"
             if key not in self._known:
+                if self._most is not None and len(self._known) >= self._most:
+                    raise Enough
                 self._add(key, np.asarray(evaluate(subset), float).tolist())
             return np.array(self._known[key])
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
 from fsel.workflow.resources import Resource, Size
 from fsel.workflow.settings import Settings
+from fsel.workflow.work import Work
+from fsel.workflow.work import evaluate as of_evaluation
 
 Choice = Callable[[Any], Any]  # of the wildcards
 
@@ -119,7 +122,10 @@ class Experiment(Settings):
         return f"(?:{'|'.join(['', *map(re.escape, self.further)])})"
 
     def resources(
-        self, size: Size, reconstruction: Section | Choice | None = None
+        self,
+        size: Size,
+        reconstruction: Section | Choice | None = None,
+        work: Callable[[Section], Work] | None = None,
     ) -> dict[str, Resource]:
         """Resources of a rule: memory, minutes, and a GPU where its reconstructor needs one.
 
@@ -127,13 +133,43 @@ class Experiment(Settings):
             size: of its jobs.
             reconstruction: the section of its reconstructor, or a function of the wildcards that
                 returns it; None for a rule that does not reconstruct.
+            work: configuration -> what its jobs reconstruct; that of `evaluate`, which has most,
+                if None. It counts where a reconstructor states its cost.
         """
         own = [s["long_side"] for s in self.reconstructors.values() if s["name"] != "external"]
         resources = size.resources(max(own, default=0))
         if reconstruction is not None:
             choose = _choice(reconstruction)
             resources["gpu"] = lambda wildcards: int(needs_gpu(choose(wildcards)))
+            for key, rest in list(resources.items())[:2]:
+                resources[key] = self._by_cost(key, rest, choose, work or self.evaluated)
         return resources
+
+    def evaluated(self, config: Section) -> Work:
+        """Work of an evaluation of every selection of a scene."""
+        return of_evaluation(config, len(self.scorers))
+
+    def cost_of(self, section: Section) -> Section | None:
+        """What a reconstructor states that it costs; None where it does not."""
+        return next((cost for known, cost in self.costs if known == section), None)
+
+    def _by_cost(
+        self, key: str, stated: Resource, choose: Choice, work: Callable[[Section], Work]
+    ) -> Resource:
+        """`mem_mb` or `runtime` by a reconstructor's cost where it states one."""
+
+        def needed(wildcards: Any, input: Iterable[str], attempt: int) -> int:
+            section = choose(wildcards)
+            cost = self.cost_of(section)
+            if cost and key == "runtime":
+                return work(self.config).minutes(section, cost) * attempt
+            if cost and "memory" in cost:
+                return int(cost["memory"]) * attempt
+            taken = {"wildcards": wildcards, "input": input, "attempt": attempt}
+            own = signature(stated).parameters
+            return stated(**{name: value for name, value in taken.items() if name in own})
+
+        return needed
 
     def library(
         self,

@@ -22,6 +22,7 @@ FILES = {
     "masks": "masks.npy",
     "descriptors": "descriptors.parquet",
 }
+LABEL_PART = "<results>/labels/{scene}/part{part}.jsonl"
 BARE = ("frames", "images")
 CAPTURE = ("frames", "points", "images")
 DESCRIBED = (*CAPTURE, "descriptors")
@@ -113,6 +114,19 @@ def label_files(experiment: Experiment, scenes: Iterable[str] | None = None) -> 
         scene=experiment.labelled if scenes is None else scenes,
         coverage=experiment.config["coverages"],
     )
+
+
+def parts_before(experiment: Experiment) -> Paths:
+    """The evaluations that earlier jobs made for the labels of the scene in the wildcards."""
+    parts = experiment.config["label_jobs"] - 1
+    return {"known": LABEL_PART.replace("{part}", str(parts - 1))} if parts else {}
+
+
+def part_before(wildcards: Any) -> list[str]:
+    """Evaluations that the part before the one in the wildcards made, if it is not the first."""
+    part, scene = int(wildcards.part), wildcards.scene
+    before = LABEL_PART.replace("{part}", str(part - 1)).replace("{scene}", scene)
+    return [before] if part else []
 
 
 def of_labelled(experiment: Experiment, name: str) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -31,6 +31,7 @@ class Settings:
         datasets: where their captures are, and which are missing.
         reconstructors: name -> section of those that evaluate; the first labels too.
         labeller: section of the reconstructor that labels.
+        costs: sections of reconstructors that state what they cost, and their costs.
         without_lpips: why GMSD stands in the place of LPIPS; empty where it does not.
     """
 
@@ -39,6 +40,7 @@ class Settings:
     datasets: Datasets
     reconstructors: Mapping[str, Section]
     labeller: Section
+    costs: Sequence[tuple[Section, Section]] = ()
     without_lpips: str = ""
 
     @classmethod
@@ -69,7 +71,8 @@ class Settings:
         labeller = config["search"].get("reconstruction") or next(iter(named.values()))
         search = {key: value for key, value in config["search"].items() if key != "reconstruction"}
         own = {**config, "datasets": datasets.entries, "search": search}
-        return cls(own, folder, datasets, named, reconstructors.without_name(labeller))
+        costs = reconstructors.stated_costs(config)
+        return cls(own, folder, datasets, named, reconstructors.without_name(labeller), costs)
 
     def check(self) -> None:
         """Refuse too few scenes or frames, which would only be seen after hours of work."""

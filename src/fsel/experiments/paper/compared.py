@@ -1,4 +1,4 @@
-"""The reconstructors that `transfer` of the configuration names, and budgets with picks."""
+"""The reconstructors that `transfer` and `reconchoice` name, and budgets with picks."""
 
 from __future__ import annotations
 
@@ -11,34 +11,42 @@ from fsel.workflow.reconstructors import Section
 from fsel.workflow.refusal import refuse
 from fsel.workflow.requirements import check_reconstructors
 
-WHERE = "transfer.reconstructions"
+TRANSFER, CHOICE = "transfer", "reconchoice"
 
 
-def named(experiment: Experiment) -> dict[str, Section]:
-    """Name -> section of each of them."""
-    return reconstructors.named(experiment.config["transfer"]["reconstructions"], WHERE)
+def named(experiment: Experiment, table: str) -> dict[str, Section]:
+    """Name -> section of each of a table's; `reconchoice` has those of `transfer` unless set."""
+    own = experiment.config[table]["reconstructions"]
+    given = experiment.config[TRANSFER]["reconstructions"] if own is None else own
+    return reconstructors.named(given, f"{table}.reconstructions")
 
 
-def check(experiment: Experiment) -> None:
-    """Refuse those that cannot work here, and budgets without picks."""
-    check_reconstructors(named(experiment), WHERE)
-    for key in ("budgets", "inputs"):
-        budgets(experiment, key)
+def check(table: str) -> Callable[[Experiment], None]:
+    """A function that refuses a table's that cannot work here, and budgets without picks."""
+
+    def checked(experiment: Experiment) -> None:
+        check_reconstructors(named(experiment, table), f"{table}.reconstructions")
+        budgets(experiment, "budgets" if table == TRANSFER else "inputs")
+
+    return checked
 
 
-def described(experiment: Experiment) -> dict[str, dict[str, Any]]:
-    """Name -> what a caption tells of each of them."""
-    sections = named(experiment)
+def described(experiment: Experiment, table: str) -> dict[str, dict[str, Any]]:
+    """Name -> what a caption tells of each of a table's."""
+    sections = named(experiment, table)
     return {name: reconstructors.described(name, section) for name, section in sections.items()}
 
 
-def of_wildcard(experiment: Experiment) -> Callable[[Any], Section]:
+def of_wildcard(experiment: Experiment, table: str) -> Callable[[Any], Section]:
     """The section of the wildcard `compared`."""
-    sections = named(experiment)
+    sections = named(experiment, table)
 
     def section(wildcards: Any) -> Section:
         if wildcards.compared not in sections:
-            refuse(f"{WHERE} has no {wildcards.compared!r}", f"its names are {list(sections)}")
+            refuse(
+                f"{table}.reconstructions has no {wildcards.compared!r}",
+                f"its names are {list(sections)}",
+            )
         return sections[wildcards.compared]
 
     return section
@@ -61,11 +69,11 @@ def draws(experiment: Experiment) -> range:
     return range(min(experiment.config["draws"], experiment.config["transfer"]["draws"]))
 
 
-def files(experiment: Experiment, name: str, draws: Iterable[int]) -> list[str]:
-    """A file of every one of them, held-out scene and draw; `{compared}` stands for its name."""
+def files(experiment: Experiment, table: str, draws: Iterable[int]) -> list[str]:
+    """The evaluation of every one of a table's reconstructors, held-out scene and draw."""
     scenes, numbers = inputs.held_out_scenes(experiment), list(draws)
     return [
         path
-        for compared in named(experiment)
-        for path in inputs.of_scenes(scenes, f"{compared}/{name}", numbers)
+        for compared in named(experiment, table)
+        for path in inputs.of_scenes(scenes, f"{compared}/{table}.parquet", numbers)
     ]

@@ -202,7 +202,7 @@ EVALUATED = Job(
     message="Measuring {wildcards.compared} on {wildcards.dataset}/{wildcards.scene}",
     inputs=_picked,
     params=lambda experiment: {
-        "reconstruction": compared.of_wildcard(experiment),
+        "reconstruction": compared.of_wildcard(experiment, compared.CHOICE),
         "metrics": experiment.metrics,
         "budgets": compared.budgets(experiment, "inputs"),
         "memory": _memory(experiment),
@@ -214,11 +214,9 @@ TABLE = Table(
     reconchoice,
     outputs=inputs.table_files("reconchoice"),
     message="Comparing reconstructors",
-    inputs=lambda experiment: {
-        "evaluations": compared.files(experiment, "reconchoice.parquet", [0])
-    },
+    inputs=lambda experiment: {"evaluations": compared.files(experiment, compared.CHOICE, [0])},
     params=lambda experiment: {
-        "reconstructors": compared.described(experiment),
+        "reconstructors": compared.described(experiment, compared.CHOICE),
         "metrics": experiment.metrics,
         "memory": _memory(experiment),
         "facts": experiment.facts([experiment.trained]),
@@ -228,5 +226,5 @@ TABLE = Table(
     caption="Quality, processor seconds and peak memory of each reconstructor with selected frames "
     "and with all.",
     jobs=[EVALUATED],
-    needs=[compared.check],
+    needs=[compared.check(compared.CHOICE)],
 )

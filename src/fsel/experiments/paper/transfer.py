@@ -182,7 +182,7 @@ def _settings(experiment: Experiment) -> dict[str, Any]:
     scenes = inputs.joined(inputs.held_out_scenes(experiment))
     return {
         "problems": [f"{scene}/draw{n}" for scene in scenes for n in compared.draws(experiment)],
-        "reconstructors": compared.described(experiment),
+        "reconstructors": compared.described(experiment, compared.TRANSFER),
         "budgets": compared.budgets(experiment, "budgets"),
         "metrics": experiment.metrics,
         "facts": experiment.facts([experiment.trained]),
@@ -199,7 +199,7 @@ EVALUATED = Job(
     message="Reconstructing {wildcards.dataset}/{wildcards.scene} by {wildcards.compared}",
     inputs=_picked,
     params=lambda experiment: {
-        "reconstruction": compared.of_wildcard(experiment),
+        "reconstruction": compared.of_wildcard(experiment, compared.TRANSFER),
         "metrics": experiment.metrics,
         "budgets": compared.budgets(experiment, "budgets"),
     },
@@ -214,7 +214,7 @@ TABLE = Table(
     },
     message="Writing what the picks are worth under other reconstructors",
     inputs=lambda experiment: {
-        "evaluations": compared.files(experiment, "transfer.parquet", compared.draws(experiment))
+        "evaluations": compared.files(experiment, compared.TRANSFER, compared.draws(experiment))
     },
     params=_settings,
     category="Paper",
@@ -222,5 +222,5 @@ TABLE = Table(
     caption="The same picks under other reconstructors: PSNR, SSIM and the perceptual metric, and "
     "paired differences of ours and of fsel to every other selector.",
     jobs=[EVALUATED],
-    needs=[compared.check],
+    needs=[compared.check(compared.TRANSFER)],
 )
