@@ -20,7 +20,7 @@ NOTE = (
 )
 HINT = (
     "Drag over a picture, or move the slider with the arrow keys: the held-out frame on the left, "
-    "the rendering on the right, in all pictures alike. Differences are grey, at twice their brightness."
+    "the rendering on the right, in all pictures alike. Differences are grey, twice as bright."
 )
 
 
