@@ -1,12 +1,16 @@
 """Pages looked at in a real browser, in a frame of any width."""
 
+import base64
 import http.server
 import json
+import re
 import shutil
 import subprocess
 import tempfile
 import threading
 
+import cv2
+import numpy as np
 import pytest
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
@@ -91,13 +95,24 @@ def _given(page, size, script, folder, options):
     return given[0]["value"], said
 
 
+def pictures(page):
+    """JPEG files in a page's text, in its order."""
+    found = re.findall(r"data:image/jpeg;base64,([A-Za-z0-9+/=]+)", page)
+    return [base64.b64decode(text) for text in found]
+
+
+def decoded(picture):
+    """(h, w, 3) uint8 of a JPEG file."""
+    return cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)
+
+
 def looked_at(page, width, script, folder):
     """What a script finds in a page that is so many pixels wide, which raises no error.
 
     Args:
         page: file.
         width: pixels.
-        script: an expression of JavaScript, run in the page when it is loaded; or a promise.
+        script: an expression of JavaScript, run in the page when it is loaded.
         folder: for the browser's own files.
     """
     frame = FRAME.format(page=page.as_uri(), width=width)

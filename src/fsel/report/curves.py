@@ -9,19 +9,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from fsel.report.figures import footnote, new_figure, save
+from fsel.report.figures import (
+    COLORS,
+    COLUMN,
+    TEXT,
+    footnote,
+    new_figure,
+    save,
+    shared_legend,
+    style,
+)
 from fsel.report.plan import draw_cameras
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.ticker import MaxNLocator
 
-SPLITS = {"train": "tab:blue", "validation": "tab:orange"}
-# grey is for the rest
-COLORS = (
-    *("tab:blue", "tab:orange", "tab:green", "tab:brown"),
-    *("tab:purple", "tab:olive", "tab:pink", "tab:red"),
-)
 PANELS = {"loss": "loss (nats)", "agreement": "steps that agree with the label"}
 
 
@@ -33,12 +36,13 @@ def training(log: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> Non
         outputs: paths; their endings choose the format.
         note: what made the numbers.
     """
-    figure = new_figure((6.8, 2.8))
+    figure = new_figure((TEXT, 2.6))
     for axis, (column, label) in zip(figure.subplots(1, 2), PANELS.items(), strict=True):
-        for split, part in log.groupby("split"):
+        for number, (split, part) in enumerate(log.groupby("split")):
             wide = part.pivot(index="epoch", columns="seed", values=column)
-            axis.plot(wide.index, wide, color=SPLITS[split], linewidth=0.5, alpha=0.5)
-            axis.plot(wide.index, wide.mean(axis=1), color=SPLITS[split], label=split)
+            axis.plot(wide.index, wide, color=COLORS[number], linewidth=0.5, alpha=0.5)
+            axis.plot(wide.index, wide.mean(axis=1), label=split, **style(number))
+        axis.xaxis.set_major_locator(_whole_numbers())
         axis.set_xlabel("epoch", fontsize=8)
         axis.set_ylabel(label, fontsize=8)
         axis.set_ylim(bottom=0)
@@ -61,13 +65,13 @@ def saturation(
     """
     panels = {
         "psnr": "PSNR (dB)",
-        "seconds": "reconstruction, rendering (processor s)",
-        "peak_mb": "peak memory of it (MB)",
+        "seconds": "processor seconds",
+        "peak_mb": "peak memory (MB)",
     }
-    figure = new_figure((8.4, 2.8))
+    figure = new_figure((TEXT, 2.3))
     for axis, (column, label) in zip(figure.subplots(1, 3), panels.items(), strict=True):
-        for method, part in points.groupby("method", sort=False):
-            axis.plot(part["k"], part[column], "o-", markersize=3, label=labels[method])
+        for number, (method, part) in enumerate(points.groupby("method", sort=False)):
+            axis.plot(part["k"], part[column], label=labels[method], **style(number))
         axis.set_xlabel("frames K", fontsize=8)
         axis.set_ylabel(label, fontsize=8)
         axis.tick_params(labelsize=7)
@@ -86,13 +90,12 @@ def swaps(gains: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None
         outputs: paths; their endings choose the format.
         note: what made the numbers.
     """
-    figure = new_figure((4.4, 3.0))
+    figure = new_figure((COLUMN, 2.6))
     axis = figure.subplots()
-    axis.plot(gains["seconds"], gains["gain"], "o-", markersize=3, label="targets")
-    axis.fill_between(gains["seconds"], gains["ci_low"], gains["ci_high"], alpha=0.2)
-    axis.plot(
-        gains["seconds"], gains["estimate"], "--", color="grey", label="estimated by the swaps"
-    )
+    axis.plot(gains["seconds"], gains["gain"], label="targets", **style(0))
+    band = (gains["ci_low"], gains["ci_high"])
+    axis.fill_between(gains["seconds"], *band, color=COLORS[0], alpha=0.2, linewidth=0)
+    axis.plot(gains["seconds"], gains["estimate"], label="estimated by the swaps", **style(1))
     axis.axhline(0, color="black", linewidth=0.5)
     axis.set_xlabel("processor seconds of swaps", fontsize=8)
     axis.set_ylabel("PSNR gained (dB)", fontsize=8)
@@ -110,25 +113,24 @@ def pose_noise(
     Args:
         points: change (`none`, `degrees`, `percent`), level, scope (`selector`, `both`), method,
             mean; levels are drawn evenly spaced, the exact poses first.
-        labels: method -> printed name, of up to eight in colour; the others are grey.
+        labels: method -> printed name, of up to eight with a style; the others are thin and grey.
         outputs: paths; their endings choose the format.
         note: what made the numbers.
     """
     changes = {"degrees": "noise in rotations (degrees)", "percent": "in centres (% of the scene)"}
     scopes = {"selector": "selector alone", "both": "selector and reconstruction"}
-    figure = new_figure((7.2, 5.4))
+    figure = new_figure((TEXT, 4.8))
     axes = figure.subplots(2, 2, sharey="row", sharex="col")
     exact = points[points["change"] == "none"]
     for row, (scope, who) in zip(axes, scopes.items(), strict=True):
-        row[0].set_ylabel(f"PSNR (dB): {who}", fontsize=8)
+        row[0].set_ylabel(f"PSNR (dB): {who}", fontsize=7)
         for axis, change in zip(row, changes, strict=True):
             chosen = (points["change"] == change) & (points["scope"] == scope)
             part = pd.concat([exact, points[chosen]])
             _against_noise(axis, part.sort_values("level"), labels)
     for axis, label in zip(axes[-1], changes.values(), strict=True):
         axis.set_xlabel(label, fontsize=8)
-    handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, fontsize=7, loc="outside right center", frameon=False)
+    shared_legend(figure, "upper", 4)
     footnote(figure, note)
     save(figure, outputs)
 
@@ -138,9 +140,8 @@ def _against_noise(axis: Axes, part: pd.DataFrame, labels: Mapping[str, str]) ->
     wide = part.pivot(index="level", columns="method", values="mean")
     rest = [name for name in wide if name not in labels]
     axis.plot(range(len(levels)), wide[rest], "-", color="0.8", linewidth=0.8)
-    axis.set_prop_cycle(color=COLORS)
-    for name, label in labels.items():
-        axis.plot(range(len(levels)), wide[name], "o-", markersize=3, linewidth=1.2, label=label)
+    for number, (name, label) in enumerate(labels.items()):
+        axis.plot(range(len(levels)), wide[name], label=label, **style(number))
     axis.set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
     axis.tick_params(labelsize=7)
 
@@ -160,7 +161,7 @@ def search_and_labels(
         outputs: paths; their endings choose the format.
         note: what made the numbers.
     """
-    figure = new_figure((3.0 + 2.2 * len(plans), 2.8))
+    figure = new_figure((TEXT, 2.1))
     axes = figure.subplots(1, 1 + len(plans), width_ratios=[1.3, *[1.0] * len(plans)])
     _population(axes[0], population)
     for axis, (title, plan) in zip(axes[1:], plans.items(), strict=True):
@@ -181,8 +182,8 @@ def _whole_numbers() -> MaxNLocator:
 def _population(axis: Axes, population: pd.DataFrame) -> None:
     axis.plot(population["generation"], population["psnr"], ".", color="0.6", markersize=3)
     best = population.groupby("generation")["best"].last()
-    axis.step(best.index, best, where="post", color="tab:red", label="fittest so far")
-    axis.set_xlabel("generation that first met the subset", fontsize=8)
+    axis.step(best.index, best, where="post", color=COLORS[0], label="fittest so far")
+    axis.set_xlabel("generation that met it", fontsize=8)
     axis.set_ylabel("PSNR on the proxies (dB)", fontsize=8)
     axis.tick_params(labelsize=7)
     axis.xaxis.set_major_locator(_whole_numbers())

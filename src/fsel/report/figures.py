@@ -1,16 +1,25 @@
-"""Common parts of all figures."""
+"""Common parts of all figures: sizes as they are printed, styles that survive grey printing."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+TEXT, COLUMN = 6.875, 3.25  # inches: widths of the text and of a column of a two-column paper
 LETTERS = 21  # of the footnote's size, an inch
+SHARPNESS = 200  # pixels an inch, of a .png and of images within a .pdf
+COLORS = (
+    *("#d55e00", "#0072b2", "#009e73", "#cc79a7"),
+    *("#000000", "#e69f00", "#56b4e9", "#8c510a"),
+)
+"""Told apart by colour-blind readers (Okabe and Ito, 2008), and a brown."""
+DASHES = ("-", "--", "-.", ":", (0, (6, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (8, 3)))
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 def new_figure(size: tuple[float, float]) -> Figure:
@@ -20,14 +29,33 @@ def new_figure(size: tuple[float, float]) -> Figure:
     return Figure(figsize=size, layout="constrained")
 
 
+def style(number: int) -> dict[str, Any]:
+    """Colour, dashes and marker of a figure's series: eight that are told apart without colour."""
+    at = number % len(COLORS)
+    return {
+        "color": COLORS[at],
+        "linestyle": DASHES[at],
+        "marker": MARKERS[at],
+        "markersize": 3.5,
+        "linewidth": 1.1,
+    }
+
+
+def shared_legend(figure: Figure, place: str, columns: int) -> None:
+    """One legend of all panels, beside them: `upper` or `lower`."""
+    handles, names = figure.axes[0].get_legend_handles_labels()
+    look = {"fontsize": 7, "frameon": False, "handlelength": 4}
+    figure.legend(handles, names, loc=f"outside {place} center", ncols=columns, **look)
+
+
 def footnote(figure: Figure, text: str) -> None:
     """A small line under a figure, broken to its width: what made the numbers."""
     width = int(LETTERS * figure.get_figwidth())
     figure.supxlabel("\n".join(textwrap.wrap(text, width)), fontsize=6)
 
 
-def save(figure: Figure, outputs: Sequence[str | Path]) -> None:
+def save(figure: Figure, outputs: Sequence[str | Path], sharpness: int = SHARPNESS) -> None:
     """Write a figure to paths whose endings choose the format; equal figures give equal bytes."""
     for output in outputs:
         undated = {"CreationDate": None} if Path(output).suffix == ".pdf" else {"Software": None}
-        figure.savefig(output, dpi=200, metadata=undated)
+        figure.savefig(output, dpi=sharpness, metadata=undated)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from fsel.report.figures import new_figure, save
+from fsel.report.figures import TEXT, new_figure, save
 from fsel.report.statistics import ahead_of_all, holm
 
 if TYPE_CHECKING:
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 METRIC = "psnr"
 ERROR = 0.05
 COLUMNS = 2  # panels side by side
+GAINS = "YlGnBu"  # the darker, the better, also in grey; yellow is behind
+WHITE = 0.12  # of the limit: writing on what is darker is white
 
 
 def gains(
@@ -80,7 +82,7 @@ def draw(
     """
     limit = max(float(panel["gain"].abs().max()) for panel in panels.values()) or 1.0
     lines = -(-len(panels) // COLUMNS)
-    size = (1.6 + 3.1 * COLUMNS, 0.5 + lines * (0.9 + 0.38 * len(labels)))
+    size = (TEXT, 0.5 + lines * (0.6 + 0.3 * len(labels)))
     figure = new_figure(size)
     axes = figure.subplots(lines, COLUMNS, squeeze=False, sharey=True).ravel()
     for axis, (title, panel) in zip(axes, panels.items(), strict=True):
@@ -88,6 +90,7 @@ def draw(
         axis.set_title(title, fontsize=9)
     bar = figure.colorbar(image, ax=list(axes), shrink=0.9)
     bar.set_label("PSNR gain (dB)", fontsize=8)
+    bar.ax.axhline(0, color="black", linewidth=0.8)
     bar.ax.tick_params(labelsize=7)
     made = f"; reconstructor: {reconstructor}" if reconstructor else ""
     figure.supxlabel(
@@ -100,7 +103,7 @@ def draw(
 
 def _panel(axis: Axes, panel: pd.DataFrame, labels: Mapping[str, str], limit: float):
     grid = panel.pivot(index="dataset", columns="k", values="gain").loc[list(labels)]
-    image = axis.imshow(grid, cmap="RdBu", vmin=-limit, vmax=limit, aspect="auto")
+    image = axis.imshow(grid, cmap=GAINS, vmin=-limit, vmax=limit, aspect="auto")
     marked = panel.set_index(["dataset", "k"])["significant"]
     for y, dataset in enumerate(labels):
         for x, k in enumerate(grid.columns):
@@ -113,7 +116,7 @@ def _panel(axis: Axes, panel: pd.DataFrame, labels: Mapping[str, str], limit: fl
                 va="center",
                 fontsize=7,
                 fontweight="bold" if sure else "normal",
-                color="white" if abs(value) > 0.65 * limit else "black",
+                color="white" if value > WHITE * limit else "black",
             )
     axis.set_xticks(np.arange(len(grid.columns)), [f"K={k}" for k in grid.columns], fontsize=7)
     counts = panel.groupby("dataset")["n"].first()

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.report.figures import new_figure, save
+from fsel.report.figures import COLORS, MARKERS, TEXT, new_figure, save, style
 
 METRIC = "psnr"
 SEARCHES = {
-    "search": ("genetic search, evaluation scenes", "tab:red"),
-    "random_search": ("random search, evaluation scenes", "tab:gray"),
-    "labels": ("genetic search, labels", "tab:orange"),
+    "search": "genetic search, evaluation scenes",
+    "random_search": "random search, evaluation scenes",
+    "labels": "genetic search, labels",
 }
 
 
@@ -65,46 +65,50 @@ def draw(
     """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    figure = new_figure((11, 7.6))
+    figure = new_figure((TEXT, 6.2))
     (first, third), (second, fourth) = figure.subplots(2, 2)
     _draw_methods(first, methods, labels, ours)
     first.set_title("a  methods", loc="left", fontsize=9, fontweight="bold")
-    first.set_xlabel(f"seconds to select {selected}, descriptors included", fontsize=8)
+    first.set_xlabel(f"seconds to select {selected}", fontsize=8)
     first.set_ylabel(f"PSNR behind the search (dB), K = {k}", fontsize=8)
     _draw_curves(second, curves)
     second.set_title("c  the search", loc="left", fontsize=9, fontweight="bold")
     drawn = {third: ("depth_error", "depth error (%)", 100), fourth: ("psnr", "PSNR (dB)", 1)}
-    for axis, (column, label, unit) in drawn.items():
+    for letter, (axis, (column, label, unit)) in zip("bd", drawn.items(), strict=True):
         _draw_settings(axis, settings.assign(value_of=unit * settings[column]))
-        axis.set_title(f"b  the reconstructor: {label}", loc="left", fontsize=9, fontweight="bold")
+        title = f"{letter}  the reconstructor"
+        axis.set_title(title, loc="left", fontsize=9, fontweight="bold")
         axis.set_ylabel(label, fontsize=8)
-    third.legend(fontsize=7, frameon=False)
+    handles, names = third.get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower right", ncols=6, fontsize=7, frameon=False)
     for axis in figure.axes:
         axis.tick_params(labelsize=7)
         if axis.get_xscale() == "log":
-            axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            low, high = axis.get_xlim()
+            axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30 * low else (1,)))
             axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axis.xaxis.set_minor_formatter(NullFormatter())
     save(figure, outputs)
 
 
 def _draw_curves(axis, curves: pd.DataFrame) -> None:
-    for name, part in curves.groupby("search", sort=False):
-        label, color = SEARCHES[name]
-        axis.plot(part["evaluations"], part["gap"], color=color, linewidth=1.2, label=label)
+    for number, (name, part) in enumerate(curves.groupby("search", sort=False)):
+        line = style(number) | {"marker": ""}
+        axis.plot(part["evaluations"], part["gap"], label=SEARCHES[name], **line)
     axis.set_xlabel("subsets reconstructed", fontsize=8)
-    axis.set_ylabel("PSNR behind the genetic search's end (dB)", fontsize=8)
+    axis.set_ylabel("PSNR behind the search's end (dB)", fontsize=8)
     axis.set_ylim(bottom=0)
     axis.legend(fontsize=7, frameon=False)
 
 
 def _draw_settings(axis, settings: pd.DataFrame) -> None:
-    """A colour a setting, its values tied to the default, which is a star."""
+    """A colour and a marker a setting, its values tied to the default, which is a star."""
     default = settings[settings["default"]].iloc[-1]
     for i, (name, part) in enumerate(settings.groupby("setting", sort=False)):
         changed = part[~part["default"]].sort_values("seconds")
-        color = f"C{i}"
-        axis.plot(changed["seconds"], changed["value_of"], "o", color=color, ms=4, label=name)
+        color, marker = COLORS[i], MARKERS[i]
+        places = (changed["seconds"], changed["value_of"])
+        axis.plot(*places, marker, color=color, ms=4, label=name)
         for row in changed.itertuples():
             at = (row.seconds, row.value_of)
             axis.plot(
@@ -120,7 +124,7 @@ def _draw_settings(axis, settings: pd.DataFrame) -> None:
     axis.plot(default["seconds"], default["value_of"], "k*", markersize=11, label="default")
     axis.set_xscale("log")
     axis.margins(x=0.1)
-    axis.set_xlabel("seconds to reconstruct and render, nothing cached", fontsize=8)
+    axis.set_xlabel("seconds, nothing cached", fontsize=8)
 
 
 def _draw_methods(axis, points: pd.DataFrame, labels: Mapping[str, str], ours: Sequence[str]):
@@ -129,8 +133,8 @@ def _draw_methods(axis, points: pd.DataFrame, labels: Mapping[str, str], ours: S
     axis.set_xscale("log")
     points = points.sort_values("gap", kind="stable").reset_index(drop=True)
     for i, (name, seconds, gap) in enumerate(points[["method", "seconds", "gap"]].to_numpy()):
-        color = "tab:red" if name in ours else "tab:blue"
-        axis.plot(seconds, gap, "o", color=color, markersize=4)
+        color, marker = (COLORS[0], "s") if name in ours else (COLORS[1], "o")
+        axis.plot(seconds, gap, marker, color=color, markersize=4)
         # names stand beside the axes in the points' order, where they cannot overlap
         axis.annotate(
             labels[name],
@@ -140,6 +144,7 @@ def _draw_methods(axis, points: pd.DataFrame, labels: Mapping[str, str], ours: S
             va="center",
             fontsize=7,
             color=color,
+            fontweight="bold" if name in ours else "normal",
             arrowprops={
                 "arrowstyle": "-",
                 "color": "0.75",

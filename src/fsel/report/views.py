@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel.report.figures import footnote, new_figure, save
+from fsel.report.figures import COLORS, TEXT, footnote, new_figure, save
 from fsel.report.plan import draw_cameras
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.image import AxesImage
 
-COLUMN = 1.92  # inches: 384 pixels at the resolution that figures are saved at
+PIXELS = 384  # of an image's longer side, in what is saved
 INSET = 0.34  # of an image's sides
 WORST = 0.3  # mean absolute error that the brightest colour of an inset stands for
 ERRORS = "inferno"
@@ -60,11 +60,12 @@ def draw(
         note: what made the numbers.
     """
     rows, (height, width) = len(truth), truth.shape[1:3]
-    row = COLUMN * height / width + 0.2
-    size = ((len(columns) + 1) * COLUMN, rows * row + COLUMN + 0.95)
+    wide = TEXT / (len(columns) + 1)
+    row = wide * height / width + 0.16
+    size = (TEXT, rows * row + wide + 0.75)
     figure = new_figure(size)
     axes = figure.subplots(
-        rows + 1, len(columns) + 1, squeeze=False, height_ratios=[row] * rows + [COLUMN]
+        rows + 1, len(columns) + 1, squeeze=False, height_ratios=[row] * rows + [wide]
     )
     for y in range(rows):
         _image(axes[y, 0], truth[y] / 255, "")
@@ -72,23 +73,23 @@ def draw(
             _image(axes[y, x], np.clip(column.rendered[y], 0, 1), f"{column.psnr[y]:.2f} dB")
             inset = axes[y, x].inset_axes((1 - INSET, 0, INSET, INSET))
             shown = _errors(inset, column.rendered[y], truth[y])
-    axes[0, 0].set_title("held-out view", fontsize=9)
+    axes[0, 0].set_title("held-out view", fontsize=7)
     axes[rows, 0].axis("off")
     scale = axes[rows, 0].inset_axes((0.1, 0.6, 0.8, 0.06))
     figure.colorbar(shown, cax=scale, orientation="horizontal", ticks=[0, WORST])
-    scale.set_title("error (inset)", fontsize=8)
-    scale.tick_params(labelsize=8)
+    scale.set_title("error (inset)", fontsize=7)
+    scale.tick_params(labelsize=7)
     for x, column in enumerate(columns, 1):
-        axes[0, x].set_title(column.title, fontsize=9)
+        axes[0, x].set_title(column.title, fontsize=7)
         draw_cameras(axes[rows, x], places, targets, 3.0)
-        axes[rows, x].plot(*places[column.frames].T, "o", color="tab:red", markersize=3, zorder=4)
+        axes[rows, x].plot(*places[column.frames].T, "o", color=COLORS[0], markersize=3, zorder=2)
     footnote(figure, note)
-    save(figure, outputs)
+    save(figure, outputs, round(PIXELS / (wide * max(1, height / width))))
 
 
 def _image(axis: Axes, image: np.ndarray, label: str) -> None:
     axis.imshow(image, interpolation="antialiased")
-    axis.set_xlabel(label, fontsize=9, labelpad=2)
+    axis.set_xlabel(label, fontsize=7, labelpad=2)
     axis.set_xticks([])
     axis.set_yticks([])
 

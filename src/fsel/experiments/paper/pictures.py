@@ -112,8 +112,8 @@ def draw_views(
     text = (
         "Heading: frames, processor seconds to reconstruct and to render "
         f"{len(targets)} held-out views, their mean PSNR. Inset: mean absolute error of the "
-        "colours. Below: cameras from above, selected ones red, held-out views as diamonds. "
-        f"{note}"
+        "colours. Below: cameras from above, selected ones as large dots, held-out views as "
+        f"diamonds. {note}"
     )
     draw(truth, columns, places, targets, figures, text)
 

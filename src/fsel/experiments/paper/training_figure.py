@@ -11,6 +11,7 @@ from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
 from fsel.utils.files import read_table
+from fsel.utils.wording import counted
 from fsel.workflow import inputs
 from fsel.workflow.tables import Table
 
@@ -33,7 +34,7 @@ def training_figure(
     tables = [read_table(path).assign(seed=seed) for seed, path in enumerate(logs)]
     log = pd.concat(tables)[["seed", "epoch", "split", "loss", "agreement"]]
     write_csv(log, numbers)
-    curves.training(log, figures, f"{len(tables)} seeds. {note(facts)}")
+    curves.training(log, figures, f"{counted(len(tables), 'seed')}. {note(facts)}")
 
 
 TABLE = Table(

@@ -19,7 +19,7 @@ from fsel.experiments import specs
 from fsel.experiments.studies.beside import views_beside
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.report.captions import made_by
-from fsel.report.figures import new_figure, save
+from fsel.report.figures import TEXT, new_figure, save, shared_legend, style
 from fsel.report.latex import plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.statistics import of_places
@@ -228,20 +228,22 @@ def _table(gains: pd.DataFrame, views: str, facts: Mapping) -> str:
 
 def _draw(gains: pd.DataFrame, figures: Sequence[str | Path]) -> None:
     kinds = [views for views in TITLES if (gains["views"] == views).any()]
-    figure = new_figure((3.6 * len(kinds), 3.4))
+    figure = new_figure((TEXT, 2.8))
     for axis, views in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
         part = gains[(gains["views"] == views) & (gains["method"] != REFERENCE)]
         for number, (method, line) in enumerate(part.groupby("method", sort=False)):
             beside = SPREAD * (number - (part["method"].nunique() - 1) / 2)
             reach = [line["gain"] - line["ci_low"], line["ci_high"] - line["gain"]]
-            style = BOLD if method == "fsel" else THIN
+            drawn = style(number) | (BOLD if method == "fsel" else THIN)
             at, label = line["k"] + beside, LABELS[str(method)]
-            axis.errorbar(at, line["gain"], np.nan_to_num(reach), label=label, marker="o", **style)
+            axis.errorbar(at, line["gain"], np.nan_to_num(reach), label=label, **drawn)
         axis.axhline(0, color="0.6", linewidth=0.8)
         title = f"{TITLES[views]}, {gains.loc[gains['views'] == views, 'n'].max()} scenes"
-        axis.set(title=title, xlabel="frames picked", ylabel="dB over uniform")
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=7, frameon=False)
+        axis.set_title(title, fontsize=8)
+        axis.set_xlabel("frames picked", fontsize=8)
+        axis.set_ylabel("dB over uniform", fontsize=8)
+        axis.tick_params(labelsize=7)
+    shared_legend(figure, "lower", 3)
     save(figure, figures)
 
 
