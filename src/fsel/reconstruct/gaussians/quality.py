@@ -1,4 +1,4 @@
-"""How large and how fine: what a person asks for in a word, and what it takes."""
+"""Sizes that a person asks for in a word, and what they take."""
 
 from __future__ import annotations
 
