@@ -42,7 +42,7 @@ def browse(folder, *arguments):
     return subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=120)
 
 
-def acted(page, size, script, folder):
+def acted(page, size, script, folder, served=None):
     """What a script gives in a page that draws by software WebGL.
 
     Args:
@@ -50,6 +50,7 @@ def acted(page, size, script, folder):
         size: (width, height) of the window, pixels.
         script: the body of an asynchronous function, whose value is sent as JSON.
         folder: for the page and the browser's own files.
+        served: files that the page finds beside it, by path; it then comes from a server.
     """
     given, done = [], threading.Event()
 
@@ -59,6 +60,13 @@ def acted(page, size, script, folder):
             self.send_response(200)
             self.end_headers()
             done.set()
+
+        def do_GET(self):
+            found = {"/": (folder / "acted.html").read_bytes(), **(served or {})}
+            self.send_response(200 if self.path in found else 404)
+            self.send_header("Content-Type", "text/html" if self.path == "/" else "model/ply")
+            self.end_headers()
+            self.wfile.write(found.get(self.path, b""))
 
         def log_message(self, *said):
             pass
@@ -70,10 +78,12 @@ def acted(page, size, script, folder):
         command = [BROWSER, "--headless", "--no-sandbox", "--use-gl=angle", "--hide-scrollbars"]
         command += ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
         command += [f"--window-size={size[0]},{size[1]}", f"--user-data-dir={folder / 'profile'}"]
-        command += ["--remote-debugging-port=0", (folder / "acted.html").as_uri()]
+        served_at = f"http://127.0.0.1:{server.server_port}/"
+        place = served_at if served else (folder / "acted.html").as_uri()
+        command += ["--remote-debugging-port=0", place]
         browser = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         try:
-            assert done.wait(90), "the page gave nothing"
+            assert done.wait(110), "the page gave nothing"
         finally:
             browser.kill()
             browser.communicate()
