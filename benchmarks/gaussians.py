@@ -45,6 +45,7 @@ from fsel.synthesis import record
 
 FAMILIES = ("mipnerf360", "tanks_and_temples", "seven_scenes")  # filmed without distortion
 FRAMES = 160
+FEW = 60  # of large images, which take long to generate
 STAGES = (
     (projection, "project"),
     (tiles, "sort_rows"),
@@ -75,13 +76,13 @@ VARIANTS: dict[str, dict] = {
 }
 
 
-def generated(family: str, seed: int, width: int = 128) -> Capture:
-    """A pinhole recording of 160 frames, as ingestion would hand it on."""
-    made = record(family, seed, frames=FRAMES, width=width, height=width * 3 // 4)
+def generated(family: str, seed: int, width: int = 128, frames: int = FRAMES) -> Capture:
+    """A pinhole recording, as ingestion would hand it on."""
+    made = record(family, seed, frames=frames, width=width, height=width * 3 // 4)
     return Capture(
         made.names,
         made.world_to_camera,
-        np.tile(made.camera.params, (FRAMES, 1)),
+        np.tile(made.camera.params, (frames, 1)),
         made.images,
         made.sequences,
         SparsePoints(made.xyz, made.rgb, made.track_point, made.track_frame),
@@ -261,7 +262,7 @@ def presets(arguments: argparse.Namespace) -> None:
     """Every quality with thirty frames of a generated scene."""
     for name, quality in QUALITIES.items():
         if not arguments.only or name in arguments.only:
-            capture = generated(FAMILIES[1], 2, quality.long_side)
+            capture = generated(FAMILIES[1], 2, quality.long_side, FEW)
             report(capture, 30, name, **quality.settings)
 
 
