@@ -5,12 +5,14 @@
     ... python benchmarks/gaussians.py quality --frames 10 30 all
     ... python benchmarks/gaussians.py settings --frames 10 --seeds 0 1
     ... python benchmarks/gaussians.py captures FOLDER... --long-side 256
+    ... python benchmarks/gaussians.py presets --only draft good
 
 `speed`: milliseconds of a step by stage, from 128x96 up and for several budgets. `twin`: a step of
 the float64 torch twin of the tests beside one of the kernels, on a small scene. `quality`: PSNR on
 training and held-out frames of generated scenes, beside `splats`. `settings`: the same, one setting
 changed at a time, on captures from disk where folders are given. `captures`: the same as `quality`
-on captures from disk. Seconds are the processor's.
+on captures from disk. `presets`: what each `--quality` takes and brings, on a generated scene.
+Seconds are the processor's.
 """
 
 from __future__ import annotations
@@ -37,11 +39,13 @@ from fsel.reconstruct.gaussians import (
     rasterize,
     tiles,
 )
+from fsel.reconstruct.gaussians.quality import QUALITIES
 from fsel.reconstruct.splats import Splats
 from fsel.synthesis import record
 
 FAMILIES = ("mipnerf360", "tanks_and_temples", "seven_scenes")  # filmed without distortion
 FRAMES = 160
+FEW = 60  # of large images, which take long to generate
 STAGES = (
     (projection, "project"),
     (tiles, "sort_rows"),
@@ -72,13 +76,13 @@ VARIANTS: dict[str, dict] = {
 }
 
 
-def generated(family: str, seed: int, width: int = 128) -> Capture:
-    """A pinhole recording of 160 frames, as ingestion would hand it on."""
-    made = record(family, seed, frames=FRAMES, width=width, height=width * 3 // 4)
+def generated(family: str, seed: int, width: int = 128, frames: int = FRAMES) -> Capture:
+    """A pinhole recording, as ingestion would hand it on."""
+    made = record(family, seed, frames=frames, width=width, height=width * 3 // 4)
     return Capture(
         made.names,
         made.world_to_camera,
-        np.tile(made.camera.params, (FRAMES, 1)),
+        np.tile(made.camera.params, (frames, 1)),
         made.images,
         made.sequences,
         SparsePoints(made.xyz, made.rgb, made.track_point, made.track_frame),
@@ -254,6 +258,14 @@ def captures(arguments: argparse.Namespace) -> None:
             )
 
 
+def presets(arguments: argparse.Namespace) -> None:
+    """Every quality with thirty frames of a generated scene."""
+    for name, quality in QUALITIES.items():
+        if not arguments.only or name in arguments.only:
+            capture = generated(FAMILIES[1], 2, quality.long_side, FEW)
+            report(capture, 30, name, **quality.settings)
+
+
 def scenes(arguments: argparse.Namespace) -> Iterator[Capture]:
     """The captures on disk that were asked for, else generated scenes."""
     for folder in arguments.folders:
@@ -266,7 +278,7 @@ def scenes(arguments: argparse.Namespace) -> Iterator[Capture]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument(
-        "what", choices=("speed", "twin", "quality", "settings", "captures"), help="see above"
+        "what", choices=("speed", "twin", "quality", "settings", "captures", "presets")
     )
     parser.add_argument("folders", nargs="*", help="captures on disk")
     parser.add_argument("--steps", type=int, default=2000)
@@ -275,7 +287,7 @@ def main() -> None:
     parser.add_argument("--long-side", type=int, default=256, help="pixels, of captures on disk")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0])
     parser.add_argument("--families", nargs="+", default=FAMILIES, help="of generated scenes")
-    parser.add_argument("--only", nargs="+", help="names of settings")
+    parser.add_argument("--only", nargs="+", help="names of settings or presets")
     parser.add_argument(
         "--frames", type=lambda k: None if k == "all" else int(k), nargs="+", default=[30]
     )

@@ -5,7 +5,7 @@ python examples/side_by_side.py --capture captures/garden --targets 30:60:4 -k 1
 
 Frames FROM:TO:STEP of the capture are held out: they are the views to be rendered. Both selections
 have as many frames, and each is reconstructed by 3D Gaussians on the CPU; the captions tell their
-mean PSNR at the held-out views. The generated capture needs the extra `demo`.
+mean PSNR at the held-out views.
 """
 
 import argparse

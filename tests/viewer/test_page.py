@@ -11,6 +11,7 @@ import pytest
 from browsing import acted, needs_a_browser
 from plyfile import PlyData
 from small_captures import ring
+from splat_pages import drawn
 
 from fsel import viewer
 from fsel.data.capture import Capture
@@ -20,21 +21,6 @@ from fsel.viewer import bundle
 
 SIZE = (200, 120)
 FAR = np.array([3e5, -2e5, 1e5])  # of the world's origin: float32 has 0.03 left there
-DRAWN = """
-await view.ready;
-const tick = () => new Promise(requestAnimationFrame);
-const shots = [];
-for (let at = 0; at < 5; at += 2) {
-  view.fly(at, 0);
-  for (let quiet = 0; quiet < 4;) {
-    await tick();
-    quiet = view.spark.sorting || view.spark.dirty || view.asked ? 0 : quiet + 1;
-  }
-  view.renderer.render(view.scene, view.camera);
-  shots.push(view.renderer.domElement.toDataURL());
-}
-return shots;
-"""
 USED = """
 await view.ready;
 const tick = () => new Promise(requestAnimationFrame);
@@ -187,15 +173,11 @@ def test_the_script_has_its_packages_licences(page):
 
 @needs_a_browser
 def test_a_browser_draws_what_the_library_renders(page, capture, model, tmp_path):
-    size = f"#view {{ width: {SIZE[0]}px; height: {SIZE[1]}px;"
-    exact = page.replace("html, body, #view { height: 100%;", size)
-    shots = acted(exact, (500, 400), DRAWN, tmp_path)
-    known = GaussianModel.read_ply(model)
-    for at, shot in zip((0, 2, 4), shots, strict=True):
-        drawn = cv2.imdecode(np.frombuffer(base64.b64decode(shot.split(",")[1]), np.uint8), 1)
-        rendered = known.render(capture.views.subset(np.array([at])))[0]
-        error = np.mean((drawn[..., ::-1] / 255 - rendered) ** 2)
-        assert -10 * np.log10(error) >= 38
+    frames = np.array([0, 2, 4])
+    pictures, _ = drawn(page, SIZE, frames, tmp_path)
+    rendered = GaussianModel.read_ply(model).render(capture.view(frames))
+    errors = np.mean((pictures / 255 - rendered) ** 2, axis=(1, 2, 3))
+    assert (-10 * np.log10(errors) >= 38).all()
 
 
 @needs_a_browser
@@ -213,3 +195,12 @@ def test_cameras_are_named_flown_to_and_compared_with_their_photos(page, width, 
     assert (seen["cut"], seen["next"]) == ("inset(0px 75% 0px 0px)", 2)
     assert seen["left"] == {"at": None, "photo": False}
     assert (seen["hidden"], seen["wide"], seen["fetched"]) == (1, 0, [])
+
+
+@needs_a_browser
+def test_a_model_is_fetched_from_where_the_page_is_served(page, cloud, tmp_path):
+    content = viewer.scene(None, [], cloud, url="/model.ply")
+    served = {"/model.ply": viewer.moved(cloud, np.array(content["origin"]))}
+    script = "await view.ready; return view.scene.children.map((one) => one.numSplats ?? 0);"
+    counts = acted(viewer.page("served", content), (500, 400), script, tmp_path, served)
+    assert max(counts) == len(cloud.xyz)

@@ -17,6 +17,7 @@ from fsel.data.geometry import upwards
 from fsel.data.points import SparsePoints
 from fsel.data.subsets import evenly
 from fsel.reconstruct import ply
+from fsel.reconstruct.gaussians.render import NEAREST
 from fsel.request.paths import attention
 from fsel.viewer.bundle import WEB, script
 
@@ -105,6 +106,7 @@ def scene(
         "target": (middle - origin).tolist(),
         "start": (start - origin).tolist(),
         "extent": reach,
+        "near": reach / 1000 if cloud is None else NEAREST,
         "background": BEHIND if cloud is None else cloud.background.tolist(),
         "states": STATES,
         "cameras": [] if capture is None else _cameras(capture, cameras, origin),

@@ -14,7 +14,7 @@ const AS_THE_LIBRARY = {
   blurAmount: 0,
   maxStdDev: Math.sqrt(2 * Math.log(255)),
   minAlpha: 1 / 255,
-  maxPixelRadius: 4096,
+  maxPixelRadius: 65536,
   sortRadial: false,
   accumExtSplats: true,
   clipXY: 1e4,
@@ -54,7 +54,7 @@ export class Viewer {
     this.renderer.setClearColor(new THREE.Color().setRGB(...data.background, THREE.SRGBColorSpace));
     element.append(this.renderer.domElement);
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(FIELD, 1, data.extent / 1000, data.extent * 1000);
+    this.camera = new THREE.PerspectiveCamera(FIELD, 1, data.near, data.extent * 1000);
     this.camera.up.set(...data.up);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("start", () => this.leave());
@@ -83,8 +83,9 @@ export class Viewer {
     const { material } = this.spark;
     if (!material.vertexShader.includes(FREE)) throw new Error("Spark's shader has changed");
     material.vertexShader = material.vertexShader.replace(FREE, WITHIN);
-    const source = model.url
-      ? { url: model.url, onProgress: (event) => this.overlay.progress(event) }
+    const onProgress = (event) => this.overlay.progress(event);
+    const source = model.url // a whole address: workers have none of their own
+      ? { url: new URL(model.url, location.href).href, onProgress }
       : { fileBytes: await unpacked(model.packed) };
     const splat = new SplatMesh({ ...source, fileType: "ply", extSplats: true });
     this.scene.add(this.spark, splat);
