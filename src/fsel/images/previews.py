@@ -78,16 +78,20 @@ def sharpness_among(
 
 def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes]:
     """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`."""
-    flag = COLOR[_factor(longest, side)]
 
     def shrink(at: int) -> bytes:
-        image = image_files.load(files[at], flag)
-        scale = min(1.0, side / max(image.shape[:2]))
-        size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
-        small = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
+        small = shrunk(files[at], longest, side)
         return cv2.imencode(".jpg", small[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1].tobytes()
 
     return in_turn(shrink, files)
+
+
+def shrunk(file: image_files.Image, longest: int, side: int) -> np.ndarray:
+    """(h, w, 3) uint8 RGB image whose longer side has `side` pixels, or as many as it has."""
+    image = image_files.load(file, COLOR[_factor(longest, side)])
+    scale = min(1.0, side / max(image.shape[:2]))
+    size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
+    return cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
 
 
 def check_pixels(files: Sequence[image_files.Image]) -> None:
