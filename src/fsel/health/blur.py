@@ -1,4 +1,4 @@
-"""How much less detail frames show than they should, by three references."""
+"""Detail that frames lack, by three references."""
 
 from __future__ import annotations
 

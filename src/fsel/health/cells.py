@@ -49,7 +49,7 @@ class Cells:
 
     @classmethod
     def of(cls, images: Sequence[tuple]) -> Cells:
-        """What `measured` returned for each image."""
+        """Cells of images, each as `measured` returned them."""
         return cls(*(np.array(part) for part in zip(*images, strict=True)))
 
     def at(self, pixels: np.ndarray, scale: np.ndarray) -> np.ndarray:
