@@ -119,8 +119,6 @@ def _cards(picked: Sequence[dict], pictures: Sequence[bytes]) -> list[str]:
         facts = [f"adds {entry['adds']:.1%}"]
         if entry["sharpness_rank"] is not None:
             facts.append(f"sharpness rank {entry['sharpness_rank']}")
-        if entry.get("in_place_of"):
-            facts.append(f"in place of {escape(entry['in_place_of'])}, which is blurred")
         if entry.get("blurred"):
             facts.append('<span class="badge">blurred</span>')
         cards.append(

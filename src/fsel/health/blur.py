@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.health.cells import Cells
+from fsel.health.cells import LEAST_CELLS, Cells
 from fsel.health.grouped import quantile_of
 
 BESIDE = 2.5  # times less detail than the frames beside it show: 3 to 4 pixels of motion of 480
@@ -59,6 +59,7 @@ def at_points(cells: Cells, cell: np.ndarray, point: np.ndarray, frame: np.ndarr
     use = (variance > 0) & enough[point]
     point, frame, cell, variance = point[use], frame[use], cell[use], variance[use]
     many = np.bincount(frame, minlength=count) >= LEAST_POINTS
+    many &= (cells.variance > 0).sum(axis=(1, 2)) >= LEAST_CELLS
     if not many.any():
         return np.full(count, np.nan)
     lost = []

@@ -31,4 +31,4 @@ def hidden(color: np.ndarray, expected: np.ndarray, observed: np.ndarray) -> flo
 def in_the_middle(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """(n,) bool, which of (n, 2) pixels lie in the middle of an image of (width, height)."""
     half = np.array(size) / 2
-    return (np.abs(pixels - half) < MIDDLE * half).all(axis=1)
+    return np.all(np.abs(pixels - half) < MIDDLE * half, axis=1)

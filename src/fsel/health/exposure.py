@@ -1,4 +1,4 @@
-"""How bright, and of which tint, frames show what others show too."""
+"""Brightness and tint in which frames show what others show too."""
 
 from __future__ import annotations
 

@@ -9,16 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 BLURRED, MISPLACED, EXPOSED, TINTED = "blurred", "misplaced", "exposure", "white balance"
-BURNT, COVERED, DUPLICATE = "burnt out", "covered", "duplicate"
+BURNT, COVERED, DUPLICATE, UNREADABLE = "burnt out", "covered", "duplicate", "unreadable"
 
 
 class Finding(NamedTuple):
-    """What is wrong with a frame.
+    """Fault of a frame.
 
     Attributes:
         frame: its number.
-        kind: `blurred`, `misplaced`, `exposure`, `white balance`, `burnt out`, `covered` or
-            `duplicate`.
+        kind: `blurred`, `misplaced`, `exposure`, `white balance`, `burnt out`, `covered`,
+            `duplicate` or `unreadable`.
         value: how bad it is.
         threshold: the value of a good frame, at most; of a duplicate, at least.
         measure: what the value counts, in words that follow it.
@@ -33,7 +33,7 @@ class Finding(NamedTuple):
     @property
     def severity(self) -> float:
         """The value over its threshold."""
-        return self.value / self.threshold
+        return self.value / self.threshold if self.threshold > 0 else float("inf")
 
     def __str__(self) -> str:
         bound = "at least" if self.kind == DUPLICATE else "at most"
@@ -83,8 +83,8 @@ def left_out(
 ) -> np.ndarray:
     """Bad frames without those that alone show a part of the scene.
 
-    Of bad frames that show a part which no good one does, the least bad stays. A frame that is
-    misplaced never does: it would show the part in a wrong place.
+    Of bad frames that show a part which no good one does, the least bad stays. Frames that are
+    misplaced or unreadable never do.
 
     Args:
         findings: of the frames.
@@ -94,13 +94,13 @@ def left_out(
     Returns:
         (n,) int64, the least bad first.
     """
-    severity, misplaced = np.zeros(count), np.zeros(count, bool)
+    severity, useless = np.zeros(count), np.zeros(count, bool)
     for finding in findings:
         if finding.kind != DUPLICATE:
             severity[finding.frame] = max(severity[finding.frame], finding.severity)
-            misplaced[finding.frame] |= finding.kind == MISPLACED
+            useless[finding.frame] |= finding.kind in (MISPLACED, UNREADABLE)
     staying = severity == 0
-    bad = np.lexsort((severity, misplaced))[staying.sum() :]
-    for frame in bad[~misplaced[bad]].tolist():
+    bad = np.lexsort((severity, useless))[staying.sum() :]
+    for frame in bad[~useless[bad]].tolist():
         staying[frame] = not shown(frame, staying)
     return bad[~staying[bad]]

@@ -43,7 +43,7 @@ def reprojection(
 
 
 def jumps(world_to_camera: np.ndarray) -> np.ndarray:
-    """Distances of the frames of one pass from the path of those beside them, over the allowed ones.
+    """Distances of frames from the path of those beside them, over the allowed distance.
 
     A frame is predicted from two frames each before, after and around it; the prediction that comes
     nearest counts, so that a frame beside one that jumps does not jump itself.

@@ -61,21 +61,6 @@ def sharpness_of_files(
     return np.array(in_turn(measure, files, progress))
 
 
-def sharpness_among(
-    files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
-) -> Callable[[np.ndarray], np.ndarray]:
-    """Measurement of some files by their numbers, each once; see `sharpness_of_files`."""
-    known: dict[int, float] = {}
-
-    def measured(frames: np.ndarray) -> np.ndarray:
-        new = [frame for frame in frames.tolist() if frame not in known]
-        values = sharpness_of_files([files[frame] for frame in new], longest, progress)
-        known.update(zip(new, values.tolist(), strict=True))
-        return np.array([known[frame] for frame in frames.tolist()])
-
-    return measured
-
-
 def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes]:
     """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`."""
 

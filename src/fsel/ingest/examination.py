@@ -38,9 +38,6 @@ def examined(
         opened: the capture.
         progress: wraps the loop over the images.
         images: whether they are opened; without, poses alone are judged.
-
-    Raises:
-        ValueError: for an unreadable image, named.
     """
     placed = _Placed(opened)
     found, detail = placed.misplaced(), None
@@ -49,7 +46,7 @@ def examined(
         cells, small, sides = zip(*shown, strict=True)
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
         found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
-        found += _duplicates(small)
+        found += [*_duplicates(small), *_unreadable(np.array(sides))]
         detail = np.exp(sharpness(pictured.cells).min(axis=1))
     found.sort(key=lambda finding: (finding.frame, -finding.severity))
     gone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
@@ -58,7 +55,10 @@ def examined(
 
 def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int]:
     """The cells of a frame's image, the image small and grey, and the side that was measured."""
-    image = shrunk(opened.raw.images[at], opened.longest, SIDE)
+    try:
+        image = shrunk(opened.raw.images[at], opened.longest, SIDE)
+    except ValueError:  # no decoder takes it
+        image = np.zeros((1, 1, 3), np.uint8)
     side = max(image.shape[:2])
     grey, scale = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), min(1.0, THUMBNAIL / side)
     small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
@@ -66,13 +66,18 @@ def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int]:
 
 
 def _duplicates(small: tuple[np.ndarray, ...]) -> list[Finding]:
-    """Frames that show the same as the one before them."""
-    if len({image.shape for image in small}) > 1:
-        return []
-    what = "of the image's side moved since the frame before"
-    moved = movements(np.array(small))
+    """Frames that show the same as the one before them, of those of one shape."""
+    what, moved = "of the image's side moved since the frame before", np.full(len(small), np.inf)
+    for shape in {image.shape for image in small if image.size > 1}:
+        rows = [at for at, image in enumerate(small) if image.shape == shape]
+        moved[rows] = movements(np.array([small[at] for at in rows]))
     again = np.flatnonzero(moved < STILL)
     return [Finding(int(i), findings.DUPLICATE, float(moved[i]), STILL, what) for i in again]
+
+
+def _unreadable(sides: np.ndarray) -> list[Finding]:
+    """Frames whose image no decoder takes."""
+    return exceeding(findings.UNREADABLE, (sides == 1) * 1.0, 0.0, "image that no decoder takes")
 
 
 class _Placed:
@@ -130,7 +135,7 @@ class _Placed:
 
 
 class _Pictured:
-    """What was measured of a capture's images, and where its points lie in them.
+    """Measurements of a capture's images, and where its points lie in them.
 
     Attributes:
         placed: its poses and points.
