@@ -24,6 +24,7 @@ KERNELS = [  # second differences along a line, across it and along both diagona
 GAIN = 6.0  # variance of a kernel's response to noise of variance 1
 NOISE = 5  # per cent of the cells, the smoothest, whose high frequencies are taken for noise
 LEAST_VARIANCE = 16.0  # of the grey levels of a cell that shows something
+WHOLE = 0.95  # share of a cell that is not clipped, for its color: the clipped part is brighter
 CONTRAST = 4.0  # times the noise's variance that it has at least
 LEAST_CELLS = 5  # that show something, of a frame that is judged
 
@@ -37,8 +38,7 @@ class Cells:
             without that of noise.
         variance: (N, GRID, GRID) float32 of the grey levels, without that of noise; 0 where a cell
             shows nothing or is clipped: nothing is known of its detail.
-        color: (N, 3, GRID, GRID) float32 mean RGB of pixels that are not clipped; 0 where there
-            are few.
+        color: (N, 3, GRID, GRID) float32 mean RGB; 0 where some pixels are clipped.
         clipped: (N,) share of the pixels that are clipped to white.
     """
 
@@ -70,7 +70,7 @@ def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, flo
         image: (h, w, 3) uint8 RGB whose longer side has `SIDE` pixels, or fewer.
     """
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    white = (image >= BRIGHT).any(axis=2)
+    white = _brightest(image) >= BRIGHT
     unknown = cv2.dilate((white | (grey <= DARK)).astype(np.uint8), np.ones((7, 7), np.uint8))
     valid = 1 - unknown.astype(np.float32)
     weight = _means(valid)
@@ -84,7 +84,8 @@ def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, flo
         cv2.filter2D(grey, -1, kernel, borderType=cv2.BORDER_REFLECT) for kernel in KERNELS
     )
     energy = np.array([mean(response**2) for response in responses])
-    color = np.array([mean(image[..., c].astype(np.float32)) for c in range(3)]) * known
+    channels = (plane.astype(np.float32) for plane in cv2.split(image))
+    color = np.array([mean(plane) for plane in channels]) * (weight > WHOLE)
     noise = np.zeros(len(KERNELS), np.float32)
     if known.any():
         noise = np.percentile(energy[:, known], NOISE, axis=1).astype(np.float32)
@@ -109,8 +110,10 @@ def sharpness(cells: Cells) -> np.ndarray:
 def _means(values: np.ndarray) -> np.ndarray:
     """(gh, gw) means of the whole cells of (h, w) values."""
     height, width = (n // CELL for n in values.shape)
+    if not height * width:
+        return np.zeros((height, width), np.float32)
     whole = values[: height * CELL, : width * CELL]
-    return whole.reshape(height, CELL, width, CELL).mean(axis=(1, 3))
+    return cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
 
 
 def _padded(values: np.ndarray) -> np.ndarray:
@@ -118,3 +121,9 @@ def _padded(values: np.ndarray) -> np.ndarray:
     out = np.zeros((*values.shape[:-2], GRID, GRID), np.float32)
     out[..., : values.shape[-2], : values.shape[-1]] = values
     return out
+
+
+def _brightest(image: np.ndarray) -> np.ndarray:
+    """(h, w) the greatest channel of an (h, w, 3) image; NumPy's takes ten times as long."""
+    red, green, blue = cv2.split(image)
+    return cv2.max(cv2.max(red, green), blue)

@@ -7,7 +7,7 @@ import numpy as np
 from fsel.health.cells import GRID, Cells
 from fsel.health.grouped import quantile_of
 
-BRIGHTER = np.log(1.5)  # gain over the capture's middle one that is usual, at most
+BRIGHTER = np.log(1.4)  # gain over the capture's middle one that is usual, at most
 TINT = np.log(1.2)  # difference of a channel's gain from the mean of the three
 SPREAD = 4.0  # times what is usual in the capture that both may be
 ROUNDS = 4  # of the points' colors by the frames' gains, and the other way round

@@ -10,6 +10,7 @@ from fsel.health.grouped import quantile_of
 TIMES = 6.0  # the capture's median error that a frame's is at most
 LEAST_ERROR = 0.004  # of the longer side: 2 pixels at 480
 LEAST_OBSERVED = 6  # points of a frame whose pose is judged by them
+PAIRS = ((-1, 1), (-2, 2), (1, 2), (2, 4), (-1, -2), (-2, -4))  # frames that predict one
 LEAST_PATH = 8  # frames of a pass whose smoothness can be told
 FAR = 3.0  # typical steps that a frame lies off the path of those beside it, at most
 TURNED = np.radians(5)  # that it is turned off their directions, at most
@@ -45,8 +46,8 @@ def reprojection(
 def jumps(world_to_camera: np.ndarray) -> np.ndarray:
     """Distances of frames from the path of those beside them, over the allowed distance.
 
-    A frame is predicted from two frames each before, after and around it; the prediction that comes
-    nearest counts, so that a frame beside one that jumps does not jump itself.
+    A frame is predicted from pairs of frames before, after and around it, linearly; the prediction
+    that comes nearest counts, so that a frame beside one that jumps does not jump itself.
 
     Args:
         world_to_camera: (n, 3, 4) of a pass, in the order in which it was filmed.
@@ -67,17 +68,12 @@ def jumps(world_to_camera: np.ndarray) -> np.ndarray:
 
 
 def _off(vectors: np.ndarray) -> np.ndarray:
-    """(n,) distances of (n, 3) vectors from what those beside them predict."""
-    ahead = [np.roll(vectors, -by, axis=0) for by in (1, 2)]
-    back = [np.roll(vectors, by, axis=0) for by in (1, 2)]
-    off = [
-        lengths(vectors - predicted)
-        for predicted in (
-            (ahead[0] + back[0]) / 2,
-            (ahead[1] + back[1]) / 2,
-            2 * ahead[0] - ahead[1],
-            2 * back[0] - back[1],
-        )
-    ]
-    off[0][[0, -1]] = off[1][[0, 1, -2, -1]] = off[2][-2:] = off[3][:2] = np.inf  # beyond the ends
-    return np.min(off, axis=0)
+    """(n,) distances of (n, 3) vectors from what those beside them predict, by the best pair."""
+    count = len(vectors)
+    rows, off = np.arange(count), np.full(count, np.inf)
+    for one, other in PAIRS:
+        inside = rows[(rows + min(one, other) >= 0) & (rows + max(one, other) < count)]
+        weight = other / (other - one)
+        predicted = weight * vectors[inside + one] + (1 - weight) * vectors[inside + other]
+        off[inside] = np.minimum(off[inside], lengths(vectors[inside] - predicted))
+    return off
