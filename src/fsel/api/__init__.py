@@ -13,7 +13,7 @@ from fsel.api.request import (
     patience_of,
     stated_beside,
 )
-from fsel.api.selection import Selection, select, sharpened
+from fsel.api.selection import Selection, select
 
 __all__ = [
     "ALL_FRAMES",
@@ -30,6 +30,5 @@ __all__ = [
     "number_of",
     "patience_of",
     "select",
-    "sharpened",
     "stated_beside",
 ]

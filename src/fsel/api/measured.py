@@ -8,10 +8,11 @@ import numpy as np
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Method
-from fsel.request.blur import SharpnessOf
 
 Describe = Callable[[Capture], np.ndarray]
 """capture -> (N, D) float32 appearance descriptors of every frame."""
+SharpnessOf = Callable[[np.ndarray], np.ndarray]
+"""(n,) int64 frames -> (n,) sharpness of each, comparable within a call."""
 
 
 def described(capture: Capture) -> np.ndarray:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fsel.api.covering import check_cover, cover_of, near_all, seeing_all
-from fsel.api.measured import Describe, measured
+from fsel.api.measured import Describe, SharpnessOf, measured
 from fsel.api.request import (
     checked_request,
     method_of,
@@ -22,7 +22,6 @@ from fsel.data.problem import Method, Problem, checked_select
 from fsel.data.subsets import evenly, subset_key
 from fsel.images.sharpness import sharpness as measure_sharpness
 from fsel.request import budget
-from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
 from fsel.request.cover import Cover
 from fsel.request.focus import Focus
@@ -30,7 +29,6 @@ from fsel.request.patience import Patience, Tried
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish
-from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
 
 if TYPE_CHECKING:
@@ -52,8 +50,6 @@ class Selection:
         cover: how often the picks see the sparse points, where a cover was stated.
         swapped: what swaps changed and gained, where swaps were wanted. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
-        exchanged: name of a pick -> that of the blurred one whose place it took. At a smaller
-            budget another frame may take it, since fewer are picked already.
     """
 
     names: tuple[str, ...]
@@ -64,7 +60,6 @@ class Selection:
     tried: Tried | None = None
     cover: Cover | None = None
     swapped: Swapped | None = None
-    exchanged: dict[str, str] = field(default_factory=dict)
 
 
 def select(
@@ -118,8 +113,7 @@ def select(
             `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
             them.
         sharpness: (N,) of every frame, where it is known already, or what measures it of some;
-            else it is measured of the capture's images, of all for methods that read it. Blurred
-            picks of `fsel` are exchanged, see `fsel.request.blur`; zeros exchange none.
+            else it is measured of the capture's images; for methods that read it.
         descriptors: (N, D) of every frame, where they are known already, or what measures them of
             a capture; else measured by `lab_hog`, which needs no weights; for methods that read
             them.
@@ -160,10 +154,7 @@ def select(
     else:
         frames, scores = ranked(problem, count)
     frames, scores, tried = _tried(problem, frames, scores, trying)
-    seconds, began, swapped = time.perf_counter() - started, frames, None
-    sharp = sharpened(method, problem, frames, sharpness_of)
-    started = time.perf_counter()
-    frames = sharp
+    began, swapped = frames, None
     if refine is not None:
         if len(targets.always):
             raise ValueError("frames that are always to be selected cannot be swapped: no refine")
@@ -173,12 +164,10 @@ def select(
         swapped = refined(problem, frames, swapping, seed)
         frames = swapped.picks
     scores = np.where(frames == began, scores, np.nan)
-    seconds += time.perf_counter() - started
+    seconds = time.perf_counter() - started
     names = tuple(capture.names[i] for i in frames)
-    stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
-    instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
     reached = cover_of(problem, frames, cover, cover_share) if cover else None
-    return Selection(names, frames, scores, seconds, chosen, tried, reached, swapped, instead)
+    return Selection(names, frames, scores, seconds, chosen, tried, reached, swapped)
 
 
 def _near_all(problem: Problem, k: int | Auto | None, stated: str) -> Problem:
@@ -200,13 +189,6 @@ def _tried(
     if outcome is None or subset_key(outcome.frames) == subset_key(frames):
         return frames, scores, outcome
     return outcome.frames, np.full(len(frames), np.nan), outcome
-
-
-def sharpened(
-    method: Method, problem: Problem, frames: np.ndarray, sharpness_of: SharpnessOf
-) -> np.ndarray:
-    """(K,) a method's picks; of `fsel` the blurred ones exchanged, see `fsel.request.blur`."""
-    return exchanged(problem, frames, sharpness_of) if method.name == pretrained.DEFAULT else frames
 
 
 def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) -> SharpnessOf:

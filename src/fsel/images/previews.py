@@ -61,39 +61,28 @@ def sharpness_of_files(
     return np.array(in_turn(measure, files, progress))
 
 
-def sharpness_among(
-    files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
-) -> Callable[[np.ndarray], np.ndarray]:
-    """Measurement of some files by their numbers, each once; see `sharpness_of_files`."""
-    known: dict[int, float] = {}
-
-    def measured(frames: np.ndarray) -> np.ndarray:
-        new = [frame for frame in frames.tolist() if frame not in known]
-        values = sharpness_of_files([files[frame] for frame in new], longest, progress)
-        known.update(zip(new, values.tolist(), strict=True))
-        return np.array([known[frame] for frame in frames.tolist()])
-
-    return measured
-
-
 def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes | None]:
     """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`.
 
     None for an image that cannot be decoded.
     """
-    flag = COLOR[_factor(longest, side)]
 
     def shrink(at: int) -> bytes | None:
         try:
-            image = image_files.load(files[at], flag)
+            small = shrunk(files[at], longest, side)
         except ValueError:
             return None
-        scale = min(1.0, side / max(image.shape[:2]))
-        size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
-        small = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
         return cv2.imencode(".jpg", small[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1].tobytes()
 
     return in_turn(shrink, files)
+
+
+def shrunk(file: image_files.Image, longest: int, side: int) -> np.ndarray:
+    """(h, w, 3) uint8 RGB image whose longer side has `side` pixels, or as many as it has."""
+    image = image_files.load(file, COLOR[_factor(longest, side)])
+    scale = min(1.0, side / max(image.shape[:2]))
+    size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
+    return cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
 
 
 def check_pixels(files: Sequence[image_files.Image]) -> None:
