@@ -46,7 +46,10 @@ def test_bad_frames_are_left_out_and_listed(spoilt, tmp_path, capsys):
     printed = capsys.readouterr().out
     assert f"exposure  1 frame, 1 left out: {DARK} (exposure: " in printed
     assert {f["blurred"] for f in content["frames"]} == {False}
-    assert "sharpness of every frame" in (tmp_path / "out" / "report.html").read_text()
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert page.count('class="frame bad"') == sum(
+        e["left_out"] for e in record_of(tmp_path / "out")["bad"]
+    )
 
 
 def test_the_least_bad_come_back_where_so_many_are_wanted(spoilt, tmp_path):
