@@ -29,8 +29,8 @@ LEFT_OUT: dict[str, tuple[str, ...]] = {
 }
 
 
-def filmed(family: str, seed: int, without: tuple[str, ...]) -> Capture:
-    """The recording of 160 frames at 128x96 pixels, as a capture, without some effects."""
+def filmed(family: str, seed: int, without: tuple[str, ...], width: int = 128) -> Capture:
+    """The recording of 160 frames, four by three, as a capture, without some effects."""
     plan, vignette = recording.clear_shot, sensor.VIGNETTE
 
     def changed(*arguments):
@@ -48,7 +48,7 @@ def filmed(family: str, seed: int, without: tuple[str, ...]) -> Capture:
     recording.clear_shot = changed
     sensor.VIGNETTE = 0.0 if "vignette" in without else vignette
     try:
-        return generated(family, seed)
+        return generated(family, seed, width)
     finally:
         recording.clear_shot, sensor.VIGNETTE = plan, vignette
 

@@ -76,6 +76,25 @@ def write_ring(folder, frames=24, model="PINHOLE", shrink=1, seed=0, cloud=80):
     return poses, seen
 
 
+def film(folder, change, frames=24, size=(240, 180)):
+    """Write frames of one texture, larger than the camera states, each a few pixels further.
+
+    Args:
+        folder: the capture.
+        change: number of a frame -> what is done to its picture, (h, w, 3) uint8.
+        frames: how many.
+        size: of the pictures.
+    """
+    rng = np.random.default_rng(0)
+    wide = (size[1], size[0] + 4 * frames, 3)
+    scales = [cv2.GaussianBlur(rng.normal(0, 45 * s, wide), (0, 0), s) for s in (1, 4)]
+    wall = np.clip(128 + sum(scales), 20, 235).astype(np.uint8)
+    for i in range(frames):
+        shot = np.ascontiguousarray(wall[:, 4 * i : 4 * i + size[0]])
+        shot = change[i](shot) if i in change else shot
+        cv2.imwrite(str(Path(folder) / "images" / f"frame_{i:03d}.jpg"), shot)
+
+
 def state_orientation(path, value):
     """Add to a JPEG the EXIF that asks for a turn, by one entry."""
     entry = struct.pack("<HHIHH", 0x0112, 3, 1, value, 0)
@@ -85,10 +104,10 @@ def state_orientation(path, value):
     path.write_bytes(content[:2] + segment + content[2:])
 
 
-def damage_pixels(path):
+def damage_pixels(path, size=SIZE):
     """Make a file a JPEG with a whole header whose pixels no decoder takes: its second scan has
     another number of components."""
-    noise = np.random.default_rng(0).integers(0, 255, SIZE[::-1], dtype=np.uint8)
+    noise = np.random.default_rng(0).integers(0, 255, size[::-1], dtype=np.uint8)
     progressive = [cv2.IMWRITE_JPEG_PROGRESSIVE, 1]
     content = bytearray(cv2.imencode(".jpg", np.dstack([noise] * 3), progressive)[1])
     first = content.index(b"\xff\xda")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from plyfile import PlyData
 from selection_problems import capture_of
-from small_captures import write_ring
+from small_captures import film, write_ring
 
 import fsel
 from fsel.cli import console, main
@@ -59,15 +59,12 @@ def run(*arguments):
 
 
 def test_info_tells_what_was_found(capture, capsys):
-    for i in range(24):
-        shot = np.random.default_rng(i).integers(0, 255, (48, 64), dtype=np.uint8)
-        shot = cv2.GaussianBlur(shot, (0, 0), 3) if i == 5 else shot
-        cv2.imwrite(str(capture / "images" / f"frame_{i:03d}.jpg"), shot)
+    film(capture, change={5: lambda shot: cv2.GaussianBlur(shot, (0, 0), 4)})
     assert run("info", capture, "--json") == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["frames"], found["layout"], found["points"]) == (24, "colmap", 80)
     assert found["cameras"] == ["PINHOLE 64x48"]
-    assert found["blurred"] == ["frame_005.jpg"]
+    assert [(bad["name"], bad["kind"]) for bad in found["bad"]] == [("frame_005.jpg", "blurred")]
     assert found["extent"] == pytest.approx(8)
     assert found["agreement"].startswith("reprojection error of median 0.00 px")
     assert found["step"] == pytest.approx(8 * np.sin(np.pi / 24))
@@ -75,7 +72,7 @@ def test_info_tells_what_was_found(capture, capsys):
     assert run("info", capture) == 0
     printed = capsys.readouterr().out
     assert "(the point closest to all optical axes)" in printed
-    assert "1: frame_005.jpg" in printed
+    assert "blurred   1 frame, 1 left out: frame_005.jpg (blurred: " in printed
     assert f"keep      {found['enough']} (fsel select -k auto)" in printed
 
 

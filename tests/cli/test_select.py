@@ -3,7 +3,6 @@
 import errno
 import json
 import os
-import shutil
 from dataclasses import replace
 
 import cv2
@@ -57,21 +56,6 @@ def test_weights_of_one_s_own_pick_and_are_recorded(capture, tmp_path, capsys):
     assert select(capture, *arguments) == 1
     assert "made for the policy 'less_is_more', not 'fsel'" in capsys.readouterr().err
     assert not (tmp_path / "no").exists()
-
-
-@pytest.mark.parametrize("method", ["fsel", "sharpest"])
-def test_sharpness_is_told_where_the_method_reads_it(method, capture, tmp_path):
-    for i in range(24):
-        shot = np.random.default_rng(i).integers(0, 255, (48, 64), dtype=np.uint8)
-        shot = cv2.GaussianBlur(shot, (0, 0), 3) if i == 5 else shot
-        cv2.imwrite(str(capture / "images" / f"frame_{i:03d}.jpg"), shot)
-    assert select(capture, "-k", 6, "--method", method, "-o", tmp_path / "out") == 0
-    content = record_of(tmp_path / "out")
-    ranks = {entry["sharpness_rank"] for entry in content["frames"]}
-    blurred = {e["name"] for e in content["left"] if "times as sharp" in e["reason"]}
-    assert (len(ranks), blurred) == ((6, {"frame_005.jpg"}) if method == "sharpest" else (1, set()))
-    assert ranks <= {*range(1, 25), None}
-    assert content["seconds"]["sharpness"] > 1e-4  # of fsel's picks and what is around them
 
 
 def test_the_subset_is_a_capture_of_the_picks(tmp_path):
@@ -248,45 +232,6 @@ def test_geometry_only_opens_the_picks_alone(model, method, tmp_path, monkeypatc
     written = record_of(tmp_path / "out")["frames"]
     assert sorted(file.name for file, _ in opened) == sorted(f["name"] for f in written)
     assert written[0]["sharpness_rank"] is None
-
-
-def test_all_sharpness_is_shown_when_asked_for_and_changes_no_picks(capture, tmp_path):
-    blurred = tmp_path / "blurred"
-    shutil.copytree(capture, blurred)
-    for file in sorted(blurred.rglob("frame_0*.jpg"))[::3]:
-        cv2.imwrite(str(file), cv2.GaussianBlur(cv2.imread(str(file)), (0, 0), 6))
-    for name, more in (("plain", ()), ("shown", ("--sharpness",))):
-        assert select(blurred, "-k", 12, *more, "-o", tmp_path / name) == 0
-    plain, shown = (record_of(tmp_path / name) for name in ("plain", "shown"))
-    assert [f["name"] for f in plain["frames"]] == [f["name"] for f in shown["frames"]]
-    assert plain["left"] == shown["left"]
-    assert {f["blurred"] for f in plain["frames"]} == {None}
-    for frame in shown["frames"]:
-        assert frame["blurred"] == (frame["index"] % 3 == 0)
-    pages = [(tmp_path / name / "report.html").read_text() for name in ("plain", "shown")]
-    assert [">sharpness: up to" in page for page in pages] == [False, True]
-
-
-def test_a_blurred_pick_is_exchanged_and_both_say_so(capture, tmp_path):
-    for i in range(24):
-        shot = np.random.default_rng(i).integers(0, 255, (48, 64), dtype=np.uint8)
-        cv2.imwrite(str(capture / "images" / f"frame_{i:03d}.jpg"), shot)
-    assert select(capture, "-k", 6, "-o", tmp_path / "first") == 0
-    name = record_of(tmp_path / "first")["frames"][1]["name"]
-    (file,) = capture.rglob(name)
-    cv2.imwrite(str(file), cv2.GaussianBlur(cv2.imread(str(file)), (0, 0), 6))
-    assert select(capture, "-k", 6, "-o", tmp_path / "again") == 0
-    again = record_of(tmp_path / "again")
-    (came,) = (frame for frame in again["frames"] if frame["in_place_of"])
-    assert (came["order"], came["in_place_of"], came["score"]) == (2, name, None)
-    (left,) = (frame["reason"] for frame in again["left"] if frame["name"] == name)
-    assert left == f"blurred: {came['name']} beside it was picked in its place"
-    page = (tmp_path / "again" / "report.html").read_text()
-    assert f"in place of {name}, which is blurred" in page
-    unseen = ("--geometry-only", "--method", "fsel")
-    assert select(capture, "-k", 6, *unseen, "-o", tmp_path / "blind") == 0
-    blind = record_of(tmp_path / "blind")["frames"]
-    assert [frame["name"] for frame in blind][1] == name
 
 
 def test_every_form_of_targets(capture, tmp_path):

@@ -99,7 +99,7 @@ def test_a_browser_shows_every_frame_and_takes_wishes(width, out, tmp_path):
     kinds[::8] = ["held"] * 3
     assert seen["kinds"] == kinds
     assert seen["orders"] == [order[name] for name in names if name in order]
-    assert [text.partition(" ")[0] for text in seen["lanes"]] == ["speed", "exposure"]
+    assert [text.partition(" ")[0] for text in seen["lanes"]] == ["speed", "sharpness:", "exposure"]
     assert [row[:2] for row in seen["picked"]] == [
         [str(entry["order"]), entry["name"]] for entry in content["frames"]
     ]

@@ -13,7 +13,7 @@ from fsel.api.request import (
     patience_of,
     stated_beside,
 )
-from fsel.api.selection import Selection, select, sharpened
+from fsel.api.selection import Selection, select
 
 __all__ = [
     "ALL_FRAMES",
@@ -32,6 +32,5 @@ __all__ = [
     "patience_of",
     "select",
     "served",
-    "sharpened",
     "stated_beside",
 ]

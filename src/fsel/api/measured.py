@@ -12,12 +12,13 @@ from fsel.data.capture import Capture
 from fsel.data.problem import Method
 from fsel.images.previews import Progress, in_silence
 from fsel.ingest.lazy import LazyCapture
-from fsel.request.blur import SharpnessOf
 from fsel.request.budget import Auto
 from fsel.request.patience import Patience
 
 Describe = Callable[[Capture], np.ndarray]
 """capture -> (N, D) float32 appearance descriptors of every frame."""
+SharpnessOf = Callable[[np.ndarray], np.ndarray]
+"""(n,) int64 frames -> (n,) sharpness of each, comparable within a call."""
 
 
 def described(capture: Capture) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsel.api.covering import check_cover, cover_of, near_all, seeing_all
-from fsel.api.measured import Describe, as_read, measured
+from fsel.api.measured import Describe, SharpnessOf, as_read, measured
 from fsel.api.request import (
     checked_request,
     method_of,
@@ -20,11 +20,10 @@ from fsel.api.request import (
 from fsel.data.capture import Capture, Views
 from fsel.data.problem import Method, Problem, checked_select
 from fsel.data.subsets import evenly, subset_key
-from fsel.images.previews import in_silence, sharpness_among
+from fsel.images.previews import sharpness_among
 from fsel.images.sharpness import sharpness as measure_sharpness
 from fsel.ingest.lazy import LazyCapture
 from fsel.request import budget
-from fsel.request.blur import SharpnessOf, exchanged
 from fsel.request.budget import Auto, Budget
 from fsel.request.cover import Cover
 from fsel.request.focus import Focus
@@ -32,7 +31,6 @@ from fsel.request.patience import Patience, Tried
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets, Wish
-from fsel.selector import pretrained
 from fsel.selector.policies import Learned, Ranked
 from fsel.utils.wording import counted, listed
 
@@ -55,8 +53,6 @@ class Selection:
         cover: how often the picks see the sparse points, where a cover was stated.
         swapped: what swaps changed and gained, where swaps were wanted. Then fewer picks are no
             longer the selection at a smaller budget, and a frame that was swapped in has no score.
-        exchanged: name of a pick -> that of the blurred one whose place it took. At a smaller
-            budget another frame may take it, since fewer are picked already.
         held_out: (F,) int64 frames that are targets, and were never to be selected.
     """
 
@@ -68,7 +64,6 @@ class Selection:
     tried: Tried | None = None
     cover: Cover | None = None
     swapped: Swapped | None = None
-    exchanged: dict[str, str] = field(default_factory=dict)
     held_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     def __repr__(self) -> str:
@@ -135,8 +130,7 @@ def select(
             `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
             them.
         sharpness: (N,) of every frame, where it is known already, or what measures it of some;
-            else it is measured of the capture's images, of all for methods that read it. Blurred
-            picks of `fsel` are exchanged, see `fsel.request.blur`; zeros exchange none.
+            else it is measured of the capture's images; for methods that read it.
         descriptors: (N, D) of every frame, where they are known already, or what measures them of
             a capture; else measured by `lab_hog`, which needs no weights; for methods that read
             them.
@@ -184,10 +178,7 @@ def select(
     else:
         frames, scores = ranked(problem, count)
     frames, scores, tried = _tried(problem, frames, scores, trying)
-    seconds, began, swapped = time.perf_counter() - started, frames, None
-    sharp = sharpened(method, problem, frames, sharpness_of)
-    started = time.perf_counter()
-    frames = sharp
+    began, swapped = frames, None
     if refine is not None:
         if len(targets.always):
             raise ValueError("frames that are always to be selected cannot be swapped: no refine")
@@ -197,12 +188,10 @@ def select(
         swapped = refined(problem, frames, swapping, seed)
         frames = swapped.picks
     scores = np.where(frames == began, scores, np.nan)
-    seconds += time.perf_counter() - started
+    seconds = time.perf_counter() - started
     names = tuple(capture.names[i] for i in frames)
-    stand_in = (sharp != began) & (frames == sharp)  # swaps may have taken it out again
-    instead = {names[at]: capture.names[began[at]] for at in np.flatnonzero(stand_in)}
     reached = cover_of(problem, frames, cover, cover_share) if cover else None
-    made = (chosen, tried, reached, swapped, instead)
+    made = (chosen, tried, reached, swapped)
     return Selection(names, frames, scores, seconds, *made, targets.frames)
 
 
@@ -227,13 +216,6 @@ def _tried(
     return outcome.frames, np.full(len(frames), np.nan), outcome
 
 
-def sharpened(
-    method: Method, problem: Problem, frames: np.ndarray, sharpness_of: SharpnessOf
-) -> np.ndarray:
-    """(K,) a method's picks; of `fsel` the blurred ones exchanged, see `fsel.request.blur`."""
-    return exchanged(problem, frames, sharpness_of) if method.name == pretrained.DEFAULT else frames
-
-
 def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) -> SharpnessOf:
     """Function that says how sharp frames are; see `select`."""
     if sharpness is None:
@@ -243,7 +225,7 @@ def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) 
 
 def _measuring(opened: LazyCapture) -> SharpnessOf:
     """Function that says how sharp frames are in their files."""
-    return sharpness_among(opened.raw.images, opened.longest, in_silence)
+    return sharpness_among(opened.raw.images, opened.longest)
 
 
 def _enough(

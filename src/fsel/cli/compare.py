@@ -13,6 +13,7 @@ import numpy as np
 from fsel import api
 from fsel.cli import posing
 from fsel.cli.console import Console
+from fsel.cli.health import without_bad
 from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
@@ -21,13 +22,13 @@ from fsel.data.problem import Method, Problem
 from fsel.data.subsets import evenly, subset_key
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
+from fsel.health.findings import BLURRED
 from fsel.images.previews import sharpness_among
 from fsel.metrics import Metrics
 from fsel.outputs.atomic import staged
 from fsel.pages.compare import comparison
 from fsel.pages.compared import Cell, Compared, differences
 from fsel.reconstruct import Model, Reconstructor
-from fsel.request.blur import SharpnessOf, blurred
 from fsel.request.focus import Focus
 from fsel.request.problem import request_problem
 from fsel.request.targets import Targets
@@ -64,12 +65,14 @@ def run(args: argparse.Namespace, console: Console) -> None:
             console.say("object", f"in {shown}, compared inside of it alone")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
+            targets, health = without_bad(args, console, opened, targets, max(args.k))
+            bad = np.empty(0) if health is None else health.of_kind(BLURRED)
+            unsharp = np.isin(held_out, bad)
             bar = console.bar("sharpness")
             sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
             sharpness, descriptors = api.measured(methods, capture, sharpness_of)
             problem = request_problem(capture, targets, sharpness, focus, descriptors)
-            picks = _picks(args, problem, methods, sharpness_of)
-            unsharp = blurred(capture, held_out, sharpness_of)
+            picks = _picks(args, problem, methods)
         drawn = evenly(len(held_out), max(SHEETS, PICTURES // len(picks)))
         keeping = _Keeping(bound(args, capture), drawn)
         scores = _scores(args, keeping, (held_out, masks), picks, metrics, console)
@@ -125,7 +128,6 @@ def _picks(
     args: argparse.Namespace,
     problem: Problem,
     methods: Sequence[Method],
-    sharpness_of: SharpnessOf,
 ) -> Picks:
     """(k, method) -> one selection a seed; nested methods run once, at the largest k."""
 
@@ -138,8 +140,7 @@ def _picks(
             picks |= {(k, api.ALL_FRAMES): [problem.observed] for k in args.k}
             continue
         for made in picks_at(problem, run, args.k, chance):
-            frames = api.sharpened(run.method, problem, made.frames, sharpness_of)
-            picks.setdefault((made.k, run.method.name), []).append(frames)
+            picks.setdefault((made.k, run.method.name), []).append(made.frames)
     return picks
 
 

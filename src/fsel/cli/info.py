@@ -11,15 +11,16 @@ import numpy as np
 from fsel import api
 from fsel.cli import posing
 from fsel.cli.console import Console
+from fsel.cli.health import say
 from fsel.cli.request import reasons
 from fsel.data.capture import Capture
 from fsel.data.geometry import lengths
-from fsel.export.record import reason
+from fsel.export.record import bad_frames, reason
+from fsel.health import Health
 from fsel.images import files as image_files
-from fsel.images.previews import sharpness_of_files
+from fsel.ingest.examination import examined
 from fsel.ingest.lazy import LazyCapture
 from fsel.layouts import bare
-from fsel.request.blur import blurred
 from fsel.request.focus import scene_bounds
 from fsel.request.paths import attention
 from fsel.request.scene_depth import viewing_distance
@@ -30,10 +31,10 @@ from fsel.utils.wording import counted
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     opened = posing.opened(args, console)
-    sharpness = sharpness_of_files(opened.raw.images, opened.longest, console.bar("sharpness"))
+    health = examined(opened, console.bar("health"))
     with console.clock("points"):
         capture = opened.with_points()
-    result = described(opened, capture, sharpness)
+    result = described(opened, capture, health)
     frames = result["frames"]
     console.say(
         "capture", f"{counted(frames, 'frame')}, {opened.layout}, passes: {result['passes']}"
@@ -57,24 +58,24 @@ def run(args: argparse.Namespace, console: Console) -> None:
         place = " ".join(f"{x:.4g}" for x in result["looked_at"])
         console.say("looked at", f"{place} (the point closest to all optical axes)")
     console.say("agree", str(opened.agreement))
-    unsharp = result["blurred"]
-    console.say("blurred", f"{len(unsharp)}: {', '.join(unsharp[:5])}" if unsharp else "none")
+    say(console, health, capture.names)
+    if not health.findings:
+        console.say("bad", "none of the frames")
     console.say("keep", f"{result['enough']} (fsel select -k auto)")
     console.give(result | {"agreement": str(opened.agreement)})
 
 
-def described(opened: LazyCapture, capture: Capture, sharpness: np.ndarray) -> dict:
+def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
     """Report that the command prints, with names in full.
 
     Args:
         opened: the capture.
         capture: the same with its points.
-        sharpness: (N,) of its frames.
+        health: of its frames.
     """
     centers, points = capture.centers, capture.points
     distance = viewing_distance(capture.views, points)
-    unsharp = blurred(capture, np.arange(len(capture)), sharpness.__getitem__)
-    keep, enough = _worth_keeping(capture)
+    keep, enough = _worth_keeping(capture, health)
     cameras = dict.fromkeys(f"{c.model} {c.width}x{c.height}" for c in opened.raw.cameras)
     return {
         "layout": opened.layout,
@@ -89,7 +90,7 @@ def described(opened: LazyCapture, capture: Capture, sharpness: np.ndarray) -> d
         "distance": float(np.median(distance)),
         "bounds": scene_bounds(capture).tolist(),
         "looked_at": _looked_at(capture),
-        "blurred": [capture.names[i] for i in np.flatnonzero(unsharp)],
+        "bad": bad_frames(health, capture.names),
         "worth_keeping": keep,
         "enough": enough,
     }
@@ -103,11 +104,12 @@ def _looked_at(capture: Capture) -> list[float] | None:
         return None
 
 
-def _worth_keeping(capture: Capture) -> tuple[list[str], str]:
+def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
     """Names of the frames that `fsel select -k auto` keeps, and why so many."""
     if len(capture) < api.LEAST_FRAMES:
         return list(capture.names), f"all {len(capture)} frames, which are too few to select from"
-    chosen = api.select(capture, api.AUTO)
+    bad = health.leaving_out(np.arange(len(capture)), len(capture) - 2).left_out
+    chosen = api.select(capture, api.AUTO, never=bad if len(bad) else None)
     budget = chosen.budget
     return sorted(chosen.names, key=natural), "" if budget is None else reason(budget)
 

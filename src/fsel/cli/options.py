@@ -115,7 +115,17 @@ def add_request(command: argparse.ArgumentParser) -> None:
         "held out), every:N (every N-th frame, held out), orbit, or trajectory; without it, "
         "anything that the capture saw",
     )
+    add_keeping(command)
     add_object(command, "targets that see the object, and features measured around it")
+
+
+def add_keeping(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--keep-bad",
+        action="store_true",
+        help="do not look for bad frames (blurred, misplaced, wrongly exposed, covered), and let "
+        "them be picked",
+    )
 
 
 def add_object(command: argparse.ArgumentParser, what: str) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from fsel.cli.options import (
     LARGEST,
     add_captures,
+    add_keeping,
     add_object,
     add_opening,
     add_output,
@@ -109,6 +110,7 @@ def _add_compare(commands) -> None:
         help="the frames that are held out and compared with: every:N (every N-th; every:8 by "
         "default), or names.txt (one a line)",
     )
+    add_keeping(command)
     add_object(command, "frames that see the object, compared inside of their masks")
     _add_reconstructor(command)
     _add_metrics(command)

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from fsel import api
+from fsel.cli import health as frame_health
 from fsel.cli import posing
 from fsel.cli.again import commands
 from fsel.cli.console import Console
@@ -32,11 +33,10 @@ from fsel.data.problem import Method
 from fsel.export import record, subset
 from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
-from fsel.images.previews import check_pixels, sharpness_among, thumbnails
+from fsel.images.previews import check_pixels, sharpness_of_files, thumbnails
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture
 from fsel.outputs.atomic import staged
 from fsel.pages.report import Shown, frames_shown, page, picture_side
-from fsel.request.blur import SharpnessOf
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.hidden import behind
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         seconds = {"read": time.perf_counter() - started}
         outcome = _select(args, console, opened, method, seconds)
         written = time.perf_counter()
-        picks = outcome.selection.indices
+        picks, health = outcome.selection.indices, outcome.health
         held_out = outcome.targets.frames
         pictures = _pictures(args, opened, outcome)
         form = form_of(args, opened)
@@ -79,12 +79,15 @@ def run(args: argparse.Namespace, console: Console) -> None:
             cv2.imwrite(str(stage / "sheet.png"), sheet(shown)[..., ::-1])
         names = "".join(f"{name}\n" for name in outcome.selection.names)
         (stage / "frames.txt").write_text(names, encoding="utf-8")
+        if health is not None:
+            frame_health.write(health, opened.capture.names, stage / frame_health.BAD)
         seconds["write"] = time.perf_counter() - written
         seconds["total"] = time.perf_counter() - started
         content = selection_content(args, opened, outcome, method, seconds) | {
             "turn": None if form.turn is None else form.turn.tolist(),
             "frames": entries,
             "left": left,
+            "bad": None if health is None else record.bad_frames(health, opened.capture.names),
         }
         text = json.dumps(content, indent=1, ensure_ascii=False)
         (stage / "selection.json").write_text(text, encoding="utf-8")
@@ -110,11 +113,6 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
             f"{counted(swapped.tried, 'reconstructed subset')}",
         )
     picked = len(outcome.selection.names)
-    if instead := outcome.selection.exchanged:
-        text = (
-            f"{len(instead)} of {counted(picked, 'pick')}, exchanged for sharp frames beside them"
-        )
-        console.say("blurred", text)
     name = method.name if tried is None else tried.kept
     console.say("picked", f"{counted(picked, 'frame')} by {name}, service {reached:.1%}")
 
@@ -160,11 +158,14 @@ def _select(
     """Select as the command line asks."""
     k, focus, targets = _checked(args, console, opened, method)
     patience = patience_of(args, k, targets, method, focus)
-    sharpness, sharpness_of = None, _measuring(opened, console, seconds)
-    if args.geometry_only:
-        sharpness_of = np.zeros(len(opened.capture)).__getitem__
-    elif args.sharpness or "sharpness" in method.reads:
-        sharpness = sharpness_of(np.arange(len(opened.capture)))
+    began, images = time.perf_counter(), not args.geometry_only
+    least = k if isinstance(k, int) else 0
+    targets, health = frame_health.without_bad(args, console, opened, targets, least, images=images)
+    sharpness = np.zeros(len(opened.capture))
+    if images and "sharpness" in method.reads:
+        files, bar = opened.raw.images, console.bar("sharpness")
+        sharpness = sharpness_of_files(files, opened.longest, bar)
+    seconds["health"] = time.perf_counter() - began
     capture = _read(args, console, opened, method, patience)
     with trying(patience, console) as trials, refining(refine_of(args), console) as refine:
         selection = api.select(
@@ -178,26 +179,12 @@ def _select(
             cover_share=args.cover_share,
             k_center=k_center_of(args, k, targets, method, focus),
             refine=refine,
-            sharpness=sharpness_of,
+            sharpness=sharpness,
             focus=focus,
             descriptors=_describing(args, seconds),
         )
     seconds["select"] = selection.seconds
-    return record.Outcome(capture, targets, selection, sharpness, method, focus)
-
-
-def _measuring(opened: LazyCapture, console: Console, seconds: dict[str, float]) -> SharpnessOf:
-    """Measurement of the sharpness of some frames, which adds up the time that it takes."""
-    measure = sharpness_among(opened.raw.images, opened.longest, console.bar("sharpness"))
-    seconds["sharpness"] = 0.0
-
-    def timed(frames: np.ndarray) -> np.ndarray:
-        started = time.perf_counter()
-        values = measure(frames)
-        seconds["sharpness"] += time.perf_counter() - started
-        return values
-
-    return timed
+    return record.Outcome(capture, targets, selection, method, health, focus)
 
 
 def _warn_of_walls(

@@ -112,6 +112,7 @@ def _settings(args: argparse.Namespace, method: Method) -> dict:
         "masks": str(args.masks) if args.masks else None,
         "box": args.box,
         "geometry_only": args.geometry_only,
+        "keep_bad": args.keep_bad,
         "vram": args.vram,
         "trainer": args.trainer,
         "always": str(args.always) if args.always else None,

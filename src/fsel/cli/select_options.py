@@ -127,20 +127,13 @@ def _add_method(command: argparse.ArgumentParser) -> None:
 
 def _add_looking(command: argparse.ArgumentParser) -> None:
     """Add options of which images are opened."""
-    looking = command.add_mutually_exclusive_group()
-    looking.add_argument(
-        "--sharpness",
-        action="store_true",
-        help="measure the sharpness of every frame for the report: a timeline, and blurred picks "
-        "marked; without, only that of picks and frames around them",
-    )
-    looking.add_argument(
+    command.add_argument(
         "--geometry-only",
         action="store_true",
         help="do not look at images: nothing is tried on them, but where nothing but -k is stated "
         "no frame is left farther from the picks than three times what the best cover by as many "
-        "frames reaches; blurred picks stay, no pictures in the report, no points "
-        "where the capture has none",
+        "frames reaches; of bad frames only the misplaced are left out, no pictures in the "
+        "report, no points where the capture has none",
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -15,7 +16,7 @@ from fsel.data.points import SparsePoints
 from fsel.data.problem import Method
 from fsel.data.subsets import evenly
 from fsel.export.service import Service, closest_pick, service_of
-from fsel.request.blur import SHARPER, blurred
+from fsel.health.findings import BLURRED, DUPLICATE, Health
 from fsel.request.budget import Budget
 from fsel.request.cover import Cover
 from fsel.request.focus import Focus
@@ -37,8 +38,8 @@ class Outcome:
         capture: the capture.
         targets: views to be rendered.
         selection: the picks.
-        sharpness: (N,) of every frame, or None where it was not measured.
-        method: that was asked for. Sharpness is given as a reason only where it reads it.
+        method: that was asked for.
+        health: what is wrong with which frames; None where it was not looked for.
         focus: the object that targets must see.
         seen: sparse points that the picks see, whose tracks number the picks in their order; None
             without points.
@@ -47,8 +48,8 @@ class Outcome:
     capture: Capture
     targets: Targets
     selection: Selection
-    sharpness: np.ndarray | None
     method: Method
+    health: Health | None
     focus: Focus | None = None
     seen: SparsePoints | None = None
 
@@ -60,13 +61,12 @@ class Outcome:
             views = self.capture.view(self.served)
         return service_of(self.capture, views, pool, self.selection.indices)
 
-    @cached_property
-    def unsharp(self) -> np.ndarray | None:
-        """(N,) bool which frames are blurred, or None where sharpness was not measured."""
-        if self.sharpness is None:
+    @property
+    def sharpness(self) -> np.ndarray | None:
+        """(N,) detail of every frame, 0 where it is unknown; None where no image was looked at."""
+        if self.health is None or self.health.sharpness is None:
             return None
-        frames = np.arange(len(self.capture))
-        return blurred(self.capture, frames, self.sharpness.__getitem__)
+        return np.nan_to_num(self.health.sharpness)
 
     @cached_property
     def served(self) -> np.ndarray:
@@ -102,7 +102,8 @@ def picked(outcome: Outcome) -> list[dict]:
     capture, selection, service = outcome.capture, outcome.selection, outcome.service
     known = outcome.served if outcome.targets.kind == ALL else outcome.targets.frames
     ranks = _sharpness_ranks(outcome.sharpness)
-    unsharp, sights = outcome.unsharp, outcome.sights
+    unsharp = None if ranks is None or outcome.health is None else outcome.health.of_kind(BLURRED)
+    sights = outcome.sights
     entries = []
     for order, frame in enumerate(selection.indices):
         view = int(service.nearest_view[order])
@@ -118,8 +119,7 @@ def picked(outcome: Outcome) -> list[dict]:
                 "sees_new": None if sights is None else round(float(sights[order]), 6),
                 "nearest_target": capture.names[known[view]] if len(known) else view,
                 "sharpness_rank": int(ranks[frame]) if ranks is not None else None,
-                "blurred": bool(unsharp[frame]) if unsharp is not None else None,
-                "in_place_of": selection.exchanged.get(selection.names[order]),
+                "blurred": bool(frame in unsharp) if unsharp is not None else None,
             }
         )
     return entries
@@ -130,22 +130,15 @@ def left(outcome: Outcome) -> list[dict]:
     capture, picks = outcome.capture, outcome.selection.indices
     pool = set(outcome.targets.pool(capture).tolist())
     closest = closest_pick(capture, picks)
-    stand_in = {gone: name for name, gone in outcome.selection.exchanged.items()}
-    unsharp = outcome.unsharp if "sharpness" in outcome.method.reads else None
     by_rule = _by_rule(outcome, picks)
     entries = []
     for frame in np.setdiff1d(np.arange(len(capture)), picks).tolist():
         near = capture.names[closest[frame]]
-        name = capture.names[frame]
-        if name in stand_in:
-            reason = f"blurred: {stand_in[name]} beside it was picked in its place"
-        elif frame not in pool:
-            reason = _left_out(outcome.targets, frame)
-        elif unsharp is not None and unsharp[frame]:
-            reason = f"near {near}; blurred: a frame beside it is {SHARPER:g} times as sharp"
+        if frame not in pool:
+            reason = _left_out(outcome, frame)
         else:
             reason = f"near {near}; {by_rule.get(frame, _by_another(outcome))}"
-        entries.append({"name": name, "reason": reason, "closest_pick": near})
+        entries.append({"name": capture.names[frame], "reason": reason, "closest_pick": near})
     return entries
 
 
@@ -203,8 +196,31 @@ def _by_another(outcome: Outcome) -> str:
     return f"the picks of {name} were kept"
 
 
-def _left_out(targets: Targets, frame: int) -> str:
+def bad_frames(health: Health, names: Sequence[str]) -> list[dict]:
+    """One entry a finding: name, kind, value, threshold, what is counted, whether it is left out.
+
+    A bad frame that is not left out alone shows a part of the scene, or is wanted, held out, or
+    needed to have enough frames. Duplicates may be picked.
+    """
+    gone = set(health.left_out.tolist())
+    return [
+        {
+            "name": names[finding.frame],
+            "kind": finding.kind,
+            "value": float(f"{finding.value:.4g}"),
+            "threshold": float(f"{finding.threshold:.4g}"),
+            "measure": finding.measure,
+            "left_out": finding.kind != DUPLICATE and finding.frame in gone,
+        }
+        for finding in health.findings
+    ]
+
+
+def _left_out(outcome: Outcome, frame: int) -> str:
     """Reason why a frame is not one of those that may be selected."""
+    targets = outcome.targets
+    if outcome.health is not None and frame in targets.bad:
+        return "; ".join(str(f) for f in outcome.health.of(frame) if f.kind != DUPLICATE)
     if frame in targets.frames:
         return "held out as a target"
     return "is never to be selected" if frame in targets.never else "sees nothing of the object"

@@ -1,5 +1,6 @@
 """Frame health: what makes a frame bad for a reconstruction, from arrays alone."""
 
 from fsel.health.duplicates import duplicates
+from fsel.health.findings import Finding, Health
 
-__all__ = ["duplicates"]
+__all__ = ["Finding", "Health", "duplicates"]

@@ -10,8 +10,20 @@ STILL = 0.004  # of the longer side that the image moves: 2 pixels at 480
 def duplicates(thumbnails: np.ndarray, still: float = STILL) -> np.ndarray:
     """Find which frames of a sequence to keep, so that neighbours differ.
 
-    A frame goes where its image moved less than `still` since the last frame that is kept, so that
-    a slow film is thinned and does not end.
+    Args:
+        thumbnails: see `movements`.
+        still: share of the longer side that a frame to keep has moved at least.
+
+    Returns:
+        (n,) bool, true for frames to keep; the first is always one.
+    """
+    return movements(thumbnails, still) >= still
+
+
+def movements(thumbnails: np.ndarray, still: float = STILL) -> np.ndarray:
+    """Movement of each frame of a sequence since the last one that moved, see `moved`.
+
+    A frame that moved less than `still` is not compared with, so that a slow film goes on.
 
     Args:
         thumbnails: (n, h, w) grey images in their order in time, reduced by averaging; a longer
@@ -19,18 +31,18 @@ def duplicates(thumbnails: np.ndarray, still: float = STILL) -> np.ndarray:
         still: share of the longer side.
 
     Returns:
-        (n,) bool, true for frames to keep; the first is always one.
+        (n,) shares of the longer side, infinite for the first frame.
     """
-    keep = np.ones(len(thumbnails), bool)
+    movement = np.full(len(thumbnails), np.inf)
     last = 0
     for at in range(1, len(thumbnails)):
-        keep[at] = moved(thumbnails[last], thumbnails[at]) >= still
-        last = at if keep[at] else last
-    return keep
+        movement[at] = moved(thumbnails[last], thumbnails[at])
+        last = at if movement[at] >= still else last
+    return movement
 
 
 def moved(first: np.ndarray, second: np.ndarray) -> float:
-    """Distance between the contents of two (h, w) grey images.
+    """Distance that the content of (h, w) grey images moved between two.
 
     The root of the mean squared difference over that of the gradient along a direction: the optical
     flow constraint (Horn and Schunck, 1981) for one motion of the whole image. Brightness and

@@ -64,16 +64,8 @@ def sharpness_of_files(
 def sharpness_among(
     files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Measurement of some files by their numbers, each once; see `sharpness_of_files`."""
-    known: dict[int, float] = {}
-
-    def measured(frames: np.ndarray) -> np.ndarray:
-        new = [frame for frame in frames.tolist() if frame not in known]
-        values = sharpness_of_files([files[frame] for frame in new], longest, progress)
-        known.update(zip(new, values.tolist(), strict=True))
-        return np.array([known[frame] for frame in frames.tolist()])
-
-    return measured
+    """Measurement of some files by their numbers; see `sharpness_of_files`."""
+    return lambda frames: sharpness_of_files([files[i] for i in frames], longest, progress)
 
 
 def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes | None]:
@@ -81,16 +73,12 @@ def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> l
 
     None for an image that cannot be decoded.
     """
-    flag = COLOR[_factor(longest, side)]
 
     def shrink(at: int) -> bytes | None:
         try:
-            image = image_files.load(files[at], flag)
+            small = shrunk(files[at], longest, side)
         except ValueError:
             return None
-        scale = min(1.0, side / max(image.shape[:2]))
-        size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
-        small = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
         return jpeg(small)
 
     return in_turn(shrink, files)
@@ -99,6 +87,14 @@ def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> l
 def jpeg(image: np.ndarray) -> bytes:
     """A JPEG file of an (h, w, 3) RGB image in 0..255, as small as pages want it."""
     return cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1].tobytes()
+
+
+def shrunk(file: image_files.Image, longest: int, side: int) -> np.ndarray:
+    """(h, w, 3) uint8 RGB image whose longer side has `side` pixels, or as many as it has."""
+    image = image_files.load(file, COLOR[_factor(longest, side)])
+    scale = min(1.0, side / max(image.shape[:2]))
+    size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
+    return cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
 
 
 def check_pixels(files: Sequence[image_files.Image]) -> None:

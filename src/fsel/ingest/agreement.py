@@ -92,9 +92,14 @@ def _agreement(
     return Agreement(kind, median, p95, side, len(pixels), cause)
 
 
-def reprojection_errors(raw: RawCapture) -> np.ndarray:
-    """(L,) pixels between each observation and its point's projection; inf behind the camera."""
-    points = raw.sparse()
+def reprojection_errors(raw: RawCapture, points: RawPoints | None = None) -> np.ndarray:
+    """(L,) pixels between each observation and its point's projection; inf behind the camera.
+
+    Args:
+        raw: the capture.
+        points: its points, where they are read already.
+    """
+    points = points or raw.sparse()
     if points is None:
         return np.empty(0)
     errors = np.full(len(points.track_xy), np.inf)

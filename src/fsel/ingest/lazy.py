@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from fsel.data.capture import Capture
+from fsel.data.points import RawPoints
 from fsel.images.previews import Progress, in_silence, in_turn
 from fsel.ingest.agreement import Agreement
 from fsel.ingest.canonical import ingest
@@ -45,6 +47,11 @@ class LazyCapture:
         """Pixels of the images' longer side, as the first camera states it."""
         return max(self.raw.cameras[0].width, self.raw.cameras[0].height)
 
+    @cached_property
+    def points(self) -> RawPoints | None:
+        """The points that its frames see, with their pixels; read once."""
+        return self.raw.sparse()
+
     @property
     def left_out(self) -> dict[str, str]:
         """Frames that the capture names and cannot use, with the reason, but for `skipped`."""
@@ -66,7 +73,7 @@ class LazyCapture:
 
     def with_all_points(self) -> Capture:
         """The capture, its images unopened, with the points that its frames see."""
-        points = self.raw.sparse()
+        points = self.points
         return replace(self.capture, points=None if points is None else points.without_pixels())
 
     def with_points(self) -> Capture:

@@ -50,6 +50,7 @@
     if (picture) get('picture').src = picture.src;
     get('name').textContent = data.names[now];
     get('why').textContent = data.texts[now];
+    get('faults').textContent = data.faults[now];
     get('now').setAttribute('d', `M${(now + 0.5) / frames.length * lanes.viewBox.baseVal.width} 0V999`);
     get('detail').classList.add('open');
     ring(now);

@@ -59,13 +59,15 @@ class Shown:
 
 
 class Card(NamedTuple):
-    """A frame as the page says it: its number, name, kind, order among the picks, and text."""
+    """A frame as the page says it: its number, name, kind (`pick`, `held`, `left`, or `bad` where
+    it is left out as a bad frame), order among the picks, text, and what is wrong with it."""
 
     frame: int
     name: str
     kind: str
     order: int
     text: str
+    faults: str
 
 
 def frames_shown(outcome: Outcome) -> np.ndarray:
@@ -115,18 +117,24 @@ def cards_of(shown: Shown) -> list[Card]:
     outcome = shown.outcome
     picked = {entry["index"]: entry for entry in shown.picked}
     left = {entry["name"]: entry["reason"] for entry in shown.left}
-    held = set(outcome.targets.frames.tolist())
+    held, bad = set(outcome.targets.frames.tolist()), set(outcome.targets.bad.tolist())
+    wrong: dict[int, list[str]] = {}
+    for finding in outcome.health.findings if outcome.health else ():
+        wrong.setdefault(finding.frame, []).append(str(finding))
     cards = []
     for frame in frames_shown(outcome).tolist():
         name = outcome.capture.names[frame]
+        kind, order, faults = "left", 0, "; ".join(wrong.get(frame, ()))
         if frame in picked:
-            order = picked[frame]["order"]
+            kind, order = "pick", picked[frame]["order"]
             text = f"Pick {order}: {adds(picked[frame])}."
-            cards.append(Card(frame, name, "pick", order, text))
         elif frame in held:
-            cards.append(Card(frame, name, "held", 0, "Held out as a target: never picked."))
+            kind, text = "held", "Held out as a target: never picked."
+        elif frame in bad:
+            kind, text = "bad", "Left out as a bad frame."
         else:
-            cards.append(Card(frame, name, "left", 0, f"Left out: {left[name]}."))
+            text = f"Left out: {left[name]}."
+        cards.append(Card(frame, name, kind, order, text, faults))
     return cards
 
 
@@ -138,10 +146,6 @@ def adds(entry: dict) -> str:
         said = [f"sees {entry['sees_new']:.1%} of the scene that no earlier pick sees well"]
     if entry["sharpness_rank"] is not None:
         said.append(f"rank {entry['sharpness_rank']} in sharpness")
-    if entry["in_place_of"]:
-        said.append(f"in place of {entry['in_place_of']}, which is blurred")
-    if entry["blurred"]:
-        said.append("blurred")
     return ", ".join(said)
 
 
@@ -151,11 +155,13 @@ def _world(outcome: Outcome) -> list[str]:
     if len(outcome.capture) > SHOWN:
         note += f" {SHOWN:,} of {len(outcome.capture):,} frames, evenly spread, and the picks."
     known = len(outcome.targets.frames) > 0
+    bad = '<span class="key bad">bad frames</span>, ' if len(outcome.targets.bad) else ""
     views = ("held", "held-out frames") if known else ("target", "target views")
     return [
         '<figure class="world" id="world"><button class="above">From above</button><figcaption>'
         '<span class="key pick">picks in order</span>, '
-        f'<span class="key {views[0]}">{views[1]}</span>, <span class="key">other frames</span>. '
+        f'<span class="key {views[0]}">{views[1]}</span>, '
+        f'{bad}<span class="key">other frames</span>. '
         "Click a camera to see its frame; drag to turn, shift and drag to move, scroll or pinch to "
         f"zoom.{note}</figcaption></figure>"
     ]
@@ -193,7 +199,8 @@ def _timeline(shown: Shown) -> list[str]:
     if shown.pictures:
         light = brightness(shown.pictures, len(outcome.capture))[frames]
         rows["exposure (mean grey level, %)"] = light
-    kinds = {"held": outcome.targets.frames, "pick": outcome.selection.indices}
+    targets = outcome.targets
+    kinds = {"held": targets.frames, "pick": outcome.selection.indices, "bad": targets.bad}
     marks = {kind: np.flatnonzero(np.isin(frames, of)).tolist() for kind, of in kinds.items()}
     labels = "".join(
         f'<span style="top:{100 * at / len(rows):.1f}%">{escape(name)}: up to '
@@ -203,8 +210,8 @@ def _timeline(shown: Shown) -> list[str]:
     return [
         "<h2>Over time</h2>",
         f'<figure><div class="lanes">{timeline(rows, marks)}{labels}</div><figcaption>Frames in '
-        "the order of their names; picks in orange, held-out frames in blue. Click to see a "
-        "frame.</figcaption></figure>",
+        "the order of their names; picks in orange, held-out frames in blue, bad ones in dashed "
+        "red. Click to see a frame.</figcaption></figure>",
     ]
 
 
@@ -213,6 +220,7 @@ def _strip(shown: Shown, cards: Sequence[Card]) -> list[str]:
     width, height = shown.outcome.capture.size
     wide, high = CELL * np.sqrt([width / height, height / width])
     kinds = [("all", "all"), ("pick", "picks"), ("left", "left out"), ("held", "held out")]
+    kinds += [("bad", "bad")]
     there = {"all"} | {card.kind for card in cards}
     options = [(value, text) for value, text in kinds if value in there]
     options += [("keep", "kept by hand"), ("drop", "dropped by hand")]
@@ -229,8 +237,10 @@ def _strip(shown: Shown, cards: Sequence[Card]) -> list[str]:
             address = source(shown.pictures[card.frame])
             inside = f'<img loading="lazy" decoding="async" alt="{name}" src="{address}">'
         order = f"<i>{card.order}</i>" if card.order else ""
+        order += "<em>!</em>" if card.faults else ""
         parts.append(
-            f'<button class="frame {card.kind}" title="{name}: {escape(card.text)}">{inside}'
+            f'<button class="frame {card.kind}" title="{name}: '
+            f'{escape(card.text)} {escape(card.faults)}">{inside}'
             f"{order}</button>"
         )
     return [*parts, "</div>"]
@@ -252,7 +262,7 @@ def _wishes() -> list[str]:
 def _detail() -> str:
     return (
         '<aside id="detail"><img id="picture" alt="" hidden><h3 id="name">No frame chosen</h3>'
-        '<p id="why">Click a camera, a frame or the timeline.</p>'
+        '<p id="why">Click a camera, a frame or the timeline.</p><p id="faults"></p>'
         '<p><button id="keep" disabled>Keep <kbd>k</kbd></button> '
         '<button id="drop" disabled>Drop <kbd>d</kbd></button></p></aside>'
     )
@@ -314,6 +324,7 @@ def _content(shown: Shown, cards: Sequence[Card]) -> dict:
         "kinds": [card.kind for card in cards],
         "orders": [card.order for card in cards],
         "texts": [card.text for card in cards],
+        "faults": [card.faults for card in cards],
         "marks": [wished.get(card.frame) for card in cards],
         "k": len(shown.picked),
     }

@@ -10,7 +10,7 @@ function mountScene(element, data, chosen) {
   canvas.setAttribute('aria-label',
     'cameras and points; turn with the arrow keys, zoom with plus and minus');
   element.prepend(canvas);
-  const COLOURS = { pick: '#d55e00', held: '#0072b2', left: '#a0a0a0' };
+  const COLOURS = { pick: '#d55e00', held: '#0072b2', bad: '#b00020', left: '#a0a0a0' };
   let yaw = 0.7, pitch = 0.6, zoom = 1, panX = 0, panY = 0, due = false, now = -1, seen = [];
 
   const project = ([x, y, z]) => {

@@ -11,12 +11,13 @@ from fsel.pages.report import Shown, cards_of
 
 CELL, TEXT, EDGE = 120, 16, 4  # pixels of a picture's longer side, a line of text, a coloured edge
 MOST_ACROSS = 16
-COLOURS = {"pick": (213, 94, 0), "held": (0, 114, 178), "left": (255, 255, 255)}
+COLOURS = {"pick": (213, 94, 0), "held": (0, 114, 178)}
+COLOURS |= {"bad": (176, 0, 32), "left": (255, 255, 255)}
 
 
 def sheet(shown: Shown) -> np.ndarray:
     """(h, w, 3) uint8 frames in the order of the capture: picks have an orange edge and their
-    order, held-out frames a blue edge."""
+    order, held-out frames a blue edge, bad ones a red edge."""
     cards = cards_of(shown)
     images = [_picture(shown.pictures.get(card.frame)) for card in cards]
     wide = max(image.shape[1] for image in images) + 2 * EDGE

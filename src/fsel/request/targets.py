@@ -43,6 +43,7 @@ class Targets:
         blind: (B,) int64 frames that see nothing of the object of interest: never selected.
         never: frames that a person does not want: never selected.
         always: frames that a person wants: selected first.
+        bad: frames that are bad, see `fsel.health`: not selected.
     """
 
     views: Views
@@ -52,6 +53,7 @@ class Targets:
     blind: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
     never: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
     always: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    bad: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     def pool(self, capture: Capture) -> np.ndarray:
         """(n,) int64 the frames that may be selected, ascending."""
@@ -83,6 +85,7 @@ class Targets:
             (self.frames, "is held out as a target", "being held out as targets"),
             (self.blind, "sees nothing of the object", "not seeing the object"),
             (self.never, "is never to be selected", "being unwanted"),
+            (self.bad, "is bad", "being bad (--keep-bad keeps them)"),
         ]
 
     def seeing(self, corners: np.ndarray, capture: Capture) -> Targets:

@@ -1,0 +1,75 @@
+"""Bad frames in commands: they are looked for, left out of the targets' pool, told and listed."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fsel.cli.console import Console
+from fsel.export.record import bad_frames
+from fsel.health import Health
+from fsel.health.findings import DUPLICATE
+from fsel.ingest.examination import examined
+from fsel.ingest.lazy import LazyCapture
+from fsel.request.targets import Targets
+from fsel.utils.wording import counted
+
+BAD = "bad_frames.csv"
+COLUMNS = ("name", "kind", "value", "threshold", "measure", "left_out")
+NAMED = 5  # frames of a kind
+
+
+def without_bad(
+    args: argparse.Namespace,
+    console: Console,
+    opened: LazyCapture,
+    targets: Targets,
+    least: int,
+    *,
+    images: bool = True,
+) -> tuple[Targets, Health | None]:
+    """Targets whose pool is without bad frames, and what was found; None with `--keep-bad`.
+
+    Args:
+        args: the command line.
+        console: prints what was found.
+        opened: the capture.
+        targets: of the command line.
+        least: how many frames remain at least; of bad ones the least bad.
+        images: whether they are looked at.
+    """
+    if args.keep_bad:
+        return targets, None
+    found = examined(opened, console.bar("health"), images=images)
+    pool = np.setdiff1d(targets.pool(opened.capture), targets.always)
+    most = max(0, len(pool) + len(targets.always) - max(least, 2))
+    health = found.leaving_out(pool, most)
+    say(console, health, opened.capture.names)
+    return replace(targets, bad=np.sort(health.left_out)), health
+
+
+def say(console: Console, health: Health, names: Sequence[str]) -> None:
+    """Say how many frames are bad in which way, with the worst of them by name."""
+    kinds = dict.fromkeys(finding.kind for finding in health.findings)
+    for kind in kinds:
+        worst = sorted((f for f in health.findings if f.kind == kind), key=lambda f: -f.severity)
+        gone = np.isin([f.frame for f in worst], health.left_out).sum()
+        few = ", ".join(f"{names[f.frame]} ({f})" for f in worst[:1])
+        more = ", ".join(names[f.frame] for f in worst[1:NAMED])
+        dots = ", ..." if len(worst) > NAMED else ""
+        what = "" if kind == DUPLICATE else f", {gone} left out"
+        text = f"{counted(len(worst), 'frame')}{what}: {few}{', ' if more else ''}{more}{dots}"
+        console.say(kind, text)
+
+
+def write(health: Health, names: Sequence[str], path: Path) -> None:
+    """Write the list of bad frames, one row a finding."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, COLUMNS)
+        table.writeheader()
+        table.writerows(bad_frames(health, names))

@@ -1,0 +1,129 @@
+"""Detail and colour of an image, in cells of a grid; clipped pixels are unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+SIDE = 480  # pixels of the longer side of the images that are measured
+CELL = 24  # pixels of a cell's side
+GRID = SIDE // CELL
+DARK, BRIGHT = 4, 250  # grey level up to which, and level of a channel from which, it is clipped
+KERNELS = [  # second differences along a line, across it and along both diagonals
+    np.array(rows, np.float32)
+    for rows in (
+        [[0, 0, 0], [-1, 2, -1], [0, 0, 0]],
+        [[0, -1, 0], [0, 2, 0], [0, -1, 0]],
+        [[-1, 0, 0], [0, 2, 0], [0, 0, -1]],
+        [[0, 0, -1], [0, 2, 0], [-1, 0, 0]],
+    )
+]
+GAIN = 6.0  # variance of a kernel's response to noise of variance 1
+NOISE = 5  # per cent of the cells, the smoothest, whose high frequencies are taken for noise
+LEAST_VARIANCE = 16.0  # of the grey levels of a cell that shows something
+WHOLE = 0.95  # share of a cell that is not clipped, for its color: the clipped part is brighter
+CONTRAST = 4.0  # times the noise's variance that it has at least
+LEAST_CELLS = 5  # that show something, of a frame that is judged
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells of N images, on a grid that the largest fills; zeros beyond an image's edge.
+
+    Attributes:
+        energy: (N, 4, GRID, GRID) float32 mean square of the second differences in four directions
+            without that of noise.
+        variance: (N, GRID, GRID) float32 of the grey levels, without that of noise; 0 where a cell
+            shows nothing or is clipped: nothing is known of its detail.
+        color: (N, 3, GRID, GRID) float32 mean RGB; 0 where some pixels are clipped.
+        clipped: (N,) share of the pixels that are clipped to white.
+    """
+
+    energy: np.ndarray
+    variance: np.ndarray
+    color: np.ndarray
+    clipped: np.ndarray
+
+    @classmethod
+    def of(cls, images: Sequence[tuple]) -> Cells:
+        """Cells of images, each as `measured` returned them."""
+        return cls(*(np.array(part) for part in zip(*images, strict=True)))
+
+    def at(self, pixels: np.ndarray, scale: np.ndarray) -> np.ndarray:
+        """(L,) numbers of the cells, row by row, at (L, 2) pixels of images that were reduced.
+
+        Args:
+            pixels: in the images before.
+            scale: (L,) that they were reduced by.
+        """
+        place = np.clip(np.asarray(pixels * scale[:, None] // CELL, np.int64), 0, GRID - 1)
+        return place[:, 1] * GRID + place[:, 0]
+
+
+def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Energy, variance, colour and clipped share of one image, see `Cells`.
+
+    Args:
+        image: (h, w, 3) uint8 RGB whose longer side has `SIDE` pixels, or fewer.
+    """
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    white = _brightest(image) >= BRIGHT
+    unknown = cv2.dilate((white | (grey <= DARK)).astype(np.uint8), np.ones((7, 7), np.uint8))
+    valid = 1 - unknown.astype(np.float32)
+    weight = _means(valid)
+    known = weight > 0.5
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return _means(values * valid) / np.maximum(weight, 1e-3)
+
+    variance = np.maximum(mean(grey * grey) - mean(grey) ** 2, 0)
+    responses = (
+        cv2.filter2D(grey, -1, kernel, borderType=cv2.BORDER_REFLECT) for kernel in KERNELS
+    )
+    energy = np.array([mean(response**2) for response in responses])
+    channels = (plane.astype(np.float32) for plane in cv2.split(image))
+    color = np.array([mean(plane) for plane in channels]) * (weight > WHOLE)
+    noise = np.zeros(len(KERNELS), np.float32)
+    if known.any():
+        noise = np.percentile(energy[:, known], NOISE, axis=1).astype(np.float32)
+    level = noise.mean() / GAIN
+    shows = known & (variance > max(LEAST_VARIANCE, CONTRAST * level))
+    energy = (energy - noise[:, None, None]) * shows
+    return _padded(energy), _padded((variance - level) * shows), _padded(color), float(white.mean())
+
+
+def sharpness(cells: Cells) -> np.ndarray:
+    """(N, 4) natural logarithm of each frame's high frequencies over its contrast, by direction.
+
+    A gain leaves it as it is, noise and clipped pixels nearly so; motion lowers it along the
+    motion. NaN for a frame that shows too little.
+    """
+    contrast = cells.variance.sum(axis=(1, 2))[:, None]
+    ratio = cells.energy.sum(axis=(2, 3)) / np.maximum(contrast, LEAST_VARIANCE)
+    enough = (cells.variance > 0).sum(axis=(1, 2)) >= LEAST_CELLS
+    return np.where(enough[:, None], np.log(np.maximum(ratio, 1e-4)), np.nan)
+
+
+def _means(values: np.ndarray) -> np.ndarray:
+    """(gh, gw) means of the whole cells of (h, w) values."""
+    height, width = (n // CELL for n in values.shape)
+    if not height * width:
+        return np.zeros((height, width), np.float32)
+    whole = values[: height * CELL, : width * CELL]
+    return cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
+
+
+def _padded(values: np.ndarray) -> np.ndarray:
+    """(..., GRID, GRID) the cells in the corner of a full grid."""
+    out = np.zeros((*values.shape[:-2], GRID, GRID), np.float32)
+    out[..., : values.shape[-2], : values.shape[-1]] = values
+    return out
+
+
+def _brightest(image: np.ndarray) -> np.ndarray:
+    """(h, w) the greatest channel of an (h, w, 3) image; NumPy's takes ten times as long."""
+    red, green, blue = cv2.split(image)
+    return cv2.max(cv2.max(red, green), blue)

@@ -1,0 +1,106 @@
+"""Bad frames by name: what is wrong with each, by how much, and which are left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+BLURRED, MISPLACED, EXPOSED, TINTED = "blurred", "misplaced", "exposure", "white balance"
+BURNT, COVERED, DUPLICATE, UNREADABLE = "burnt out", "covered", "duplicate", "unreadable"
+
+
+class Finding(NamedTuple):
+    """Fault of a frame.
+
+    Attributes:
+        frame: its number.
+        kind: `blurred`, `misplaced`, `exposure`, `white balance`, `burnt out`, `covered`,
+            `duplicate` or `unreadable`.
+        value: how bad it is.
+        threshold: the value of a good frame, at most; of a duplicate, at least.
+        measure: what the value counts, in words that follow it.
+    """
+
+    frame: int
+    kind: str
+    value: float
+    threshold: float
+    measure: str
+
+    @property
+    def severity(self) -> float:
+        """The value over its threshold."""
+        return self.value / self.threshold if self.threshold > 0 else float("inf")
+
+    def __str__(self) -> str:
+        bound = "at least" if self.kind == DUPLICATE else "at most"
+        return f"{self.kind}: {self.value:.3g} {self.measure}, {bound} {self.threshold:.3g}"
+
+
+@dataclass(frozen=True)
+class Health:
+    """Health of a capture's frames.
+
+    Attributes:
+        findings: in the order of the frames.
+        sharpness: (N,) detail of every frame over the sharpest one's; NaN where it is unknown;
+            None where no image was opened.
+        left_out: (n,) int64 frames that are not to be picked, the least bad first.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    sharpness: np.ndarray | None = None
+    left_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+
+    def of(self, frame: int) -> list[Finding]:
+        """Findings on a frame."""
+        return [finding for finding in self.findings if finding.frame == frame]
+
+    def of_kind(self, kind: str) -> np.ndarray:
+        """(n,) int64 frames that something is wrong with."""
+        return np.unique([f.frame for f in self.findings if f.kind == kind]).astype(np.int64)
+
+    def leaving_out(self, frames: np.ndarray, most: int) -> Health:
+        """The same with the worst of the frames left out, of those given and at most so many."""
+        kept = self.left_out[np.isin(self.left_out, frames)]
+        return replace(self, left_out=kept[max(0, len(kept) - most) :])
+
+
+def exceeding(
+    kind: str, values: np.ndarray, threshold: float | np.ndarray, measure: str
+) -> list[Finding]:
+    """Findings of one kind: a frame each whose value is above the threshold, none for NaN."""
+    limits = np.broadcast_to(threshold, values.shape)
+    rows = np.flatnonzero(values > limits)
+    return [Finding(int(i), kind, float(values[i]), float(limits[i]), measure) for i in rows]
+
+
+def left_out(
+    findings: tuple[Finding, ...], count: int, shown: Callable[[int, np.ndarray], bool]
+) -> np.ndarray:
+    """Bad frames without those that alone show a part of the scene.
+
+    Of bad frames that show a part which no good one does, the least bad stays. Frames that are
+    misplaced or unreadable never do.
+
+    Args:
+        findings: of the frames.
+        count: how many frames there are.
+        shown: (frame, (N,) bool of those that stay) -> whether these show what it shows.
+
+    Returns:
+        (n,) int64, the least bad first.
+    """
+    severity, useless = np.zeros(count), np.zeros(count, bool)
+    for finding in findings:
+        if finding.kind != DUPLICATE:
+            severity[finding.frame] = max(severity[finding.frame], finding.severity)
+            useless[finding.frame] |= finding.kind in (MISPLACED, UNREADABLE)
+    staying = severity == 0
+    bad = np.lexsort((severity, useless))[staying.sum() :]
+    for frame in bad[~useless[bad]].tolist():
+        staying[frame] = not shown(frame, staying)
+    return bad[~staying[bad]]

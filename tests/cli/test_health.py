@@ -1,0 +1,90 @@
+"""Bad frames in the commands: told, listed, left out, and what keeps them."""
+
+import csv
+import json
+
+import cv2
+import numpy as np
+import pytest
+from small_captures import damage_pixels, film, record_of, ring, select
+
+from fsel.cli import main
+
+BLURRED, DARK, BROKEN = "frame_005.jpg", "frame_011.jpg", "frame_017.jpg"
+
+
+def blur(shot):
+    return cv2.GaussianBlur(shot, (0, 0), 4)
+
+
+def darken(shot):
+    return shot // 2
+
+
+@pytest.fixture
+def spoilt(capture):
+    film(capture, change={5: blur, 11: darken})
+    damage_pixels(capture / "images" / BROKEN, (240, 180))
+    return capture
+
+
+def test_bad_frames_are_left_out_and_listed(spoilt, tmp_path, capsys):
+    assert select(spoilt, "-k", 21, "-o", tmp_path / "out") == 0
+    content = record_of(tmp_path / "out")
+    bad = {entry["name"]: entry for entry in content["bad"]}
+    kinds = {BLURRED: "blurred", DARK: "exposure", BROKEN: "unreadable"}
+    assert {name: entry["kind"] for name, entry in bad.items()} == kinds
+    assert all(entry["left_out"] and entry["value"] > entry["threshold"] for entry in bad.values())
+    left = {entry["name"]: entry["reason"] for entry in content["left"]}
+    assert left.keys() == kinds.keys()
+    assert left[BLURRED].startswith("blurred: ")
+    assert "times less detail than" in left[BLURRED]
+    with open(tmp_path / "out" / "bad_frames.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["name"] for row in rows] == list(bad)
+    assert float(rows[0]["value"]) == bad[BLURRED]["value"]
+    printed = capsys.readouterr().out
+    assert f"exposure  1 frame, 1 left out: {DARK} (exposure: " in printed
+    assert {f["blurred"] for f in content["frames"]} == {False}
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert page.count('class="frame bad"') == sum(
+        e["left_out"] for e in record_of(tmp_path / "out")["bad"]
+    )
+
+
+def test_the_least_bad_come_back_where_so_many_are_wanted(spoilt, tmp_path):
+    assert select(spoilt, "-k", 22, "-o", tmp_path / "out") == 0
+    (back,) = (e["name"] for e in record_of(tmp_path / "out")["bad"] if not e["left_out"])
+    assert back == DARK
+    wanted = tmp_path / "wanted.txt"
+    wanted.write_text(f"{BLURRED}\n")
+    assert select(spoilt, "-k", 6, "--always", wanted, "-o", tmp_path / "always") == 0
+    first = record_of(tmp_path / "always")["frames"][0]
+    assert (first["name"], first["blurred"]) == (BLURRED, True)
+
+
+def test_keep_bad_looks_for_none(capture, tmp_path):
+    film(capture, change={5: blur})
+    assert select(capture, "-k", 24, "--keep-bad", "-o", tmp_path / "out") == 0
+    content = record_of(tmp_path / "out")
+    assert (content["bad"], len(content["frames"])) == (None, 24)
+    assert not (tmp_path / "out" / "bad_frames.csv").exists()
+
+
+def test_without_images_poses_are_still_judged(capture, tmp_path, capsys):
+    pycolmap = pytest.importorskip("pycolmap")
+    model = pycolmap.Reconstruction(str(capture / "sparse" / "0"))
+    turn = cv2.Rodrigues(np.radians([0.0, 10, 0]))[0] @ ring(24)[7]
+    model.images[8].frame.rig_from_world = pycolmap.Rigid3d(
+        pycolmap.Rotation3d(turn[:, :3]), turn[:, 3]
+    )
+    model.write_binary(str(capture / "sparse" / "0"))
+    assert select(capture, "-k", 22, "--geometry-only", "-o", tmp_path / "out") == 0
+    (bad,) = record_of(tmp_path / "out")["bad"]
+    assert (bad["name"], bad["kind"], bad["left_out"]) == ("frame_007.jpg", "misplaced", True)
+    assert bad["measure"] == "pixels of reprojection error, 0% of its points fit"
+    assert main(["info", str(capture), "--json"]) == 0
+    printed = capsys.readouterr().out
+    found = json.loads(printed[printed.index("\n{") :])
+    assert [entry["name"] for entry in found["bad"]] == ["frame_007.jpg"]
+    assert "frame_007.jpg" not in found["worth_keeping"]
