@@ -11,6 +11,7 @@ from pathlib import Path
 
 from fsel.cli.options import (
     LARGEST,
+    add_checking,
     add_keeping,
     add_object,
     add_output,
@@ -75,9 +76,10 @@ def _add_poses(commands) -> None:
 
 
 def _add_info(commands) -> None:
-    capture_command(
+    command = capture_command(
         commands, "info", "Say what a capture holds, and how many frames seem worth keeping."
     )
+    add_checking(command)
 
 
 def _add_compare(commands) -> None:
