@@ -103,7 +103,7 @@ def test_the_page_names_no_other_file(out):
 
 def test_service_is_said_to_be_of_what_it_is_measured_at(out, tmp_path):
     assert "Service of the target views: " in (out / "report.html").read_text(encoding="utf-8")
-    arguments = ["-k", "4", "--patience", "0", "--sharpness", "-o", str(tmp_path / "any")]
+    arguments = ["-k", "4", "--patience", "0", "-o", str(tmp_path / "any")]
     assert main(["select", str(tmp_path / "capture <b>&"), *arguments]) == 0
     page = (tmp_path / "any" / "report.html").read_text(encoding="utf-8")
     assert "Service of the whole capture, at 24 of its frames: " in page

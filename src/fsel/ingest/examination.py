@@ -58,7 +58,8 @@ def examined(
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
         found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
         found += [*_duplicates(small), *_unreadable(np.array(sides))]
-        detail = np.exp(sharpness(pictured.cells).min(axis=1))
+        known = np.exp(sharpness(pictured.cells).min(axis=1))
+        detail = known if np.isfinite(known).any() else None
     found.sort(key=lambda finding: (finding.frame, -finding.severity))
     gone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
     return Health(tuple(found), detail, gone)
