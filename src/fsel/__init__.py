@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
 
     from fsel.api import Selection, evaluate, fit, select
     from fsel.evaluation.methods import METHODS
+    from fsel.ingest.examination import bad_frames
     from fsel.ingest.read import read_capture
     from fsel.layouts import LAYOUTS
     from fsel.reconstruct import RECONSTRUCTORS
@@ -28,6 +29,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
 
 _HOMES = {
     "read_capture": "fsel.ingest.read",
+    "bad_frames": "fsel.ingest.examination",
     "LAYOUTS": "fsel.layouts",
     "select": "fsel.api",
     "Selection": "fsel.api",
@@ -48,6 +50,7 @@ __all__ = [
     "Patience",
     "Refine",
     "Selection",
+    "bad_frames",
     "evaluate",
     "fit",
     "read_capture",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -17,7 +18,7 @@ from fsel.health.findings import Finding, Health, exceeding
 from fsel.images.matching import choose_pairs
 from fsel.images.previews import Progress, in_silence, in_turn, shrunk
 from fsel.ingest.agreement import epipolar_errors, matches_of, reprojection_errors
-from fsel.ingest.lazy import LazyCapture
+from fsel.ingest.lazy import LazyCapture, open_capture
 from fsel.layouts.contract import RawCapture
 
 PARTNERS = 2  # frames that each is matched with
@@ -63,6 +64,24 @@ def examined(
     found.sort(key=lambda finding: (finding.frame, -finding.severity))
     gone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
     return Health(tuple(found), detail, gone)
+
+
+def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
+    """Name the frames of a capture that `fsel select` leaves out, the least bad first.
+
+    Args:
+        path: its folder.
+        layout: a key of `LAYOUTS`, or `auto` to recognise it.
+
+    Raises:
+        FileNotFoundError, ValueError: as `fsel.read_capture`.
+
+    Example:
+        >>> bad = fsel.bad_frames("captures/garden")
+        >>> fsel.select(capture, 20, never=bad or None)
+    """
+    opened = open_capture(path, layout)
+    return [opened.capture.names[frame] for frame in examined(opened).left_out]
 
 
 def _mismatched(raw: RawCapture, progress: Progress) -> list[Finding]:
