@@ -284,10 +284,8 @@ def gain(asked: argparse.Namespace) -> None:
             for k in asked.k:
                 result = []
                 for bad in (np.empty(0, int), health.left_out):
-                    never = np.setdiff1d(bad, held)
-                    picks = fsel.select(
-                        capture, k, held, "fsel", never=never if len(never) else None
-                    ).indices
+                    rest = np.setdiff1d(np.arange(len(capture)), np.union1d(held, bad))
+                    picks = rest[fsel.select(capture.subset(rest), k, patience=0).indices]
                     model, _ = fitted(capture, picks, steps=STEPS, gaussians=GAUSSIANS)
                     result.append(scores(model, capture, judges)[:2])
                     left = len(np.intersect1d(picks, health.left_out))

@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from fsel.calls import Selection, select
     from fsel.data.capture import Capture, Views
     from fsel.evaluation.methods import METHODS
+    from fsel.ingest.examination import bad_frames
     from fsel.ingest.read import read_capture
     from fsel.layouts import LAYOUTS
     from fsel.metrics import REGISTERED as METRICS
@@ -37,6 +38,7 @@ _HOMES = {
     "read_capture": "fsel.ingest.read",
     "Capture": "fsel.data.capture",
     "Views": "fsel.data.capture",
+    "bad_frames": "fsel.ingest.examination",
     "LAYOUTS": "fsel.layouts",
     "select": "fsel.calls",
     "Selection": "fsel.calls",
@@ -62,6 +64,7 @@ __all__ = [
     "Refine",
     "Selection",
     "Views",
+    "bad_frames",
     "evaluate",
     "fit",
     "read_capture",

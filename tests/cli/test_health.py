@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from small_captures import damage_pixels, film, record_of, ring, select
 
+import fsel
 from fsel.cli import main
 
 BLURRED, DARK, BROKEN = "frame_005.jpg", "frame_011.jpg", "frame_017.jpg"
@@ -43,6 +44,7 @@ def test_bad_frames_are_left_out_and_listed(spoilt, tmp_path, capsys):
         rows = list(csv.DictReader(file))
     assert [row["name"] for row in rows] == list(bad)
     assert float(rows[0]["value"]) == bad[BLURRED]["value"]
+    assert set(fsel.bad_frames(spoilt)) == kinds.keys()
     printed = capsys.readouterr().out
     assert f"exposure  1 frame, 1 left out: {DARK} (exposure: " in printed
     assert {f["blurred"] for f in content["frames"]} == {False}

@@ -6,18 +6,19 @@ import pytest
 from fsel.health import blur
 from fsel.health.cells import GRID, Cells
 
-NEAR = np.array([[1, 2], [0, 2], [1, 3], [2, 1]])
+NEAR = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
 
 
-def test_a_frame_is_compared_with_the_middle_of_those_beside_it():
-    detail = np.log([[8.0] * 4, [4.0, 4, 4, 1], [8.0] * 4, [np.e] * 4])
+def test_a_frame_is_compared_with_the_second_sharpest_beside_it():
+    detail = np.log([[8.0] * 4, [4.0, 4, 4, 1], [16.0] * 4, [np.e] * 4])
     detail[3] = np.nan
     times = blur.beside(detail, NEAR)
-    assert times[0] == pytest.approx(np.sqrt(4 * 8) / 8)  # of two, the middle of their logarithms
-    assert times[1] == pytest.approx(8)  # along the direction that lost most
-    assert times[2] == pytest.approx(1)  # the unknown one does not count
+    assert times[0] == pytest.approx(4 / 8)  # of 4 and 16, in the direction that lost most
+    assert times[1] == pytest.approx(8)
+    assert times[2] == pytest.approx(4 / 16)
     assert np.isnan(times[3])
     assert np.isnan(blur.beside(np.full((4, 4), np.nan), NEAR)).all()
+    assert np.isnan(blur.beside(detail, NEAR[:, :1])).all()  # one says nothing
 
 
 def test_a_frame_is_compared_with_the_sharpest_tenth():

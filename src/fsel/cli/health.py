@@ -45,7 +45,8 @@ def without_bad(
     """
     if args.keep_bad:
         return targets, None
-    found = examined(opened, console.bar("health"), images=images)
+    bar = console.bar("health")
+    found = examined(opened, bar, images=images, matching=args.check_poses)
     pool = np.setdiff1d(targets.pool(opened.capture), targets.always)
     most = max(0, len(pool) + len(targets.always) - max(least, 2))
     health = found.leaving_out(pool, most)

@@ -31,7 +31,7 @@ from fsel.utils.wording import counted
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     opened = posing.opened(args, console)
-    health = examined(opened, console.bar("health"))
+    health = examined(opened, console.bar("health"), matching=args.check_poses)
     with console.clock("points"):
         capture = opened.with_points()
     result = described(opened, capture, health)

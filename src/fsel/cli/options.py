@@ -119,6 +119,15 @@ def add_request(command: argparse.ArgumentParser) -> None:
     add_object(command, "targets that see the object, and features measured around it")
 
 
+def add_checking(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--check-poses",
+        action="store_true",
+        help="match every frame with two beside it, to find misplaced ones of a capture without "
+        "points; some tenths of a second a frame",
+    )
+
+
 def add_keeping(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--keep-bad",
@@ -126,6 +135,7 @@ def add_keeping(command: argparse.ArgumentParser) -> None:
         help="do not look for bad frames (blurred, misplaced, wrongly exposed, covered), and let "
         "them be picked",
     )
+    add_checking(command)
 
 
 def add_object(command: argparse.ArgumentParser, what: str) -> None:

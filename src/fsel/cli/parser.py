@@ -12,6 +12,7 @@ from pathlib import Path
 from fsel.cli.options import (
     LARGEST,
     add_captures,
+    add_checking,
     add_keeping,
     add_object,
     add_opening,
@@ -83,9 +84,10 @@ def _add_poses(commands) -> None:
 
 
 def _add_info(commands) -> None:
-    capture_command(
+    command = capture_command(
         commands, "info", "Say what a capture holds, and how many frames seem worth keeping."
     )
+    add_checking(command)
 
 
 def _add_compare(commands) -> None:

@@ -7,8 +7,8 @@ import numpy as np
 from fsel.health.cells import LEAST_CELLS, Cells
 from fsel.health.grouped import quantile_of
 
-BESIDE = 2.5  # times less detail than the frames beside it show: 3 to 4 pixels of motion of 480
-AT_POINTS = 5.0  # times less than its points' neighbourhoods show in the sharpest tenth
+BESIDE = 2.5  # times less detail than the frames beside it show: 2 to 3 pixels of motion of 480
+AT_POINTS = 6.0  # times less than its points' neighbourhoods show in the sharpest tenth
 OF_CAPTURE = 6.0  # times less than the sharpest tenth of the frames
 SHARP = 0.9  # quantile of the detail that sharp frames show
 LEAST_TRACK = 4  # frames that see a point whose detail is compared
@@ -23,11 +23,12 @@ def beside(sharpness: np.ndarray, near: np.ndarray) -> np.ndarray:
         near: (N, m) frames beside each.
 
     Returns:
-        (N,) 1 for as much as their median; NaN where it is unknown.
+        (N,) 1 for as much as the second sharpest of them, since a burst blurs some; NaN where it
+        is unknown.
     """
-    known = np.ma.masked_invalid(sharpness[near])
-    usual = np.ma.median(known, axis=1).filled(np.nan) if near.size else np.nan
-    return np.exp((usual - sharpness).max(axis=1))
+    ordered = np.sort(np.nan_to_num(sharpness[near], nan=-np.inf), axis=1)
+    usual = ordered[:, -2] if near.shape[1] > 1 else np.full_like(sharpness, np.nan)
+    return np.exp(np.where(np.isfinite(usual), usual - sharpness, np.nan).max(axis=1))
 
 
 def of_capture(sharpness: np.ndarray) -> np.ndarray:

@@ -36,8 +36,9 @@ class Cells:
     Attributes:
         energy: (N, 4, GRID, GRID) float32 mean square of the second differences in four directions
             without that of noise.
-        variance: (N, GRID, GRID) float32 of the grey levels, without that of noise; 0 where a cell
-            shows nothing or is clipped: nothing is known of its detail.
+        variance: (N, GRID, GRID) float32 of the grey levels of the cell and those around it, which
+            strong motion leaves, without that of noise; 0 where they show nothing or the cell is
+            clipped: nothing is known of its detail.
         color: (N, 3, GRID, GRID) float32 mean RGB; 0 where some pixels are clipped.
         clipped: (N,) share of the pixels that are clipped to white.
     """
@@ -79,7 +80,7 @@ def measured(image: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, flo
     def mean(values: np.ndarray) -> np.ndarray:
         return _means(values * valid) / np.maximum(weight, 1e-3)
 
-    variance = np.maximum(mean(grey * grey) - mean(grey) ** 2, 0)
+    variance = _spread(*(_means(values * valid) * known for values in (1.0, grey, grey * grey)))
     responses = (
         cv2.filter2D(grey, -1, kernel, borderType=cv2.BORDER_REFLECT) for kernel in KERNELS
     )
@@ -114,6 +115,18 @@ def _means(values: np.ndarray) -> np.ndarray:
         return np.zeros((height, width), np.float32)
     whole = values[: height * CELL, : width * CELL]
     return cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
+
+
+def _spread(weight: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """(gh, gw) variance over each cell and those around it, of weighted means of two powers."""
+    if not weight.size:
+        return weight
+    total, *sums = (
+        cv2.boxFilter(np.float32(part), -1, (3, 3), borderType=cv2.BORDER_CONSTANT)
+        for part in (weight, first, second)
+    )
+    mean, square = (part / np.maximum(total, 1e-3) for part in sums)
+    return np.maximum(square - mean**2, 0)
 
 
 def _padded(values: np.ndarray) -> np.ndarray:

@@ -46,8 +46,8 @@ class Health:
 
     Attributes:
         findings: in the order of the frames.
-        sharpness: (N,) detail of every frame over the sharpest one's; NaN where it is unknown;
-            None where no image was opened.
+        sharpness: (N,) high frequencies of every frame over its contrast, NaN where they are
+            unknown; None where no image was opened, or none shows enough.
         left_out: (n,) int64 frames that are not to be picked, the least bad first.
     """
 

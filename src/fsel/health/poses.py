@@ -37,10 +37,32 @@ def reprojection(
     many = np.bincount(frame, minlength=count)
     median = quantile_of(errors, frame, count, 0.5)
     median[many < LEAST_OBSERVED] = np.nan
-    known = median[np.isfinite(median)]
-    limit = max(TIMES * float(np.median(known)) if len(known) else 0.0, LEAST_ERROR * side)
+    limit = _limit(median[np.isfinite(median)], side)
     within = np.bincount(frame[errors <= limit], minlength=count) / np.maximum(many, 1)
     return median, limit, within
+
+
+def epipolar(
+    errors: list[tuple[int, int, float]], count: int, side: float
+) -> tuple[np.ndarray, float]:
+    """Epipolar error of each frame, that of its best pair, and the largest that is usual.
+
+    A frame that is misplaced agrees with no other; another that was matched with it agrees with
+    its other partner.
+
+    Args:
+        errors: two frames and their matches' median distance from the epipolar lines, in pixels.
+        count: how many frames there are.
+        side: pixels of the images' longer side.
+
+    Returns:
+        (N,) pixels, NaN for frames without a pair, and the limit.
+    """
+    best = np.full(count, np.nan)
+    for *pair, error in errors:
+        best[pair] = np.fmin(best[pair], error)
+    known = best[~np.isnan(best)]
+    return best, _limit(known, side)
 
 
 def jumps(world_to_camera: np.ndarray) -> np.ndarray:
@@ -65,6 +87,11 @@ def jumps(world_to_camera: np.ndarray) -> np.ndarray:
     turned = np.max([_off(world_to_camera[:, row, :3]) for row in (1, 2)], axis=0) / TURNED
     off = np.quantile([moved, turned], SMOOTH, axis=1, method="lower")
     return np.maximum(moved, turned) if (off <= PART).all() else nothing
+
+
+def _limit(errors: np.ndarray, side: float) -> float:
+    """The largest error that is usual, in pixels."""
+    return max(TIMES * float(np.median(errors)) if len(errors) else 0.0, LEAST_ERROR * side)
 
 
 def _off(vectors: np.ndarray) -> np.ndarray:

@@ -17,15 +17,18 @@ BASELINE = 0.1  # of the extent of the camera centres: wide enough to fix a line
 FOCAL_RANGE = (0.3, 3.0)  # focal length over image width
 
 
-def choose_pairs(world_to_camera: np.ndarray, count: int) -> list[tuple[int, int]]:
+def choose_pairs(
+    world_to_camera: np.ndarray, count: int, partners: int = 1
+) -> list[tuple[int, int]]:
     """Pairs of frames that look the same way from apart, spread evenly over the capture.
 
     Args:
         world_to_camera: (N, 3, 4).
-        count: at most so many pairs.
+        count: how many frames get partners.
+        partners: how many each gets.
 
     Returns:
-        Distinct (i, j): j is the frame within 25 degrees of i whose distance comes nearest to a
+        Distinct (i, j): j are the frames within 25 degrees of i whose distances come nearest to a
         tenth of the capture's extent; frames with no such partner give none.
     """
     rotation = world_to_camera[:, :, :3]
@@ -35,9 +38,10 @@ def choose_pairs(world_to_camera: np.ndarray, count: int) -> list[tuple[int, int
     distance = pairwise_distances(centers[some], centers)
     angle = pairwise_angles(rotation[some, 2], rotation[:, 2])
     fit = np.where((angle < MAX_ANGLE) & (distance > 0.2 * wanted), abs(distance - wanted), np.inf)
-    best = fit.argmin(axis=1)
-    usable = np.isfinite(fit[np.arange(len(some)), best])
-    pairs = zip(some[usable].tolist(), best[usable].tolist(), strict=True)
+    best = np.argsort(fit, axis=1, kind="stable")[:, :partners]
+    usable = np.isfinite(np.take_along_axis(fit, best, axis=1))
+    first = np.broadcast_to(some[:, None], best.shape)[usable]
+    pairs = zip(first.tolist(), best[usable].tolist(), strict=True)
     return sorted({(min(pair), max(pair)) for pair in pairs})
 
 

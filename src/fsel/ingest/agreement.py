@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,10 +13,12 @@ from fsel.data.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.data.points import RawPoints, grouped_rows
 from fsel.images import files as image_files
 from fsel.images.matching import choose_pairs, epipolar_distances, match
+from fsel.images.previews import Progress, in_silence
 from fsel.layouts.contract import RawCapture
 from fsel.layouts.nerfstudio import NEW_APPLIED_TRANSFORM, OLD_APPLIED_TRANSFORM
 
 PAIRS = 8
+HELD = 32  # images that are held while pairs are matched
 MATCHING_LONG_SIDE = 640
 MIN_MATCHES = 60  # over all pairs, below which nothing is concluded
 SCALES = (0.125, 0.25, 0.5, 2.0, 4.0, 8.0)
@@ -67,7 +70,7 @@ def measure(raw: RawCapture, bound: float) -> Agreement:
     if points is not None and len(points.track_xy):
         side = max(max(camera.width, camera.height) for camera in raw.cameras)
         return _agreement("reprojection", reprojection_errors, raw, side, bound)
-    matches = list(_matches(raw))
+    matches = list(matches_of(raw, choose_pairs(raw.world_to_camera, PAIRS)))
     side = max((max(m[6]) for m in matches), default=MATCHING_LONG_SIDE)
     if sum(len(m[2]) for m in matches) < MIN_MATCHES:
         return Agreement("none", float("nan"), float("nan"), side, 0)
@@ -114,22 +117,29 @@ def reprojection_errors(raw: RawCapture, points: RawPoints | None = None) -> np.
     return np.where(np.isnan(errors), np.inf, errors)
 
 
-def _matches(raw: RawCapture) -> Iterator[tuple]:
-    """(i, j, pixels in i, in j, intrinsics of i, of j, size) of some pairs, undistorted."""
+def matches_of(
+    raw: RawCapture, pairs: list[tuple[int, int]], progress: Progress = in_silence
+) -> Iterator[tuple]:
+    """(i, j, pixels in i, in j, intrinsics of i, of j, size) of pairs that match, undistorted."""
 
+    @lru_cache(HELD)
     def show(i: int) -> tuple[np.ndarray, Lens]:
         image = image_files.load_for(raw.images[i], MATCHING_LONG_SIDE)
         lens = prepared(Lens, raw.cameras[i], image, MATCHING_LONG_SIDE, raw.images[i])
         return lens.straighten(image), lens
 
-    pairs = choose_pairs(raw.world_to_camera, PAIRS)
-    # in order, so that a video is read once
-    shown = {i: show(i) for i in sorted({i for pair in pairs for i in pair})}
-    for i, j in pairs:
-        (first, a), (second, b) = shown[i], shown[j]
+    for i in sorted({i for pair in pairs for i in pair})[:HELD]:
+        show(i)  # in order, so that a video is read once where all are held
+    for i, j in progress(pairs, len(pairs)):
+        (first, a), (second, b) = show(i), show(j)
         xa, xb = match(first, second)
         if len(xa):
             yield i, j, xa, xb, a.intrinsics, b.intrinsics, a.size
+
+
+def epipolar_errors(raw: RawCapture, matches: list[tuple]) -> list[tuple[int, int, float]]:
+    """(i, j, median pixels) of matches' distances to the epipolar lines of the poses."""
+    return [(one[0], one[1], float(np.median(_epipolar(raw, [one])))) for one in matches]
 
 
 def _epipolar(raw: RawCapture, matches: list[tuple]) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -14,10 +15,13 @@ from fsel.health import blur, covered, exposure, findings, poses
 from fsel.health.cells import GRID, SIDE, Cells, measured, sharpness
 from fsel.health.duplicates import STILL, movements
 from fsel.health.findings import Finding, Health, exceeding
+from fsel.images.matching import choose_pairs
 from fsel.images.previews import Progress, in_silence, in_turn, shrunk
-from fsel.ingest.agreement import reprojection_errors
-from fsel.ingest.lazy import LazyCapture
+from fsel.ingest.agreement import epipolar_errors, matches_of, reprojection_errors
+from fsel.ingest.lazy import LazyCapture, open_capture
+from fsel.layouts.contract import RawCapture
 
+PARTNERS = 2  # frames that each is matched with
 NEAR = 4  # frames closest to each by pose
 BLOCK = 1000  # frames whose distances from all others are in memory at once
 THUMBNAIL = 96  # pixels of the longer side of images that are compared as wholes
@@ -30,7 +34,11 @@ SHOWN = 0.5  # share of a frame's points that others must see to show what it sh
 
 
 def examined(
-    opened: LazyCapture, progress: Progress = in_silence, *, images: bool = True
+    opened: LazyCapture,
+    progress: Progress = in_silence,
+    *,
+    images: bool = True,
+    matching: bool = False,
 ) -> Health:
     """Find the bad frames of a capture.
 
@@ -38,19 +46,51 @@ def examined(
         opened: the capture.
         progress: wraps the loop over the images.
         images: whether they are opened; without, poses alone are judged.
+        matching: whether poses are also judged by matches of every frame with two beside it, which
+            takes some tenths of a second a frame.
     """
     placed = _Placed(opened)
     found, detail = placed.misplaced(), None
+    if matching:
+        found += _mismatched(opened.raw, progress)
     if images and len(opened.capture) > NEAR:
         shown = in_turn(lambda at: _look(opened, at), opened.raw.images, progress)
         cells, small, sides = zip(*shown, strict=True)
         pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
         found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
         found += [*_duplicates(small), *_unreadable(np.array(sides))]
-        detail = np.exp(sharpness(pictured.cells).min(axis=1))
+        known = np.exp(sharpness(pictured.cells).min(axis=1))
+        detail = known if np.isfinite(known).any() else None
     found.sort(key=lambda finding: (finding.frame, -finding.severity))
     gone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
     return Health(tuple(found), detail, gone)
+
+
+def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
+    """Name the frames of a capture that `fsel select` leaves out, the least bad first.
+
+    Args:
+        path: its folder.
+        layout: a key of `LAYOUTS`, or `auto` to recognise it.
+
+    Raises:
+        FileNotFoundError, ValueError: as `fsel.read_capture`.
+
+    Example:
+        >>> bad = fsel.bad_frames("captures/garden")
+        >>> fsel.select(capture, 20, never=bad or None)
+    """
+    opened = open_capture(path, layout)
+    return [opened.capture.names[frame] for frame in examined(opened).left_out]
+
+
+def _mismatched(raw: RawCapture, progress: Progress) -> list[Finding]:
+    """Frames whose poses contradict their matches with others."""
+    pairs = choose_pairs(raw.world_to_camera, len(raw.names), PARTNERS)
+    matches = list(matches_of(raw, pairs, progress))
+    side = max((max(one[6]) for one in matches), default=0)
+    error, limit = poses.epipolar(epipolar_errors(raw, matches), len(raw.names), side)
+    return exceeding(findings.MISPLACED, error, limit, "pixels from epipolar lines")
 
 
 def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int]:
