@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from selection_problems import permuted, problem_on, random_problem
 from watched_images import Watched
 
-from fsel.baselines import METHODS
+from fsel.baselines import LATER, METHODS
 from fsel.baselines.cover import BINS, _Coverage, fibonacci_sphere
 from fsel.baselines.fisher_rf import _Information
 from fsel.baselines.splat_views import START, Blends, blend, greedy_on_splats
@@ -230,6 +230,17 @@ def test_only_images_of_picks_are_read(filmed, name):
     problem = replace(filmed, capture=replace(filmed.capture, images=watched))
     picks = select(name, problem, 12)
     assert watched.asked == set(picks[:8])  # fits from 4 and from 8
+
+
+def test_avs_opens_picks_alone_and_starts_far_apart(filmed):
+    watched = Watched(filmed.capture.images)
+    problem = replace(filmed, capture=replace(filmed.capture, images=watched))
+    picks = checked_select(LATER["avs"], problem, 7, np.random.default_rng(0))
+    assert watched.asked == set(picks[:6])  # from the last one nothing is fitted
+    np.testing.assert_array_equal(picks[:4], select("fisher_rf", filmed, 4))
+    np.testing.assert_array_equal(
+        picks, checked_select(LATER["avs"], filmed, 9, np.random.default_rng(1))[:7]
+    )
 
 
 @both

@@ -13,8 +13,8 @@ from fsel.data.problem import Method, Problem
 from fsel.reconstruct.splats import Splats
 
 SIDE = 96  # pixels of the longer side, of fitted images and of renderings
-TILES = 3  # across and down, whose statistics are taken apart
-RIDGE = 1e-3  # of the mean variance, added to a covariance of fewer tiles than statistics
+TILES = 3  # of a photo, across and down, whose statistics are natural ones
+RIDGE, TINY = 1e-3, 1e-12  # of the mean variance, and alone: a covariance may be singular
 
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
@@ -24,58 +24,49 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     ties go to the lowest frame.
     """
     pool = problem.sequence if k <= len(problem.sequence) else problem.observed
-    capture = problem.capture.subset(pool)
-    first = min(k, START)
-    rows = farthest_views(
-        np.arange(len(pool)), capture.centers, first, most_central(capture.centers)
-    ).tolist()
-    while len(rows) < k:
-        picked = capture.subset(np.array(rows)).resized(SIDE)
-        left = np.setdiff1d(np.arange(len(pool)), rows)
-        factors = np.tile(np.divide(picked.size, capture.size), 2)
-        views = Views(
-            capture.world_to_camera[left], capture.intrinsics[left] * factors, picked.size
-        )
-        rendered = Splats(picked).fit(np.arange(len(rows))).render(views)
-        worst = strangeness(rendered, np.asarray(picked.images) / np.float32(255))
-        rows.append(int(left[np.argmax(worst)]))
-    return pool[rows]
+    capture, centers = problem.capture, problem.capture.centers[pool]
+    start = farthest_views(np.arange(len(pool)), centers, min(k, START), most_central(centers))
+    frames: list[int] = pool[start].tolist()
+    while len(frames) < k:
+        picked = capture.subset(np.array(frames)).resized(SIDE)
+        left = np.setdiff1d(pool, frames)
+        scaled = capture.intrinsics[left] * np.tile(np.divide(picked.size, capture.size), 2)
+        views = Views(capture.world_to_camera[left], scaled, picked.size)
+        rendered = Splats(picked).fit(np.arange(len(frames))).render(views)
+        worst = strangeness(rendered, np.asarray(picked.images))
+        frames.append(int(left[np.argmax(worst)]))
+    return np.array(frames)
 
 
 def strangeness(images: np.ndarray, photos: np.ndarray) -> np.ndarray:
-    """(T,) how far the statistics of images are from those of photos, by NIQE's distance.
+    """(T,) how far the statistics of images are from those of photos.
 
-    The statistics of natural scenes that BRISQUE takes (Mittal et al. 2012) are compared as NIQE
-    does (Mittal et al. 2013): Mahalanobis' distance of the means under the mean of the covariances,
-    the photos that were picked being the natural ones.
+    The statistics of natural scenes that BRISQUE takes (Mittal et al. 2012) are compared by
+    Mahalanobis' distance, as NIQE does (Mittal et al. 2013); the natural ones are the tiles of the
+    photos.
 
     Args:
         images: (T, h, w, 3) in [0, 1].
-        photos: (K, h, w, 3) in [0, 1].
+        photos: (K, h, w, 3) uint8.
     """
-    natural = np.concatenate([statistics(photo) for photo in photos])
-    mean, spread = natural.mean(axis=0), np.cov(natural.T)
-    distances = []
-    for image in images:
-        own = statistics(image)
-        pooled = (spread + np.cov(own.T)) / 2
-        pooled += RIDGE * np.trace(pooled) / len(pooled) * np.eye(len(pooled))
-        gap = own.mean(axis=0) - mean
-        distances.append(np.sqrt(gap @ np.linalg.solve(pooled, gap)))
-    return np.array(distances)
+    natural = np.array([statistics(tile) for photo in photos for tile in tiles(photo)])
+    spread = np.cov(natural.T)
+    spread += (RIDGE * np.trace(spread) / len(spread) + TINY) * np.eye(len(spread))
+    gaps = np.array([statistics(np.round(image * 255).astype(np.uint8)) for image in images])
+    gaps -= natural.mean(axis=0)
+    return np.einsum("td,dt->t", gaps, np.linalg.solve(spread, gaps.T))
+
+
+def tiles(photo: np.ndarray) -> list[np.ndarray]:
+    """Cut (h, w, 3) into nine parts."""
+    bands = np.array_split(photo, TILES)
+    return [part for band in bands for part in np.array_split(band, TILES, axis=1)]
 
 
 def statistics(image: np.ndarray) -> np.ndarray:
-    """(9, 36) float64 BRISQUE's statistics of the tiles of an image in [0, 1]."""
-    content = np.round(image * 255).astype(np.uint8)
-    height, width = (side // TILES for side in content.shape[:2])
-    tiles = [
-        np.ascontiguousarray(content[y * height :][:height, x * width :][:, :width])
-        for y in range(TILES)
-        for x in range(TILES)
-    ]
-    found = [cv2.quality.QualityBRISQUE.computeFeatures(tile)[0] for tile in tiles]
-    return np.nan_to_num(np.array(found, np.float64))
+    """(36,) float64 BRISQUE's statistics of (h, w, 3) uint8; zeros stand for undefined ones."""
+    found = cv2.quality.QualityBRISQUE.computeFeatures(np.ascontiguousarray(image))
+    return np.nan_to_num(found[0].astype(np.float64))
 
 
 METHOD = Method("avs", "AVS", "observed", nested=True, seeds=1, select=select, tracks=True)
