@@ -51,6 +51,14 @@ def test_numbers_and_names_that_do_not_fit(changes, parts):
             ["may not be downloaded", "https://scannetpp.mlsg.cit.tum.de", "<id>/dslr/", "`root`"],
         ),
         ({"fetch": "mipnerf360", "scenes": ["barn"]}, ["['barn'] are not among", "treehill"]),
+        (
+            {"root": ".", "scenes": [], "protocol": "no.json"},
+            ["datasets.mine.protocol is no.json, not a file"],
+        ),
+        (
+            {"root": ".", "scenes": [], "protocol": __file__},
+            ["one draw of targets", "layout colmap and draws 2", "`draws: 1`"],
+        ),
         ({"root": ".", "scenes": [], "poses": "file"}, ["datasets.mine.poses", "`model`"]),
         (
             {"root": ".", "scenes": [], "reading": {"focal": 1.2}},

@@ -131,6 +131,7 @@ use rule stage as split with:
     params:
         targets=experiment.config["targets"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "split"),
+        **inputs.protocol(experiment),
     message:
         "Drawing the targets of {wildcards.dataset}/{wildcards.scene}"
 

@@ -25,6 +25,7 @@ use rule stage as select with:
     params:
         budgets=experiment.config["budgets"],
         seeds=experiment.draw_seeds,
+        **inputs.protocol(experiment),
     message:
         "Selecting frames of {wildcards.dataset}/{wildcards.scene}"
 

@@ -109,7 +109,7 @@ def evaluation_split(
     rng = np.random.default_rng([seed, 1, draw])
     every = np.arange(len(capture))
     chosen = _drawn(every if among is None else among, targets, rng, capture)
-    return _partition(capture, chosen, every)
+    return partition(capture, chosen, every)
 
 
 def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
@@ -131,7 +131,7 @@ def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
     count = max(1, round(len(capture) * coverage / 100))
     region = np.sort(np.argsort(gap, kind="stable")[:count])
     chosen = _drawn(region, targets_at(coverage), rng, capture)
-    return _partition(capture, chosen, region)
+    return partition(capture, chosen, region)
 
 
 def targets_at(coverage: int) -> int:
@@ -151,8 +151,14 @@ def _drawn(
     return np.sort(rng.choice(region, size=count, replace=False))
 
 
-def _partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
-    """One distinct proxy a target, minimising the summed distance by linear assignment."""
+def partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
+    """One distinct proxy a target, minimising the summed distance by linear assignment.
+
+    Args:
+        capture: the capture.
+        targets: (H,) int64, ascending; at most half of the frames.
+        region: (R,) int64 frames whose candidates count as inside the target region.
+    """
     from scipy.optimize import linear_sum_assignment  # here: most jobs do without, and it is slow
 
     rest = np.setdiff1d(np.arange(len(capture)), targets)

@@ -54,6 +54,19 @@ def read(folder: Path) -> RawCapture:
     return colmap.with_points(raw, model) if model.is_dir() else raw
 
 
+def frame_order(folder: Path) -> list[str]:
+    """Names of the images in the order of a scene's transforms.json.
+
+    Raises:
+        FileNotFoundError: for a folder without it.
+    """
+    root = _root(folder)
+    if root is None:
+        raise FileNotFoundError(f"{folder}: no transforms.json with images_4 or images_8")
+    content = json.loads((root / "transforms.json").read_text())
+    return [Path(frame["file_path"]).name for frame in content["frames"]]
+
+
 def write(recording: Recording, folder: Path) -> None:
     """Write a recording as the benchmark's nerfstudio folder; frames in arbitrary order."""
     root = folder / "nerfstudio"

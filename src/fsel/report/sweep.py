@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from fsel.baselines import FURTHER, METHODS, PAPER
+from fsel.layouts import protocol
 from fsel.report.summary import ALL_DATASETS, ALL_FRAMES, draw_means
 from fsel.selector.policies import POLICIES
 from fsel.utils.files import read_table
@@ -16,6 +17,7 @@ from fsel.utils.files import read_table
 BASELINES = {name: method.label for name, method in {**PAPER, **FURTHER}.items()}
 LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.items()}
 REFERENCES = {
+    protocol.NAME: protocol.LABEL,
     "search": r"\textit{Genetic search}",
     "random_search": r"\textit{Random search}",
     "all": METHODS["all"].label,

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
+
+import pandas as pd
 
 from fsel.baselines import METHODS
 from fsel.data.problem import Problem
 from fsel.evaluation import measuring
 from fsel.features.table import with_features
+from fsel.layouts.protocol import read_protocol
 from fsel.utils.files import read_table, write_table
 
 
@@ -24,6 +28,7 @@ def select(
     seeds: Sequence[int],
     methods: Sequence[str] = tuple(METHODS),
     proxies_free: bool = True,
+    protocol: Mapping[str, str] = MappingProxyType({}),
     config: str,
 ) -> None:
     """Every method's picks at every budget of every draw, one row a pick.
@@ -38,6 +43,7 @@ def select(
         seeds: one a draw.
         methods: without training, keys of `fsel.baselines.METHODS`.
         proxies_free: see `fsel.data.problem.Problem`.
+        protocol: whose list is one more method, see `fsel.stages.split`.
         config: digest of the parameters.
     """
     contenders = measuring.runs([METHODS[name] for name in methods], weights)
@@ -45,4 +51,10 @@ def select(
         problem = with_features(Problem.load(folder, split), read_table(table), table)
         problem = replace(problem, proxies_free=proxies_free)
         picks = measuring.select(problem, contenders, budgets, measuring.chance(seed))
+        if protocol:
+            listed = read_protocol(names=problem.capture.names, **protocol)
+            known = [k for k in budgets if k in listed.inputs]
+            run = measuring.Run(listed.method, 0)
+            more = measuring.select(problem, [run], known, measuring.chance(seed))
+            picks = pd.concat([picks, more])
         write_table(picks, path, units=measuring.PICK_UNITS, config=config)

@@ -2,27 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
 
 from fsel.data.capture import Capture
-from fsel.data.split import evaluation_split
+from fsel.data.split import evaluation_split, partition
+from fsel.layouts.protocol import read_protocol
 from fsel.utils.files import write_table
 
 
 def split(
-    folder: str | Path, splits: Sequence[str | Path], *, targets: int, seed: int, config: str
+    folder: str | Path,
+    splits: Sequence[str | Path],
+    *,
+    targets: int,
+    seed: int,
+    protocol: Mapping[str, str] = MappingProxyType({}),
+    config: str,
 ) -> None:
-    """Draw the targets of a capture.
+    """Draw the targets of a capture, or take those of a protocol.
 
     Args:
         folder: a canonical capture.
         splits: one a draw, see `fsel.data.split.Split.table`.
         targets: how many target views a draw.
         seed: of the scene.
+        protocol: `file`, `scene` and `folder` of `fsel.layouts.protocol`; empty for none.
         config: digest of the parameters.
     """
     capture = Capture.load(folder)
     for draw, output in enumerate(splits):
-        table = evaluation_split(capture, draw, seed, targets).table(capture.names)
-        write_table(table, output, units={}, config=config)
+        if protocol:
+            held = read_protocol(names=capture.names, **protocol).targets
+            made = partition(capture, held, np.arange(len(capture)))
+        else:
+            made = evaluation_split(capture, draw, seed, targets)
+        write_table(made.table(capture.names), output, units={}, config=config)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,24 @@ def check_datasets(datasets: Datasets) -> None:
             _check_folders(where, entry, named, datasets.sources)
         if kind == "fetch":
             _check_fetched(where, entry, named, datasets.sources)
+
+
+def check_protocols(datasets: Datasets, draws: int, budgets: Sequence[int]) -> None:
+    """Refuse protocols that are not there, or do not go with what else is configured."""
+    for name, entry in datasets.entries.items():
+        where, file = f"datasets.{name}.protocol", entry.get("protocol")
+        if not file:
+            continue
+        if not Path(file).is_file():
+            refuse(f"{where} is {file}, not a file", "it comes with Long-LRM's repository, in data")
+        if kinds_of(entry) != ["root"] or entry["layout"] != "dl3dv" or draws != 1:
+            refuse(
+                f"{where} has one draw of targets from a `root` in layout dl3dv; got "
+                f"{kinds_of(entry)[0]}, layout {entry['layout']} and draws {draws}",
+                "give it a configuration of its own, with `draws: 1` and budgets 16 and 32",
+            )
+        if not {16, 32} & set(budgets):
+            refuse(f"{where} lists 16 and 32 frames, and budgets are {budgets}", "add one of them")
 
 
 def _check_numbers(where: str, entry: Section) -> None:

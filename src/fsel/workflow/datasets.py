@@ -119,6 +119,13 @@ class Datasets:
             reading["reading"] = others | own
         return reading
 
+    def protocol(self, dataset: str, scene: str) -> dict[str, str]:
+        """Arguments of `fsel.layouts.protocol.read_protocol`; none without a protocol."""
+        file = self.entries[dataset].get("protocol")
+        if not file:
+            return {}
+        return {"file": file, "scene": scene, "folder": self.raw_capture(dataset, scene)}
+
     def archive_of(self, dataset: str, scene: str) -> str:
         """File name of the archive that holds a fetched scene."""
         source = self.entries[dataset]["fetch"]

@@ -145,6 +145,12 @@ def embedded(experiment: Experiment) -> Paths:
     }
 
 
+def protocol(experiment: Experiment) -> Paths:
+    """Return the protocol of the dataset in the wildcards, if it has one."""
+    of = experiment.datasets.protocol
+    return {"protocol": lambda wildcards: of(wildcards.dataset, wildcards.scene)}
+
+
 def unpacked(experiment: Experiment) -> Paths:
     """Return where the scene in the wildcards lies in its archive, its sha256 and its licence."""
 

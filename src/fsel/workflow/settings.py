@@ -66,6 +66,7 @@ class Settings:
             checks.check_kind(name, entry)
         datasets = Datasets.of(config["datasets"], sources)
         checks.check_datasets(datasets)
+        checks.check_protocols(datasets, config["draws"], config["budgets"])
         checks.check_search(config["search"])
         named = reconstructors.named(config["reconstruction"], "reconstruction")
         labeller = config["search"].get("reconstruction") or next(iter(named.values()))
