@@ -182,6 +182,7 @@ def test_videos_and_photos_of_one_scene_are_placed_together(shots, cache, tmp_pa
     assert "COLMAP placed 14 of 14 frames" in capsys.readouterr().out
     names = (out / "frames.txt").read_text().split()
     assert {name.partition("/")[0] for name in names} == {"walk", "walk-2", "photos"}
+    assert record_of(out)["capture"]["beside"] == [str(two), str(tmp_path / "photos")]
     model = pycolmap.Reconstruction(str(out / "train" / "sparse" / "0"))
     cameras = {image.name.partition("/")[0]: image.camera for image in model.images.values()}
     assert (cameras["walk"].height, cameras["walk-2"].height) == (240, 200)

@@ -60,7 +60,8 @@ def opened(args: argparse.Namespace, console: Console, long_side: int = LONG_SID
     place, found = found_poses(args, console)
     _check_number(args, found)
     capture = open_capture(place / CAPTURE, "colmap", long_side, args.max_error)
-    known = f"colmap at {args.capture}"  # as a person knows it, not as the cache does
+    # as a person knows it, not as the cache does
+    known = f"colmap at {', '.join(str(path) for path in _paths(args))}"
     known_capture = replace(capture.capture, source=known)
     return replace(capture, capture=known_capture, found=found)
 

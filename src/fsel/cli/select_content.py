@@ -37,6 +37,7 @@ def selection_content(
     return {
         "capture": {
             "folder": str(Path(args.capture).resolve()),
+            "beside": [str(path.resolve()) for path in args.beside],
             "layout": opened.layout,
             "frames": len(opened.capture),
             "dropped": opened.raw.dropped,
