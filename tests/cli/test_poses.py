@@ -101,13 +101,26 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
 
 def test_the_hint_is_a_rate_where_a_video_has_more_frames():
     shots = [{"name": f"frame_{i:05d}.jpg", "index": i, "seconds": i / 30} for i in (0, 90, 180)]
-    found = {"placed": ["a", "b"], "frames": 3, "video": shots}
+    found = {"placed": ["a", "b"], "frames": 3, "video": shots}  # six seconds
     args = argparse.Namespace(capture="walk.mp4", k=30)
     with pytest.raises(
         ValueError, match=r"k is 30, .* 2 of 3 frames; .*Hint: --rate 15 takes more"
     ):
         posing._check_number(args, found)
+    shots = [
+        {"name": f"frame_{i:05d}.jpg", "index": i, "seconds": i / 30} for i in range(0, 181, 2)
+    ]
+    found |= {"frames": 91, "video": shots}
+    with pytest.raises(ValueError, match=r"Hint: --rate 31 takes more"):  # twice what was taken
+        posing._check_number(args, found)
     posing._check_number(argparse.Namespace(capture="walk.mp4", k="auto"), found)
+
+
+def test_a_source_is_given_once(tmp_path, capsys):
+    (tmp_path / "walk.mp4").write_bytes(b"")
+    twice = [tmp_path / "walk.mp4", tmp_path / "." / "walk.mp4"]
+    assert run("poses", *twice, "-o", tmp_path / "out") == 1
+    assert "walk.mp4: a video or folder is given twice" in capsys.readouterr().err
 
 
 def test_a_run_that_was_cut_off_goes_on_where_it_was(shots, cache, tmp_path, monkeypatch, capsys):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import math
 import shutil
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -142,8 +143,9 @@ def _check_number(args: argparse.Namespace, found: dict) -> None:
     hint = "more photos" if not found["video"] else "a longer video, or one of a slower walk"
     ends = {Path(shot["name"]).parent: shot for shot in found["video"]}.values()
     if found["frames"] < sum(shot["index"] for shot in ends):
-        lasts = sum(shot["seconds"] for shot in ends)
-        hint = f"--rate {max(1, round(TIMES * wanted / max(lasts, 1)))} takes more of the video"
+        lasts = max(1, sum(shot["seconds"] for shot in ends))
+        rate = math.ceil(max(TIMES * wanted, 2 * len(found["video"])) / lasts)
+        hint = f"--rate {rate} takes more of the video"
     raise ValueError(
         f"{args.capture}: k is {wanted}, and COLMAP placed {placed} of {found['frames']} frames; "
         f"allowed: up to {placed - 1}. Hint: {hint}"
@@ -153,6 +155,8 @@ def _check_number(args: argparse.Namespace, found: dict) -> None:
 def _sources(args: argparse.Namespace, console: Console) -> list[Source]:
     """The videos and the folders of photos that are placed together."""
     paths = _paths(args)
+    if len({path.resolve() for path in paths}) < len(paths):
+        raise ValueError(f"{args.capture}: a video or folder is given twice")
     names = [""] if len(paths) == 1 else distinct([path.stem for path in paths])
     return [
         Source(path, name)
@@ -184,10 +188,11 @@ def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Pa
             f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: "
             f"{', '.join(other[:SHOWN])}{hint}"
         )
-    if len(files) < MIN_PLACED:
+    least = 1 if args.beside else MIN_PLACED
+    if len(files) < least:
         raise ValueError(
             f"{source}: {counted(len(files), 'photo')} ({', '.join(readable)}) in it, in "
-            f"images or in input; at least {MIN_PLACED} are needed"
+            f"images or in input; at least {least} are needed"
         )
     if not args.skip_unreadable:
         check_pixels(files)

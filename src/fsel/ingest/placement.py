@@ -154,7 +154,7 @@ def _found(
     return {
         "video": shots,
         "turned": taken.turned,
-        "still": sum(taken.still.values()),
+        "still": taken.still,
         "frames": len(raw.names),
         "placed": [name for name in ordered if name in placed],
         "not_placed": [name for name in ordered if name not in placed],

@@ -54,13 +54,13 @@ class Taken:
     Attributes:
         shots: by a video's name, its frames in order.
         paces: by a video's name, frames a second.
-        still: by a video's name, how many frames were left out as equal to those before them.
+        still: how many frames of videos were left out as equal to those before them.
         turned: names of photos that were turned upright.
     """
 
     shots: dict[str, list[video.Kept]]
     paces: dict[str, float]
-    still: dict[str, int]
+    still: int
     turned: list[str]
 
 
@@ -72,7 +72,7 @@ def take(
         content = json.loads((folder / TAKEN).read_text(encoding="utf-8"))
         shots = content.pop("shots").items()
         return Taken({name: [video.Kept(*s) for s in rows] for name, rows in shots}, **content)
-    taken = Taken({}, {}, {}, [])
+    taken = Taken({}, {}, 0, [])
     for source in sources:
         images = folder / IMAGES / source.name
         images.mkdir(parents=True, exist_ok=True)
@@ -97,12 +97,10 @@ def _film(
         moving = _moving(source, shots, images)
     still = len(shots) - len(moving)
     taken.shots[source.name], taken.paces[source.name] = moving, pace
-    taken.still[source.name] = still
+    taken.still += still
     said = f"the sharpest of each of {len(shots)} stretches of {source.path.name}"
-    say(
-        "video",
-        f"{said}; {counted(still, 'frame')} like the one before left out" if still else said,
-    )
+    left_out = f"; {counted(still, 'frame')} like the one before left out" if still else ""
+    say("video", said + left_out)
 
 
 def take_denser(
