@@ -105,6 +105,7 @@ def test_commands_in_the_docs_run(tmp_path):
         "reconstruct",
         "render",
         "train",
+        "view",
     }
     write_ring(tmp_path / "captures" / "garden", frames=60)
     # tests/cli/test_poses.py and test_train.py run those that take a minute

@@ -84,7 +84,7 @@ def unknown_name(folder, tmp_path):
         (unreadable, ["frame_007.jpg", "not a readable image"]),
         (unreadable_pick, ["frame_", "not a readable image"]),
         (leads_outside, ["../../secret.jpg", "leads outside"]),
-        (odd_camera, ["FULL_OPENCV", "image_undistorter"]),
+        (odd_camera, ["FULL_OPENCV", "--undistort"]),
         (unknown_name, ["names.txt", "'frame_3.jpg'", "'frame_000.jpg'"]),
         (lambda *_: ["-k", 25], ["k is 25", "1 to 24"]),
         (lambda *_: ["-k", 22, "--targets", "every:8"], ["1 to 21", "3 being held out"]),

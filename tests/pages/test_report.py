@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from browsing import decoded, looked_at, needs_a_browser, photographed, pictures
 from selection_problems import capture_of
-from small_captures import damage_pixels, record_of, select, write_ring
+from small_captures import damage_pixels, film, record_of, select, write_ring
 
 from fsel.cli import main
 from fsel.cli.again import AGAINST, LISTS, without
@@ -99,7 +99,7 @@ def test_a_browser_shows_every_frame_and_takes_wishes(width, out, tmp_path):
     kinds[::8] = ["held"] * 3
     assert seen["kinds"] == kinds
     assert seen["orders"] == [order[name] for name in names if name in order]
-    assert [text.partition(" ")[0] for text in seen["lanes"]] == ["speed", "sharpness:", "exposure"]
+    assert [text.partition(" ")[0] for text in seen["lanes"]] == ["speed", "exposure"]
     assert [row[:2] for row in seen["picked"]] == [
         [str(entry["order"]), entry["name"]] for entry in content["frames"]
     ]
@@ -124,6 +124,13 @@ def test_a_browser_shows_every_frame_and_takes_wishes(width, out, tmp_path):
     assert seen["kept"] == f"keep.txt ({kept})"
     assert (seen["wrong"], seen["many"]) == (True, kept <= 7)
     assert seen["filtered"] == 7
+
+
+def test_sharpness_has_a_lane_where_frames_show_enough(tmp_path):
+    write_ring(tmp_path / "capture")
+    film(tmp_path / "capture", {})
+    select(tmp_path / "capture", "-k", 7, "-o", tmp_path / "out")
+    assert ">sharpness: up to " in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 @needs_a_browser

@@ -70,8 +70,8 @@ def test_one_flipped_bit_is_seen_anywhere(artefact, share):
 def test_large_files_are_read_through_when_the_file_system_changed_them(artefact, monkeypatch):
     monkeypatch.setattr(checksums, "ALWAYS", 0)
     read = []
-    whole = checksums._sha256
-    monkeypatch.setattr(checksums, "_sha256", lambda path: read.append(path) or whole(path))
+    whole = checksums.sha256_of
+    monkeypatch.setattr(checksums, "sha256_of", lambda path: read.append(path) or whole(path))
     check(artefact)
     assert read == []
     os.utime(artefact)  # as Snakemake does with every output

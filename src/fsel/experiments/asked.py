@@ -51,7 +51,7 @@ def answer(arguments: Sequence[str], experiment: Experiment, config: Section) ->
 
 
 def overlay(config: Section) -> str:
-    """What depends on where things are, as a configuration file with example values."""
+    """Configuration file of what depends on where things are, with example values."""
     content: dict[str, Any] = {"pathvars": {"results": config["pathvars"]["results"]}}
     content["datasets"] = {
         name: _with_root(name, entry)
@@ -77,7 +77,7 @@ def _with_root(name: str, entry: Section) -> dict[str, Any]:
 
 
 class _Plain(yaml.SafeDumper):
-    """Without anchors: each part can be changed alone."""
+    """Dumper without anchors: each part can be changed alone."""
 
     def ignore_aliases(self, data: Any) -> bool:
         return True

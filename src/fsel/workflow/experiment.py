@@ -150,7 +150,7 @@ class Experiment(Settings):
         return of_evaluation(config, len(self.scorers))
 
     def cost_of(self, section: Section) -> Section | None:
-        """What a reconstructor states that it costs; None where it does not."""
+        """Cost that a reconstructor states; None where it does not."""
         return next((cost for known, cost in self.costs if known == section), None)
 
     def _by_cost(

@@ -13,10 +13,14 @@ class Refusal(SystemExit):
     """
 
 
-def refuse(message: str, hint: str) -> NoReturn:
+class MissingProgram(Refusal):
+    """A configuration that could be served where a reconstructor's programs were."""
+
+
+def refuse(message: str, hint: str, kind: type[Refusal] = Refusal) -> NoReturn:
     """End the run with what is wrong and what helps.
 
     Raises:
-        Refusal: always.
+        Refusal: always, of the given kind.
     """
-    raise Refusal(f"config: {message}\nHint: {hint}")
+    raise kind(f"config: {message}\nHint: {hint}")

@@ -15,7 +15,7 @@ from fsel.reconstruct.outcome import MissingRequirement
 from fsel.selector import pretrained
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.refusal import refuse
+from fsel.workflow.refusal import MissingProgram, refuse
 from fsel.workflow.settings import PAGE
 from fsel.workflow.tables import Tables
 
@@ -64,7 +64,7 @@ def check_reconstructors(named: Mapping[str, Section], where: str) -> None:
     """Refuse reconstructors that cannot work here, before any job."""
     for name, section in named.items():
         if lines := _missing_of(where, name, section):
-            refuse("\n".join(lines), PAGE)
+            refuse("\n".join(lines), PAGE, MissingProgram)
 
 
 def missing_programs(experiment: Experiment) -> list[str]:
@@ -131,7 +131,7 @@ def _without(experiment: Experiment, tables: Tables, configfiles: Sequence[str])
     """Describe how a run goes without what is not here, and what it makes then."""
     files = [*map(Path, configfiles), experiment.folder / STAND_INS]
     given = " ".join(os.path.relpath(path) for path in files)
-    allowed = " --config allow_missing=true" if experiment.datasets.missing else ""
+    allowed = " --config allow_missing=True" if experiment.datasets.missing else ""
     lines = [
         "without: `splats`, GMSD and `lab_hog` in the place of what is missing, by",
         f"  snakemake paper --cores 2 --configfile {given}{allowed}",

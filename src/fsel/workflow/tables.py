@@ -8,13 +8,14 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
 from fsel.utils.registry import Registry
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.refusal import Refusal
+from fsel.workflow.refusal import MissingProgram, Refusal
 from fsel.workflow.resources import Size
 
 Values = Mapping[str, Any]
@@ -230,7 +231,7 @@ class Tables:
         return made
 
     def possible(self) -> tuple[list[str], list[str]]:
-        """Paths of the paper's tables that can be made here, and lines that say what cannot."""
+        """Paths of the paper's tables that stand-ins can make here, and what cannot be made."""
         made: list[str] = []
         reasons = self.experiment.datasets.missing.values()
         said = [f"  left out: {reason}" for reason in reasons]
@@ -239,7 +240,8 @@ class Tables:
                 continue
             try:
                 for need in (table.inputs, table.params, *table.needs):
-                    need(self.experiment)
+                    with suppress(MissingProgram):  # stand-ins are in its place
+                        need(self.experiment)
                 made += table.paths(self.experiment)
             except Refusal as refusal:
                 reason = str(refusal).removeprefix("config: ").splitlines()[0]

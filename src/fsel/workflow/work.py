@@ -1,4 +1,4 @@
-"""How much a job reconstructs, and how long that takes with what a reconstructor says it costs."""
+"""Reconstructions of a job, and their minutes by what a reconstructor says it costs."""
 
 from __future__ import annotations
 
