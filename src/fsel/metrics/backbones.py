@@ -132,7 +132,9 @@ class Lpips(nn.Module):
         for i, layer in enumerate(self.features):
             signal = layer(signal)
             if i in self.compared:
-                layers.append(signal / (signal.square().sum(1, keepdim=True).sqrt() + EPSILON))
+                # not `sqrt`, which is MKL's and ends in other digits on other processors
+                length = torch.linalg.vector_norm(signal, dim=1, keepdim=True)
+                layers.append(signal / (length + EPSILON))
         return layers
 
     def apart(
