@@ -212,6 +212,16 @@ def test_reconstruct_writes_splats_that_an_independent_reader_reads(capture, tmp
     assert abs(len(vertex) - model.primitives) < 0.5 * model.primitives
 
 
+@pytest.mark.parametrize("targets", [[], ["--targets", "every:8"]])
+def test_reconstruct_takes_what_select_wrote(targets, capture, tmp_path, capsys):
+    asked = ["-k", 5, "--patience", 0, "--quiet", *targets, "-o", tmp_path / "picked"]
+    assert run("select", capture, *asked) == 0
+    out = tmp_path / "scene.ply"
+    assert run("reconstruct", tmp_path / "picked", "--json", "-o", out) == 0
+    picked = (tmp_path / "picked" / "frames.txt").read_text().split()
+    assert sorted(json.loads(capsys.readouterr().out)["frames"]) == sorted(picked)
+
+
 @pytest.mark.parametrize(
     ("lines", "said"),
     [

@@ -144,14 +144,14 @@ def test_differences_are_paired_by_frame():
     assert entry["psnr"] == 2
     assert [entry["ci_low"], entry["ci_high"]] == pytest.approx([2 - half, 2 + half], abs=1e-4)
     assert (entry["k"], entry["method"], entry["than"], entry["n"]) == (0, "a", "b", 3)
-    said = "a is ahead beyond chance in 0 and behind in 0 of 1 comparison (95 % intervals over 3"
+    said = "In 1 comparison a is 2.00 dB ahead, within chance (95 % intervals over 3"
     assert verdict(compared) == f"{said} held-out frames)."
 
 
 def test_one_sentence_counts_what_is_beyond_chance():
     ahead, behind = ((11, 21, 31.1), (10, 20, 30)), ((9, 19, 28.9), (10, 20, 30))
     said = verdict(of_two(ahead, behind, ahead, ((10, 20, 31), (10, 20, 30))))
-    assert said.startswith("a is ahead beyond chance in 2 and behind in 1 of 4 comparisons (")
+    assert said.startswith("In 4 comparisons a is ahead beyond chance in 2 and behind in 1 (95")
 
 
 def test_of_two_frames_there_is_no_interval():
@@ -170,7 +170,7 @@ def test_blurred_frames_are_told_apart():
     assert (entry["psnr"], entry["n"]) == (pytest.approx(-0.25), 4)
     assert (entry["sharp"]["psnr"], entry["sharp"]["n"]) == (3, 3)
     assert entry["sharp"]["ci_high"] == pytest.approx(3 + 4.302653 / np.sqrt(3), abs=1e-4)
-    end = "over the 3 that are not blurred, ahead beyond chance in 1 and behind in 0."
+    end = "over the 3 that are not blurred, 3.00 dB ahead, beyond chance."
     assert verdict(compared).endswith(end)
 
 

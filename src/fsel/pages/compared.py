@@ -128,7 +128,7 @@ def verdict(compared: Compared) -> str:
         ahead = sum(gap.mean > 0 for gap in gaps)
         few = f"over {frames}: too few to tell from chance"
         return f"{first} is ahead in {ahead} of {counted(count, 'comparison')}, {few}."
-    said = f"{first} is {_counts(gaps)} of {counted(count, 'comparison')}"
+    said = f"In {counted(count, 'comparison')} {first} is {_counts(gaps)}"
     said += f" (95 % intervals over {frames})"
     sharp = [compared.ahead_on_sharp(k, other) for k, other in pairs]
     kept = [gap for gap in sharp if gap is not None]
@@ -138,5 +138,9 @@ def verdict(compared: Compared) -> str:
 
 
 def _counts(gaps: Sequence[Interval]) -> str:
+    if len(gaps) == 1:
+        side = "ahead" if gaps[0].mean >= 0 else "behind"
+        where = "beyond" if gaps[0].excludes_zero else "within"
+        return f"{abs(gaps[0].mean):.2f} dB {side}, {where} chance"
     ahead, behind = sum(gap.low > 0 for gap in gaps), sum(gap.high < 0 for gap in gaps)
     return f"ahead beyond chance in {ahead} and behind in {behind}"
