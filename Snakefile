@@ -67,8 +67,14 @@ wildcard_constraints:
 # the experiment, stage by stage
 include: "workflow/rules/stage.smk"
 include: "workflow/rules/captures.smk"
-include: "workflow/rules/labels.smk"
-include: "workflow/rules/selectors.smk"
+
+
+if experiment.labelled:
+
+    include: "workflow/rules/labels.smk"
+    include: "workflow/rules/selectors.smk"
+
+
 include: "workflow/rules/evaluation.smk"
 # when asked for: other tables and figures, by name or all of the paper's by `paper`
 include: "workflow/rules/tables.smk"
