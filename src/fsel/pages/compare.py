@@ -71,7 +71,7 @@ def _interval(compared: Compared, cell: Cell) -> str:
 
 
 def _gap(compared: Compared, k: int, other: str, rows: int) -> str:
-    """How far the first method is ahead of another; of one that no k bounds, at which k."""
+    """The lead of the first method over another; of one that no k bounds, at which k."""
     gain, at = compared.ahead(k, other), f"K = {k}: " if rows > 1 else ""
     text = f"{at}{gain.mean:+.2f} dB"
     if np.isnan(gain.low):

@@ -33,7 +33,7 @@ def refuse(message: str, hint: str, kind: type[Refusal] = Refusal) -> NoReturn:
 
 
 def failures(logs: Iterable[str]) -> str:
-    """What the jobs that failed said last, and where the rest of it stands.
+    """Tell what the jobs that failed said last, and where the rest of it stands.
 
     Args:
         logs: Snakemake's own files of the run.
