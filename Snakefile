@@ -1,3 +1,4 @@
+import atexit
 import os
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from fsel.workflow.artefacts import check_artefacts
 from fsel.workflow.cluster import start_on_slurm
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.machine import IMAGE, check_image, prepare
+from fsel.workflow.refusal import failures
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Tables, report_labels
 
@@ -67,11 +69,22 @@ wildcard_constraints:
 # the experiment, stage by stage
 include: "workflow/rules/stage.smk"
 include: "workflow/rules/captures.smk"
-include: "workflow/rules/labels.smk"
-include: "workflow/rules/selectors.smk"
+
+
+if experiment.labelled:
+
+    include: "workflow/rules/labels.smk"
+    include: "workflow/rules/selectors.smk"
+
+
 include: "workflow/rules/evaluation.smk"
 # when asked for: other tables and figures, by name or all of the paper's by `paper`
 include: "workflow/rules/tables.smk"
+
+
+onerror:
+    # what a person is to read stands last, below all that Snakemake says
+    atexit.register(print, failures(log), file=sys.stderr)
 
 
 # one handler for all: of several, only the last would run

@@ -8,7 +8,8 @@ against all.
 
 `picks`: PSNR on held-out targets of a region for several selectors, a line a fit; means at the end.
 `fewer`: the picks of `fsel` at several budgets and all frames, at several numbers of steps.
-`auto`: the picks of `-k auto --targets every:8`, and of shares of its number, over two seeds.
+`auto`: the picks of `-k auto --targets every:8`, and of shares of its number, over two seeds; rows
+of captures that the file has are not measured again.
 Seconds are the processor's.
 """
 
@@ -17,8 +18,10 @@ from __future__ import annotations
 import argparse
 import time
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 import fsel
 from fsel.api import described
@@ -28,6 +31,7 @@ from fsel.data.split import coverage_split
 from fsel.images.sharpness import sharpness
 from fsel.metrics import score_views
 from fsel.reconstruct import RECONSTRUCTORS
+from fsel.report.numbers import read_csv, write_csv
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
 
@@ -106,18 +110,29 @@ def fewer(capture: Capture, options: argparse.Namespace) -> None:
 
 def auto(capture: Capture, options: argparse.Namespace) -> None:
     """Numbers of frames around the one that is found, on one frame in eight, held out."""
+    name = Path(capture.source).name
+    table = read_csv(options.out) if options.out.is_file() else pd.DataFrame(columns=["capture"])
+    if name in table["capture"].values:
+        return
     found = len(fsel.select(capture, "auto", targets="every:8"))
     held_out = np.arange(0, len(capture), 8)
-    means = {}
+    rows = []
     for share in SHARES:
         k = min(round(share * found), len(capture) - len(held_out))
         frames = fsel.select(capture, k, targets="every:8").indices
-        for seed in range(2):
-            settings = {"steps": options.steps[0], "gaussians": options.gaussians, "seed": seed}
-            beyond, _, _ = fitted(capture, "gaussians", np.sort(frames), held_out, **settings)
-            means.setdefault(k, []).append(beyond)
-    said = ", ".join(f"K = {k} {np.mean(values):.2f} dB" for k, values in means.items())
-    print(f"{capture.source}, {len(capture)} frames, auto {found}: {said}", flush=True)
+        settings = {"steps": options.steps[0], "gaussians": options.gaussians}
+        fits = [
+            fitted(capture, "gaussians", np.sort(frames), held_out, **settings, seed=seed)
+            for seed in range(2)
+        ]
+        psnr = np.mean([beyond for beyond, _, _ in fits])
+        rows.append({"capture": name, "frames": len(capture), "share": share, "k": k, "psnr": psnr})
+        print(rows[-1], flush=True)
+    measured = pd.DataFrame(rows)
+    measured["gain"] = measured["psnr"] - measured["psnr"][SHARES.index(1.0)]
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    known = [*table.to_dict("records"), *measured.to_dict("records")]
+    write_csv(pd.DataFrame(known), options.out)
 
 
 def main() -> None:
@@ -131,6 +146,8 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=2, help="of targets, `picks` alone")
     parser.add_argument("--methods", nargs="+", default=METHODS, help="`picks` alone")
     parser.add_argument("--coverage", type=int, default=40, help="%% of the capture: the targets'")
+    out = Path("results/tables/budget_captures.csv")
+    parser.add_argument("-o", "--out", type=Path, default=out, help="csv of `auto`")
     options = parser.parse_args()
     for folder in options.folders:
         globals()[options.what](fsel.read_capture(folder, long_side=options.long_side), options)

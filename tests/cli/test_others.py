@@ -128,12 +128,19 @@ def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
             found.append(fsel.evaluate(whole, model, held)["psnr"].mean())
         assert row["psnr"] == pytest.approx(np.mean(found), abs=1e-4)
     table = (out / "compare.txt").read_text().splitlines()
-    assert table[0].split() == ["k", "method", "PSNR", "SSIM", "GMSD", "served", "n-th"]
+    assert table[0].split() == [
+        *("k", "method", "PSNR", "SSIM", "GMSD", "served", "n-th"),
+        *("fsel", "ahead,", "dB"),
+    ]
     assert table[1].split()[:3] == ["4", "fsel", f"{rows[4, 'fsel']['psnr']:.2f}"]
+    gap = rows[4, "fsel"]["psnr"] - rows[4, "random"]["psnr"]
+    assert float(table[2].split()[-1].rstrip("*")) == pytest.approx(gap, abs=0.006)
+    assert table[-2].endswith("Hint: --reconstructor gaussians asks them.")
+    assert table[-1] == content["verdict"]
     sheets = sorted((out / "renders").iterdir())
     assert [sheet.name for sheet in sheets] == [f"{whole.names[i]}.png" for i in held]
     width = 3 * 64  # the truth and two methods
-    assert cv2.imread(str(sheets[0])).shape == (2 * (48 + 14), width, 3)
+    assert cv2.imread(str(sheets[0])).shape == (2 * (48 + 15), width, 3)
 
 
 def test_compare_says_which_points_three_picks_see(capture, tmp_path, capsys):
@@ -203,6 +210,16 @@ def test_reconstruct_writes_splats_that_an_independent_reader_reads(capture, tmp
     extent = np.linalg.norm(np.stack([vertex[axis] for axis in "xyz"]), axis=0)
     assert np.median(extent) < 12  # cameras lie 4.1 from the middle
     assert abs(len(vertex) - model.primitives) < 0.5 * model.primitives
+
+
+@pytest.mark.parametrize("targets", [[], ["--targets", "every:8"]])
+def test_reconstruct_takes_what_select_wrote(targets, capture, tmp_path, capsys):
+    asked = ["-k", 5, "--patience", 0, "--quiet", *targets, "-o", tmp_path / "picked"]
+    assert run("select", capture, *asked) == 0
+    out = tmp_path / "scene.ply"
+    assert run("reconstruct", tmp_path / "picked", "--json", "-o", out) == 0
+    picked = (tmp_path / "picked" / "frames.txt").read_text().split()
+    assert sorted(json.loads(capsys.readouterr().out)["frames"]) == sorted(picked)
 
 
 @pytest.mark.parametrize(

@@ -63,6 +63,14 @@ def test_a_capture_alone_shows_its_points(made):
     assert {entry["state"] for entry in content["cameras"]} == {"frame"}
 
 
+def test_the_points_of_a_selection_are_no_model(made):
+    asked = ["-k", "5", "--patience", "0", "--quiet", "-o", str(made / "all")]
+    assert main(["select", str(made / "ring"), *asked]) == 0
+    assert (made / "all" / "sparse_pc.ply").is_file()
+    assert main(["view", str(made / "all"), "-o", str(made / "page.html")]) == 0
+    assert data_of((made / "page.html").read_text())["model"] is None
+
+
 def test_a_model_alone_has_no_cameras(made):
     assert main(["view", str(made / "model.ply"), "-o", str(made / "page.html")]) == 0
     assert data_of((made / "page.html").read_text())["cameras"] == []

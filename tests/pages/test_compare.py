@@ -9,8 +9,8 @@ from browsing import decoded, looked_at, needs_a_browser, pictures
 from small_captures import write_ring
 
 from fsel.cli import main
+from fsel.metrics import REGISTERED
 from fsel.pages.compared import Compared, differences, verdict
-from fsel.report.statistics import of_places
 
 SHARP = np.zeros(3, bool)
 MEASURE = """(() => {
@@ -72,7 +72,7 @@ def out(tmp_path_factory):
 def test_a_browser_shows_every_rendering(width, out, tmp_path):
     seen = looked_at(out / "compare.html", width, MEASURE, tmp_path)
     content = json.loads((out / "compare.json").read_text())
-    assert seen["sentences"] == [entry["verdict"] for entry in content["differences"]]
+    assert seen["sentences"] == [content["verdict"]]
     assert [cells[:2] for cells in seen["cells"]] == [
         ["4", "fsel"],
         ["4", "uniform"],
@@ -114,62 +114,78 @@ def test_the_page_is_one_file_and_escapes_names(out):
     assert min(len(np.unique(image)) for image in images[::5]) > 20  # no held-out frame is blank
     assert "capture &lt;b&gt;&amp;" in page
     assert "<b>&/" not in page
+    content = json.loads((out / "compare.json").read_text())
     text = (out / "compare.txt").read_text()
-    for entry in json.loads((out / "compare.json").read_text())["differences"]:
-        assert entry["verdict"] in text
+    assert content["verdict"] in text
+    for row in content["rows"]:  # the page and the text print the same digits
+        for name in ("psnr", "ssim", "gmsd"):
+            assert REGISTERED[name].printed(row[name]) in text
+            assert f"<td>{REGISTERED[name].printed(row[name])}" in page
 
 
 def scores(*psnr):
     return np.column_stack([psnr, np.zeros(len(psnr))])
 
 
+def of_two(*pairs, blurred=(False,) * 3):
+    """A comparison of a and b: for each k their PSNR on the frames."""
+    found = {(k, "ab"[i]): scores(*pair[i]) for k, pair in enumerate(pairs) for i in (0, 1)}
+    used = {(k, name): k for k, name in found}
+    at = np.array(blurred[: len(pairs[0][0])])
+    shown = tuple("wxyz"[: len(at)])
+    return Compared("c", "", shown, ("psnr", "ssim"), found, used, (), [], {}, at)
+
+
 def test_differences_are_paired_by_frame():
     """1, 2 and 3 dB: mean 2, error 1 / sqrt(3), times Student's 4.303 for two degrees."""
-    found = {(9, "a"): scores(11, 22, 33), (9, "b"): scores(10, 20, 30)}
-    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, {}, (), [], {}, SHARP)
+    compared = of_two(((11, 22, 33), (10, 20, 30)))
     (entry,) = differences(compared)
     half = 4.302653 / np.sqrt(3)
     assert entry["psnr"] == 2
     assert [entry["ci_low"], entry["ci_high"]] == pytest.approx([2 - half, 2 + half], abs=1e-4)
-    assert (entry["k"], entry["method"], entry["than"], entry["n"]) == (9, "a", "b", 3)
-    assert "a is 2.00 dB ahead of b, within chance" in entry["verdict"]
+    assert (entry["k"], entry["method"], entry["than"], entry["n"]) == (0, "a", "b", 3)
+    said = "In 1 comparison a is 2.00 dB ahead, within chance (95 % intervals over 3"
+    assert verdict(compared) == f"{said} held-out frames)."
+
+
+def test_one_sentence_counts_what_is_beyond_chance():
+    ahead, behind = ((11, 21, 31.1), (10, 20, 30)), ((9, 19, 28.9), (10, 20, 30))
+    said = verdict(of_two(ahead, behind, ahead, ((10, 20, 31), (10, 20, 30))))
+    assert said.startswith("In 4 comparisons a is ahead beyond chance in 2 and behind in 1 (95")
+
+
+def test_of_two_frames_there_is_no_interval():
+    compared = of_two(((11, 21), (10, 20)))
+    (entry,) = differences(compared)
+    assert (entry["psnr"], entry["ci_low"], entry["ci_high"], entry["n"]) == (1, None, None, 2)
+    said = "a is ahead in 1 of 1 comparison, over 2 held-out frames: too few to tell from chance."
+    assert verdict(compared) == said
 
 
 def test_blurred_frames_are_told_apart():
-    """2 and 4 dB on sharp frames: mean 3, error 1, times Student's 12.706 for one degree."""
-    found = {(9, "a"): scores(12, 10, 34), (9, "b"): scores(10, 20, 30)}
-    at = np.array([False, True, False])
-    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, {}, (), [], {}, at)
+    """2, 3 and 4 dB on sharp frames: mean 3, error 1 / sqrt(3), times Student's 4.303."""
+    pair = ((12, 10, 33, 44), (10, 20, 30, 40))
+    compared = of_two(pair, blurred=(False, True, False, False))
     (entry,) = differences(compared)
-    assert (entry["psnr"], entry["n"]) == (pytest.approx(-4 / 3, abs=1e-4), 3)
-    assert (entry["sharp"]["psnr"], entry["sharp"]["n"]) == (3, 2)
-    assert entry["sharp"]["ci_high"] == pytest.approx(3 + 12.7062, abs=1e-3)
-    assert "a is 1.33 dB behind b, within chance" in entry["verdict"]
-    assert "Blurred ones left out, it is 3.00 dB ahead, within chance" in entry["verdict"]
-    assert "over 2 that are not blurred: -9.71 to +15.71 dB" in entry["verdict"]
+    assert (entry["psnr"], entry["n"]) == (pytest.approx(-0.25), 4)
+    assert (entry["sharp"]["psnr"], entry["sharp"]["n"]) == (3, 3)
+    assert entry["sharp"]["ci_high"] == pytest.approx(3 + 4.302653 / np.sqrt(3), abs=1e-4)
+    end = "over the 3 that are not blurred, 3.00 dB ahead, beyond chance."
+    assert verdict(compared).endswith(end)
 
 
 @pytest.mark.parametrize("blurred", [[False] * 3, [True, True, False], [True] * 3])
 def test_nothing_is_said_of_too_few_sharp_frames(blurred):
-    found = {(9, "a"): scores(12, 10, 34), (9, "b"): scores(10, 20, 30)}
-    at = np.array(blurred)
-    compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, {}, (), [], {}, at)
+    compared = of_two(((12, 10, 34), (10, 20, 30)), blurred=blurred)
     (entry,) = differences(compared)
     assert "sharp" not in entry
-    assert "Blurred" not in entry["verdict"]
+    assert "blurred" not in verdict(compared)
 
 
-def test_every_frame_is_called_by_their_number():
-    found = {(9, "a"): scores(11, 22, 33), (9, "all"): scores(20, 30, 40)}
-    used = {(9, "a"): 9, (9, "all"): 70}
+def test_every_frame_is_one_row_and_the_last():
+    found = {(k, name): scores(1, 2, 3) for k in (4, 5) for name in ("all", "a")}
+    used = {(k, name): 70 if name == "all" else k for k, name in found}
     compared = Compared("c", "", ("x", "y", "z"), ("psnr", "ssim"), found, used, (), [], {}, SHARP)
-    (entry,) = differences(compared)
-    assert entry["than"] == "all"
-    assert "behind all 70 frames, beyond chance" in entry["verdict"]
-
-
-def test_a_sentence_says_what_is_beyond_chance():
-    said = [verdict(5, "a", "b", of_places(np.array(gaps))) for gaps in ([1.0, 1.1], [-1.0, -1.1])]
-    assert "a is 1.05 dB ahead of b, beyond chance" in said[0]
-    assert "a is 1.05 dB behind b, beyond chance" in said[1]
-    assert "one held-out frame, which says nothing" in verdict(5, "a", "b", of_places(np.ones(1)))
+    assert compared.rows == {(4, "a"): [4], (5, "a"): [5], (70, "all"): [4, 5]}
+    alone = Compared("c", "", ("x",), ("psnr",), {(4, "a"): scores(1)}, {}, (), [], {}, SHARP[:1])
+    assert verdict(alone) == "a is compared with no other method."

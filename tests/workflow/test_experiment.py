@@ -5,7 +5,8 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from dry_runs import SMOKE, experiment, with_dataset
+import yaml
+from dry_runs import SMOKE, dry_run, experiment, planned, with_dataset
 
 from fsel.report import captions
 from fsel.workflow import inputs
@@ -48,6 +49,33 @@ def test_seeds_come_from_names():
         "seed": zlib.crc32(b"7/dl3dv/evaluation00"),
         "recorded": 60,
     }
+
+
+def test_without_scenes_to_train_on_the_shipped_scorers_are_measured(tmp_path):
+    (tmp_path / "a").mkdir()
+    mine = {"mine": {"label": "Mine", "root": str(tmp_path), "scenes": ["a"]}}
+    made = experiment(datasets=mine, training={"dataset": "elsewhere"})
+    made.check()
+    names = [scorer.rsplit("/")[-1] for scorer in made.scorers]
+    own = ["less_is_more.safetensors", "less_is_more_no_appearance.safetensors"]
+    assert names == [*own, "fsel.json", "fsel_rule.json"]
+    assert (made.trained, made.labelled, made.practised) == ("mine", {}, [])
+    with pytest.raises(Refusal, match="no dataset has `train` scenes"):
+        inputs.label_files(made)
+    named = {"weights": {"less_is_more": ["own.safetensors"]}}
+    made = experiment(datasets=mine, training=named)
+    assert made.weights("less_is_more") == ["own.safetensors"]
+    assert made.weights("less_is_more_no_appearance")[0].endswith(own[1])
+
+
+def test_a_dataset_of_ones_own_trains_nothing(tmp_path):
+    (tmp_path / "captures" / "a").mkdir(parents=True)
+    mine = {"label": "Mine", "root": str(tmp_path / "captures"), "scenes": ["a"]}
+    config = tmp_path / "mine.yaml"
+    config.write_text(yaml.safe_dump({"datasets": {"mine": mine}}))
+    jobs = planned(dry_run(tmp_path, config))
+    assert jobs["evaluate"] == 1
+    assert not {"label", "order", "train", "refine"} & set(jobs)
 
 
 def test_scorers_are_trained_named_or_shipped():

@@ -68,6 +68,7 @@ def test_defaults_are_filled_in_within_what_is_given():
         ({"reconstruction": []}, ["reconstruction", "should be non-empty"]),
         ({"reconstruction": [{"as": "a/b"}]}, ["reconstruction[0].as", "'a/b' does not match"]),
         ({"reconstruction": {"name": "nerf"}}, ["reconstruction.name", "one of ['splats'"]),
+        ({"reconstruction": {"name": "splat"}}, ["reconstruction.name", "mean 'splats'?"]),
     ],
 )
 def test_a_wrong_value_is_refused_by_name(changes, parts):

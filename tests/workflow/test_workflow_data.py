@@ -65,7 +65,10 @@ def test_other_scenes_go_on(tmp_path):
     targets = [f"{results}/{name}/images.npy" for name in entry["scenes"]]
     result = run(tmp_path, *targets)
     assert result.returncode != 0
-    assert "f20.jpg: image file is empty (0 bytes)" in result.stdout + result.stderr
+    said, where = (result.stdout + result.stderr).splitlines()[-2:]
+    assert said.startswith("fsel: ")
+    assert "f20.jpg: image file is empty (0 bytes)" in said
+    assert where.endswith("/logs/ingest/mine/bad.log)")
     made = [(tmp_path / target).exists() for target in targets]
     assert made == [False, True, True]
 

@@ -129,9 +129,9 @@ use rule stage as split with:
     resources:
         **experiment.resources(Size(grows="capture")),
     params:
+        **inputs.protocol(experiment),
         targets=experiment.config["targets"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "split"),
-        **inputs.protocol(experiment),
     message:
         "Drawing the targets of {wildcards.dataset}/{wildcards.scene}"
 

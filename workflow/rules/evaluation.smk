@@ -23,9 +23,9 @@ use rule stage as select with:
     resources:
         **experiment.resources(Size(2000, 30, "capture")),
     params:
+        **inputs.protocol(experiment),
         budgets=experiment.config["budgets"],
         seeds=experiment.draw_seeds,
-        **inputs.protocol(experiment),
     message:
         "Selecting frames of {wildcards.dataset}/{wildcards.scene}"
 

@@ -128,7 +128,10 @@ def _add_reconstruct(commands) -> None:
         "how a reconstructor of your own is checked and measured.",
     )
     command.add_argument(
-        "--frames", type=Path, required=True, help="file with a frame name a line, as frames.txt"
+        "--frames",
+        type=Path,
+        help="file with a frame name a line, as frames.txt; all by default: a folder that `fsel "
+        "select` wrote holds its picks",
     )
     command.add_argument(
         "--quality",

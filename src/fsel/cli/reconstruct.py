@@ -15,6 +15,8 @@ from fsel.cli.console import Console
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.cli.request import inputs_of
 from fsel.data.capture import Capture
+from fsel.export.forms import TRANSFORMS
+from fsel.export.subset import TRAIN
 from fsel.images.film import captioned, levels
 from fsel.outputs.atomic import refuse_overlap, staged
 from fsel.reconstruct.gaussians.model import GaussianModel
@@ -43,9 +45,13 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError(f"{args.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
     if args.preview is not None:
         _check_preview(args)
+    if args.frames is None and (args.capture / TRAIN / TRANSFORMS).is_file():
+        args.capture /= TRAIN  # of a selection that holds frames out
     with staged(args.out, "reconstruct", inputs_of(args), args.force, folder=False) as stage:
         opened = posing.opened(args, console, args.long_side)
-        frames = named_in(args.frames, opened.capture)
+        frames = np.arange(len(opened.capture))
+        if args.frames is not None:
+            frames = named_in(args.frames, opened.capture)
         if len(frames) < 2:
             raise ValueError(f"{args.frames}: names one frame; two or more are needed")
         loaded = opened.loaded(frames, console.bar("images"))

@@ -50,7 +50,7 @@ def heading(metrics: Metrics) -> str:
 
 def columns(row: Mapping, metrics: Metrics) -> str:
     """A row's values below `heading`."""
-    return "  ".join(f"{row[name]:{WIDTH}.{2 if name == 'psnr' else 4}f}" for name in metrics)
+    return "  ".join(f"{REGISTERED[name].printed(row[name]):>{WIDTH}}" for name in metrics)
 
 
 def file_names(names: Sequence[str]) -> list[str]:

@@ -15,6 +15,7 @@ import numpy as np
 from fsel import viewer
 from fsel.cli import posing
 from fsel.cli.console import Console
+from fsel.export.forms import CLOUD
 from fsel.images.previews import in_turn, jpeg
 from fsel.outputs.atomic import staged
 from fsel.reconstruct import ply
@@ -77,7 +78,7 @@ def sources_of(given: list[Path]) -> Sources:
     model, record = found.get("model"), {}
     if "selection" in found:
         record = _record(found["selection"] / RECORD)
-        inside = sorted(found["selection"].glob("*.ply"))
+        inside = [ply for ply in found["selection"].glob("*.ply") if ply.name != CLOUD]
         model = model or (inside[0] if len(inside) == 1 else None)
     stated = Path(record["capture"]["folder"]) if record else None
     return Sources(model, record, found.get("capture", stated))

@@ -15,7 +15,7 @@ import yaml
 from fsel.experiments.paper import compared
 from fsel.experiments.paper.transfer import SHOWN
 from fsel.workflow import work
-from fsel.workflow.datasets import ROLES
+from fsel.workflow.datasets import ROLES, count_of
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.work import Section, Work
 
@@ -107,15 +107,6 @@ def costs(experiment: Experiment, config: Section) -> str:
     )
     lines.append("hours are of a GPU where the reconstructor takes one; subsets are the most")
     return "\n".join(lines)
-
-
-def count_of(entry: Section, role: str) -> int:
-    """Number of scenes with a role that a dataset of the configuration has, there or not."""
-    scenes = entry["scenes"]
-    if isinstance(scenes, list):
-        scenes = {"evaluation": scenes}
-    found = scenes.get(role, 0)
-    return found if isinstance(found, int) else len(found)
 
 
 def _alone(section: Section) -> Section:

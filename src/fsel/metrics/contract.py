@@ -32,3 +32,7 @@ class Metric:
     unit: str = ""
     digits: int = 3
     check: Callable[..., None] | None = None
+
+    def printed(self, value: float) -> str:
+        """A value with its decimals."""
+        return f"{value:.{self.digits}f}"

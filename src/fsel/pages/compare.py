@@ -7,12 +7,12 @@ from html import escape
 
 import numpy as np
 
-from fsel.pages.compared import Cell, Compared, differences
+from fsel.metrics import REGISTERED
+from fsel.pages.compared import Cell, Compared, verdict
 from fsel.pages.drawings import Line, legend, line_chart
 from fsel.pages.shell import choices, document, source
 from fsel.utils.wording import counted
 
-LABELS = {"psnr": "PSNR", "ssim": "SSIM", "gmsd": "GMSD", "lpips": "LPIPS"}
 NOTE = (
     "Intervals are Student's t over the held-out frames of this capture alone. Frames that "
     "resemble each other make them too narrow, and they say nothing about other captures. "
@@ -26,14 +26,13 @@ HINT = (
 
 def comparison(compared: Compared) -> str:
     """The whole page."""
-    said = [escape(entry["verdict"]) for entry in differences(compared)]
     held, drawn = len(compared.names), len(compared.shown)
     part = f" {drawn} of {held}, evenly spread, are shown." if drawn < held else ""
     body = [
         f"<h1>{escape(', '.join(compared.methods))}</h1>",
         f"<p>{escape(compared.source)}, {counted(held, 'held-out frame')}. "
         f"{escape(compared.how)}</p>",
-        *(f"<p class='verdict'>{sentence}</p>" for sentence in said),
+        f"<p class='verdict'>{escape(verdict(compared))}</p>",
         *_table(compared),
         f"<p><small>{escape(NOTE)}</small></p>",
         *_curves(compared),
@@ -50,32 +49,34 @@ def comparison(compared: Compared) -> str:
 
 def _table(compared: Compared) -> list[str]:
     first = compared.methods[0]
-    labels = [LABELS.get(name, name) for name in compared.metrics]
-    units = [f"{label} (dB)" if label == "PSNR" else label for label in labels]
+    named = [REGISTERED[name] for name in compared.metrics]
+    units = [f"{own.label} ({own.unit})" if own.unit else own.label for own in named]
     head = "".join(f"<th>{escape(text)}</th>" for text in ("K", "method", *units))
     lines = [f"<div class='wide'><table><thead><tr>{head}<th>{escape(first)} is ahead by</th>"]
     lines.append("</tr></thead><tbody>")
-    for (k, name), scores in compared.scores.items():
-        means = scores.mean(axis=0)
-        cells = [str(compared.used[k, name]), escape(name), _with_interval(compared, (k, name))]
-        cells += [f"{value:.4f}" for value in means[1:]]
-        gap = "" if name == first else _gap(compared, k, name)
-        lines.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in (*cells, gap))}</tr>")
+    for (used, name), budgets in compared.rows.items():
+        cell = (budgets[0], name)
+        means = zip(named, compared.means(cell), strict=True)
+        values = [own.printed(mean) for own, mean in means]
+        values[0] += _interval(compared, cell)
+        gaps = [] if name == first else [_gap(compared, k, name, len(budgets)) for k in budgets]
+        cells = [str(used), escape(name), *values, "<br>".join(gaps)]
+        lines.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
     return [*lines, "</tbody></table></div>"]
 
 
-def _with_interval(compared: Compared, cell: Cell) -> str:
+def _interval(compared: Compared, cell: Cell) -> str:
     psnr = compared.interval(cell)
-    if np.isnan(psnr.low):
-        return f"{psnr.mean:.2f}"
-    return f"{psnr.mean:.2f} <small>({psnr.low:.2f} to {psnr.high:.2f})</small>"
+    return "" if np.isnan(psnr.low) else f" <small>({psnr.low:.2f} to {psnr.high:.2f})</small>"
 
 
-def _gap(compared: Compared, k: int, other: str) -> str:
-    gain = compared.ahead(k, other)
+def _gap(compared: Compared, k: int, other: str, rows: int) -> str:
+    """The lead of the first method over another; of one that no k bounds, at which k."""
+    gain, at = compared.ahead(k, other), f"K = {k}: " if rows > 1 else ""
+    text = f"{at}{gain.mean:+.2f} dB"
     if np.isnan(gain.low):
-        return f"{gain.mean:+.2f} dB"
-    text = f"{gain.mean:+.2f} dB <small>({gain.low:+.2f} to {gain.high:+.2f})</small>"
+        return text
+    text += f" <small>({gain.low:+.2f} to {gain.high:+.2f})</small>"
     return f"<b>{text}</b>" if gain.excludes_zero else text
 
 
@@ -118,6 +119,7 @@ def _row(compared: Compared, at: int) -> str:
     unsharp = ", blurred" if compared.blurred[frame] else ""
     first = compared.methods[0]
     psnr = {k: round(float(compared.scores[k, first][frame, 0]), 4) for k in compared.budgets}
+    named = [REGISTERED[name] for name in compared.metrics]
     cards = [
         f"<section class=\"versus\" data-psnr='{json.dumps(psnr)}'><h3>{name}{unsharp}</h3>"
         f'<div class="cards"><figure class="truth"><img alt="held-out frame {name}" '
@@ -126,10 +128,8 @@ def _row(compared: Compared, at: int) -> str:
     ]
     for (k, method), scores in compared.scores.items():
         values = ", ".join(
-            f"{LABELS.get(metric, metric)} {value:.2f} dB"
-            if metric == "psnr"
-            else f"{LABELS.get(metric, metric)} {value:.3f}"
-            for metric, value in zip(compared.metrics, scores[frame], strict=True)
+            f"{own.label} {own.printed(value)} {own.unit}".rstrip()
+            for own, value in zip(named, scores[frame], strict=True)
         )
         label = f"{escape(method)}, K = {compared.used[k, method]}"
         cards.append(

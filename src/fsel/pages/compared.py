@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fsel.api import ALL_FRAMES
 from fsel.report.statistics import Interval, of_places
+from fsel.utils.wording import counted
+
+LEAST = 3  # frames of an interval: of two it is thirteen times as wide as their difference
 
 Cell = tuple[int, str]  # k as it was requested, and the method
 
@@ -53,44 +57,59 @@ class Compared:
         """Methods in order; the first one is compared with the others."""
         return list(dict.fromkeys(name for _, name in self.scores))
 
-    def called(self, k: int, method: str) -> str:
-        """A method in a sentence; every frame, which no k bounds, by their number."""
-        return f"all {self.used[k, method]} frames" if method == ALL_FRAMES else method
+    @property
+    def rows(self) -> dict[Cell, list[int]]:
+        """Frames used and method -> the budgets k of that row; every frame, one row, is last."""
+        rows: dict[Cell, list[int]] = {}
+        for k, name in self.scores:
+            rows.setdefault((self.used[k, name], name), []).append(k)
+        return dict(sorted(rows.items(), key=lambda row: row[0][1] == ALL_FRAMES))
+
+    def means(self, cell: Cell) -> list[float]:
+        """Mean of each metric, over held-out frames."""
+        return self.scores[cell].mean(axis=0).round(5).tolist()
+
+    @property
+    def pairs(self) -> list[Cell]:
+        """Each k and method that the first one is compared with."""
+        return [(k, name) for k, name in self.scores if name != self.methods[0]]
 
     def interval(self, cell: Cell) -> Interval:
         """Interval of mean PSNR, over held-out frames."""
-        return of_places(self.scores[cell][:, 0])
+        return _interval(self.scores[cell][:, 0])
 
     def ahead(self, k: int, other: str) -> Interval:
         """Interval of the PSNR by which the first method is ahead, over held-out frames."""
-        return of_places(self._gaps(k, other))
+        return _interval(self._gaps(k, other))
 
     def ahead_on_sharp(self, k: int, other: str) -> Interval | None:
-        """The same on the frames that are not blurred; None unless some are, and two are not."""
-        if not self.blurred.any() or (~self.blurred).sum() < 2:
+        """The same on the frames that are not blurred; None unless some are, and enough are not."""
+        if not self.blurred.any() or (~self.blurred).sum() < LEAST:
             return None
-        return of_places(self._gaps(k, other)[~self.blurred])
+        return _interval(self._gaps(k, other)[~self.blurred])
 
     def _gaps(self, k: int, other: str) -> np.ndarray:
         return self.scores[k, self.methods[0]][:, 0] - self.scores[k, other][:, 0]
 
 
 def differences(compared: Compared) -> list[dict]:
-    """Rows of k, method (the first), than (another), psnr in dB, ci_low, ci_high, n, verdict.
+    """Rows of k, method (the first), than (another), psnr in dB, ci_low, ci_high, n.
 
     Where some frames are blurred, `sharp` has psnr, ci_low, ci_high and n of those that are not.
     """
-    first = compared.methods[0]
     entries = []
-    for k in compared.budgets:
-        for other in compared.methods[1:]:
-            gap, sharp = compared.ahead(k, other), compared.ahead_on_sharp(k, other)
-            said = verdict(k, first, compared.called(k, other), gap, sharp)
-            entry = {"k": k, "method": first, "than": other, **_numbers(gap), "verdict": said}
-            if sharp is not None:
-                entry["sharp"] = _numbers(sharp)
-            entries.append(entry)
+    for k, other in compared.pairs:
+        sharp = compared.ahead_on_sharp(k, other)
+        entry = {"k": k, "method": compared.methods[0], "than": other}
+        entry |= _numbers(compared.ahead(k, other))
+        entries.append(entry if sharp is None else entry | {"sharp": _numbers(sharp)})
     return entries
+
+
+def _interval(values: np.ndarray) -> Interval:
+    """Interval of a mean without bounds where they would say nothing."""
+    found = of_places(values)
+    return found if len(values) >= LEAST else found._replace(low=np.nan, high=np.nan)
 
 
 def _numbers(gap: Interval) -> dict:
@@ -98,28 +117,30 @@ def _numbers(gap: Interval) -> dict:
     return {"psnr": round(gap.mean, 5), "ci_low": low, "ci_high": high, "n": gap.n}
 
 
-def verdict(k: int, first: str, other: str, gap: Interval, sharp: Interval | None = None) -> str:
-    """A sentence: how far one method is ahead, and whether the interval excludes zero.
+def verdict(compared: Compared) -> str:
+    """A sentence: how often the first method is ahead of another beyond chance, and behind."""
+    pairs, first = compared.pairs, compared.methods[0]
+    if not pairs:
+        return f"{first} is compared with no other method."
+    gaps = [compared.ahead(k, other) for k, other in pairs]
+    count, frames = len(gaps), counted(gaps[0].n, "held-out frame")
+    if gaps[0].n < LEAST:
+        ahead = sum(gap.mean > 0 for gap in gaps)
+        few = f"over {frames}: too few to tell from chance"
+        return f"{first} is ahead in {ahead} of {counted(count, 'comparison')}, {few}."
+    said = f"In {counted(count, 'comparison')} {first} is {_counts(gaps)}"
+    said += f" (95 % intervals over {frames})"
+    sharp = [compared.ahead_on_sharp(k, other) for k, other in pairs]
+    kept = [gap for gap in sharp if gap is not None]
+    if not kept:
+        return f"{said}."
+    return f"{said}; over the {kept[0].n} that are not blurred, {_counts(kept)}."
 
-    Args:
-        k: number of frames.
-        first, other: methods.
-        gap: PSNR of the first less the other's, over held-out frames.
-        sharp: the same over those that are not blurred, which a second sentence is about.
-    """
-    side = "ahead of" if gap.mean >= 0 else "behind"
-    start = f"K = {k}: {first} is {abs(gap.mean):.2f} dB {side} {other}"
-    if np.isnan(gap.low):
-        return f"{start} on one held-out frame, which says nothing about others."
-    said = f"{start}, {_chance(gap, 'held-out frames')}."
-    if sharp is None:
-        return said
-    side = "ahead" if sharp.mean >= 0 else "behind"
-    where = _chance(sharp, "that are not blurred")
-    return f"{said} Blurred ones left out, it is {abs(sharp.mean):.2f} dB {side}, {where}."
 
-
-def _chance(gap: Interval, which: str) -> str:
-    where = "beyond" if gap.excludes_zero else "within"
-    ends = f"{gap.low:+.2f} to {gap.high:+.2f} dB"
-    return f"{where} chance (95 % interval over {gap.n} {which}: {ends})"
+def _counts(gaps: Sequence[Interval]) -> str:
+    if len(gaps) == 1:
+        side = "ahead" if gaps[0].mean >= 0 else "behind"
+        where = "beyond" if gaps[0].excludes_zero else "within"
+        return f"{abs(gaps[0].mean):.2f} dB {side}, {where} chance"
+    ahead, behind = sum(gap.low > 0 for gap in gaps), sum(gap.high < 0 for gap in gaps)
+    return f"ahead beyond chance in {ahead} and behind in {behind}"

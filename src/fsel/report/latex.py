@@ -28,7 +28,7 @@ def tex(text: str) -> str:
 def number(value: float, metric: str) -> str:
     """A metric's value with its decimals; without a unit, as in the paper, no leading zero."""
     own = REGISTERED[metric]
-    text = f"{value:.{own.digits}f}"
+    text = own.printed(value)
     return text if own.unit else text.replace("0.", ".", 1)
 
 

@@ -122,6 +122,11 @@ def _package(point: EntryPoint) -> str:
     return "an installed package" if point.dist is None else f"package {point.dist.name}"
 
 
+def closest(name: str, allowed: Iterable[str]) -> str:
+    """The allowed name that is most like another; empty where none is."""
+    return next(iter(get_close_matches(str(name).lower(), allowed, 1)), "")
+
+
 def unknown(
     kind: str, name: str, allowed: Iterable[str], renamed: Mapping[str, str] | None = None
 ) -> ValueError:
@@ -137,6 +142,6 @@ def unknown(
     hint = ""
     if renamed and name in renamed:
         hint = f". Hint: {name!r} is named {renamed[name]!r} now"
-    elif near := get_close_matches(str(name).lower(), names, 1):
-        hint = f". Hint: did you mean {near[0]!r}?"
+    elif near := closest(name, names):
+        hint = f". Hint: did you mean {near!r}?"
     return ValueError(f"{kind} is {name!r}; allowed: {', '.join(names)}{hint}")

@@ -154,12 +154,14 @@ def check_search(search: Section) -> None:
 
 
 def check_scenes(datasets: Datasets, trained: str) -> None:
-    """Refuse an experiment without scenes to train or to evaluate on."""
-    if trained not in datasets.entries or not datasets.scenes(trained, "train"):
+    """Refuse an experiment without scenes to evaluate on, or with others to train on than named."""
+    trains = any(datasets.scenes(name, "train") for name in datasets.entries)
+    if trained not in datasets.entries or (trains and not datasets.scenes(trained, "train")):
         refuse(
             f"training.dataset is {trained!r}, which has no `train` scenes among the datasets "
             f"{list(datasets.entries)}",
-            f"add `{trained}` with train scenes, or name another dataset",
+            f"add `{trained}` with train scenes, or name another dataset; without any train scenes "
+            "the scorers that ship are measured",
         )
     if not any(datasets.scenes(name, "evaluation") for name in datasets.entries):
         refuse("no dataset has evaluation scenes", "the tables need at least one")

@@ -29,6 +29,15 @@ def kinds_of(dataset: Section) -> list[str]:
     return given or (["root"] if "root" in dataset else [])
 
 
+def count_of(entry: Section, role: str) -> int:
+    """Number of scenes with a role that a dataset of the configuration has, there or not."""
+    scenes = entry["scenes"]
+    if isinstance(scenes, list):
+        scenes = {"evaluation": scenes}
+    found = scenes.get(role, 0)
+    return found if isinstance(found, int) else len(found)
+
+
 @dataclass(frozen=True)
 class Datasets:
     """The datasets that are there, and the pages that the others come from.

@@ -18,7 +18,7 @@ from fsel.workflow import reconstructors
 from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
 from fsel.workflow.resources import Resource, Size
-from fsel.workflow.settings import Settings
+from fsel.workflow.settings import TRAINED, Settings, shipped
 from fsel.workflow.work import Work
 from fsel.workflow.work import evaluate as of_evaluation
 
@@ -50,17 +50,13 @@ class Experiment(Settings):
         """The rules `fsel`: refined here, or the one that comes with the package."""
         seeds = range(self.config["refinement"]["seeds"])
         refined = [f"<results>/selector/fsel/seed{seed}.json" for seed in seeds]
-        return refined or [self._shipped("fsel.json")]
+        return refined or [shipped(self.folder, "fsel")]
 
     @cached_property
     def scorers(self) -> list[str]:
         """The scorers of every learned and fixed selector."""
-        trained = ("less_is_more", "less_is_more_no_appearance")
-        weights = [path for policy in trained for path in self.weights(policy)]
-        return [*weights, *self.fsel, self._shipped("fsel_rule.json")]
-
-    def _shipped(self, name: str) -> str:
-        return os.path.relpath(self.folder / "src" / "fsel" / "selector" / "weights" / name)
+        weights = [path for policy in TRAINED for path in self.weights(policy)]
+        return [*weights, *self.fsel, shipped(self.folder, "fsel_rule")]
 
     @property
     def reconstruction(self) -> Section:

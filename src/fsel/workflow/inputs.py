@@ -102,16 +102,26 @@ def joined(scenes: Iterable[Scene]) -> list[str]:
     return [f"{dataset}/{scene}" for dataset, scene in scenes]
 
 
+def with_labels(experiment: Experiment) -> list[str]:
+    """The labelled scenes, at least one."""
+    if not experiment.labelled:
+        refuse(
+            "no dataset has `train` scenes",
+            "this is made of labels; name scenes to train on, docs/datasets.md",
+        )
+    return list(experiment.labelled)
+
+
 def labelled(experiment: Experiment) -> list[str]:
     """List dataset/scene of every labelled scene."""
-    return [f"{experiment.trained}/{scene}" for scene in experiment.labelled]
+    return [f"{experiment.trained}/{scene}" for scene in with_labels(experiment)]
 
 
 def label_files(experiment: Experiment, scenes: Iterable[str] | None = None) -> list[str]:
     """The searched subsets of every labelled scene and coverage, or of some scenes."""
     return expanded(
         "<results>/labels/{scene}/p{coverage}.parquet",
-        scene=experiment.labelled if scenes is None else scenes,
+        scene=with_labels(experiment) if scenes is None else scenes,
         coverage=experiment.config["coverages"],
     )
 
@@ -131,7 +141,7 @@ def part_before(wildcards: Any) -> list[str]:
 
 def of_labelled(experiment: Experiment, name: str) -> list[str]:
     """`splits` or `features` of every labelled scene, at all coverages."""
-    return [f"<results>/labels/{scene}/{name}.parquet" for scene in experiment.labelled]
+    return [f"<results>/labels/{scene}/{name}.parquet" for scene in with_labels(experiment)]
 
 
 def embedded(experiment: Experiment) -> Paths:
@@ -176,6 +186,7 @@ def ingested(experiment: Experiment, long_side: int) -> Paths:
 
 def scorer_files(experiment: Experiment, policy: str) -> Paths:
     """Scorers of a policy that are trained here, one a seed, with a log beside each."""
+    with_labels(experiment)
     folder = experiment.scorer_folder(policy)
     return {
         "weights": [f"{folder}/seed{seed}.safetensors" for seed in experiment.seeds],

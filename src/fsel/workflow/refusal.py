@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
+from pathlib import Path
 from typing import NoReturn
+
+FAILED = re.compile(r"^ +log: (\S+) \(check log", re.M)  # in Snakemake's log, of a job that failed
+HEAD = re.compile(r"^\S+ \S+ ERROR fsel: |^[\w.]*(Error|Exception): ")  # of what the job said last
 
 
 class Refusal(SystemExit):
@@ -24,3 +30,18 @@ def refuse(message: str, hint: str, kind: type[Refusal] = Refusal) -> NoReturn:
         Refusal: always, of the given kind.
     """
     raise kind(f"config: {message}\nHint: {hint}")
+
+
+def failures(logs: Iterable[str]) -> str:
+    """Tell what the jobs that failed said last, and where the rest of it stands.
+
+    Args:
+        logs: Snakemake's own files of the run.
+    """
+    said = {}
+    told = "".join(Path(log).read_text(encoding="utf-8") for log in logs)
+    for path in map(Path, FAILED.findall(told)):
+        lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
+        if lines and " INFO fsel: done in " not in lines[-1]:  # tried again, and done
+            said[path] = HEAD.sub("", lines[-1])
+    return "\n".join(f"fsel: {text}\n  ({path})" for path, text in said.items())

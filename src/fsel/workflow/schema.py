@@ -6,7 +6,7 @@ In an `enum`, a word such as `fsel.layouts:LAYOUTS` stands for the names of that
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ import yaml
 from jsonschema import Draft202012Validator, ValidationError, validators
 
 from fsel.selector.policies import RENAMED
+from fsel.utils.registry import closest
 from fsel.workflow.refusal import refuse
 
 REGISTRY = re.compile(r"(fsel(?:\.\w+)+):(\w+)")
@@ -62,7 +63,16 @@ def complete(values: dict[str, Any], schema: dict[str, Any], hint: str, where: s
         keys = sorted(fault.schema.get("properties", {}))
         place = fault.json_path.removeprefix("$.").replace("$", where or "top level")
         known = f"the keys here are {keys}; " if keys else ""
-        refuse(f"{place}: {fault.message}", _renamed(fault.instance) + known + hint)
+        named = _renamed(fault.instance) + (_meant(fault, keys) or known)
+        refuse(f"{place}: {fault.message}", named + hint)
+
+
+def _meant(fault: ValidationError, keys: Sequence[str]) -> str:
+    """Names that are close to those that are not allowed."""
+    given = fault.instance if isinstance(fault.instance, dict) else [fault.instance]
+    allowed = list(map(str, fault.validator_value)) if fault.validator == "enum" else keys
+    near = [closest(str(word), allowed) for word in given if word not in allowed]
+    return "".join(f"did you mean {name!r}? " for name in near if name)
 
 
 def _renamed(section: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,12 +13,14 @@ from typing import Any, Self
 
 import yaml
 
+from fsel.selector.pretrained import FILES
 from fsel.workflow import checks, reconstructors
-from fsel.workflow.datasets import Datasets, Section, kinds_of
+from fsel.workflow.datasets import Datasets, Section, count_of, kinds_of
 from fsel.workflow.refusal import refuse
 from fsel.workflow.schema import complete, read_schema
 
 PAGE = "config/README.md describes every key"
+TRAINED = ("less_is_more", "less_is_more_no_appearance")  # policies with labels
 Scene = tuple[str, str]  # dataset, scene
 
 
@@ -72,6 +75,7 @@ class Settings:
         labeller = config["search"].get("reconstruction") or next(iter(named.values()))
         search = {key: value for key, value in config["search"].items() if key != "reconstruction"}
         own = {**config, "datasets": datasets.entries, "search": search}
+        own |= _as_shipped(config, datasets.entries, folder)
         costs = reconstructors.stated_costs(config)
         return cls(own, folder, datasets, named, reconstructors.without_name(labeller), costs)
 
@@ -157,3 +161,20 @@ class Settings:
             "seed": self.scene_seed(SimpleNamespace(dataset=dataset, scene=scene)),
             "recorded": self.config["embedded"]["frames"],
         }
+
+
+def shipped(folder: Path, policy: str) -> str:
+    """The scorer of a policy that comes with the package, from the folder of the run."""
+    return os.path.relpath(folder / "src" / "fsel" / "selector" / "weights" / FILES[policy])
+
+
+def _as_shipped(config: Section, there: Mapping[str, Section], folder: Path) -> dict[str, Any]:
+    """Sections of a configuration without `train` scenes: the scorers that ship are measured."""
+    if any(count_of(entry, "train") for entry in config["datasets"].values()):
+        return {}
+    training = config["training"]
+    named = training["dataset"] in there
+    dataset = training["dataset"] if named else next(iter(there), training["dataset"])
+    weights = {policy: [shipped(folder, policy)] for policy in TRAINED} | training["weights"]
+    own = {**training, "dataset": dataset, "weights": weights}
+    return {"training": own, "refinement": {**config["refinement"], "seeds": 0}}

@@ -161,7 +161,7 @@ VARIANTS = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry
 
 def _first_scorers(experiment: Experiment) -> list[str]:
     """The first seed of each variant that is trained here."""
-    return [f"{experiment.scorer_folder(name)}/seed0.safetensors" for name in VARIANTS]
+    return [inputs.scorer_files(experiment, name)["weights"][0] for name in VARIANTS]
 
 
 MEASURED = Job(
@@ -202,4 +202,5 @@ TABLE = Table(
     caption="PSNR, seconds and measured peak memory of reconstruction against the number of "
     "frames, up to all.",
     jobs=[MEASURED],
+    needs=[inputs.with_labels],
 )

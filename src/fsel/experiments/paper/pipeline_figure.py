@@ -83,7 +83,7 @@ def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
 
 def _drawn(experiment: Experiment) -> str:
     """The scene whose search is drawn: the first labelled one."""
-    return next(iter(experiment.labelled))
+    return inputs.with_labels(experiment)[0]
 
 
 def _files(experiment: Experiment) -> dict[str, Any]:

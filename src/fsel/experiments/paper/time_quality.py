@@ -214,4 +214,5 @@ TABLE = Table(
     caption="PSNR, selection and reconstruction seconds and measured peak memory of ours, without "
     "appearance, and without appearance and sharpness, at every budget and with all frames.",
     jobs=[PICKED, EVALUATED, MEASURED],
+    needs=[inputs.with_labels],
 )

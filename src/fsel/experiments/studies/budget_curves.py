@@ -260,7 +260,9 @@ FITTED = Job(
     outputs={"record": RECORD, "comparison": "<results>/selector/budget.csv"},
     message="Fitting what further frames bring",
     inputs=lambda experiment: {
-        "curves": inputs.of_problems(experiment.practised, "curves.parquet")
+        "curves": inputs.of_problems(
+            experiment.practised or inputs.with_labels(experiment), "curves.parquet"
+        )
     },
     params=lambda experiment: {"scenes": [name.split("/") for name in experiment.practised]},
 )
