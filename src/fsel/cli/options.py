@@ -23,7 +23,6 @@ def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
 def capture_command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
     """A command with the options of those that read a capture, or a model and a capture."""
     command = bare_command(commands, name, text)
-    command.set_defaults(beside=[])
     if model:
         command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
         command.add_argument(
@@ -37,6 +36,7 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
 
 def add_opening(command: argparse.ArgumentParser) -> None:
     """Add options of how a folder or a video becomes a capture with poses."""
+    command.set_defaults(beside=[])
     command.add_argument(
         "--poses",
         choices=("layout", "colmap"),
