@@ -9,6 +9,8 @@ from fsel.cli.values import Captures, positive, whole
 from fsel.utils.limits import MAX_ERROR
 
 LARGEST = 16384  # pixels of a working image's longer side
+OPENING = ("poses", "video_frames", "rate", "layout", "max_error", "skip_unreadable")
+"""What `add_opening` adds."""
 
 
 def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:

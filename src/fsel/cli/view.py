@@ -35,6 +35,15 @@ class Sources:
     capture: Path | None
 
     @property
+    def opening(self) -> dict:
+        """Options that the selection opened its capture with, which found the poses of a video."""
+        told = self.record.get("capture", {})
+        if "opened" not in told or self.capture != Path(told["folder"]):
+            return {}
+        beside = [Path(path) for path in told["beside"]]
+        return told["opened"] | {"beside": beside, "k": self.record["settings"]["k"]}
+
+    @property
     def read(self) -> list[Path]:
         """The files and folders that are read."""
         return [path for path in (self.model, self.capture) if path is not None]
@@ -102,7 +111,7 @@ def _scene(
         console.say("model", f"{len(cloud.xyz)} Gaussians, harmonics of degree {cloud.degree}")
     if sources.capture is None:
         return viewer.scene(None, [], cloud, url=url), cloud
-    args.capture = sources.capture
+    vars(args).update(capture=sources.capture, **sources.opening)
     opened = posing.opened(args, console, args.long_side)
     capture = opened.capture if cloud is not None else opened.with_all_points()
     pictures = in_turn(

@@ -32,10 +32,12 @@ class Commands(NamedTuple):
     Attributes:
         asked: as it was asked for, without lists of frames.
         keeping: the same for the number of picks, without what does not go with kept frames.
+        viewing: what shows the selection in three dimensions.
     """
 
     asked: str
     keeping: str
+    viewing: str
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ def page(shown: Shown) -> str:
         f"<h1>{heading}</h1>",
         *(f"<p>{escape(sentence)}</p>" for sentence in sentences),
         '<div class="stage"><div>',
-        *_world(outcome),
+        *_world(outcome, shown.commands.viewing),
         *_timeline(shown),
         *_strip(shown, cards),
         *_wishes(),
@@ -149,7 +151,7 @@ def adds(entry: dict) -> str:
     return ", ".join(said)
 
 
-def _world(outcome: Outcome) -> list[str]:
+def _world(outcome: Outcome, viewing: str) -> list[str]:
     far = int(outcome.targets.far.sum())
     note = f" {counted(far, 'target')} too far away to be drawn." if far else ""
     if len(outcome.capture) > SHOWN:
@@ -163,7 +165,8 @@ def _world(outcome: Outcome) -> list[str]:
         f'<span class="key {views[0]}">{views[1]}</span>, '
         f'{bad}<span class="key">other frames</span>. '
         "Click a camera to see its frame; drag to turn, shift and drag to move, scroll or pinch to "
-        f"zoom.{note}</figcaption></figure>"
+        f"zoom.{note} To fly to a camera and its photo: <code>{escape(viewing)}</code>"
+        "</figcaption></figure>"
     ]
 
 
@@ -319,7 +322,8 @@ def _content(shown: Shown, cards: Sequence[Card]) -> dict:
     frames = np.array([card.frame for card in cards])
     return {
         **scene_data(outcome, frames, outcome.seen),
-        **shown.commands._asdict(),
+        "asked": shown.commands.asked,
+        "keeping": shown.commands.keeping,
         "names": [card.name for card in cards],
         "kinds": [card.kind for card in cards],
         "orders": [card.order for card in cards],
