@@ -15,8 +15,9 @@ import numpy as np
 from fsel import viewer
 from fsel.cli import posing
 from fsel.cli.console import Console
-from fsel.images.previews import in_turn, jpeg
+from fsel.images.previews import in_turn, jpeg, reduced
 from fsel.outputs.atomic import staged
+from fsel.pages.report import SIDE, picture_side
 from fsel.reconstruct import ply
 from fsel.utils.wording import counted
 from fsel.viewer.bundle import script
@@ -114,8 +115,11 @@ def _scene(
     vars(args).update(capture=sources.capture, **sources.opening)
     opened = posing.opened(args, console, args.long_side)
     capture = opened.capture if cloud is not None else opened.with_all_points()
+    side = args.long_side * picture_side(len(capture)) // SIDE  # many would make a page too large
     pictures = in_turn(
-        lambda at: jpeg(np.asarray(capture.images[at])), opened.raw.images, console.bar("pictures")
+        lambda at: jpeg(reduced(np.asarray(capture.images[at]), side)),
+        opened.raw.images,
+        console.bar("pictures"),
     )
     cameras = _cameras(capture.names, pictures, sources.record)
     said = ", ".join(
