@@ -8,9 +8,11 @@ import urllib.request
 
 import numpy as np
 import pytest
+from browsing import decoded, pictures
 from small_captures import write_ring
 
 from fsel.cli import main, view
+from fsel.pages import report
 from fsel.reconstruct import ply
 from fsel.viewer import bundle
 
@@ -77,6 +79,14 @@ def test_a_capture_alone_shows_its_points(made):
     assert content["model"] is None
     assert len(content["points"]["xyz"]) == 80
     assert {entry["state"] for entry in content["cameras"]} == {"frame"}
+
+
+def test_many_photos_are_smaller(made, monkeypatch):
+    monkeypatch.setattr(report, "LARGE", 6)  # of 24, so that each has half the side
+    arguments = ["view", str(made / "ring"), "--long-side", "60"]
+    assert main([*arguments, "-o", str(made / "page.html")]) == 0
+    found = pictures((made / "page.html").read_text())
+    assert [decoded(picture).shape[1] for picture in found] == [30] * 24
 
 
 def test_a_model_alone_has_no_cameras(made):
