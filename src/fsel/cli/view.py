@@ -136,7 +136,7 @@ def _cameras(names: Sequence[str], pictures: Sequence[bytes], record: dict) -> l
     picked = {entry["name"]: entry for entry in record.get("frames", ())}
     reasons = {entry["name"]: entry["reason"] for entry in record.get("left", ())}
     held = set(record.get("targets", {}).get("held_out", ()))
-    bad = {entry["name"] for entry in record.get("bad") or ()}
+    bad = {entry["name"] for entry in record.get("bad") or () if entry["left_out"]}
 
     def told(name: str) -> tuple[str, str]:
         if name in picked:

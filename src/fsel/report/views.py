@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 PIXELS = 384  # of an image's longer side, in what is saved
 INSET = 0.34  # of an image's sides
-WORST = 0.3  # mean absolute error that the brightest colour of an inset stands for
+WORST = 0.2  # mean absolute error that the brightest colour of an inset stands for
 ERRORS = "inferno"
 
 
