@@ -5,13 +5,16 @@
     ... python benchmarks/gaussians.py quality --frames 10 30 all
     ... python benchmarks/gaussians.py settings --frames 10 --seeds 0 1
     ... python benchmarks/gaussians.py captures FOLDER... --long-side 256
-    ... python benchmarks/gaussians.py presets --only draft good
+    ... python benchmarks/gaussians.py speed --only good --steps 150
+    ... python benchmarks/gaussians.py presets [FOLDER...] --only draft good
 
-`speed`: milliseconds of a step by stage, from 128x96 up and for several budgets. `twin`: a step of
+`speed`: milliseconds of a step by stage, from 128x96 up and for several budgets, or at a preset's
+size, and what share of it the memory takes. `twin`: a step of
 the float64 torch twin of the tests beside one of the kernels, on a small scene. `quality`: PSNR on
 training and held-out frames of generated scenes, beside `splats`. `settings`: the same, one setting
 changed at a time, on captures from disk where folders are given. `captures`: the same as `quality`
-on captures from disk. `presets`: what each `--quality` takes and brings, on a generated scene.
+on captures from disk. `presets`: what each `--quality` takes and brings, on a generated scene or on
+captures from disk.
 Seconds are the processor's.
 """
 
@@ -40,12 +43,16 @@ from fsel.reconstruct.gaussians import (
     tiles,
 )
 from fsel.reconstruct.gaussians.quality import QUALITIES
+from fsel.reconstruct.gaussians.table import width_of
 from fsel.reconstruct.splats import Splats
 from fsel.synthesis import record
 
 FAMILIES = ("mipnerf360", "tanks_and_temples", "seven_scenes")  # filmed without distortion
 FRAMES = 160
 FEW = 60  # of large images, which take long to generate
+SIZES = ((128, 5000), (128, 20_000), (128, 50_000), (181, 20_000), (256, 20_000))
+PASSES = 12  # over a visible Gaussian's row: three read it, its gradient is written, read and
+# cleared, and Adam reads and writes the row and two moments
 STAGES = (
     (projection, "project"),
     (tiles, "sort_rows"),
@@ -140,8 +147,10 @@ def speed(arguments: argparse.Namespace) -> None:
     """Milliseconds a step, by pixels and Gaussians, and by stage."""
     warm = generated(FAMILIES[0], 0)
     fitted(warm, split(warm, 4)[0], steps=120, gaussians=1000)
-    for width, budget in ((128, 5000), (128, 20_000), (128, 50_000), (181, 20_000), (256, 20_000)):
-        capture = warm if width == 128 else generated(FAMILIES[0], 0, width)
+    chosen = [QUALITIES[name] for name in arguments.only or ()]
+    for width, budget in [(one.long_side, one.gaussians) for one in chosen] or SIZES:
+        frames = FRAMES if width <= SIZES[-1][0] else FEW
+        capture = warm if width == 128 else generated(FAMILIES[0], 0, width, frames)
         spent: dict[str, float] = {}
         with counted(spent):
             start = time.process_time()
@@ -155,6 +164,22 @@ def speed(arguments: argparse.Namespace) -> None:
             f"{seen[1] / 2**20:.0f} MiB"
         )
         print("   ", ", ".join(f"{key} {value * each:.2f}" for key, value in spent.items()))
+        moved, rate = budget * PASSES * width_of(model.settings.degree) * 4, copied()
+        print(
+            f"    parameters: at most {moved / 1e6:.0f} MB moved a step, {1e3 * moved / rate:.1f} "
+            f"ms at the {rate / 1e9:.1f} GB/s of a copy"
+        )
+
+
+def copied() -> float:
+    """Bytes a second that one core reads and writes in copying more than its caches hold."""
+    source = np.ones(1 << 26, np.float32)
+    target, times = np.empty_like(source), []
+    for _ in range(5):
+        start = time.perf_counter()
+        np.copyto(target, source)
+        times.append(time.perf_counter() - start)
+    return 2 * source.nbytes / min(times)
 
 
 def stepped(bound: Gaussians, frames: np.ndarray) -> tuple[float, int]:
@@ -259,11 +284,15 @@ def captures(arguments: argparse.Namespace) -> None:
 
 
 def presets(arguments: argparse.Namespace) -> None:
-    """Every quality with thirty frames of a generated scene."""
+    """Every quality with thirty frames of a generated scene, or of captures on disk."""
     for name, quality in QUALITIES.items():
-        if not arguments.only or name in arguments.only:
-            capture = generated(FAMILIES[1], 2, quality.long_side, FEW)
-            report(capture, 30, name, **quality.settings)
+        if arguments.only and name not in arguments.only:
+            continue
+        side = quality.long_side
+        for capture in [
+            fsel.read_capture(folder, long_side=side) for folder in arguments.folders
+        ] or [generated(FAMILIES[1], 2, side, FEW)]:
+            report(capture, 30, f"{name}, {max(capture.size)} pixels", **quality.settings)
 
 
 def scenes(arguments: argparse.Namespace) -> Iterator[Capture]:

@@ -31,7 +31,9 @@ def frames_of(path):
 
 
 def test_a_flight_between_frames_of_two_models(made, capsys):
-    sizes = ["--long-side", "120", "--seconds", "0.4", "--side-by-side", "blue.ply"]
+    (made / "other").mkdir()
+    (made / "blue.ply").rename("other/red.ply")  # of the same name as the first
+    sizes = ["--long-side", "120", "--seconds", "0.4", "--side-by-side", "other/red.ply"]
     assert film("every:8", "--video", "a.mp4", *sizes, "--json") == 0
     assert json.loads(capsys.readouterr().out)["size"] == [120, 90]
     frames = frames_of("a.mp4")

@@ -8,9 +8,11 @@ import urllib.request
 
 import numpy as np
 import pytest
+from browsing import decoded, pictures
 from small_captures import write_ring
 
 from fsel.cli import main, view
+from fsel.pages import report
 from fsel.reconstruct import ply
 from fsel.viewer import bundle
 
@@ -55,6 +57,22 @@ def test_a_selection_colours_the_cameras_of_its_capture(made, capsys):
     assert main(["view", str(made / "picked"), "-o", str(out), "--force"]) == 0
 
 
+def test_a_capture_is_opened_as_it_was_for_the_selection(made, monkeypatch):
+    file = made / "picked" / "selection.json"
+    record = json.loads(file.read_text())
+    assert record["capture"]["opened"]["layout"] == "auto"
+    record["capture"]["opened"] |= {"poses": "colmap", "rate": 2.0}
+    record["capture"]["beside"] = [str(made / "second.mp4")]
+    file.write_text(json.dumps(record))
+    opened = []
+    monkeypatch.setattr(view.posing, "opened", lambda args, *rest: opened.append(args) or 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        main(["view", str(made / "picked"), "-o", str(made / "page.html")])
+    (args,) = opened
+    assert (args.capture, args.beside) == (made / "ring", [made / "second.mp4"])
+    assert (args.poses, args.rate, args.k) == ("colmap", 2.0, 5)
+
+
 def test_a_capture_alone_shows_its_points(made):
     assert main(["view", str(made / "ring"), "-o", str(made / "page.html")]) == 0
     content = data_of((made / "page.html").read_text())
@@ -69,6 +87,21 @@ def test_the_points_of_a_selection_are_no_model(made):
     assert (made / "all" / "sparse_pc.ply").is_file()
     assert main(["view", str(made / "all"), "-o", str(made / "page.html")]) == 0
     assert data_of((made / "page.html").read_text())["model"] is None
+
+
+def test_what_is_left_out_as_bad_is_told_from_duplicates_that_may_be_picked():
+    bad = [{"name": "a", "left_out": True}, {"name": "b", "left_out": False}]
+    record = {"bad": bad, "left": [{"name": "a", "reason": "bad: blur"}]}
+    cameras = view._cameras(["a", "b"], [b"", b""], record)
+    assert [camera.state for camera in cameras] == ["bad", "left"]
+
+
+def test_many_photos_are_smaller(made, monkeypatch):
+    monkeypatch.setattr(report, "LARGE", 6)  # of 24, so that each has half the side
+    arguments = ["view", str(made / "ring"), "--long-side", "60"]
+    assert main([*arguments, "-o", str(made / "page.html")]) == 0
+    found = pictures((made / "page.html").read_text())
+    assert [decoded(picture).shape[1] for picture in found] == [30] * 24
 
 
 def test_a_model_alone_has_no_cameras(made):

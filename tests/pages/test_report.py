@@ -14,7 +14,8 @@ from small_captures import damage_pixels, film, record_of, select, write_ring
 
 from fsel.cli import main
 from fsel.cli.again import AGAINST, LISTS, without
-from fsel.pages.report import LARGE, SHOWN, SIDE, picture_side, speeds
+from fsel.pages.over_time import speeds
+from fsel.pages.report import LARGE, SHOWN, SIDE, picture_side
 from fsel.pages.scene import _extent
 
 MEASURE = """(() => {
@@ -82,6 +83,11 @@ def out(tmp_path):
     arguments = ["-k", "7", "--targets", "every:8", "-o", str(tmp_path / "out")]
     assert main(["select", str(tmp_path / "capture <b>&"), *arguments]) == 0
     return tmp_path / "out"
+
+
+def test_the_page_names_the_command_that_shows_it_in_a_scene(out):
+    (said,) = re.findall("<code>(.*?)</code>", (out / "report.html").read_text())
+    assert shlex.split(said) == ["fsel", "view", str(out), "-o", f"{out}.html"]
 
 
 @needs_a_browser

@@ -18,7 +18,7 @@ AGAINST = {
 
 
 def commands(args: argparse.Namespace, k: int) -> Commands:
-    """The command line without its lists, and the same for k frames of the rule.
+    """The command line without its lists, the same for k frames of the rule, and the one to look.
 
     Args:
         args: of `fsel select`.
@@ -26,7 +26,9 @@ def commands(args: argparse.Namespace, k: int) -> Commands:
     """
     asked = without(args.words, LISTS)
     keeping = [*without(asked, AGAINST), "-k", str(k)]
-    return Commands(*(shlex.join(["fsel", *words, "--force"]) for words in (asked, keeping)))
+    again = [["fsel", *words, "--force"] for words in (asked, keeping)]
+    view = ["fsel", "view", str(args.out), "-o", f"{args.out}.html"]
+    return Commands(*map(shlex.join, (*again, view)))
 
 
 def without(words: Sequence[str], options: dict[str, int]) -> list[str]:

@@ -16,6 +16,7 @@ from fsel.images import film
 from fsel.outputs.atomic import staged
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.request.flights import flight
+from fsel.utils.names import distinct
 
 ENDING = ".mp4"
 RATE = 30  # frames a second
@@ -32,7 +33,10 @@ def run(args: argparse.Namespace, console: Console) -> None:
     with staged(
         args.video, "render", [*inputs_of(args), *files], args.force, folder=False
     ) as stage:
-        models = {file.stem: GaussianModel.read_ply(file) for file in files}
+        names = distinct([file.stem for file in files])
+        models = {
+            name: GaussianModel.read_ply(file) for name, file in zip(names, files, strict=True)
+        }
         capture = posing.opened(args, console).capture
         count, long_side = max(round(args.seconds * RATE), 1), args.long_side or LONG_SIDE
         views = flight(capture, args.targets, count, long_side)

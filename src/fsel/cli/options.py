@@ -9,6 +9,8 @@ from fsel.cli.values import Captures, positive, whole
 from fsel.utils.limits import MAX_ERROR
 
 LARGEST = 16384  # pixels of a working image's longer side
+OPENING = ("poses", "video_frames", "rate", "layout", "max_error", "skip_unreadable")
+"""What `add_opening` adds."""
 
 
 def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
@@ -23,7 +25,6 @@ def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
 def capture_command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
     """A command with the options of those that read a capture, or a model and a capture."""
     command = bare_command(commands, name, text)
-    command.set_defaults(beside=[])
     if model:
         command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
         command.add_argument(
@@ -37,6 +38,7 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
 
 def add_opening(command: argparse.ArgumentParser) -> None:
     """Add options of how a folder or a video becomes a capture with poses."""
+    command.set_defaults(beside=[])
     command.add_argument(
         "--poses",
         choices=("layout", "colmap"),

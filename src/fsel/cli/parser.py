@@ -212,7 +212,7 @@ def _add_view(commands) -> None:
         metavar="PORT",
         help="show it from this machine instead, for models of 100 MB and more; 8000 by default",
     )
-    command.set_defaults(capture=None, beside=[])
+    command.set_defaults(capture=None)
 
 
 def _add_metrics(command: argparse.ArgumentParser) -> None:

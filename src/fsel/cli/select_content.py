@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.cli.options import OPENING
 from fsel.data.problem import Method
 from fsel.export import record
 from fsel.ingest.lazy import LazyCapture
@@ -42,6 +43,7 @@ def selection_content(
             "frames": len(opened.capture),
             "dropped": opened.raw.dropped,
             "placed": _placed(opened.found),
+            "opened": {name: getattr(args, name) for name in OPENING},
         },
         "targets": {
             "kind": targets.kind,

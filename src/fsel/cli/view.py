@@ -16,8 +16,9 @@ from fsel import viewer
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.export.forms import CLOUD
-from fsel.images.previews import in_turn, jpeg
+from fsel.images.previews import in_turn, jpeg, reduced
 from fsel.outputs.atomic import staged
+from fsel.pages.report import SIDE, picture_side
 from fsel.reconstruct import ply
 from fsel.utils.wording import counted
 from fsel.viewer.bundle import script
@@ -34,6 +35,15 @@ class Sources:
     model: Path | None
     record: dict
     capture: Path | None
+
+    @property
+    def opening(self) -> dict:
+        """Options that the selection opened its capture with, which found the poses of a video."""
+        told = self.record.get("capture", {})
+        if "opened" not in told or self.capture != Path(told["folder"]):
+            return {}
+        beside = [Path(path) for path in told["beside"]]
+        return told["opened"] | {"beside": beside, "k": self.record["settings"]["k"]}
 
     @property
     def read(self) -> list[Path]:
@@ -103,11 +113,14 @@ def _scene(
         console.say("model", f"{len(cloud.xyz)} Gaussians, harmonics of degree {cloud.degree}")
     if sources.capture is None:
         return viewer.scene(None, [], cloud, url=url), cloud
-    args.capture = sources.capture
+    vars(args).update(capture=sources.capture, **sources.opening)
     opened = posing.opened(args, console, args.long_side)
     capture = opened.capture if cloud is not None else opened.with_all_points()
+    side = args.long_side * picture_side(len(capture)) // SIDE  # many would make a page too large
     pictures = in_turn(
-        lambda at: jpeg(np.asarray(capture.images[at])), opened.raw.images, console.bar("pictures")
+        lambda at: jpeg(reduced(np.asarray(capture.images[at]), side)),
+        opened.raw.images,
+        console.bar("pictures"),
     )
     cameras = _cameras(capture.names, pictures, sources.record)
     said = ", ".join(
@@ -124,7 +137,7 @@ def _cameras(names: Sequence[str], pictures: Sequence[bytes], record: dict) -> l
     picked = {entry["name"]: entry for entry in record.get("frames", ())}
     reasons = {entry["name"]: entry["reason"] for entry in record.get("left", ())}
     held = set(record.get("targets", {}).get("held_out", ()))
-    bad = {entry["name"] for entry in record.get("bad") or ()}
+    bad = {entry["name"] for entry in record.get("bad") or () if entry["left_out"]}
 
     def told(name: str) -> tuple[str, str]:
         if name in picked:

@@ -91,7 +91,11 @@ def jpeg(image: np.ndarray) -> bytes:
 
 def shrunk(file: image_files.Image, longest: int, side: int) -> np.ndarray:
     """(h, w, 3) uint8 RGB image whose longer side has `side` pixels, or as many as it has."""
-    image = image_files.load(file, COLOR[_factor(longest, side)])
+    return reduced(image_files.load(file, COLOR[_factor(longest, side)]), side)
+
+
+def reduced(image: np.ndarray, side: int) -> np.ndarray:
+    """An (h, w, 3) uint8 image whose longer side has `side` pixels, or as many as it has."""
     scale = min(1.0, side / max(image.shape[:2]))
     size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
     return cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from html import escape
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
-from fsel.data.geometry import viewing_angles
 from fsel.data.subsets import evenly
 from fsel.export.record import Outcome, covered, reason, trials
-from fsel.features.conditioned import look_depth
-from fsel.pages.drawings import Line, line_chart, timeline
+from fsel.pages.drawings import Line, line_chart
+from fsel.pages.over_time import over_time
 from fsel.pages.scene import scene_data
 from fsel.pages.shell import choices, data, document, source
 from fsel.request.targets import ALL
@@ -32,10 +30,12 @@ class Commands(NamedTuple):
     Attributes:
         asked: as it was asked for, without lists of frames.
         keeping: the same for the number of picks, without what does not go with kept frames.
+        viewing: what shows the selection in three dimensions.
     """
 
     asked: str
     keeping: str
+    viewing: str
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,8 @@ def page(shown: Shown) -> str:
         f"<h1>{heading}</h1>",
         *(f"<p>{escape(sentence)}</p>" for sentence in sentences),
         '<div class="stage"><div>',
-        *_world(outcome),
-        *_timeline(shown),
+        *_world(outcome, shown.commands.viewing),
+        *over_time(outcome, frames_shown(outcome), shown.pictures),
         *_strip(shown, cards),
         *_wishes(),
         *_charts(outcome),
@@ -149,7 +149,7 @@ def adds(entry: dict) -> str:
     return ", ".join(said)
 
 
-def _world(outcome: Outcome) -> list[str]:
+def _world(outcome: Outcome, viewing: str) -> list[str]:
     far = int(outcome.targets.far.sum())
     note = f" {counted(far, 'target')} too far away to be drawn." if far else ""
     if len(outcome.capture) > SHOWN:
@@ -163,55 +163,8 @@ def _world(outcome: Outcome) -> list[str]:
         f'<span class="key {views[0]}">{views[1]}</span>, '
         f'{bad}<span class="key">other frames</span>. '
         "Click a camera to see its frame; drag to turn, shift and drag to move, scroll or pinch to "
-        f"zoom.{note}</figcaption></figure>"
-    ]
-
-
-def speeds(outcome: Outcome) -> np.ndarray:
-    """(N,) degrees by which the view moved since the frame before; NaN where a sequence begins.
-
-    The turn of the optical axis, and the angle that the way of the centre makes at the depth of
-    the scene.
-    """
-    capture = outcome.capture
-    way = np.linalg.norm(np.diff(capture.centers, axis=0), axis=1)
-    turn = viewing_angles(capture.axes[1:], capture.axes[:-1])
-    moved = np.degrees(turn + np.arctan(way / look_depth(capture.centers)))
-    label = np.array(capture.sequences)
-    return np.concatenate([[np.nan], np.where(label[1:] == label[:-1], moved, np.nan)])
-
-
-def brightness(pictures: Mapping[int, bytes], count: int) -> np.ndarray:
-    """(N,) mean grey level of each picture in per cent, NaN without one."""
-    out = np.full(count, np.nan)
-    for frame, jpeg in pictures.items():
-        reduced = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_4)
-        out[frame] = np.asarray(reduced).mean() / 2.55
-    return out
-
-
-def _timeline(shown: Shown) -> list[str]:
-    """Speed, sharpness and exposure of every frame that is shown."""
-    outcome, frames = shown.outcome, frames_shown(shown.outcome)
-    rows = {"speed of the camera (degrees a frame)": speeds(outcome)[frames]}
-    if outcome.sharpness is not None:
-        rows["sharpness"] = np.asarray(outcome.sharpness)[frames]
-    if shown.pictures:
-        light = brightness(shown.pictures, len(outcome.capture))[frames]
-        rows["exposure (mean grey level, %)"] = light
-    targets = outcome.targets
-    kinds = {"held": targets.frames, "pick": outcome.selection.indices, "bad": targets.bad}
-    marks = {kind: np.flatnonzero(np.isin(frames, of)).tolist() for kind, of in kinds.items()}
-    labels = "".join(
-        f'<span style="top:{100 * at / len(rows):.1f}%">{escape(name)}: up to '
-        f"{np.nanmax(values, initial=0):.3g}</span>"
-        for at, (name, values) in enumerate(rows.items())
-    )
-    return [
-        "<h2>Over time</h2>",
-        f'<figure><div class="lanes">{timeline(rows, marks)}{labels}</div><figcaption>Frames in '
-        "the order of their names; picks in orange, held-out frames in blue, bad ones in dashed "
-        "red. Click to see a frame.</figcaption></figure>",
+        f"zoom.{note} To fly to a camera and its photo: <code>{escape(viewing)}</code>"
+        "</figcaption></figure>"
     ]
 
 
@@ -319,7 +272,8 @@ def _content(shown: Shown, cards: Sequence[Card]) -> dict:
     frames = np.array([card.frame for card in cards])
     return {
         **scene_data(outcome, frames, outcome.seen),
-        **shown.commands._asdict(),
+        "asked": shown.commands.asked,
+        "keeping": shown.commands.keeping,
         "names": [card.name for card in cards],
         "kinds": [card.kind for card in cards],
         "orders": [card.order for card in cards],

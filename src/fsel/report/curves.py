@@ -45,7 +45,7 @@ def training(log: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> Non
         axis.xaxis.set_major_locator(_whole_numbers())
         axis.set_xlabel("epoch", fontsize=8)
         axis.set_ylabel(label, fontsize=8)
-        axis.set_ylim(bottom=0)
+        axis.set_ylim(0, 1.05 * log[column].max())
         axis.tick_params(labelsize=7)
     axis.legend(fontsize=7)
     footnote(figure, note)

@@ -14,12 +14,13 @@ from fsel.report.statistics import ahead_of_all, holm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.colors import Normalize
 
 METRIC = "psnr"
 ERROR = 0.05
 COLUMNS = 2  # panels side by side
-GAINS = "YlGnBu"  # the darker, the better, also in grey; yellow is behind
-WHITE = 0.12  # of the limit: writing on what is darker is white
+GAINS = "YlGnBu"  # the darker, the better, also in grey
+WHITE = 0.55  # of the scale: writing on what is darker is white
 
 
 def gains(
@@ -72,7 +73,7 @@ def draw(
     outputs: Sequence[str | Path],
     reconstructor: str = "",
 ) -> None:
-    """One panel a method, on one colour scale centred at zero.
+    """One panel a method, on one colour scale from the least gain, or zero, to the greatest.
 
     Args:
         panels: title -> what `gains` returned; all over the same datasets and budgets.
@@ -80,14 +81,17 @@ def draw(
         outputs: paths; their endings choose the format.
         reconstructor: to be named under the panels.
     """
-    limit = max(float(panel["gain"].abs().max()) for panel in panels.values()) or 1.0
+    from matplotlib.colors import Normalize
+
+    gained = pd.concat([panel["gain"] for panel in panels.values()])
+    scale = Normalize(min(gained.min(), 0.0), max(gained.max(), 0.1))
     lines = -(-len(panels) // COLUMNS)
     size = (TEXT, 0.5 + lines * (0.6 + 0.3 * len(labels)))
     figure = new_figure(size)
     axes = figure.subplots(lines, COLUMNS, squeeze=False, sharey=True).ravel()
     for axis, (title, panel) in zip(axes, panels.items(), strict=True):
-        image = _panel(axis, panel, labels, limit)
-        axis.set_title(title, fontsize=9)
+        image = _panel(axis, panel, labels, scale)
+        axis.set_title(title, fontsize=8)
     bar = figure.colorbar(image, ax=list(axes), shrink=0.9)
     bar.set_label("PSNR gain (dB)", fontsize=8)
     bar.ax.axhline(0, color="black", linewidth=0.8)
@@ -101,9 +105,9 @@ def draw(
     save(figure, outputs)
 
 
-def _panel(axis: Axes, panel: pd.DataFrame, labels: Mapping[str, str], limit: float):
+def _panel(axis: Axes, panel: pd.DataFrame, labels: Mapping[str, str], scale: Normalize):
     grid = panel.pivot(index="dataset", columns="k", values="gain").loc[list(labels)]
-    image = axis.imshow(grid, cmap=GAINS, vmin=-limit, vmax=limit, aspect="auto")
+    image = axis.imshow(grid, cmap=GAINS, norm=scale, aspect="auto")
     marked = panel.set_index(["dataset", "k"])["significant"]
     for y, dataset in enumerate(labels):
         for x, k in enumerate(grid.columns):
@@ -116,7 +120,7 @@ def _panel(axis: Axes, panel: pd.DataFrame, labels: Mapping[str, str], limit: fl
                 va="center",
                 fontsize=7,
                 fontweight="bold" if sure else "normal",
-                color="white" if value > WHITE * limit else "black",
+                color="white" if scale(value) > WHITE else "black",
             )
     axis.set_xticks(np.arange(len(grid.columns)), [f"K={k}" for k in grid.columns], fontsize=7)
     counts = panel.groupby("dataset")["n"].first()

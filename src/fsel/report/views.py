@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 PIXELS = 384  # of an image's longer side, in what is saved
 INSET = 0.34  # of an image's sides
-WORST = 0.3  # mean absolute error that the brightest colour of an inset stands for
+WORST = 0.2  # mean absolute error that the brightest colour of an inset stands for
 ERRORS = "inferno"
 
 
@@ -49,7 +50,7 @@ def draw(
 ) -> None:
     """Rows: targets, then the selected cameras in plan view. Columns: the truth, the selections.
 
-    Each rendered image has its error in a corner.
+    Each rendered image has its error in the corner where those of its row are the least wrong.
 
     Args:
         truth: (T, h, w, 3) uint8.
@@ -69,10 +70,12 @@ def draw(
     )
     for y in range(rows):
         _image(axes[y, 0], truth[y] / 255, "")
-        for x, column in enumerate(columns, 1):
+        # mean absolute differences of the three colours, in 0..1
+        errors = [np.abs(one.rendered[y] - truth[y] / 255.0).mean(axis=-1) for one in columns]
+        place = _calmest(np.mean(errors, axis=0))
+        for x, (column, error) in enumerate(zip(columns, errors, strict=True), 1):
             _image(axes[y, x], np.clip(column.rendered[y], 0, 1), f"{column.psnr[y]:.2f} dB")
-            inset = axes[y, x].inset_axes((1 - INSET, 0, INSET, INSET))
-            shown = _errors(inset, column.rendered[y], truth[y])
+            shown = _errors(axes[y, x].inset_axes((*place, INSET, INSET)), error)
     axes[0, 0].set_title("held-out view", fontsize=7)
     axes[rows, 0].axis("off")
     scale = axes[rows, 0].inset_axes((0.1, 0.6, 0.8, 0.06))
@@ -94,9 +97,15 @@ def _image(axis: Axes, image: np.ndarray, label: str) -> None:
     axis.set_yticks([])
 
 
-def _errors(axis: Axes, rendered: np.ndarray, truth: np.ndarray) -> AxesImage:
-    """Mean absolute difference of the three colours, in 0..1."""
-    error = np.abs(rendered - truth / 255.0).mean(axis=-1)
+def _calmest(error: np.ndarray) -> tuple[float, float]:
+    """Lower left end, as shares of the sides, of the inset in the corner with the least error."""
+    high, wide = (round(INSET * side) for side in error.shape)
+    rows = {0.0: slice(-high, None), 1 - INSET: slice(high)}  # rows of an image count from above
+    columns = {0.0: slice(wide), 1 - INSET: slice(-wide, None)}
+    return min(product(columns, rows), key=lambda at: error[rows[at[1]], columns[at[0]]].mean())
+
+
+def _errors(axis: Axes, error: np.ndarray) -> AxesImage:
     axis.set_xticks([])
     axis.set_yticks([])
     axis.spines[:].set_color("white")

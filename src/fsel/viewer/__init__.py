@@ -31,7 +31,9 @@ STATES = {  # colours of the report
 MOST_POINTS = 20_000
 BITS = 11  # of a mantissa that are kept in the page, of 23: half the bytes, less than 0.05 %
 BEHIND = (0.13, 0.13, 0.13)  # colour behind points
-BACK = 1.4  # times as far from the middle as the first camera: where the page's view begins
+BACK = {True: 1.4, False: 1.9}  # times as far from the middle as the first camera: where the page's
+# view of a splat begins, and of points, which hide nothing
+UNCOLOURED = 190  # grey of points without colours
 RAISED = 0.25  # of the extent, upwards of that
 DOWN = np.array([0.0, 1.0, 0.0])  # of the world, where no camera tells: as COLMAP's first camera
 
@@ -98,7 +100,7 @@ def scene(
         the page begins with.
     """
     content = _content(cloud, points)
-    middle, reach, start, up = _beginning(capture, content)
+    middle, reach, start, up = _beginning(capture, content, BACK[cloud is not None])
     origin = middle.astype(np.float32).astype(np.float64)
     scene = {
         "origin": origin.tolist(),
@@ -119,7 +121,8 @@ def scene(
     elif points is not None:
         some = evenly(len(points.xyz), MOST_POINTS)
         places = (points.xyz[some] - origin).astype(np.float32).round(5)
-        scene["points"] = {"xyz": places.tolist(), "rgb": points.rgb[some].tolist()}
+        colours = points.rgb[some] if points.rgb.any() else np.full((len(some), 3), UNCOLOURED)
+        scene["points"] = {"xyz": places.tolist(), "rgb": colours.tolist()}
     return scene
 
 
@@ -131,7 +134,7 @@ def _content(cloud: ply.Cloud | None, points: SparsePoints | None) -> np.ndarray
 
 
 def _beginning(
-    capture: Capture | None, content: np.ndarray
+    capture: Capture | None, content: np.ndarray, back: float
 ) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
     """Middle and extent of a scene, where its view begins, and the unit upward direction."""
     middle = np.median(content, axis=0) if len(content) else np.zeros(3)
@@ -144,7 +147,7 @@ def _beginning(
         middle = middle if len(content) else capture.centers.mean(axis=0)
     reach = float(np.linalg.norm(capture.centers - middle, axis=1).max()) or 1.0
     up = upwards(capture.world_to_camera)
-    start = middle + BACK * (capture.centers[0] - middle) + RAISED * reach * up
+    start = middle + back * (capture.centers[0] - middle) + RAISED * reach * up
     return middle, reach, start, up
 
 

@@ -26,6 +26,7 @@ from fsel.experiments.paper.training_figure import training_figure
 from fsel.reconstruct import reconstructor_of
 from fsel.report.figures import footnote
 from fsel.report.plan import plan_positions
+from fsel.report.views import _calmest
 from fsel.request.paths import upwards
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
@@ -99,6 +100,15 @@ def test_drawn_views_are_spread_and_a_single_one_is_the_middle():
     assert spaced(9, 3).tolist() == [0, 4, 8]
     assert spaced(9, 1).tolist() == [4]
     assert spaced(2, 3).tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("row", [0, -1])
+@pytest.mark.parametrize("column", [0, -1])
+def test_the_inset_lies_where_the_error_is_least(row, column):
+    error = np.ones((30, 40))
+    error[row, column] = 0
+    x, y = _calmest(error)
+    assert (x == 0, y == 0) == (column == 0, row == -1)
 
 
 def test_shown_views_have_the_quality_that_an_evaluation_finds(scene, tmp_path):

@@ -102,7 +102,7 @@ def draw_views(
     columns, tables = [], []
     for method, frames in chosen.items():
         rendered, scores, seconds = render_cold(capture, frames, targets, reconstruction)
-        cost = f"{len(frames)} frames, {seconds:.{0 if seconds >= 10 else 2}f} s"
+        cost = f"{len(frames)} frames, {seconds:.1f} s"
         title = f"{LABELS[method]}\n{cost}\nmean {scores[:, 0].mean():.2f} dB"
         columns.append(Shown(title, rendered[drawn], scores[drawn, 0], frames))
         tables.append(_table(method, frames, targets, scores, seconds, places))

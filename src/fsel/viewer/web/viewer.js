@@ -97,12 +97,13 @@ export class Viewer {
     this.redraw();
   }
 
-  /** The view from outside, at the first. */
+  /** The view from outside, at the first; from farther where the page is narrow. */
   home() {
     this.leave();
     const { start, target } = this.data;
-    this.camera.position.set(...start);
     this.controls.target.set(...target);
+    this.camera.position.set(...start).sub(this.controls.target)
+      .divideScalar(Math.min(this.camera.aspect, 1)).add(this.controls.target);
     this.controls.update();
     this.redraw();
   }
