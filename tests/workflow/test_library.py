@@ -4,12 +4,11 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from dry_runs import ROOT
+from dry_runs import ROOT, forked
 
 WRITTEN, MADE, EDITED = 1_400_000_000, 1_500_000_000, 1_600_000_000
 RULES = re.compile(r"^(?:use rule \w+ as (\w+) with:)(.*?)(?=^\S|\Z)", re.M | re.S)
@@ -31,14 +30,8 @@ def test_every_rule_depends_on_the_sources_of_its_function():
 
 
 def snakemake(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "snakemake", "--configfile", "config/smoke.yaml"]
-    return subprocess.run(
-        [*command, "--workflow-profile", "none", "all", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        env={**os.environ, "PYTHONWARNINGS": "ignore"},
-    )
+    words = ["--configfile", "config/smoke.yaml", "--workflow-profile", "none", "all"]
+    return forked(folder, *words, *arguments)
 
 
 def summary(folder: Path) -> Iterator[tuple[str, str, str]]:

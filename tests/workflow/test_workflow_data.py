@@ -4,8 +4,6 @@ import hashlib
 import os
 import re
 import shutil
-import subprocess
-import sys
 import threading
 from collections import Counter
 from functools import partial
@@ -16,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from dry_runs import dry_run, planned, refusal
+from dry_runs import dry_run, forked, planned, refusal
 from layout_recordings import recording
 from snakemake.utils import update_config
 
@@ -38,13 +36,9 @@ def nvmlInit():
 
 
 def run(folder, *arguments):
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-    command += ["--cores", "1", *arguments]
-    command += [] if "--configfile" in arguments else ["--configfile", "config.yaml"]
-    profile = ["--workflow-profile", str(ROOT / "profiles" / "default")]
-    return subprocess.run(
-        [*command, *profile], cwd=folder, capture_output=True, text=True, check=False
-    )
+    words = ["--snakefile", str(ROOT / "Snakefile"), "--cores", "1", *arguments]
+    words += [] if "--configfile" in arguments else ["--configfile", "config.yaml"]
+    return forked(folder, *words, "--workflow-profile", str(ROOT / "profiles" / "default"))
 
 
 def smoke_with(folder, entry, **changes):

@@ -2,9 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from fsel.workflow.job import run
+from fsel.workflow.job import leave, run
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 run(snakemake)
+leave()

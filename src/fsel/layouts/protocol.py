@@ -14,7 +14,6 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from fsel.data.problem import Method, Problem
-from fsel.layouts import dl3dv
 
 EVERY = 8
 NAME, LABEL = "listed", "Long-LRM's list"
@@ -57,6 +56,8 @@ def read_protocol(
         ValueError: for a file that is no such list or lacks the scene, places that the scene does
             not have, targets among the inputs, or frames that the capture lacks.
     """
+    from fsel.layouts import dl3dv  # here: it imports pycolmap, and most datasets have no list
+
     file, folder = Path(file), Path(folder)
     try:
         entries = {entry["scene_name"]: entry for entry in json.loads(file.read_text())}

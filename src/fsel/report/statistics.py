@@ -11,8 +11,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import stdtr, stdtrit
 
 LEVEL = 0.95
 LEAST_P = 1e-12  # a smaller p is not told apart from it
@@ -47,6 +45,8 @@ def of_places(values: np.ndarray) -> Interval:
     Args:
         values: (n,) one mean a place, independent of one another.
     """
+    from scipy.special import stdtr, stdtrit  # here: every start of the workflow imports it
+
     n = len(values)
     mean = float(np.mean(values))
     if n < 2:
@@ -70,6 +70,9 @@ def of_places_and_seeds(values: np.ndarray) -> Interval:
     Args:
         values: (n, s) mean of every place under every seed.
     """
+    from scipy.optimize import brentq
+    from scipy.special import stdtrit
+
     n, s = values.shape
     if s < 2 or n < 2:
         return of_places(values.mean(axis=1))

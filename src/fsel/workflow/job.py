@@ -5,10 +5,12 @@ The only module that touches the `snakemake` object.
 
 from __future__ import annotations
 
+import gc
 import inspect
 import logging
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -17,7 +19,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, NoReturn
 
 import cv2
 
@@ -91,13 +93,26 @@ def run(snakemake: Any) -> None:
             takes.
     """
     with job(snakemake) as config:
+        gc.disable()  # little that is made while importing is garbage
         function = function_of(snakemake.rule, snakemake.params.get(JOB))
+        gc.freeze()
+        gc.enable()
         taken = arguments(snakemake, function, config)
         for path in snakemake.input:
             checksums.check(path)
         function(**taken)
         for path in snakemake.output:
             checksums.write(path)
+
+
+def leave() -> NoReturn:
+    """End the process of a job that is done.
+
+    Python would take apart every module first, a fifth of the seconds of a short job.
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)
 
 
 def function_of(rule: str, home: str | None = None) -> Callable[..., None]:

@@ -9,8 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import softmax
-from scipy.stats import rankdata
 
 from fsel.data.geometry import lengths, pairwise_angles, pairwise_distances
 from fsel.data.problem import Problem
@@ -78,6 +76,8 @@ def rank_normalised(scene: Relations, picked: Sequence[int]) -> np.ndarray:
 
     Equal values share the mean of their places.
     """
+    from scipy.stats import rankdata  # here: every start of the workflow imports this module
+
     columns = scene.distance.min(axis=1), scene.distance.mean(axis=1), scene.angle.mean(axis=1)
     places = rankdata(np.stack(columns, axis=1), axis=0) - 1
     return places / max(len(places) - 1, 1) - 0.5
@@ -89,6 +89,8 @@ def soft_aggregates(scene: Relations, picked: Sequence[int]) -> np.ndarray:
     The paper does not give the temperature; here it is the deviation over all pairs of frame and
     proxy, which leaves the result in the unit of its values.
     """
+    from scipy.special import softmax
+
     columns = []
     for values, sign in ((scene.distance, -1), (scene.angle, -1), (scene.likeness, 1)):
         temperature = values.std() or 1.0
