@@ -8,19 +8,21 @@
 One frame in eight is held out and not announced. Each selection of the others is reconstructed by
 `gaussians` (128 pixels, 600 steps, 6,000 Gaussians) and by `splats`, or as `--by` says, and scored
 on the frames held out: every n-th frame, the rule alone (`--patience 0`), what is kept after trying
-on the capture's own frames (the default). What is tried makes all its planned fits, whatever the
-time. `--made` measures on four captures made of each: a pause of a third of its length, six bursts,
-the same path filmed twice, and the second time in other light. A row is written as soon as it is
-known; rows that are there are not measured again.
+on the capture's own frames (the default), and what `--targets` picks, told of the frames held out.
+What is tried makes all its planned fits, whatever the time, and is scored with `--seeds` seeds.
+`--made` measures on four captures made of each: a pause of a third of its length, six bursts, the
+same path filmed twice, and the second time in other light. Rows that are there are not measured
+again.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import cache
 from itertools import product
 from pathlib import Path
 
@@ -46,7 +48,9 @@ SETTINGS = {
     "splats": {},
     "radiance_field": {},
 }
-EVEN, RULE, TRIED = "every n-th frame", "the rule alone", "tried"
+EVEN, RULE, TRIED, TOLD = "every n-th frame", "the rule alone", "tried", "targets known"
+METHODS = (RULE, TRIED, TOLD)
+CELL = ["capture", "start", "k", "seed"]
 PAUSE, BURSTS, LIGHT = 1 / 3, 6, 1.4  # share of the frames; how many; factor of the intensities
 NOISE = 3.0  # grey levels, of a sensor whose frames show the same
 ENDLESS = Patience(float("inf"))
@@ -110,6 +114,7 @@ def repeated(capture: Capture, order: np.ndarray, images: np.ndarray) -> Capture
         sequences=tuple(capture.sequences[frame] for frame in order),
         points=points,
         masks=None,
+        files=None,
     )
 
 
@@ -121,44 +126,78 @@ MADE = {
 }
 
 
-def selections(capture: Capture, k: int) -> tuple[dict[str, np.ndarray], str, int]:
-    """Method -> (k,) frames; the name of what was kept after trying; and the fits that it took."""
-    rule = fsel.select(capture, k, patience=0, sharpness=np.zeros(len(capture))).indices
+def tried(capture: Capture, k: int) -> tuple[np.ndarray, dict[str, object]]:
+    """(k,) frames; the name of what was kept after trying, and the fits that it took."""
     problem = request_problem(
         capture, targets_of(capture, None), np.zeros(len(capture)), None, None
     )
-    even = evenly(len(capture), k)
+    rule = ruled(capture, k)
     race = race_of(problem, rule)
     if race is None:
-        return {EVEN: even, RULE: rule, TRIED: rule}, "fsel", 0
+        return rule, {"kept": "fsel", "fits": 0}
     outcome = race.run(SHARE, ENDLESS)
-    return {EVEN: even, RULE: rule, TRIED: outcome.frames}, outcome.kept, outcome.fits
+    return outcome.frames, {"kept": outcome.kept, "fits": outcome.fits}
+
+
+def ruled(capture: Capture, k: int, targets: np.ndarray | None = None) -> np.ndarray:
+    """(k,) frames that the rule picks, without an image being read."""
+    chosen = fsel.select(capture, k, targets, patience=0, sharpness=np.zeros(len(capture)))
+    return chosen.indices
+
+
+def picked(
+    capture: Capture, held: np.ndarray, k: int, methods: Collection[str]
+) -> Iterator[tuple[str, np.ndarray, dict[str, object]]]:
+    """Yield method, (k,) frames of the capture, and what is to be told of it."""
+    seen = np.setdiff1d(np.arange(len(capture)), held)
+    if k >= len(seen) or not methods:
+        return
+    yield EVEN, seen[evenly(len(seen), k)], {}
+    if RULE in methods:
+        yield RULE, seen[ruled(capture.subset(seen), k)], {}
+    if TRIED in methods:
+        frames, more = tried(capture.subset(seen), k)
+        yield TRIED, seen[frames], more
+    if TOLD in methods:
+        yield TOLD, ruled(capture, k, held), {}
 
 
 def rows(
-    name: str, full: Capture, start: int, k: int, judges: list[str]
+    capture: Capture, start: int, k: int, methods: dict[str, Collection[str]], seeds: int
 ) -> Iterator[dict[str, object]]:
-    """One a method and reconstructor, of one capture, hold-out and budget."""
-    held = np.arange(start, len(full), EVERY)
-    seen = np.setdiff1d(np.arange(len(full)), held)
-    if k >= len(seen) or not judges:
-        return
-    picks, kept, fits = selections(full.subset(seen), k)
-    for by in judges:
-        worth: dict[tuple[int, ...], list[float]] = {}
-        for method, frames in picks.items():
-            key = subset_key(seen[frames])
-            if key not in worth:
-                worth[key] = scored(full, by, np.array(key), held)
-            psnr, ssim = worth[key]
-            more = {"kept": kept, "fits": fits} if method == TRIED else {}
-            head = {"capture": name, "start": start, "k": k, "by": by, "method": method}
-            yield {**head, "psnr": psnr, "ssim": ssim, **more}
+    """One a method, reconstructor and seed, of one capture, hold-out and budget.
+
+    Args:
+        capture: all frames.
+        start: the first that is held out.
+        k: how many are picked.
+        methods: reconstructor -> those that it is to score, beside every n-th frame.
+        seeds: fits of what was tried, where it is not every n-th frame.
+    """
+    held = np.arange(start, len(capture), EVERY)
+
+    @cache
+    def worth(by: str, seed: int, frames: tuple[int, ...]) -> list[float]:
+        return scored(capture, by, seed, np.array(frames), held)
+
+    picks = list(picked(capture, held, k, set().union(*methods.values())))
+    even = subset_key(picks[0][1]) if picks else ()
+    for (by, asked), (method, frames, more) in product(methods.items(), picks):
+        key = subset_key(frames)
+        fits = 1 if by == "splats" or method != TRIED or key == even else seeds
+        for seed in range(fits if method in asked else 0):
+            for name, own in ((EVEN, even), (method, key)):
+                psnr, ssim = worth(by, seed, own)
+                head = {"start": start, "k": k, "by": by, "seed": seed, "method": name}
+                yield head | {"psnr": psnr, "ssim": ssim} | (more if name == TRIED else {})
 
 
-def scored(capture: Capture, by: str, frames: np.ndarray, held: np.ndarray) -> list[float]:
+def scored(
+    capture: Capture, by: str, seed: int, frames: np.ndarray, held: np.ndarray
+) -> list[float]:
     """Mean PSNR in dB and SSIM on the frames held out."""
-    section = {"name": by, "long_side": LONG_SIDE, "settings": SETTINGS[by]}
+    settings = SETTINGS[by] if by == "splats" else SETTINGS[by] | {"seed": seed}
+    section = {"name": by, "long_side": LONG_SIDE, "settings": settings}
     model = reconstructor_of(capture, section).fit(frames)
     truth = np.asarray(capture.images[held])
     found = score_views(model.render(capture.view(held)), truth, None, ("psnr", "ssim"))
@@ -170,14 +209,20 @@ def measure(asked: argparse.Namespace) -> None:
     known = set()
     if asked.rows.exists():
         table = pd.read_json(asked.rows, lines=True)
-        known = set(table[["capture", "start", "k", "by"]].itertuples(index=False, name=None))
+        columns = ["capture", "start", "k", "by", "method"]
+        known = set(table[columns].itertuples(index=False, name=None))
     opened = list(captures(asked))
     with asked.rows.open("a") as file:
         for start, k, (name, capture) in product(asked.starts, asked.budgets, opened):
-            left = [by for by in asked.by if (name, start, k, by) not in known]
-            for row in rows(name, capture, start, k, left):
-                print(json.dumps(row), file=file, flush=True)
-                print(*row.values(), flush=True)
+            left = {
+                by: [
+                    method for method in asked.methods if (name, start, k, by, method) not in known
+                ]
+                for by in asked.by
+            }
+            for row in list(rows(capture, start, k, left, asked.seeds)):
+                print(json.dumps({"capture": name} | row), file=file, flush=True)
+            print(name, start, k, flush=True)
 
 
 def captures(asked: argparse.Namespace) -> Iterator[tuple[str, Capture]]:
@@ -296,6 +341,8 @@ def main() -> None:
     command.add_argument("--starts", type=int, nargs="+", default=[3, 7], help="first held out")
     command.add_argument("--budgets", type=int, nargs="+", default=[10, 15, 20, 30, 50])
     command.add_argument("--by", nargs="+", default=["gaussians", "splats"], choices=SETTINGS)
+    command.add_argument("--methods", nargs="+", default=METHODS, choices=METHODS)
+    command.add_argument("--seeds", type=int, default=2, help="of the fits of what was tried")
     command = commands.add_parser("page")
     command.add_argument("--rows", type=Path, required=True)
     command.add_argument("--made-rows", type=Path, help="of captures made of them")
