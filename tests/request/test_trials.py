@@ -53,11 +53,12 @@ def test_what_one_reconstructor_alone_prefers_is_not_kept():
     assert race({"other": 3.0}, splats={"other": -0.1}, log=log).run(2, Patience(1e6)).kept == EVEN
     assert {seed for _, seed in log} == {None}  # and `gaussians` are not fitted for it
     assert race({"other": -0.1}, splats={"other": 3.0}).run(2, Patience(1e6)).kept == EVEN
-    found = race({"other": 0.2, "third": 2.0}, splats={"other": 3.0, "third": 0.6})
+    assert race({"other": 0.1}, splats={"other": 3.0}).run(2, Patience(1e6)).kept == EVEN
+    found = race({"other": 0.3, "third": 2.0}, splats={"other": 3.0, "third": 0.6})
     found = found.run(2, Patience(1e6))
     assert found.kept == "other"
-    assert [trial.gain for trial in found.trials] == pytest.approx([0.0, 1.6, 1.3])
-    assert [trial.least for trial in found.trials] == pytest.approx([0.0, 0.2, 0.6])
+    assert [trial.gain for trial in found.trials] == pytest.approx([0.0, 1.65, 1.3])
+    assert [trial.least for trial in found.trials] == pytest.approx([0.0, 0.3, 0.6])
 
 
 def test_heats_make_new_fits_and_the_hopeless_leave():

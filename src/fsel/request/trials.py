@@ -4,9 +4,9 @@ Not in the paper. No simple rule is good on every capture: every n-th frame is h
 camera moves steadily and bad where photos lie in clusters. So a few selections are reconstructed
 and scored on frames that neither they nor every n-th frame hold: by `splats`, and those that are
 ahead there by small `gaussians`, too. Another one is kept instead of every n-th frame where both
-reconstructors put it ahead in PSNR and not behind in SSIM, and the mean of both says that it is
-ahead by half a decibel and beyond chance: what one reconstructor alone prefers does not speak for
-others. What this gains is in docs/results/captures_unknown.md.
+reconstructors put it ahead by 0.2 dB and not behind in SSIM, and the mean of both says that it is
+ahead by 0.5 dB and beyond chance: what one reconstructor alone prefers does not speak for others.
+What this gains is in docs/results/captures_unknown.md.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ HEATS = ((None, 1), (3, 1), (1, 2))  # selections that run, None for all, and sh
 SHARE_SECONDS = 5.0  # of patience for one fit of each share
 MOST_SHARES = 20  # beyond which fits tell no more
 MARGIN = 0.5  # dB that every n-th frame is to be left behind by
+LEAST_GAIN = 0.2  # dB, the same by each reconstructor alone
 GROUPS = 12  # stretches of the validation frames: neighbours are not independent
 BOUND = 1.8  # standard errors: one-sided 95 % by Student's t over so many stretches
 FIT_DEVIATION = 0.17  # dB of one fit by `gaussians`, by its seed alone
@@ -117,7 +118,7 @@ class Race:
         """
         for name in (self._even, *self._hopeful) if self._hopeful else ():
             self._splats[name] = self._score(self._picks[name], None)
-        self._hopeful = [name for name in self._hopeful if _not_behind(self.trial(name))]
+        self._hopeful = [name for name in self._hopeful if _ahead(self.trial(name))]
         heats = [(count, share * shares) for count, shares in HEATS]
         left = sum(self._runners(count) * seeds for count, seeds in heats)
         over, cut, seed = False, False, 0
@@ -158,7 +159,7 @@ class Race:
 
     def _kept(self) -> str:
         """The best selection of those surely ahead of every n-th frame; else that itself."""
-        trials = [one for one in map(self.trial, self._hopeful) if _not_behind(one)]
+        trials = [one for one in map(self.trial, self._hopeful) if _ahead(one)]
         ahead = [one for one in trials if one.gain > max(MARGIN, BOUND * one.error)]
         return max(ahead, key=lambda one: one.gain).name if ahead else self._even
 
@@ -240,6 +241,6 @@ def _small(capture: Capture, frames: np.ndarray) -> Capture:
     return replace(whole, intrinsics=intrinsics, masks=masks)
 
 
-def _not_behind(trial: Trial) -> bool:
-    """Whether every reconstructor that scored a selection puts it ahead, and not behind in SSIM."""
-    return trial.least > 0 and trial.ssim >= 0
+def _ahead(trial: Trial) -> bool:
+    """Whether each reconstructor that scored a selection puts it ahead, and not behind in SSIM."""
+    return trial.least > LEAST_GAIN and trial.ssim >= 0
