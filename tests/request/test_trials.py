@@ -16,21 +16,24 @@ FRAMES = np.arange(40)
 EVENLY, OTHER, THIRD = np.array([0, 13, 26, 39]), np.array([1, 2, 3, 4]), np.array([5, 6, 7, 8])
 
 
-def race(gains, noise=0.0, ssim=0.0, log=None):
-    """Of picks whose frames are all scored alike: 20 dB, and what `gains` adds by name."""
+def race(gains, ssim=0.0, log=None, splats=None):
+    """Of picks whose frames are all scored alike: 20 dB, and what `gains` adds by name.
+
+    `splats` has those of that reconstructor, `gains` those of both where it is None.
+    """
     picks = {EVEN: EVENLY, "other": OTHER, "third": THIRD}
 
     def score(frames, seed):
         name = next(name for name, own in picks.items() if np.array_equal(own, frames))
         if log is not None:
             log.append((name, seed))
-        psnr = 20 + gains.get(name, 0.0) + noise * np.random.default_rng(seed).normal(size=40)
-        return np.stack([psnr, np.full(40, 0.5 + (name != EVEN) * ssim)], axis=1)
+        own = gains if seed is not None or splats is None else splats
+        return np.tile([20 + own.get(name, 0.0), 0.5 + (name != EVEN) * ssim], (40, 1))
 
     return Race(score, picks, FRAMES)
 
 
-def test_the_surest_gain_is_kept():
+def test_the_best_of_those_ahead_is_kept():
     found = race({"other": 1.0, "third": 2.0}).run(2, Patience(1e6))
     assert found.kept == "third"
     np.testing.assert_array_equal(found.frames, THIRD)
@@ -45,12 +48,30 @@ def test_little_gain_and_worse_structure_keep_every_nth_frame():
     assert race({"other": 3.0}, ssim=0.01).run(2, Patience(1e6)).kept == "other"
 
 
+def test_what_one_reconstructor_alone_prefers_is_not_kept():
+    log = []
+    assert race({"other": 3.0}, splats={"other": -0.1}, log=log).run(2, Patience(1e6)).kept == EVEN
+    assert {seed for _, seed in log} == {None}  # and `gaussians` are not fitted for it
+    assert race({"other": -0.1}, splats={"other": 3.0}).run(2, Patience(1e6)).kept == EVEN
+    assert race({"other": 0.1}, splats={"other": 3.0}).run(2, Patience(1e6)).kept == EVEN
+    found = race({"other": 0.3, "third": 2.0}, splats={"other": 3.0, "third": 0.6})
+    found = found.run(2, Patience(1e6))
+    assert found.kept == "other"
+    assert [trial.gain for trial in found.trials] == pytest.approx([0.0, 1.65, 1.3])
+    assert [trial.least for trial in found.trials] == pytest.approx([0.0, 0.3, 0.6])
+
+
 def test_heats_make_new_fits_and_the_hopeless_leave():
     log = []
     race({"other": 2.0, "third": -5.0}, log=log).run(2, Patience(1e6))
-    assert [seed for name, seed in log if name == "other"] == list(range(8))
-    assert [seed for name, seed in log if name == EVEN] == list(range(8))
-    assert [seed for name, seed in log if name == "third"] == [0, 1]
+    assert [seed for name, seed in log if name == "other"] == [None, *range(8)]
+    assert [seed for name, seed in log if name == EVEN] == [None, *range(8)]
+    assert [seed for name, seed in log if name == "third"] == [None]
+    log = []
+    race({"other": 2.0, "third": -2.0}, log=log, splats={"third": 1.0, "other": 1.0}).run(
+        2, Patience(1e6)
+    )
+    assert [seed for name, seed in log if name == "third"] == [None, 0, 1]
 
 
 def test_the_time_ends_it_and_is_seen():
@@ -58,13 +79,13 @@ def test_the_time_ends_it_and_is_seen():
 
     def watch(made, planned, gone):
         seen.append((made, planned))
-        return made < 4
+        return made < 7
 
-    found = race({"other": 9.0}, log=log).run(1, Patience(1e6, watch))
-    assert (found.cut, found.fits, len(log)) == (True, 4, 4)
-    assert seen[0] == (1, 3 + 3 + 4)
+    found = race({"other": 9.0, "third": 1.0}, log=log).run(1, Patience(1e6, watch))
+    assert (found.cut, found.fits, len(log)) == (True, 7, 7)
+    assert seen[0] == (4, 3 + 3 + 3 + 4)
     late = race({"other": 9.0}).run(1, Patience(1e-9))
-    assert (late.cut, late.fits, late.kept) == (True, 1, EVEN)
+    assert (late.cut, late.fits, late.kept) == (True, 4, EVEN)
 
 
 def test_the_time_runs_once_the_first_fit_has_compiled(monkeypatch):
@@ -72,19 +93,20 @@ def test_the_time_runs_once_the_first_fit_has_compiled(monkeypatch):
     monkeypatch.setattr(trials, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
 
     def score(frames, seed):
-        clock[0] += 60 if clock[0] == 1 else 1
-        return np.full((40, 2), 20.0)
+        if seed is not None:
+            clock[0] += 60 if clock[0] == 1 else 1
+        return np.full((40, 2), 20.0 + np.array_equal(frames, OTHER))
 
-    picks = {EVEN: EVENLY, "other": OTHER, "third": THIRD}
-    assert Race(score, picks, FRAMES).run(2, Patience(3.0)).fits == 1 + 4
+    picks = {EVEN: EVENLY, "other": OTHER}
+    assert Race(score, picks, FRAMES).run(4, Patience(3.0)).fits == 2 + 1 + 4
 
 
 def test_a_race_that_ends_with_a_heat_makes_no_fit_more():
-    stop = Patience(1e6, lambda made, planned, gone: made < 3)
+    stop = Patience(1e6, lambda made, planned, gone: made < 5)
     found = race({"other": 9.0}).run(1, stop)
-    assert (found.fits, found.cut, found.kept) == (3, True, "other")
-    found = race({"other": -9.0, "third": -9.0}).run(1, stop)
-    assert (found.fits, found.cut, found.kept) == (3, False, EVEN)  # nothing was left to be tried
+    assert (found.fits, found.cut, found.kept) == (5, True, "other")
+    found = race({"other": -9.0}, splats={"other": 1.0}).run(1, stop)
+    assert (found.fits, found.cut, found.kept) == (5, False, EVEN)  # nothing was left to be tried
 
 
 def test_selections_that_leave_too_few_validation_frames_are_not_fitted():
@@ -98,10 +120,13 @@ def test_the_error_is_that_of_stretches_and_of_fits():
     even = np.zeros((2, 24, 2))
     own = even.copy()
     own[:, :12, 0] = 2.0  # six of the twelve stretches
-    gain, ssim, error = compared(own, even)
-    assert (gain, ssim) == (1.0, 0.0)
+    one = (own[:1], even[:1])
     of_frames = (12 / 11) / 12  # variance of six zeros and six twos is 12 / 11
-    assert error == pytest.approx(np.sqrt(of_frames + FIT_DEVIATION**2 * (1 / 2 + 1 / 2)))
+    assert compared([one]) == pytest.approx((1.0, 1.0, 0.0, np.sqrt(of_frames)))
+    of_fits = FIT_DEVIATION**2 * (1 / 2 + 1 / 2) / 4  # half of the mean comes from these fits
+    gain, least, ssim, error = compared([one, (own + [1.0, -0.2], even)])
+    assert (gain, least, ssim) == pytest.approx((1.5, 1.0, -0.2))
+    assert error == pytest.approx(np.sqrt(of_frames + of_fits))
 
 
 @pytest.fixture
@@ -136,7 +161,8 @@ def test_what_is_kept_is_one_of_what_was_tried_and_always_the_same(ring):
     assert first.tried.trials[0].name == EVEN
     np.testing.assert_array_equal(first.tried.trials[0].frames, np.round(np.linspace(0, 23, 5)))
     assert sorted(first.indices) == sorted(first.tried.frames)
-    assert (first.tried.cut, first.tried.fits) == (True, 1)
+    fits = sum(trial.fits for trial in first.tried.trials)
+    assert first.tried.fits == fits <= len(first.tried.trials) + 1
 
 
 def test_the_command_tells_what_was_tried(ring, tmp_path, capsys):

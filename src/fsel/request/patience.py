@@ -19,9 +19,12 @@ class Trial:
     Attributes:
         name: what made it.
         frames: (K,) int64, ascending.
-        gain: mean PSNR over that of every n-th frame, dB; 0 for every n-th frame itself.
+        gain: mean PSNR over that of every n-th frame, dB, by `splats` and `gaussians`, which have
+            equal weight; by `splats` alone where `gaussians` were not fitted; 0 for every n-th
+            frame itself, NaN where too few frames are left to score on.
+        least: the lesser of the two gains.
         ssim: the same of SSIM.
-        error: standard error of the gain, dB.
+        error: standard error of the gain, dB; infinite where `gaussians` were not fitted.
         validation: how many frames both were scored on, which neither holds.
         fits: reconstructions of it.
     """
@@ -29,6 +32,7 @@ class Trial:
     name: str
     frames: np.ndarray
     gain: float
+    least: float
     ssim: float
     error: float
     validation: int

@@ -1,16 +1,18 @@
 """Selections tried on the capture itself, where nobody says what will be rendered.
 
 Not in the paper. No simple rule is good on every capture: every n-th frame is hard to beat where a
-camera moves steadily and bad where photos lie in clusters. So a few selections are reconstructed by
-small `gaussians` and scored on frames that neither they nor every n-th frame hold. Another one is
-kept instead of every n-th frame where it is ahead in PSNR by half a decibel and beyond chance, and
-not behind in SSIM. What this gains is in docs/results/captures_unknown.md.
+camera moves steadily and bad where photos lie in clusters. So a few selections are reconstructed
+and scored on frames that neither they nor every n-th frame hold: by `splats`, and those that are
+ahead there by small `gaussians`, too. Another one is kept instead of every n-th frame where both
+reconstructors put it ahead by 0.2 dB and not behind in SSIM, and the mean of both says that it is
+ahead by 0.5 dB and beyond chance: what one reconstructor alone prefers does not speak for others.
+What this gains is in docs/results/captures_unknown.md.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -21,6 +23,7 @@ from fsel.data.problem import Problem
 from fsel.data.subsets import evenly, subset_key
 from fsel.metrics import score_views
 from fsel.reconstruct.gaussians import Gaussians
+from fsel.reconstruct.splats import Splats
 from fsel.request.candidates import EVEN, candidates
 from fsel.request.patience import Patience, Trial, Tried
 
@@ -34,13 +37,17 @@ HEATS = ((None, 1), (3, 1), (1, 2))  # selections that run, None for all, and sh
 SHARE_SECONDS = 5.0  # of patience for one fit of each share
 MOST_SHARES = 20  # beyond which fits tell no more
 MARGIN = 0.5  # dB that every n-th frame is to be left behind by
+LEAST_GAIN = 0.2  # dB, the same by each reconstructor alone
 GROUPS = 12  # stretches of the validation frames: neighbours are not independent
 BOUND = 1.8  # standard errors: one-sided 95 % by Student's t over so many stretches
-FIT_DEVIATION = 0.17  # dB of one fit, by its seed alone
+FIT_DEVIATION = 0.17  # dB of one fit by `gaussians`, by its seed alone
 BLOCK = 32  # frames that are opened at a time, at the size they have
 
-Scorer = Callable[[np.ndarray, int], np.ndarray]
-"""(K,) frames and a seed -> (W, 2) PSNR in dB and SSIM of the validation frames."""
+Scorer = Callable[[np.ndarray, int | None], np.ndarray]
+"""(K,) frames -> (W, 2) PSNR in dB and SSIM of the validation frames.
+
+By `gaussians` of a seed, or for None by `splats`, which has no chance in it.
+"""
 
 
 def tried(problem: Problem, rule: np.ndarray, patience: Patience) -> Tried | None:
@@ -71,7 +78,7 @@ def race_of(problem: Problem, rule: np.ndarray) -> Race | None:
         return None
     picks = _distinct({EVEN: pool[evenly(len(pool), k)], "fsel": rule} | candidates(problem, k))
     validation = pool[evenly(len(pool), VALIDATION)]
-    return Race(small_gaussians(problem.capture, validation, picks), picks, validation)
+    return Race(small_fits(problem.capture, validation, picks), picks, validation)
 
 
 def _distinct(picks: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -95,8 +102,10 @@ class Race:
         self, score: Scorer, picks: Mapping[str, np.ndarray], validation: np.ndarray
     ) -> None:
         self._score, self._picks, self._validation = score, dict(picks), validation
+        self._splats: dict[str, np.ndarray] = {}
         self._scores: dict[str, list[np.ndarray]] = {name: [] for name in picks}
-        self._even = next(iter(self._picks))
+        self._even, *others = self._picks
+        self._hopeful = [name for name in others if self._free(name).sum() >= LEAST_VALIDATION]
         self._started: float | None = None
 
     def run(self, share: int, patience: Patience) -> Tried:
@@ -105,8 +114,11 @@ class Race:
         Args:
             share: fits of a selection in the first heat.
             patience: for how long, and what follows the progress. The time runs from the end of the
-                first fit, which may have to be compiled.
+                first fit by `gaussians`, which may have to be compiled.
         """
+        for name in (self._even, *self._hopeful) if self._hopeful else ():
+            self._splats[name] = self._score(self._picks[name], None)
+        self._hopeful = [name for name in self._hopeful if _ahead(self.trial(name))]
         heats = [(count, share * shares) for count, shares in HEATS]
         left = sum(self._runners(count) * seeds for count, seeds in heats)
         over, cut, seed = False, False, 0
@@ -124,37 +136,40 @@ class Race:
         return Tried(tuple(map(self.trial, self._picks)), self._kept(), self._made, cut)
 
     def trial(self, name: str) -> Trial:
-        """Return what is known of a selection; nothing where it or every n-th was not fitted."""
-        frames, fits = self._picks[name], len(self._scores[name])
-        held = np.union1d(frames, self._picks[self._even])
-        free = ~np.isin(self._validation, held)
-        known = fits and self._scores[self._even] and free.sum() >= LEAST_VALIDATION
-        if not known:
-            return Trial(name, frames, np.nan, np.nan, np.inf, int(free.sum()), fits)
-        own, even = (np.array(self._scores[of])[:, free] for of in (name, self._even))
-        gain, ssim, error = compared(own, even)
-        return Trial(name, frames, gain, ssim, error, int(free.sum()), fits)
+        """Return what is known of a selection; its error is infinite before both have scored it."""
+        frames, free, scores = self._picks[name], self._free(name), self._scores
+        fits, count = len(scores[name]) + (name in self._splats), int(free.sum())
+        if count < LEAST_VALIDATION or name not in self._splats:
+            return Trial(name, frames, np.nan, np.nan, np.nan, np.inf, count, fits)
+        judged = [(self._splats[name][None], self._splats[self._even][None])]
+        if both := bool(scores[name] and scores[self._even]):
+            judged.append((np.array(scores[name]), np.array(scores[self._even])))
+        gain, least, ssim, error = compared([(own[:, free], even[:, free]) for own, even in judged])
+        return Trial(name, frames, gain, least, ssim, error if both else np.inf, count, fits)
+
+    def _free(self, name: str) -> np.ndarray:
+        """(W,) validation frames that neither a selection nor every n-th frame holds."""
+        return ~np.isin(self._validation, np.union1d(self._picks[name], self._picks[self._even]))
 
     def _contenders(self) -> list[str]:
-        """Selections that may still be ahead of every n-th frame, the surest first."""
-        trials = [self.trial(name) for name in self._picks if name != self._even]
-        hopeful = [one for one in trials if not one.gain + BOUND * one.error <= MARGIN]
-        hopeful.sort(key=lambda one: -_lower(one) if np.isfinite(one.error) else 0.0)
-        return [one.name for one in hopeful if one.validation >= LEAST_VALIDATION]
+        """Selections that may still be kept, the best first."""
+        trials = [self.trial(name) for name in self._hopeful]
+        open_ = [one for one in trials if not one.gain + BOUND * one.error <= MARGIN]
+        return [one.name for one in sorted(open_, key=lambda one: -one.gain)]
 
     def _kept(self) -> str:
-        """The surest selection that is ahead of every n-th frame; else that itself."""
-        trials = [self.trial(name) for name in self._picks if name != self._even]
-        ahead = [one for one in trials if one.gain > MARGIN and _lower(one) > 0 and one.ssim >= 0]
-        return max(ahead, key=_lower).name if ahead else self._even
+        """The best selection of those surely ahead of every n-th frame; else that itself."""
+        trials = [one for one in map(self.trial, self._hopeful) if _ahead(one)]
+        ahead = [one for one in trials if one.gain > max(MARGIN, BOUND * one.error)]
+        return max(ahead, key=lambda one: one.gain).name if ahead else self._even
 
     def _runners(self, count: int | None) -> int:
         """Count the selections that a heat has at most, every n-th frame included."""
-        return len(list(self._picks)[1:][:count]) + 1
+        return len(self._hopeful[:count]) + 1 if self._hopeful else 0
 
     @property
     def _made(self) -> int:
-        return sum(map(len, self._scores.values()))
+        return sum(map(len, self._scores.values())) + len(self._splats)
 
     def _heat(self, jobs: list[tuple[str, int]], left: int, patience: Patience) -> bool:
         """Make some fits, one after the other, until the time is over; whether it is."""
@@ -168,30 +183,32 @@ class Race:
         return False
 
 
-def compared(own: np.ndarray, even: np.ndarray) -> tuple[float, float, float]:
+def compared(
+    judged: Sequence[tuple[np.ndarray, np.ndarray]],
+) -> tuple[float, float, float, float]:
     """Measure how far one selection is ahead of another on frames that neither holds.
 
     Args:
-        own, even: (S, J, 2) and (S', J, 2) PSNR in dB and SSIM by fits and frames, J >= 2, frames
-            in capture order.
+        judged: by `splats`, then by `gaussians` if they were fitted: (S, J, 2) and (S', J, 2) PSNR
+            in dB and SSIM by fits and frames, of the one and the other, J >= 2, frames in capture
+            order.
 
     Returns:
-        Mean differences of PSNR and SSIM, and the standard error of the first: of the frames, by
-        the spread of the means of neighbours, and of the fits.
+        Mean difference of PSNR; the least of a reconstructor, of PSNR and of SSIM; the standard
+        error of the first: of frames, by the spread of the means of neighbours, and of fits.
     """
-    difference = own.mean(axis=0) - even.mean(axis=0)
-    groups = np.array_split(difference[:, 0], min(GROUPS, len(difference)))
-    means = np.array([group.mean() for group in groups])
+    each = np.array([own.mean(axis=0) - even.mean(axis=0) for own, even in judged])
+    mean = each[..., 0].mean(axis=0)
+    means = np.array([group.mean() for group in np.array_split(mean, min(GROUPS, len(mean)))])
     of_frames = means.var(ddof=1) / len(means)
-    of_fits = FIT_DEVIATION**2 * (1 / len(own) + 1 / len(even))
-    gain, ssim = difference.mean(axis=0)
-    return float(gain), float(ssim), float(np.sqrt(of_frames + of_fits))
+    fits = sum(1 / len(own) + 1 / len(even) for own, even in judged[1:])
+    of_fits = FIT_DEVIATION**2 * fits / len(judged) ** 2
+    least, ssim = each.mean(axis=1).min(axis=0)
+    return float(mean.mean()), float(least), float(ssim), float(np.sqrt(of_frames + of_fits))
 
 
-def small_gaussians(
-    capture: Capture, validation: np.ndarray, picks: Mapping[str, np.ndarray]
-) -> Scorer:
-    """Make what fits selections by small `gaussians`, the only frames opened being those it needs.
+def small_fits(capture: Capture, validation: np.ndarray, picks: Mapping[str, np.ndarray]) -> Scorer:
+    """Make what fits selections at a small size, the only frames opened being those it needs.
 
     Args:
         capture: at any size.
@@ -203,8 +220,9 @@ def small_gaussians(
     truth, views = np.asarray(small.images[rows]), small.view(rows)
     masks = None if small.masks is None else small.masks[rows]
 
-    def score(frames: np.ndarray, seed: int) -> np.ndarray:
-        model = Gaussians(small, **SETTINGS, seed=seed).fit(np.searchsorted(needed, frames))
+    def score(frames: np.ndarray, seed: int | None) -> np.ndarray:
+        by = Splats(small) if seed is None else Gaussians(small, **SETTINGS, seed=seed)
+        model = by.fit(np.searchsorted(needed, frames))
         return score_views(model.render(views), truth, masks, METRICS)
 
     return score
@@ -223,6 +241,6 @@ def _small(capture: Capture, frames: np.ndarray) -> Capture:
     return replace(whole, intrinsics=intrinsics, masks=masks)
 
 
-def _lower(trial: Trial) -> float:
-    """Least gain of a selection, chance aside."""
-    return trial.gain - BOUND * trial.error
+def _ahead(trial: Trial) -> bool:
+    """Whether each reconstructor that scored a selection puts it ahead, and not behind in SSIM."""
+    return trial.least > LEAST_GAIN and trial.ssim >= 0
