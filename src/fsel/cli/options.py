@@ -23,7 +23,7 @@ def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
 def capture_command(commands, name: str, text: str, model: bool = False) -> argparse.ArgumentParser:
     """A command with the options of those that read a capture, or a model and a capture."""
     command = bare_command(commands, name, text)
-    command.set_defaults(beside=[])
+    command.set_defaults(beside=[], by=None)
     if model:
         command.add_argument("model", type=Path, help="3D Gaussian splatting .ply")
         command.add_argument(
