@@ -220,6 +220,38 @@ def test_photos_that_show_nothing_in_common_are_refused_by_their_folder(cache, t
     assert f"fsel: {photos}: COLMAP placed 0 of 3 frames; at least 3" in capsys.readouterr().err
 
 
+PLACES = """
+import sys
+from pathlib import Path
+names = sorted(path.name for path in Path(sys.argv[1], "images").iterdir())[:-1]
+lines = [f"{at + 1} 1 0 0 0 {at} 0 {at * at} 1 {name}\\n" for at, name in enumerate(names)]
+Path("sparse/cameras.txt").write_text("1 PINHOLE 64 48 60 60 32 24\\n")
+Path("sparse/images.txt").write_text("\\n".join(lines) + "\\n")
+Path("sparse/points3D.txt").write_text("")
+"""
+
+
+def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, unmatched):
+    photos, out = tmp_path / "photos", tmp_path / "out"
+    image_files.write(np.full((5, 48, 64, 3), 99, np.uint8), photos, [f"{i}.jpg" for i in range(5)])
+    (tmp_path / "places.py").write_text(PLACES)
+    by = f"{sys.executable} {tmp_path}/places.py {{folder}}"
+    assert run("poses", photos, "--by", "nowhere {folder}", "-o", out) == 1
+    assert "fsel: poses by nowhere: no program 'nowhere' in " in capsys.readouterr().err
+    assert not out.exists()
+    assert not cache.exists()
+    assert run("poses", photos, "--by", by, "-o", out) == 0
+    said = capsys.readouterr()
+    assert "places placed 4 of 5 frames" in said.out
+    assert "1 frame not placed: 4.jpg" in said.err
+    report = json.loads((out / "poses.json").read_text())
+    assert (report["by"], report["not_placed"]) == ("places", ["4.jpg"])
+    (tmp_path / "places.py").write_text("exit(1)")  # what was found is kept
+    assert run("poses", photos, "--by", by, "-o", out, "--force") == 0
+    assert run("poses", photos, "--by", f"{by} again", "-o", out, "--force") == 1
+    assert "fsel: poses by places: " in capsys.readouterr().err
+
+
 def test_photos_held_upright_and_across_have_a_camera_each(shots, cache, tmp_path, capsys):
     """As stored, without a word of EXIF: of two sizes."""
     photos, names = tmp_path / "photos", [f"{i}.png" for i in range(8)]
