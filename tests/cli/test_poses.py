@@ -9,6 +9,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pose_program
 import pycolmap
 import pytest
 from small_captures import record_of, state_orientation
@@ -220,22 +221,10 @@ def test_photos_that_show_nothing_in_common_are_refused_by_their_folder(cache, t
     assert f"fsel: {photos}: COLMAP placed 0 of 3 frames; at least 3" in capsys.readouterr().err
 
 
-PLACES = """
-import sys
-from pathlib import Path
-names = sorted(path.name for path in Path(sys.argv[1], "images").iterdir())[:-1]
-lines = [f"{at + 1} 1 0 0 0 {at} 0 {at * at} 1 {name}\\n" for at, name in enumerate(names)]
-Path("sparse/cameras.txt").write_text("1 PINHOLE 64 48 60 60 32 24\\n")
-Path("sparse/images.txt").write_text("\\n".join(lines) + "\\n")
-Path("sparse/points3D.txt").write_text("")
-"""
-
-
 def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, unmatched):
     photos, out = tmp_path / "photos", tmp_path / "out"
     image_files.write(np.full((5, 48, 64, 3), 99, np.uint8), photos, [f"{i}.jpg" for i in range(5)])
-    (tmp_path / "places.py").write_text(PLACES)
-    by = f"{sys.executable} {tmp_path}/places.py {{folder}}"
+    by = " ".join(pose_program.written(tmp_path))
     assert run("poses", photos, "--by", "nowhere {folder}", "-o", out) == 1
     assert "fsel: poses by nowhere: no program 'nowhere' in " in capsys.readouterr().err
     assert not out.exists()

@@ -58,7 +58,7 @@ class Work:
 
     @property
     def who(self) -> str:
-        """What places the frames, in words."""
+        """Name of what places the frames."""
         return OWN if self.by is None else self.by.name
 
     @contextmanager

@@ -77,7 +77,7 @@ class Program:
         return run(self.command(words, folder), folder, variables, self.timeout, self.gpu)
 
     def missing(self) -> list[Exception]:
-        """What it needs and is not here: files, an environment, a program, a GPU."""
+        """List what it needs and is not here: files, an environment, a program, a GPU."""
         found: list[Exception] = [
             FileNotFoundError(f"{path.replace(HERE, '.')} is missing: {how}")
             for path, how in self.files.items()

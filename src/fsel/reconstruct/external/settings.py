@@ -58,7 +58,7 @@ class ExternalSettings(Program):
         return [words for words in (self.serve, self.fit, self.render) if words]
 
     def missing(self) -> list[Exception]:
-        """What it needs and is not here, a workspace too."""
+        """List what it needs and is not here, a workspace too."""
         found = super().missing()
         if self.workspace is not None and not Path(self.workspace).is_dir():
             found.append(FileNotFoundError(f"workspace: no folder {self.workspace}"))
