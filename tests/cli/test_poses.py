@@ -9,6 +9,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pose_program
 import pycolmap
 import pytest
 from small_captures import record_of, state_orientation
@@ -218,6 +219,26 @@ def test_photos_that_show_nothing_in_common_are_refused_by_their_folder(cache, t
     image_files.write(np.full((3, 48, 64, 3), 99, np.uint8), photos, ["a.jpg", "b.jpg", "c.jpg"])
     assert run("poses", photos, "-o", tmp_path / "out") == 1
     assert f"fsel: {photos}: COLMAP placed 0 of 3 frames; at least 3" in capsys.readouterr().err
+
+
+def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, unmatched):
+    photos, out = tmp_path / "photos", tmp_path / "out"
+    image_files.write(np.full((5, 48, 64, 3), 99, np.uint8), photos, [f"{i}.jpg" for i in range(5)])
+    by = " ".join(pose_program.written(tmp_path))
+    assert run("poses", photos, "--by", "nowhere {folder}", "-o", out) == 1
+    assert "fsel: poses by nowhere: no program 'nowhere' in " in capsys.readouterr().err
+    assert not out.exists()
+    assert not cache.exists()
+    assert run("poses", photos, "--by", by, "-o", out) == 0
+    said = capsys.readouterr()
+    assert "places placed 4 of 5 frames" in said.out
+    assert "1 frame not placed: 4.jpg" in said.err
+    report = json.loads((out / "poses.json").read_text())
+    assert (report["by"], report["not_placed"]) == ("places", ["4.jpg"])
+    (tmp_path / "places.py").write_text("exit(1)")  # what was found is kept
+    assert run("poses", photos, "--by", by, "-o", out, "--force") == 0
+    assert run("poses", photos, "--by", f"{by} again", "-o", out, "--force") == 1
+    assert "fsel: poses by places: " in capsys.readouterr().err
 
 
 def test_photos_held_upright_and_across_have_a_camera_each(shots, cache, tmp_path, capsys):

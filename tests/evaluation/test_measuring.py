@@ -15,7 +15,7 @@ from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at, runs
 from fsel.experiments.studies.hard_cases.worlds import random_weights
-from fsel.reconstruct.outcome import MEMORY, Unfinished
+from fsel.programs.outcome import MEMORY, Unfinished
 from fsel.selector.policies import POLICIES, RENAMED
 from fsel.selector.scorer import Linear, Network, Scorer
 from fsel.training.scorers import save_scorer

@@ -16,9 +16,9 @@ from small_captures import ring
 
 from fsel.data.points import SparsePoints
 from fsel.evaluation.evaluator import Evaluator
+from fsel.programs.outcome import Unfinished
 from fsel.reconstruct import check_needs
 from fsel.reconstruct.external import External
-from fsel.reconstruct.outcome import Unfinished
 
 SIZE = (24, 18)
 # writes the mean image of the selected frames for every target

@@ -16,10 +16,10 @@ from small_captures import ring
 from fsel.data.capture import Capture
 from fsel.data.points import SparsePoints
 from fsel.evaluation.evaluator import Evaluator
+from fsel.programs.outcome import Unfinished
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
 from fsel.reconstruct.external import External
 from fsel.reconstruct.external.worker import close_all
-from fsel.reconstruct.outcome import Unfinished
 from fsel.synthesis import record
 
 SIZE = (24, 18)

@@ -226,11 +226,27 @@ def test_a_second_source_of_poses_is_a_folder_in_each_scene(tmp_path):
         ({}, "pose_sources.dataset is None"),
         ({"dataset": "dl3dv"}, "'dl3dv', no dataset with a `root`"),
         ({"dataset": "mine"}, "no folder in 1 of 1 scenes of mine"),
+        ({"dataset": "dl3dv", "poses": "colmap"}, "whose images are generated and small"),
+        ({"dataset": "mine", "poses": {"by": ["nothing"]}}, "poses: .*no program 'nothing' in"),
     ):
         with pytest.raises(Refusal, match=part):
             scenes(**settings)
+    assert scenes(dataset="mine", poses={"by": ["true"]}) == [("mine", "a")]
     (tmp_path / "a" / "vggt").mkdir()
     assert scenes(dataset="mine") == [("mine", "a")]
+
+
+def test_finding_poses_takes_longer_than_reading_them_and_may_take_a_gpu(tmp_path):
+    (tmp_path / "a").mkdir()
+    wildcards = SimpleNamespace(dataset="mine", scene="a")
+
+    def asked(poses):
+        made = experiment(datasets=with_dataset(root=str(tmp_path), scenes=["a"], poses=poses))
+        return made.ingest_minutes(wildcards, 1), made.ingest_gpus(wildcards)
+
+    assert asked("layout") == (30, 0)
+    assert asked("colmap") == (240, 0)
+    assert asked({"by": ["true"], "gpu": True, "timeout": 36_000}) == (600, 1)
 
 
 def test_patterns_keep_the_braces_that_are_not_theirs():

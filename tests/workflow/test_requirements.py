@@ -54,6 +54,16 @@ def test_a_root_may_be_a_variable_of_the_environment(tmp_path, monkeypatch):
     assert "datasets.mine.root is ${FSEL_NOT_SET}, which is empty" in refused(datasets=empty)
 
 
+def test_a_program_for_poses_that_is_not_there_is_refused(tmp_path):
+    (tmp_path / "a").mkdir()
+    poses = {"by": [["colmap_nowhere", "mapper"], ["glomap", "mapper"]], "files": {"w": "ask"}}
+    text = refused(datasets=with_dataset(root=str(tmp_path), scenes=["a"], poses=poses))
+    for part in ("datasets.mine.poses: poses by glomap: w is missing: ask", "'colmap_nowhere' in"):
+        assert part in text
+    text = refused(datasets=with_dataset(root=str(tmp_path), scenes=["a"], poses={"by": ["a {b}"]}))
+    assert "datasets.mine.poses: poses: by has {b} in 'a {b}'; allowed: {folder}" in text
+
+
 def test_without_the_labelled_dataset_nothing_is_made():
     datasets = SMOKE["datasets"] | {
         "dl3dv": {"label": "DL3DV", "layout": "dl3dv", "root": None, "scenes": {"train": ["a"]}}

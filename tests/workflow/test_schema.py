@@ -30,7 +30,7 @@ def test_lists_of_names_are_those_of_the_registries():
     assert SCHEMA["$defs"]["reconstructor"]["properties"]["name"]["enum"] == list(RECONSTRUCTORS)
     # written out, since their modules take long to import
     assert DATASET["embedded"]["properties"]["family"]["enum"] == list(FAMILIES)
-    assert DATASET["poses"]["enum"] == list(POSES)
+    assert DATASET["poses"]["then"]["enum"] == list(POSES)
     assert DATASET["points"]["enum"] == list(POINTS)
     assert KEYS["search"]["properties"]["labeller"]["enum"] == list(LABELLERS)
     assert KEYS["appearance"]["properties"]["kind"]["enum"] == list(KINDS)

@@ -81,7 +81,8 @@ use rule stage as ingest with:
     benchmark:
         "<results>/benchmarks/ingest/{dataset}/{scene}.jsonl"
     resources:
-        **experiment.resources(Size(2000)) | {"runtime": experiment.ingest_minutes},
+        **experiment.resources(Size(2000))
+        | {"runtime": experiment.ingest_minutes, "gpu": experiment.ingest_gpus},
     params:
         **inputs.ingested(experiment, experiment.config["long_side"]),
     message:

@@ -38,7 +38,7 @@ def capture_command(commands, name: str, text: str, model: bool = False) -> argp
 
 def add_opening(command: argparse.ArgumentParser) -> None:
     """Add options of how a folder or a video becomes a capture with poses."""
-    command.set_defaults(beside=[])
+    command.set_defaults(beside=[], by=None)
     command.add_argument(
         "--poses",
         choices=("layout", "colmap"),

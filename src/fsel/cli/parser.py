@@ -75,9 +75,16 @@ def _add_demo(commands) -> None:
 
 
 def _add_poses(commands) -> None:
-    text = "Find the poses of a video or of photos with COLMAP, and write them as a capture."
+    text = "Find the poses of a video or of photos, and write them as a capture."
     command = bare_command(commands, "poses", text)
     add_captures(command, "videos, folders of photos")
+    command.add_argument(
+        "--by",
+        metavar="COMMAND",
+        action="append",
+        help="program that finds the poses in the place of COLMAP's own mapper, in one argument, "
+        "such as 'python {recipes}/glomap.py {folder}'; several are run one after the other",
+    )
     add_video(command)
     add_skipping(command)
     add_output(command, "folder to write")

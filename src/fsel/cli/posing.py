@@ -6,6 +6,7 @@ import argparse
 import hashlib
 import json
 import math
+import shlex
 import shutil
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -14,6 +15,7 @@ from pathlib import Path
 
 from fsel.cli.console import Console
 from fsel.colmap.bindings import pycolmap
+from fsel.colmap.estimator import Estimator, checked, found_by
 from fsel.colmap.runs import MIN_PLACED, Work
 from fsel.images import files as image_files
 from fsel.images import heic, video
@@ -93,19 +95,22 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
         ValueError: when the source holds too few images, or one that cannot be read, or fewer than
             three can be placed.
     """
+    by = estimator(args)
     sources = _sources(args, console)
     films = sum(source.filmed for source in sources)
     sampling = video.Sampling(args.video_frames, args.rate)
     if args.video_frames is None and args.rate is None and films:
         least = -(-max(video.LEAST, TIMES * _wanted(args)) // films)
         sampling = video.Sampling(least=least)
-    place = cache() / _digest(sources, sampling)
+    place = cache() / _digest(sources, sampling, by)
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
         if not (place / FOUND).is_file():
-            _find(sources, sampling, place, console)
+            _find(sources, sampling, place, console, by)
     report = json.loads((place / FOUND).read_text(encoding="utf-8"))
-    console.say("poses", f"COLMAP placed {len(report['placed'])} of {report['frames']} frames")
+    console.say(
+        "poses", f"{found_by(report)} placed {len(report['placed'])} of {report['frames']} frames"
+    )
     for note in notes(report):
         console.warn(note)
     return place, report
@@ -129,6 +134,16 @@ def notes(found: dict | None) -> list[str]:
     return [f"{said}; lost: {times}"]
 
 
+def estimator(args: argparse.Namespace) -> Estimator | None:
+    """The program that `--by` names; None for COLMAP.
+
+    Raises:
+        ValueError: for what is no command.
+        MissingRequirement: for a program that is not here.
+    """
+    return checked({"by": [shlex.split(line) for line in args.by]}) if args.by else None
+
+
 def _wanted(args: argparse.Namespace) -> int:
     """The most frames that the command is to pick; 0 where it says no number."""
     k = getattr(args, "k", None)
@@ -147,8 +162,8 @@ def _check_number(args: argparse.Namespace, found: dict) -> None:
         rate = math.ceil(max(TIMES * wanted, 2 * len(found["video"])) / lasts)
         hint = f"--rate {rate} takes more of the video"
     raise ValueError(
-        f"{args.capture}: k is {wanted}, and COLMAP placed {placed} of {found['frames']} frames; "
-        f"allowed: up to {placed - 1}. Hint: {hint}"
+        f"{args.capture}: k is {wanted}, and {found_by(found)} placed {placed} of "
+        f"{found['frames']} frames; allowed: up to {placed - 1}. Hint: {hint}"
     )
 
 
@@ -199,19 +214,24 @@ def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Pa
     return files
 
 
-def _digest(sources: Sequence[Source], sampling: video.Sampling) -> str:
+def _digest(sources: Sequence[Source], sampling: video.Sampling, by: Estimator | None) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
     stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
     names = [source.name for source in sources]
-    known = json.dumps([stamps, names, asdict(sampling), pycolmap.__version__, MADE])
+    program = [by.by] if by else []
+    known = json.dumps([stamps, names, asdict(sampling), pycolmap.__version__, MADE, *program])
     return hashlib.sha256(known.encode()).hexdigest()[:16]
 
 
 def _find(
-    sources: Sequence[Source], sampling: video.Sampling, place: Path, console: Console
+    sources: Sequence[Source],
+    sampling: video.Sampling,
+    place: Path,
+    console: Console,
+    by: Estimator | None,
 ) -> None:
     """Fill a folder of the cache; `poses.json` comes last."""
-    work = Work(place / "matching", cores(), watch=console.bar)
+    work = Work(place / "matching", cores(), watch=console.bar, by=by)
     try:
         found = placement.place(sources, sampling, place / CAPTURE, work, console.say)
     except KeyboardInterrupt:

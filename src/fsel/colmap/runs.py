@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 from fsel.colmap import pairs
 from fsel.colmap.bindings import pycolmap
+from fsel.colmap.estimator import OWN, Estimator
 from fsel.images import files as image_files
 from fsel.images.headers import Size
 from fsel.images.previews import Progress, in_silence
@@ -46,12 +47,19 @@ class Work:
         threads: of extraction, matching and bundle adjustment.
         parts: the images, one part after the other; none for images without order.
         watch: a step's name -> what wraps its loop.
+        by: the program that finds the poses; COLMAP's incremental mapper, in this process, if None.
     """
 
     folder: Path | None = None
     threads: int = THREADS
     parts: Sequence[Part] = ()
     watch: Callable[[str], Progress] = lambda label: in_silence
+    by: Estimator | None = None
+
+    @property
+    def who(self) -> str:
+        """Name of what places the frames."""
+        return OWN if self.by is None else self.by.name
 
     @contextmanager
     def place(self) -> Iterator[Path]:

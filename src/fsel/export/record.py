@@ -11,6 +11,7 @@ from importlib.metadata import version
 import numpy as np
 
 from fsel.api import Selection
+from fsel.colmap.estimator import found_by
 from fsel.data.capture import Capture
 from fsel.data.points import SparsePoints
 from fsel.data.problem import Method
@@ -143,14 +144,14 @@ def left(outcome: Outcome) -> list[dict]:
 
 
 def unplaced(found: dict | None) -> list[dict]:
-    """One entry a frame of a video or photo that COLMAP did not place, as `left` has them."""
+    """One entry a frame of a video or photo that was not placed, as `left` has them."""
     if found is None:
         return []
     seconds = {shot["name"]: f", at {shot['seconds']:.1f} s" for shot in found["video"]}
     return [
         {
             "name": name,
-            "reason": f"not placed by COLMAP{seconds.get(name, '')}",
+            "reason": f"not placed by {found_by(found)}{seconds.get(name, '')}",
             "closest_pick": None,
         }
         for name in found["not_placed"]

@@ -37,7 +37,7 @@ def place(
         sources: one or more.
         sampling: of each video.
         folder: receives images/ and sparse/0; what an interrupted run left in it is gone on with.
-        work: how COLMAP runs; its folder outlives interruptions.
+        work: how frames are placed; its folder outlives interruptions.
         say: prints a line of a step, by a label.
 
     Returns:
@@ -51,7 +51,7 @@ def place(
     model, raw = _placed(sources, taken, folder, work, say)
     turn_upright(model)
     write_binary(model, folder / MODEL)
-    return _found(sources, taken, raw, model)
+    return {"by": work.who} | _found(sources, taken, raw, model)
 
 
 def _placed(

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from fsel.colmap.estimator import checked
+from fsel.colmap.runs import Work
 from fsel.data.capture import Capture
 from fsel.ingest import sfm
 from fsel.ingest.agreement import Agreement
@@ -72,7 +76,7 @@ def read_folder(
     layout: str = "auto",
     long_side: int = 128,
     *,
-    poses: str = "layout",
+    poses: str | Mapping[str, Any] = "layout",
     model: str = "",
     points: str = "layout",
     every: int = 1,
@@ -88,7 +92,8 @@ def read_folder(
         layout: a key of `LAYOUTS`, or `auto` to recognise it.
         long_side: pixels of the images' longer side.
         poses: `layout` for the dataset's own; `colmap` for COLMAP's from the images alone; `file`
-            for those of the COLMAP model in the folder `model`.
+            for those of the COLMAP model in the folder `model`; or fields of
+            `fsel.colmap.estimator.Estimator`, for those that a program finds in the images.
         model: folder inside the capture, for `poses="file"`.
         points: `layout` for the dataset's own, if any; `triangulate` to make them otherwise.
         every: keep every n-th frame of each sequence.
@@ -103,13 +108,21 @@ def read_folder(
         ValueError: for an unknown choice, or files that contradict themselves.
     """
     folder = Path(path)
-    _allowed("poses", poses, POSES)
+    by = None if isinstance(poses, str) else checked(poses)
+    if isinstance(poses, str):
+        _allowed("poses", poses, POSES)
     _allowed("points", points, POINTS)
     if layout == "auto" and poses != "layout" and not recognise(folder):
         layout = bare.LAYOUT.name
     known, raw = read_raw(folder, layout, reading)
     source = f"{known.name} at {folder}"
-    raw = _placed(_thinned(raw, every), folder, poses, model)
+    raw = _thinned(raw, every)
+    if by or poses == "colmap":
+        raw = sfm.reconstruct(raw, work=Work(by=by))
+    elif poses == "file":
+        if not model:
+            raise ValueError(f"{folder}: poses are from a file, but `model` names no folder")
+        raw = sfm.with_model(raw, colmap.load_model(folder / model), f"not in {model}")
     raw, agreement = validated(raw, source, long_side, max_error, skip_unreadable=skip_unreadable)
     for reason, count in sorted(Counter(raw.dropped.values()).items()):
         log.info("%s: left out %d frames: %s", source, count, reason)
@@ -145,22 +158,12 @@ def _layout_of(folder: Path, layout: str) -> Layout:
         if not scenes and bare.find(folder):
             hint = (
                 "; its images have no poses. Hint: --poses colmap finds them (in a config "
-                "`poses: colmap`, or `poses: file` reads them)"
+                "`poses: colmap` or a program, or `poses: file` reads them)"
             )
         raise ValueError(f"{folder}: no known layout ({', '.join(LAYOUTS)}){hint}")
     also = f" (it also looks like {', '.join(names[1:])})" if names[1:] else ""
     log.info("%s: recognised as %s%s", folder, names[0], also)
     return LAYOUTS[names[0]]
-
-
-def _placed(raw: RawCapture, folder: Path, poses: str, model: str) -> RawCapture:
-    if poses == "colmap":
-        return sfm.reconstruct(raw)
-    if poses == "file":
-        if not model:
-            raise ValueError(f"{folder}: poses are from a file, but `model` names no folder")
-        return sfm.with_model(raw, colmap.load_model(folder / model), f"not in {model}")
-    return raw
 
 
 def _thinned(raw: RawCapture, every: int) -> RawCapture:

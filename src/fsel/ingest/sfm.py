@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -37,6 +38,7 @@ from fsel.utils.names import matched
 NEAREST = 48
 NEIGHBOURS = 12  # frames that each is matched with when poses are known
 MAX_ANGLE = np.radians(60)
+DATABASE = "database.db"
 log = logging.getLogger(__name__)
 
 
@@ -65,7 +67,7 @@ def triangulate(capture: Capture) -> SparsePoints | None:
     with TemporaryDirectory() as name:
         folder = Path(name)
         names = _export(capture.images, folder / "images")
-        database = folder / "database.db"
+        database = folder / DATABASE
         extract(database, folder / "images", names, Work(), one_camera=False)
         model = _posed_model(capture, names, database)
         pairs = [(names[i], names[j]) for i, j in neighbours(capture)]
@@ -164,8 +166,9 @@ def reconstruct(
     Returns:
         The frames that were placed; the others are dropped.
     """
+    work = work or Work()
     model = place(raw, known_cameras=known_cameras, work=work)
-    return with_model(raw, model, "not placed by COLMAP")
+    return with_model(raw, model, f"not placed by {work.who}")
 
 
 def place(
@@ -175,42 +178,63 @@ def place(
     work: Work | None = None,
     start: pycolmap.Reconstruction | None = None,
 ) -> pycolmap.Reconstruction:
-    """The largest model that COLMAP builds from a capture's images, its images named as the frames.
+    """The largest model that is built from a capture's images, its images named as the frames.
 
-    The world is COLMAP's own; nothing is aligned to poses that the capture came with.
+    The world is COLMAP's, or the program's, own; nothing is aligned to poses that the capture came
+    with.
 
     Args:
         raw: of which names and images are used.
-        known_cameras: whether its cameras are used too, and fixed; without, COLMAP estimates one
-            for all frames.
+        known_cameras: whether its cameras are used too, and fixed, by COLMAP; without, it
+            estimates one for all frames.
         work: how; in one thread and in silence, forgetting everything, if None.
-        start: a model of some of the images that was made in the same folder, to be gone on with.
+        start: a model of some of the images that was made in the same folder, for COLMAP to go on
+            with; programs start anew.
 
     Raises:
         NotPlaced: when fewer than three frames could be placed.
+        ValueError: when a program fails, or leaves no model of the images.
     """
     work = work or Work()
     with work.place() as folder:
         names = linked(raw.images, folder / "images", work.parts)
-        database = folder / "database.db"
-        extract(database, folder / "images", names, work, one_camera=not known_cameras)
-        if known_cameras:
-            _state(dict(zip(names, raw.cameras, strict=True)), database)
-        match(database, names, work)
-        begun = start and _put(start, dict(zip(raw.names, names, strict=True)), folder / "begun")
-        models = build(
-            database, folder, len(names), work, refine=not known_cameras, start=begun or None
-        )
-        placed = max((m.num_reg_images() for m in models.values()), default=0)
-        log.info("COLMAP placed %d of %d frames", placed, len(names))
+        if work.by is not None:
+            models = [colmap.load_model(path) for path in work.by.models(folder)]
+        else:
+            models = _mapped(raw, names, folder, work, known_cameras, start)
+        placed = max((model.num_reg_images() for model in models), default=0)
+        log.info("%s placed %d of %d frames", work.who, placed, len(names))
         if placed < MIN_PLACED:
-            said = f"COLMAP placed {placed} of {len(names)} frames"
-            raise NotPlaced(raw.images[0], said, cause(database))
-        model = max(models.values(), key=lambda m: m.num_reg_images())
-        rows = {name: i for i, name in enumerate(names)}
+            said = f"{work.who} placed {placed} of {len(names)} frames"
+            raise NotPlaced(raw.images[0], said, "" if work.by else cause(folder / DATABASE))
+        model = max(models, key=lambda model: model.num_reg_images())
+        rows = matched(names, [image.name for image in model.images.values()])
         for image in model.images.values():
+            if image.name not in rows:
+                raise ValueError(f"{work.who} placed {image.name!r}, none of {names[:3]} ...")
             image.name = raw.names[rows[image.name]]
     return model
+
+
+def _mapped(
+    raw: RawCapture,
+    names: Sequence[str],
+    folder: Path,
+    work: Work,
+    known_cameras: bool,
+    start: pycolmap.Reconstruction | None,
+) -> list[pycolmap.Reconstruction]:
+    """The models that COLMAP's incremental mapper builds in a folder."""
+    database = folder / DATABASE
+    extract(database, folder / "images", names, work, one_camera=not known_cameras)
+    if known_cameras:
+        _state(dict(zip(names, raw.cameras, strict=True)), database)
+    match(database, names, work)
+    begun = start and _put(start, dict(zip(raw.names, names, strict=True)), folder / "begun")
+    models = build(
+        database, folder, len(names), work, refine=not known_cameras, start=begun or None
+    )
+    return list(models.values())
 
 
 def _put(model: pycolmap.Reconstruction, names: dict[str, str], folder: Path) -> Path:

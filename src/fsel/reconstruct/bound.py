@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from fsel.data.capture import Capture
 from fsel.reconstruct import gpu
-from fsel.reconstruct.keywords import settings_from
+from fsel.utils.keywords import settings_from
 
 Settings = TypeVar("Settings")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.metrics import REGISTERED
-from fsel.reconstruct.outcome import FINISHED
+from fsel.programs.outcome import FINISHED
 from fsel.report.statistics import Interval, of_places_and_seeds
 
 ALL_FRAMES = 0  # the budget of a method that takes every frame; tables write it as "all"
@@ -16,7 +16,7 @@ ALL_DATASETS = "all"
 SUMMARY = ("dataset", "method", "k", "metric", "mean", "ci_low", "ci_high", "n")
 DIFFERENCES = ("dataset", "method", "reference", "k", "metric", "mean", "ci_low", "ci_high", "p")
 
-OUTCOME = "outcome"  # of reconstructions that did not finish, see fsel.reconstruct.outcome
+OUTCOME = "outcome"  # of reconstructions that did not finish, see fsel.programs.outcome
 
 Column = tuple[str, str, int]  # metric, method, budget
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -202,9 +203,12 @@ class Experiment(Settings):
         return Library(folder, Path(".snakemake", "library.json"), aside="fsel.workflow")
 
     def ingest_minutes(self, wildcards: Any, attempt: int) -> int:
-        """Minutes of reading a capture; COLMAP takes longer."""
-        poses = self.datasets.entries[wildcards.dataset]["poses"]
-        return attempt * (240 if poses == "colmap" else 30)
+        """Minutes of reading a capture; to find its poses takes longer."""
+        return attempt * minutes_of(self.datasets.entries[wildcards.dataset]["poses"])
+
+    def ingest_gpus(self, wildcards: Any) -> int:
+        """GPUs of reading a capture: one where its poses' program works on one."""
+        return gpus_of(self.datasets.entries[wildcards.dataset]["poses"])
 
     def labels(self, names: Iterable[str] | None = None) -> dict[str, str]:
         """Name -> printed label of the datasets in the tables, or of some."""
@@ -253,6 +257,19 @@ class Experiment(Settings):
             if shared is not None:
                 places[f"{d}/{s}"] = shared
         return places
+
+
+def gpus_of(poses: str | Section) -> int:
+    """GPUs that finding poses takes."""
+    return int(not isinstance(poses, str) and poses.get("gpu", False))
+
+
+def minutes_of(poses: str | Section) -> int:
+    """Minutes of reading a capture with its poses, or of finding them."""
+    if poses in ("layout", "file"):
+        return 30
+    given = 0 if isinstance(poses, str) else poses.get("timeout", 0)
+    return max(240, math.ceil(given / 60))
 
 
 def _choice(reconstruction: Section | Choice) -> Choice:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
+from fsel.colmap import estimator
 from fsel.features import appearance
 from fsel.metrics import lpips
+from fsel.programs.outcome import MissingRequirement
 from fsel.reconstruct import check_needs
-from fsel.reconstruct.outcome import MissingRequirement
 from fsel.selector import pretrained
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Experiment
@@ -67,6 +69,12 @@ def check_reconstructors(named: Mapping[str, Section], where: str) -> None:
             refuse("\n".join(lines), PAGE, MissingProgram)
 
 
+def check_poses(where: str, poses: str | Section) -> None:
+    """Refuse a program for poses that cannot work here, before any job."""
+    if lines := _missing_poses(where, poses):
+        refuse("\n".join(lines), PAGE)
+
+
 def missing_programs(experiment: Experiment) -> list[str]:
     """List what the run needs besides datasets and is not here, a line each.
 
@@ -77,6 +85,8 @@ def missing_programs(experiment: Experiment) -> list[str]:
     if experiment.labeller != experiment.reconstruction:
         named.append(("search.reconstruction", "labels", experiment.labeller))
     lines = [line for each in named for line in _missing_of(*each)]
+    for dataset, entry in experiment.datasets.entries.items():
+        lines += _missing_poses(f"datasets.{dataset}.poses", entry["poses"])
     config = experiment.config
     checks: list[tuple[Callable[..., object], Section]]
     checks = [(appearance.check, config["appearance"])]
@@ -116,14 +126,24 @@ def check_scorers(experiment: Experiment) -> None:
 
 def _missing_of(where: str, name: str, section: Section) -> list[str]:
     """List what a reconstructor needs and is not here; the first line says whose it is."""
+    return _lacking(f"{where}, {name}", partial(check_needs, section))
+
+
+def _missing_poses(where: str, poses: str | Section) -> list[str]:
+    """List what a program for poses needs and is not here."""
+    return [] if isinstance(poses, str) else _lacking(where, partial(estimator.checked, poses))
+
+
+def _lacking(where: str, check: Callable[..., object]) -> list[str]:
+    """List what a check of a program misses; refuse what is wrong in itself."""
     # a cluster's nodes have the GPUs that its login node lacks
     elsewhere = shutil.which("sbatch") is not None
     try:
-        check_needs(section, devices=not elsewhere)
+        check(devices=not elsewhere)
     except MissingRequirement as error:
-        return f"{where}, {name}: {error}".replace("\n", "\n  ").splitlines()
+        return f"{where}: {error}".replace("\n", "\n  ").splitlines()
     except ValueError as error:
-        refuse(f"{where}, {name}: {error}", PAGE)
+        refuse(f"{where}: {error}", PAGE)
     return []
 
 

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from fsel.utils.registry import Registry
-from fsel.workflow.experiment import Experiment
+from fsel.workflow.experiment import Experiment, gpus_of
 from fsel.workflow.refusal import MissingProgram, Refusal
 from fsel.workflow.resources import Size
 
@@ -45,7 +45,8 @@ class Job:
         inputs: experiment -> name -> path, paths, or a function of the wildcards that returns them.
             It may refuse an experiment that lacks what the job needs.
         params: experiment -> name -> value, or a function of the wildcards. One that is named
-            `reconstruction` decides whether the job needs a GPU, and which sources it depends on.
+            `reconstruction` decides whether the job needs a GPU, and which sources it depends on;
+            `poses` decides the first.
         size: of the job; or experiment -> such.
         name: of the rule, where it is not the function's.
     """
@@ -194,6 +195,9 @@ class Tables:
             inputs, params = {"refused": _raising(refusal)}, {}
         reconstruction = params.get("reconstruction")
         size = job.size(experiment) if callable(job.size) else job.size
+        resources = experiment.resources(size, reconstruction)
+        if poses := params.get("poses"):
+            resources["gpu"] = lambda wildcards: gpus_of(poses)
         module = job.function.__module__
         # the package lists all tables; one does without the others
         apart = self.entries.homes.values() if isinstance(self.entries, Registry) else ()
@@ -209,7 +213,7 @@ class Tables:
             {**inputs, "lib": experiment.library(module, reconstruction, apart)},
             outputs,
             {**params, "job": job.home},
-            experiment.resources(size, reconstruction),
+            resources,
             f"<results>/logs/{_place(job, outputs)}.log",
             f"<results>/benchmarks/{_place(job, outputs)}.jsonl",
             {},

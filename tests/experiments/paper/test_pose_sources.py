@@ -1,8 +1,12 @@
+import numpy as np
 import pandas as pd
+import pose_program
 import pytest
 
-from fsel.experiments.paper.pose_sources import pose_sources
+from fsel.data.capture import Capture
+from fsel.experiments.paper.pose_sources import pair_poses, pose_sources
 from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT, SELECTOR
+from fsel.images import files as image_files
 from fsel.report.numbers import read_csv
 from fsel.utils.files import write_table
 
@@ -52,3 +56,16 @@ def test_both_sources_are_means_and_their_difference_is_paired(tmp_path):
     assert [cell.strip() for cell in row.split("&")][1:3] == ["23.00", "22.25"]
     assert row.count("-0.75") == 1
     assert pytest.approx(found["uniform", "difference"]) == -0.75
+
+
+def test_two_programs_are_compared_on_the_frames_that_both_place(tmp_path):
+    photos, kept = tmp_path / "photos", {"long_side": 32, "at_least": 3, "model": "none"}
+    image_files.write(np.full((6, 48, 64, 3), 99, np.uint8), photos, [f"{i}.png" for i in range(6)])
+    first, second = ({"by": pose_program.written(tmp_path, lost)} for lost in (0, 5))
+    reading, places = {"layout": "images", "poses": first}, [tmp_path / "given", tmp_path / "other"]
+    pair_poses(photos, *places, poses=second, reading=reading, **kept)
+    given, other = map(Capture.load, places)
+    assert given.names == other.names == ("1.png", "2.png", "3.png", "4.png")
+    assert not np.allclose(given.world_to_camera, other.world_to_camera)
+    with pytest.raises(ValueError, match="both sources place 4 of 5 frames, 5 are needed"):
+        pair_poses(photos, *places, poses=second, reading=reading, **kept | {"at_least": 5})

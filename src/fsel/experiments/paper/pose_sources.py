@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from fsel.colmap.estimator import source_of
 from fsel.experiments import specs
 from fsel.experiments.paper import pose_trials
 from fsel.experiments.paper.pose_trials import BOTH, EXACT
@@ -39,6 +40,7 @@ def pair_poses(
     given_folder: str | Path,
     estimated_folder: str | Path,
     *,
+    poses: str | Mapping,
     model: str,
     long_side: int,
     at_least: int,
@@ -48,8 +50,9 @@ def pair_poses(
 
     Args:
         source: folder as the dataset distributes it.
-        given_folder, estimated_folder: receive the captures: the dataset's own poses, the model's.
-        model: folder of a COLMAP model inside the source.
+        given_folder, estimated_folder: receive the captures: the dataset's poses, the other ones.
+        poses: the other source, as `fsel.ingest.read.read_folder` takes it.
+        model: folder of a COLMAP model inside the source, for `poses="file"`.
         long_side: of the images stored, pixels.
         at_least: frames that the experiment needs.
         reading: further keywords of `fsel.ingest.read.read_folder`.
@@ -57,7 +60,7 @@ def pair_poses(
     Raises:
         ValueError: when both place too few frames.
     """
-    readings = (reading, {**reading, "poses": "file", "model": model})
+    readings = (reading, {**reading, "poses": poses, "model": model})
     with TemporaryDirectory() as first, TemporaryDirectory() as second:
         given, other = (
             read_folder(source, long_side=long_side, store=Path(store), **how).capture
@@ -67,7 +70,7 @@ def pair_poses(
         shared = [name for name in given.names if name in rows[1]]
         if len(shared) < at_least:
             raise ValueError(
-                f"{source}: {len(shared)} of {len(given)} frames are in {model} too, {at_least} "
+                f"{source}: both sources place {len(shared)} of {len(given)} frames, {at_least} "
                 "are needed (targets, as many proxies, and the largest budget). Hint: lower "
                 "`targets` or `budgets` in the config"
             )
@@ -141,7 +144,9 @@ def _names(experiment: Experiment) -> list[str]:
     """The two sources as the table prints them."""
     (dataset,) = specs.datasets_of(inputs.posed_twice(experiment))
     (label,) = experiment.labels([dataset]).values()
-    return [f"{label}, as distributed", experiment.config["pose_sources"]["label"]]
+    entry, other = experiment.datasets.entries[dataset], experiment.config["pose_sources"]
+    first = source_of(entry["poses"], entry.get("model", ""))
+    return [f"{label}, {first}", other["label"] or source_of(other["poses"], other["model"])]
 
 
 def _source(experiment: Experiment) -> dict[str, Any]:
@@ -156,7 +161,7 @@ PAIRED = Job(
     inputs=_source,
     params=lambda experiment: {
         **inputs.ingested(experiment, experiment.config["long_side"]),
-        "model": experiment.config["pose_sources"]["model"],
+        **{key: experiment.config["pose_sources"][key] for key in ("poses", "model")},
         "at_least": experiment.frames_needed("evaluation"),
     },
     size=Size(4000, 240),

@@ -14,7 +14,7 @@ from fsel.data.split import Split
 from fsel.experiments.paper import compared
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.metrics import Metrics, headings, units
-from fsel.reconstruct.outcome import FINISHED, MEMORY, Unfinished
+from fsel.programs.outcome import FINISHED, MEMORY, Unfinished
 from fsel.report.captions import captures_of
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv

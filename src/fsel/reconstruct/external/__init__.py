@@ -14,12 +14,12 @@ import numpy as np
 
 from fsel.data.capture import Views
 from fsel.reconstruct.bound import Bound
-from fsel.reconstruct.external import command, folder, nvml
+from fsel.reconstruct.external import folder
 from fsel.reconstruct.external.serving import Served, ServedModel
 from fsel.reconstruct.external.settings import ExternalSettings
 from fsel.reconstruct.external.worker import shared
-from fsel.reconstruct.keywords import settings_from
 from fsel.reconstruct.subset import distinct, restricted
+from fsel.utils.keywords import settings_from
 
 __all__ = ["External", "ExternalModel", "ExternalSettings"]
 
@@ -42,18 +42,7 @@ class External(Bound[ExternalSettings]):
         Raises:
             ExceptionGroup: of one error for each.
         """
-        missing: list[Exception] = [FileNotFoundError(said) for said in settings.missing()]
-        if settings.venv is not None and not (Path(settings.venv) / "bin").is_dir():
-            missing.append(FileNotFoundError(f"venv: no virtual environment in {settings.venv}"))
-        elif (program := command.absent(settings)) is not None:
-            missing.append(FileNotFoundError(program))
-        if settings.workspace is not None and not Path(settings.workspace).is_dir():
-            missing.append(FileNotFoundError(f"workspace: no folder {settings.workspace}"))
-        if settings.gpu:
-            try:
-                nvml.library()
-            except (ImportError, OSError) as error:
-                missing.append(error)
+        missing = settings.missing()
         if missing:
             raise ExceptionGroup("what is needed and is not here", missing)
 
@@ -127,14 +116,7 @@ class ExternalModel:
         Raises:
             Unfinished: when it fails; the end of its log is in the message.
         """
-        settings = self._settings
-        spent = command.run(
-            settings.command(words, self.folder),
-            self.folder,
-            command.environment(settings.venv),
-            settings.timeout,
-            settings.gpu,
-        )
+        spent = self._settings.run(words, self.folder)
         logger.info("%s: %.1f s, %.0f MB", words[0], spent.seconds, spent.peak_bytes / 1e6)
         self.peak_bytes, self.device = max(self.peak_bytes, spent.peak_bytes), spent.device
         return spent.seconds

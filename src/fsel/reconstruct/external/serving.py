@@ -11,10 +11,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fsel.data.capture import Capture, Views
+from fsel.programs.outcome import MISSING, Unfinished
 from fsel.reconstruct.external import folder as files
 from fsel.reconstruct.external.arrays import Arrays
 from fsel.reconstruct.external.worker import Lost, Worker
-from fsel.reconstruct.outcome import MISSING, Unfinished
 from fsel.reconstruct.subset import distinct, restricted
 
 Result = TypeVar("Result")

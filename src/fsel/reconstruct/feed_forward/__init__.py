@@ -11,13 +11,13 @@ import time
 
 import numpy as np
 
+from fsel.programs.outcome import FAILED, Unfinished
 from fsel.reconstruct import gpu
 from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.feed_forward import loading
 from fsel.reconstruct.feed_forward.model import FeedForwardModel, frame_for, inputs_of, table_of
 from fsel.reconstruct.feed_forward.settings import FeedForwardSettings
 from fsel.reconstruct.gaussians.model import GaussianModel
-from fsel.reconstruct.outcome import FAILED, Unfinished
 from fsel.reconstruct.subset import distinct, restricted
 
 __all__ = ["FeedForward", "FeedForwardModel", "FeedForwardSettings"]

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from fsel.programs import nvml
 from fsel.reconstruct import check_needs
-from fsel.reconstruct.external import nvml
 
 
 class StandIn(SimpleNamespace):

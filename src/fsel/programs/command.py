@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 import threading
@@ -13,9 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fsel.reconstruct.external.nvml import Watch
-from fsel.reconstruct.external.settings import ExternalSettings
-from fsel.reconstruct.outcome import FAILED, MEMORY, TIMEOUT, Unfinished
+from fsel.programs.nvml import Watch
+from fsel.programs.outcome import FAILED, MEMORY, TIMEOUT, Unfinished
 
 LOG = "log.txt"
 TAIL, TAIL_BYTES = 20, 1 << 16  # of the log, that an error shows and that are read for it
@@ -47,16 +45,6 @@ def environment(venv: str | None) -> dict[str, str]:
         variables["VIRTUAL_ENV"] = str(folder)
         variables["PATH"] = f"{folder / 'bin'}{os.pathsep}{variables.get('PATH', os.defpath)}"
     return variables
-
-
-def absent(settings: ExternalSettings) -> str | None:
-    """Describe the first command whose first word is no program; None if all are there."""
-    path = environment(settings.venv).get("PATH", os.defpath)
-    for words in filter(None, (settings.serve, settings.fit, settings.render)):
-        program = settings.command(words, Path())[0]
-        if shutil.which(program, path=path) is None:
-            return f"no program {program!r} in {path}"
-    return None
 
 
 def run(

@@ -1,4 +1,4 @@
-"""Reasons that keep a reconstruction from its images."""
+"""Reasons that keep a program, or a reconstruction, from its results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class NoDevice(OSError):
 
 
 class MissingRequirement(ValueError):
-    """Error that a reconstructor lacks what it needs; each thing is on a line of the message."""
+    """Error that a program lacks what it needs; each thing is on a line of the message."""
 
 
 class Unfinished(RuntimeError):

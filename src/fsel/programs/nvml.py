@@ -6,7 +6,7 @@ import os
 import threading
 from types import ModuleType
 
-from fsel.reconstruct.outcome import NoDevice
+from fsel.programs.outcome import NoDevice
 
 EVERY = 0.2  # seconds between looks
 
