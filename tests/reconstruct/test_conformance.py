@@ -158,6 +158,10 @@ def test_the_command_measures_costs(tmp_path, capsys):
         (["--cost"], "name a program after --, as in `-- python mine.py`, or give --recipe"),
         (["--check-worker", "--recipe", "a.yaml"], "--check-worker takes a program, not --recipe"),
         (["--cost", "--recipe", "no.yaml"], "no.yaml: No such file or directory"),
+        (
+            ["--cost", "--recipe", "a.yaml", "--gpu"],
+            "--venv and --gpu go with a program; a recipe states its own",
+        ),
     ],
 )
 def test_the_command_refuses(arguments, said, capsys):

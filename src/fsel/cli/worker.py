@@ -56,6 +56,8 @@ def run(args: argparse.Namespace, console: Console) -> None:
     """Carry one of the two out."""
     if bool(args.program) == bool(args.recipe):
         raise ValueError("name a program after --, as in `-- python mine.py`, or give --recipe")
+    if args.recipe and (args.venv or args.gpu):
+        raise ValueError("--venv and --gpu go with a program; a recipe states its own")
     if args.check_worker and args.recipe:
         raise ValueError("--check-worker takes a program, not --recipe")
     if args.check_worker:

@@ -85,12 +85,12 @@ class _Plain(yaml.SafeDumper):
 
 def costs(experiment: Experiment, config: Section) -> str:
     """A table of jobs and hours with the costs that reconstructors state, served and not."""
-    lines = ["rule             reconstructor     jobs  subsets   hours  not served", "-" * 66]
+    lines = ["rule                 reconstructor     jobs  subsets   hours  not served", "-" * 70]
     totals = [0.0, 0.0]
     jobs = 0
     for rule, section, count, each in _jobs(experiment, config):
         cost, name = experiment.cost_of(section), section["name"]
-        head = f"{rule:16} {_named(experiment, section):16} {count:5} {count * each.subsets:8}"
+        head = f"{rule:20} {_named(experiment, section):16} {count:5} {count * each.subsets:8}"
         jobs += count
         if cost is None:
             lines.append(f"{head}  {name} states no cost")
@@ -98,7 +98,7 @@ def costs(experiment: Experiment, config: Section) -> str:
         hours = [count * each.seconds(way, cost) / HOUR for way in (section, _alone(section))]
         totals = [sum(pair) for pair in zip(totals, hours, strict=True)]
         lines.append(f"{head} {hours[0]:7.0f} {hours[1]:11.0f}")
-    lines += ["-" * 66, f"{'in all':33} {jobs:5} {'':8} {totals[0]:7.0f} {totals[1]:11.0f}"]
+    lines += ["-" * 70, f"{'in all':37} {jobs:5} {'':8} {totals[0]:7.0f} {totals[1]:11.0f}"]
     scenes = sum(count_of(entry, role) for entry in config["datasets"].values() for role in ROLES)
     wide = config["long_side"]
     size = scenes * FRAMES * wide * round(wide * 9 / 16) * 3 / 1e9
@@ -142,5 +142,5 @@ def _jobs(experiment: Experiment, config: Section) -> list[tuple[str, Section, i
     chosen = Work(len(transfer["inputs"]) + 1, views)
     for table, each in ((compared.TRANSFER, picked), (compared.CHOICE, chosen)):
         sections = compared.named(experiment, table).values()
-        jobs += [(f"evaluate_{table}"[:16], own, held_out, each) for own in sections]
+        jobs += [(f"evaluate_{table}", own, held_out, each) for own in sections]
     return jobs
