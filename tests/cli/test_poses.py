@@ -227,6 +227,8 @@ def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, un
     by = " ".join(pose_program.written(tmp_path))
     assert run("poses", photos, "--by", "nowhere {folder}", "-o", out) == 1
     assert "fsel: poses by nowhere: no program 'nowhere' in " in capsys.readouterr().err
+    assert run("poses", photos, "--by", 'python "x', "-o", out) == 1
+    assert capsys.readouterr().err == 'fsel: --by python "x: No closing quotation\n'
     assert not out.exists()
     assert not cache.exists()
     assert run("poses", photos, "--by", by, "-o", out) == 0

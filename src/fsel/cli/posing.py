@@ -141,7 +141,13 @@ def estimator(args: argparse.Namespace) -> Estimator | None:
         ValueError: for what is no command.
         MissingRequirement: for a program that is not here.
     """
-    return checked({"by": [shlex.split(line) for line in args.by]}) if args.by else None
+    if not args.by:
+        return None
+    try:
+        words = [shlex.split(line) for line in args.by]
+    except ValueError as error:
+        raise ValueError(f"--by {' '.join(args.by)}: {error}") from error
+    return checked({"by": words})
 
 
 def _wanted(args: argparse.Namespace) -> int:
