@@ -16,6 +16,7 @@ from small_captures import ring
 from fsel.data.capture import Capture
 from fsel.data.points import SparsePoints
 from fsel.evaluation.evaluator import Evaluator
+from fsel.programs.command import tail
 from fsel.programs.outcome import Unfinished
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
 from fsel.reconstruct.external import External
@@ -191,7 +192,7 @@ def test_a_worker_that_is_lost_is_started_again_once(capture, tmp_path, caplog, 
 @pytest.mark.parametrize(
     ("fault", "outcome", "said"),
     [
-        ("print('begun', file=sys.stderr); os._exit(3)", "failed", "exit code 3\nbegun\nbegun"),
+        ("print('begun', file=sys.stderr); os._exit(3)", "failed", "exit code 3\nbegun"),
         ("print('CUDA out of memory.'); os._exit(1)", "out of memory", "exit code 1"),
         ("time.sleep(60)", "timeout", "took longer than 3 s"),
         ("raise MemoryError('no room')", "out of memory", "MemoryError: no room"),
@@ -272,7 +273,7 @@ def test_a_worker_is_given_as_many_subsets_as_it_takes(capture):
     subsets = [np.array(pair) for pair in ([0, 1], [1, 2], [2, 3], [3, 4])]
     evaluator = Evaluator.on_frames(reconstructor, TARGETS)
     evaluator.measure_together(subsets)
-    assert reconstructor._served.worker.log() == "3 at once\n1 at once"
+    assert tail(reconstructor._served.worker.folder) == "3 at once\n1 at once"
     alone = Evaluator.on_frames(External(capture, **mean()), TARGETS)
     for subset in subsets:
         np.testing.assert_allclose(evaluator(subset), alone(subset), atol=1e-6)
@@ -352,7 +353,7 @@ def test_what_a_worker_prints_is_no_answer(capture):
     reconstructor = External(capture, **settings)
     model = reconstructor.fit(FRAMES)
     np.testing.assert_allclose(model.render(capture.view(TARGETS)), expected(capture), atol=1e-6)
-    assert "from a child" in reconstructor._served.worker.log()
+    assert "from a child" in tail(reconstructor._served.worker.folder)
 
 
 PARENT = """

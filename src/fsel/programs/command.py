@@ -92,10 +92,10 @@ def run(
     return Spent(seconds, peak, watch.device)
 
 
-def tail(folder: Path) -> str:
-    """The last lines of the log."""
+def tail(folder: Path, since: int = 0) -> str:
+    """The last lines of the log, of those from some byte on."""
     with (folder / LOG).open("rb") as file:
-        file.seek(max(file.seek(0, os.SEEK_END) - TAIL_BYTES, 0))
+        file.seek(max(file.seek(0, os.SEEK_END) - TAIL_BYTES, since))
         text = file.read().decode("utf-8", errors="replace")
     lines = text.replace("\r", "\n").splitlines()
     return "\n".join([line for line in lines if line.strip()][-TAIL:])

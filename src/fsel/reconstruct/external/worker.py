@@ -59,6 +59,7 @@ class Worker:
         self.bound: object = None
         self.bindings, self.captures = itertools.count(1), itertools.count()
         self.folder = Path(tempfile.mkdtemp(prefix="fsel-", dir=settings.workspace)).resolve()
+        self._asked_at = 0  # bytes of the log when it was asked last, or started
         self._process: subprocess.Popen[bytes] | None = None
         self._answers: queue.SimpleQueue[bytes] = queue.SimpleQueue()
 
@@ -79,6 +80,7 @@ class Worker:
         variables["PYTHONPATH"] = str(HELPER)
         started = time.perf_counter()
         with (self.folder / command.LOG).open("ab") as log:
+            self._asked_at = log.tell()
             process = subprocess.Popen(
                 self.settings.command(self.settings.serve, self.folder),
                 env=variables,
@@ -104,6 +106,8 @@ class Worker:
                 it is ended then.
             Unfinished: when it answered with an error; it goes on.
         """
+        if request["do"] != "hello":
+            self._asked_at = (self.folder / command.LOG).stat().st_size
         try:
             early = None if self._answers.empty() else self._answers.get()
             self.tell(request)
@@ -148,8 +152,8 @@ class Worker:
         return Watch(self._process.pid if self._process else 0, self.settings.gpu)
 
     def log(self) -> str:
-        """The last lines that the program wrote."""
-        return command.tail(self.folder)
+        """The last lines that the program wrote since it was asked."""
+        return command.tail(self.folder, self._asked_at)
 
     def stop(self) -> int | None:
         """End the program: by the end of its input, and by force where that does not suffice.
