@@ -2,8 +2,8 @@
 
     python glomap.py FOLDER [SETTING=VALUE ...]
 
-Settings are those of `pycolmap.GlobalPipelineOptions`. All pairs of images are matched; images of
-one size have one camera.
+Settings are those of `pycolmap.GlobalPipelineOptions`. Images of one size have one camera. All
+pairs are matched; of more than 150 images each with those 1 to 10, 16, 32, ... behind it by name.
 """
 
 import json
@@ -11,6 +11,8 @@ import sys
 from pathlib import Path
 
 import pycolmap
+
+EXHAUSTIVE = 150
 
 
 def main(folder, *given):
@@ -24,7 +26,10 @@ def main(folder, *given):
     mode = pycolmap.CameraMode.SINGLE
     for names in sizes.values():
         pycolmap.extract_features(database, images, names, camera_mode=mode, device=cpu)
-    pycolmap.match_exhaustive(database, device=cpu)
+    number = sum(map(len, sizes.values()))
+    match = pycolmap.match_sequential if number > EXHAUSTIVE else pycolmap.match_exhaustive
+    match(database, device=cpu)
+    pycolmap.calibrate_view_graph(database)
     settings = {key: json.loads(value) for key, _, value in (word.partition("=") for word in given)}
     options = pycolmap.GlobalPipelineOptions({"random_seed": 0} | settings)
     pycolmap.global_mapping(database, images, Path(folder, "sparse"), options)
