@@ -83,6 +83,13 @@ class Program:
             for path, how in self.files.items()
             if not Path(self._filled(path, Path())).exists()
         ]
+        named = [word for words in self.commands for word in words if word.startswith(RECIPES)]
+        known = ", ".join(sorted(path.name for path in self.recipes.glob("*.py")))
+        found += [
+            FileNotFoundError(f"no recipe {word!r}; allowed: {known}")
+            for word in named
+            if not Path(self._filled(word, Path())).is_file()
+        ]
         if self.venv is not None and not (Path(self.venv) / "bin").is_dir():
             found.append(FileNotFoundError(f"venv: no virtual environment in {self.venv}"))
         elif (program := self._absent()) is not None:
