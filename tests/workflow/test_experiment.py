@@ -215,27 +215,6 @@ def test_a_comparison_with_a_search_that_is_not_run_is_refused(changes, part):
         inputs.held_out_problems(experiment(**changes))
 
 
-def test_a_second_source_of_poses_is_a_folder_in_each_scene(tmp_path):
-    (tmp_path / "a").mkdir()
-    datasets = with_dataset(root=str(tmp_path), scenes=["a"])
-
-    def scenes(**settings):
-        return inputs.posed_twice(experiment(datasets=datasets, pose_sources=settings))
-
-    for settings, part in (
-        ({}, "pose_sources.dataset is None"),
-        ({"dataset": "dl3dv"}, "'dl3dv', no dataset with a `root`"),
-        ({"dataset": "mine"}, "no folder in 1 of 1 scenes of mine"),
-        ({"dataset": "dl3dv", "poses": "colmap"}, "whose images are generated and small"),
-        ({"dataset": "mine", "poses": {"by": ["nothing"]}}, "poses: .*no program 'nothing' in"),
-    ):
-        with pytest.raises(Refusal, match=part):
-            scenes(**settings)
-    assert scenes(dataset="mine", poses={"by": ["true"]}) == [("mine", "a")]
-    (tmp_path / "a" / "vggt").mkdir()
-    assert scenes(dataset="mine") == [("mine", "a")]
-
-
 def test_finding_poses_takes_longer_than_reading_them_and_may_take_a_gpu(tmp_path):
     (tmp_path / "a").mkdir()
     wildcards = SimpleNamespace(dataset="mine", scene="a")

@@ -7,13 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
-from pathlib import Path
 from typing import Any
 
-from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import refuse
-from fsel.workflow.requirements import check_poses
 from fsel.workflow.settings import Scene
 
 SCENE = "<results>/{dataset}/{scene}"
@@ -279,37 +276,3 @@ def object_scenes(experiment: Experiment) -> list[Scene]:
 def first_scenes(experiment: Experiment) -> list[Scene]:
     """Every dataset's first evaluation scene."""
     return [(d, experiment.scenes(d, "evaluation")[0]) for d in experiment.labels()]
-
-
-def posed_twice(experiment: Experiment) -> list[Scene]:
-    """The evaluation scenes with a second source of poses, at least one."""
-    config = experiment.config["pose_sources"]
-    named, model = config["dataset"], config["model"]
-    entry = experiment.datasets.entries.get(named, {})
-    if named is None or named in experiment.datasets.missing:
-        refuse(
-            f"pose_sources.dataset is {named}" + (", which is not there" if named else ""),
-            "name a dataset on disk, and in `poses` what estimates them, or in `model` the folder "
-            "of a COLMAP model inside each scene",
-        )
-    scenes = experiment.scenes(named, "evaluation")
-    if config["poses"] != "file":
-        if "embedded" in kinds_of(entry):
-            refuse(
-                f"pose_sources.dataset is {named!r}, whose images are generated and small",
-                "name a dataset with a `root` or `fetch`: poses are found in its images",
-            )
-        check_poses("pose_sources.poses", config["poses"])
-        return [(named, scene) for scene in scenes]
-    if entry.get("root") is None:
-        refuse(
-            f"pose_sources.dataset is {named!r}, no dataset with a `root`",
-            "a second source of poses is a folder inside each scene; or name it in `poses`",
-        )
-    if missing := [s for s in scenes if not Path(entry["root"], s, model).is_dir()]:
-        refuse(
-            f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(scenes)} scenes "
-            f"of {named}: {missing[:3]}",
-            "export the second source's poses as a COLMAP model there, or name it in `poses`",
-        )
-    return [(named, scene) for scene in scenes]

@@ -25,8 +25,12 @@ from fsel.report.sweep import of_scenes
 from fsel.stages.describe import describe
 from fsel.utils.files import read_table, write_text
 from fsel.workflow import inputs
+from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
+from fsel.workflow.refusal import refuse
+from fsel.workflow.requirements import check_poses
 from fsel.workflow.resources import Size
+from fsel.workflow.settings import Scene
 from fsel.workflow.tables import Job, Table
 
 logger = logging.getLogger(__name__)
@@ -140,9 +144,43 @@ def _cells(item: Mapping, metrics: Metrics) -> pd.DataFrame:
     return pd.concat(tables)
 
 
+def posed_twice(experiment: Experiment) -> list[Scene]:
+    """Evaluation scenes with a second source of poses, at least one."""
+    config = experiment.config["pose_sources"]
+    named, model = config["dataset"], config["model"]
+    entry = experiment.datasets.entries.get(named, {})
+    if named is None or named in experiment.datasets.missing:
+        refuse(
+            f"pose_sources.dataset is {named}" + (", which is not there" if named else ""),
+            "name a dataset on disk, and in `poses` what estimates them, or in `model` the folder "
+            "of a COLMAP model inside each scene",
+        )
+    scenes = experiment.scenes(named, "evaluation")
+    if config["poses"] != "file":
+        if "embedded" in kinds_of(entry):
+            refuse(
+                f"pose_sources.dataset is {named!r}, whose images are generated and small",
+                "name a dataset with a `root` or `fetch`: poses are found in its images",
+            )
+        check_poses("pose_sources.poses", config["poses"])
+        return [(named, scene) for scene in scenes]
+    if entry.get("root") is None:
+        refuse(
+            f"pose_sources.dataset is {named!r}, no dataset with a `root`",
+            "a second source of poses is a folder inside each scene; or name it in `poses`",
+        )
+    if missing := [s for s in scenes if not Path(entry["root"], s, model).is_dir()]:
+        refuse(
+            f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(scenes)} scenes "
+            f"of {named}: {missing[:3]}",
+            "export the second source's poses as a COLMAP model there, or name it in `poses`",
+        )
+    return [(named, scene) for scene in scenes]
+
+
 def _names(experiment: Experiment) -> list[str]:
     """The two sources as the table prints them."""
-    (dataset,) = specs.datasets_of(inputs.posed_twice(experiment))
+    (dataset,) = specs.datasets_of(posed_twice(experiment))
     (label,) = experiment.labels([dataset]).values()
     entry, other = experiment.datasets.entries[dataset], experiment.config["pose_sources"]
     first = source_of(entry["poses"], entry.get("model", ""))
@@ -190,15 +228,15 @@ TABLE = Table(
     message="Writing what another source of poses costs",
     inputs=lambda experiment: {
         "evaluations": inputs.of_scenes(
-            inputs.posed_twice(experiment), "sources/{reconstructor}evaluation.parquet"
+            posed_twice(experiment), "sources/{reconstructor}evaluation.parquet"
         )
     },
     params=lambda experiment: {
-        "scenes": inputs.posed_twice(experiment),
+        "scenes": posed_twice(experiment),
         "names": _names(experiment),
         "budgets": _budgets(experiment),
         "metrics": experiment.metrics,
-        "facts": specs.facts_about(experiment, specs.datasets_of(inputs.posed_twice(experiment))),
+        "facts": specs.facts_about(experiment, specs.datasets_of(posed_twice(experiment))),
     },
     category="Paper",
     title="Two sources of poses",
