@@ -146,18 +146,21 @@ def test_a_pause_is_thinned_and_a_film_that_stands_is_refused(scripted, tmp_path
         placement.place(sources, Sampling(), tmp_path / "b", Work(), lambda *_: None)
 
 
-def database(path, keypoints, shift, config):
-    """Features of five images, each pair verified, its matches `shift` pixels apart."""
+def database(path, keypoints, shift, config, parallax=0.0):
+    """Features of five images, each pair verified, its matches `shift` pixels apart, and the near
+    ones so much farther."""
     size = {"width": 480, "height": 270}
     with pycolmap.Database.open(str(path)) as stored:
         camera = pycolmap.Camera(model="SIMPLE_PINHOLE", **size, params=[400, 240, 135])
         camera.camera_id = stored.write_camera(camera)
         rng, ids = np.random.default_rng(0), []
         xy = rng.uniform(0, 270, (keypoints, 2)).astype(np.float32)
+        near = parallax * rng.uniform(0, 1, keypoints)
         for at in range(5):
             image = pycolmap.Image(name=f"{at}.jpg", camera_id=camera.camera_id)
             ids.append(stored.write_image(image))
-            stored.write_keypoints(ids[-1], xy + np.float32([at * shift, 0]))
+            moved = at * np.stack([shift + near, np.zeros(keypoints)], axis=1)
+            stored.write_keypoints(ids[-1], (xy + moved).astype(np.float32))
         for i in ids:
             for j in (j for j in ids if j > i):
                 geometry = pycolmap.TwoViewGeometry()
@@ -180,6 +183,16 @@ def database(path, keypoints, shift, config):
 def test_causes_are_told_by_features_and_matches(keypoints, shift, config, said, tmp_path):
     kind = getattr(pycolmap.TwoViewGeometryConfiguration, config)
     assert failures.cause(database(tmp_path / "d.db", keypoints, shift, kind)) == said
+
+
+@pytest.mark.parametrize(
+    ("shift", "parallax", "expected"), [(30.0, 0.0, True), (30.0, 8.0, False), (0.5, 0.0, False)]
+)
+def test_a_picture_that_slides_is_not_placed(shift, parallax, expected, tmp_path):
+    """Under a drone near things move by some per cent more than far ones; one picture has none."""
+    kind = pycolmap.TwoViewGeometryConfiguration.PLANAR_OR_PANORAMIC
+    made = database(tmp_path / "d.db", 200, shift, kind, parallax)
+    assert failures.slides(made) is expected
 
 
 def test_pairs_of_several_parts_are_near_in_each_and_alike_between_them(monkeypatch):

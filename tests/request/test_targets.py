@@ -72,6 +72,7 @@ def test_a_wish_that_cannot_be_met_is_refused_for_its_own_reason(circle):
         said = f"frame 'frame_000{frame}' is to be selected always, and {why}$"
         with pytest.raises(ValueError, match=said):
             targets.wished(circle, [frame, 1], never)
+    assert not len(targets.wished(circle, always=[], never=[]).always)
 
 
 def test_views_of_another_world_are_told(circle):

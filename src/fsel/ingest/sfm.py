@@ -13,7 +13,7 @@ import numpy as np
 
 from fsel.colmap.bindings import pycolmap
 from fsel.colmap.camera import Camera
-from fsel.colmap.failures import cause
+from fsel.colmap.failures import SLIDES, cause, slides
 from fsel.colmap.model import write_binary
 from fsel.colmap.observations import observed, points_of
 from fsel.colmap.runs import (
@@ -230,6 +230,9 @@ def _mapped(
     if known_cameras:
         _state(dict(zip(names, raw.cameras, strict=True)), database)
     match(database, names, work)
+    if slides(database):
+        said = f"COLMAP was not asked to place {len(names)} frames"
+        raise NotPlaced(raw.images[0], said, SLIDES)
     begun = start and _put(start, dict(zip(raw.names, names, strict=True)), folder / "begun")
     models = build(
         database, folder, len(names), work, refine=not known_cameras, start=begun or None

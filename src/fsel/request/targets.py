@@ -212,8 +212,8 @@ def _of_file(capture: Capture, path: Path, most: int) -> Targets:
 
 
 def _wish(capture: Capture, wish: Wish) -> np.ndarray:
-    """(n,) int64 frames of a list or a file of them."""
-    if wish is None:
+    """(n,) int64 frames of a list, which may be empty, or a file of them."""
+    if wish is None or (not isinstance(wish, str | Path) and len(wish) == 0):
         return np.empty(0, np.int64)
     if isinstance(wish, str | Path):
         path = Path(wish)
