@@ -215,6 +215,7 @@ def measure(asked: argparse.Namespace) -> None:
         table = pd.read_json(asked.rows, lines=True)
         columns = ["capture", "start", "k", "by", "method"]
         known = set(table[columns].itertuples(index=False, name=None))
+    asked.rows.parent.mkdir(parents=True, exist_ok=True)
     opened = list(captures(asked))
     with asked.rows.open("a") as file:
         for start, k, (name, capture) in product(asked.starts, asked.budgets, opened):
