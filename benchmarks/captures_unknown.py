@@ -1,9 +1,9 @@
-"""What `fsel select -k` is worth on captures from disk where nobody says what will be rendered.
+"""What `fsel select` is worth on captures from disk, told what will be rendered and not.
 
-    OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 python benchmarks/captures_unknown.py measure FOLDER... \
-        --rows rows.jsonl
-    ... measure FOLDER... --rows made.jsonl --made
-    python benchmarks/captures_unknown.py page --rows rows.jsonl -o docs/results/captures_unknown.md
+    make captures
+
+does all of it: `measure`, `measure --made`, which take the captures in `FSEL_CAPTURES` or folders
+that are named, and `page`, which writes docs/results/captures_unknown.md.
 
 One frame in eight is held out and not announced. Each selection of the others is reconstructed by
 `gaussians` (128 pixels, 600 steps, 6,000 Gaussians) and by `splats`, or as `--by` says, and scored
@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -207,11 +208,14 @@ def scored(
 
 def measure(asked: argparse.Namespace) -> None:
     """Write the rows that are not there yet, so that those of all captures come together."""
+    if not asked.folders:
+        raise SystemExit("no capture: FSEL_CAPTURES names no folder of COLMAP captures")
     known = set()
     if asked.rows.exists():
         table = pd.read_json(asked.rows, lines=True)
         columns = ["capture", "start", "k", "by", "method"]
         known = set(table[columns].itertuples(index=False, name=None))
+    asked.rows.parent.mkdir(parents=True, exist_ok=True)
     opened = list(captures(asked))
     with asked.rows.open("a") as file:
         for start, k, (name, capture) in product(asked.starts, asked.budgets, opened):
@@ -274,7 +278,7 @@ def _head(table: pd.DataFrame) -> str:
     )
     return (
         "# Real captures, trained Gaussians\n\n"
-        f"`benchmarks/captures_unknown.py measure`, then `page`, {datetime.now(UTC):%Y-%m-%d}."
+        f"`make captures` (`benchmarks/captures_unknown.py`), {datetime.now(UTC):%Y-%m-%d}."
         "\n\n"
         f"One frame in {EVERY} is held out, from frame {', '.join(map(str, starts))} on in turn; "
         "picks of the others are scored on them. Nobody states them to the rule alone "
@@ -292,7 +296,8 @@ def _head(table: pd.DataFrame) -> str:
 
 def _short(each: dict[str, pd.DataFrame]) -> str:
     """Means over captures by number of frames, with intervals, and the worst capture."""
-    budgets = sorted(set().union(*(gains.index.get_level_values("k") for gains in each.values())))
+    whole = [gains["psnr"][list(SHORT)].dropna() for gains in each.values()]
+    budgets = sorted(set.intersection(*(set(gains.index.unique("k")) for gains in whole)))
     lines = [f"| PSNR over every n-th frame, dB | {' | '.join(f'K = {k}' for k in budgets)} |"]
     lines.append("|---|" + "---|" * len(budgets))
     for (method, views), (by, gains) in product(SHORT.items(), each.items()):
@@ -302,8 +307,6 @@ def _short(each: dict[str, pd.DataFrame]) -> str:
 
 
 def _cell(gains: pd.Series) -> str:
-    if gains.empty:
-        return ""
     reach = of_places(gains.to_numpy())
     return f"{reach.mean:+.2f} ± {reach.high - reach.mean:.2f}, worst {gains.min():+.2f}"
 
@@ -350,7 +353,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     commands = parser.add_subparsers(dest="what", required=True)
     command = commands.add_parser("measure")
-    command.add_argument("folders", nargs="+", type=Path, help="captures on disk")
+    home = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
+    found = sorted(path.parent for path in home.glob("*/sparse"))
+    command.add_argument("folders", nargs="*", type=Path, default=found, help="captures on disk")
     command.add_argument("--rows", type=Path, required=True, help="file that rows are added to")
     command.add_argument("--made", action="store_true", help="on captures made of them, see above")
     command.add_argument("--starts", type=int, nargs="+", default=[3, 7], help="first held out")

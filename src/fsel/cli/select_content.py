@@ -84,6 +84,7 @@ def _tried(tried: Tried | None) -> dict | None:
         {
             "name": trial.name,
             "gain": _finite(trial.gain),
+            "least": _finite(trial.least),
             "error": _finite(trial.error),
             "ssim": _finite(trial.ssim),
             "validation": trial.validation,

@@ -242,5 +242,5 @@ def _small(capture: Capture, frames: np.ndarray) -> Capture:
 
 
 def _ahead(trial: Trial) -> bool:
-    """Whether each reconstructor that scored a selection puts it ahead, and not behind in SSIM."""
+    """Return whether each reconstructor puts a selection ahead, and not behind in SSIM."""
     return trial.least > LEAST_GAIN and trial.ssim >= 0
