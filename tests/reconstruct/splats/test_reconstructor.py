@@ -169,6 +169,14 @@ def test_winner_finds_the_parabola_and_knows_a_flat_pixel():
     assert sure[0, 1] == 0
 
 
+def test_the_costs_of_the_most_planes_are_summed_whole():
+    cost = np.full((1, 1, stereo.MOST_PLANES), 510, S)
+    cost[0, 0, 7] = 0
+    _, sure = stereo.winner(cost, cost, np.arange(stereo.MOST_PLANES, dtype=np.float32))
+    mean = 510 * (1 - 1 / stereo.MOST_PLANES)
+    np.testing.assert_allclose(sure, mean / (mean + 8), rtol=1e-6)
+
+
 def test_agreement_and_violation_by_hand():
     inverse = np.full((2, 1, 1), 0.5, F)
     inverse[1] = 0.25
@@ -362,7 +370,7 @@ def test_cameras_in_one_place_give_finite_images():
     assert np.isfinite(model.render(capture.view(np.array([5])))).all()
 
 
-@pytest.mark.parametrize("settings", [{"partners": 5}, {"planes": (1, 4)}])
+@pytest.mark.parametrize("settings", [{"partners": 5}, {"planes": (1, 4)}, {"planes": (32, 129)}])
 def test_bad_settings_are_refused(settings):
     with pytest.raises(ValueError, match="must be"):
         Splats(textured_wall(), **settings)

@@ -46,7 +46,7 @@ class SplatSettings:
         against: weight of a free-space violation beside an agreement.
         opacity: least opacity of a splat that is kept.
         surface: relative depth behind the visible surface that still belongs to it.
-        planes: least and most depth planes; between, one pixel of disparity each.
+        planes: least and most depth planes, 2 to 128; between, one pixel of disparity each.
     """
 
     partners: int = 4
@@ -70,8 +70,11 @@ class SplatSettings:
                 f"penalties must be 0 <= small < large <= {stereo.LARGEST_PENALTY}, "
                 f"got {self.small_penalty} and {self.large_penalty}"
             )
-        if not 2 <= self.planes[0] <= self.planes[1]:
-            raise ValueError(f"planes must be (least, most) with 2 <= least, got {self.planes}")
+        if not 2 <= self.planes[0] <= self.planes[1] <= stereo.MOST_PLANES:
+            raise ValueError(
+                "planes must be (least, most) with 2 <= least <= most <= "
+                f"{stereo.MOST_PLANES}, got {self.planes}"
+            )
 
 
 class Splats(Bound[SplatSettings]):

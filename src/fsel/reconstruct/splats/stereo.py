@@ -16,6 +16,7 @@ F, S, INT = np.float32, np.int16, np.int32
 U = np.uint64
 
 LARGEST_PENALTY = 7600  # four paths of a cost, at most 510, and a penalty stay within int16
+MOST_PLANES = 128  # whose costs, at most 510 each, stay within uint16
 OUTSIDE = F(150)  # cost, of 255, where the source frame does not see the point
 CONFIDENCE_OFFSET = F(8)  # keeps the confidence of a flat, all-matching pixel near zero
 
@@ -191,12 +192,12 @@ def aggregate(cost, grey, small, large):
                 for d in range(planes):
                     near = S(min(path[old, line, d], path[old, line, d + 2]) + small)
                     least = min(S(min(path[old, line, d + 1], near) - low), jump)
-                    reached = S(cost[y, x, d] + least)
-                    path[new, line, d + 1] = reached
-                    total[y, x, d] = S(total[y, x, d] + reached)
+                    path[new, line, d + 1] = S(cost[y, x, d] + least)
                 low = S(20000)
                 for d in range(planes):
-                    low = min(low, path[new, line, d + 1])
+                    reached = path[new, line, d + 1]
+                    low = min(low, reached)
+                    total[y, x, d] = S(total[y, x, d] + reached)
                 lows[line] = low
     return total
 
@@ -239,11 +240,10 @@ def winner(total, cost, inverse):
     step = (inverse[planes - 1] - inverse[0]) / F(max(planes - 1, 1))
     for y in range(height):
         for x in range(width):
-            low, summed, best = S(32767), np.int32(0), S(planes)
+            low, summed, best = S(32767), np.uint16(0), S(planes)
             for d in range(planes):
                 low = min(low, total[y, x, d])
-            for d in range(planes):
-                summed += np.int32(cost[y, x, d])
+                summed = np.uint16(summed + np.uint16(cost[y, x, d]))  # of MOST_PLANES at most
             for d in range(planes):
                 best = min(best, S(d) if total[y, x, d] <= low else S(planes))
             mean = F(summed) / F(planes)
