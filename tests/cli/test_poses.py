@@ -15,6 +15,7 @@ import pytest
 from small_captures import record_of, state_orientation
 
 from fsel.cli import main, posing
+from fsel.colmap.estimator import Estimator
 from fsel.images import files as image_files
 from fsel.images import heic
 from fsel.images.video import Sampling
@@ -289,11 +290,12 @@ def test_settings_and_files_tell_one_cache_from_another(tmp_path):
     shutil.copy(one, other)
     wide, close = Sampling(10), Sampling(20)
     asked = [([one], wide), ([one], close), ([other], wide), ([one, other], wide)]
-    keys = [posing._digest([Source(path) for path in paths], how) for paths, how in asked]
-    assert len(set(keys)) == 4
-    assert posing._digest([Source(one)], Sampling(10)) == keys[0]
+    keys = [posing._digest([Source(path) for path in paths], how, None) for paths, how in asked]
+    keys += [posing._digest([Source(one)], wide, Estimator(by=[word])) for word in "ab"]
+    assert len(set(keys)) == 6
+    assert posing._digest([Source(one)], Sampling(10), None) == keys[0]
     one.write_bytes(b"another video")
-    assert posing._digest([Source(one)], wide) != keys[0]
+    assert posing._digest([Source(one)], wide, None) != keys[0]
 
 
 def test_a_demonstration_is_a_capture_and_its_video(cache, tmp_path, capsys, monkeypatch):
