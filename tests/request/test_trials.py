@@ -119,14 +119,25 @@ def test_selections_that_leave_too_few_validation_frames_are_not_fitted():
 def test_the_error_is_that_of_stretches_and_of_fits():
     even = np.zeros((2, 24, 2))
     own = even.copy()
-    own[:, :12, 0] = 2.0  # six of the twelve stretches
+    own[:, :12, 0] = 2.0  # four of the eight stretches
     one = (own[:1], even[:1])
-    of_frames = (12 / 11) / 12  # variance of six zeros and six twos is 12 / 11
+    of_frames = (8 / 7) / 8  # variance of four zeros and four twos is 8 / 7
     assert compared([one]) == pytest.approx((1.0, 1.0, 0.0, np.sqrt(of_frames)))
     of_fits = FIT_DEVIATION**2 * (1 / 2 + 1 / 2) / 4  # half of the mean comes from these fits
     gain, least, ssim, error = compared([one, (own + [1.0, -0.2], even)])
     assert (gain, least, ssim) == pytest.approx((1.5, 1.0, -0.2))
     assert error == pytest.approx(np.sqrt(of_frames + of_fits))
+
+
+def test_what_few_frames_say_is_chance():
+    picks = {EVEN: EVENLY, "other": OTHER}
+    for count, kept in ((40, "other"), (16, EVEN)):
+
+        def score(frames, seed, count=count):
+            gains = np.where(np.arange(count) // 4 % 2, 2.0, -0.2) * np.array_equal(frames, OTHER)
+            return np.stack([20 + gains, np.full(count, 0.5)], axis=1)
+
+        assert Race(score, picks, FRAMES[:count]).run(1, Patience(1e6)).kept == kept
 
 
 @pytest.fixture

@@ -17,6 +17,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.special import stdtrit
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
@@ -38,8 +39,9 @@ SHARE_SECONDS = 5.0  # of patience for one fit of each share
 MOST_SHARES = 20  # beyond which fits tell no more
 MARGIN = 0.5  # dB that every n-th frame is to be left behind by
 LEAST_GAIN = 0.2  # dB, the same by each reconstructor alone
-GROUPS = 12  # stretches of the validation frames: neighbours are not independent
-BOUND = 1.8  # standard errors: one-sided 95 % by Student's t over so many stretches
+STRETCHES = 12  # of the validation frames at most: neighbours are not independent
+LEAST_STRETCH = 3  # frames of a stretch
+CONFIDENCE = 0.95  # one-sided, by Student's t over the stretches
 FIT_DEVIATION = 0.17  # dB of one fit by `gaussians`, by its seed alone
 BLOCK = 32  # frames that are opened at a time, at the size they have
 
@@ -154,13 +156,13 @@ class Race:
     def _contenders(self) -> list[str]:
         """Selections that may still be kept, the best first."""
         trials = [self.trial(name) for name in self._hopeful]
-        open_ = [one for one in trials if not one.gain + BOUND * one.error <= MARGIN]
+        open_ = [one for one in trials if not one.gain + _chance(one) <= MARGIN]
         return [one.name for one in sorted(open_, key=lambda one: -one.gain)]
 
     def _kept(self) -> str:
         """The best selection of those surely ahead of every n-th frame; else that itself."""
         trials = [one for one in map(self.trial, self._hopeful) if _ahead(one)]
-        ahead = [one for one in trials if one.gain > max(MARGIN, BOUND * one.error)]
+        ahead = [one for one in trials if one.gain > max(MARGIN, _chance(one))]
         return max(ahead, key=lambda one: one.gain).name if ahead else self._even
 
     def _runners(self, count: int | None) -> int:
@@ -199,7 +201,7 @@ def compared(
     """
     each = np.array([own.mean(axis=0) - even.mean(axis=0) for own, even in judged])
     mean = each[..., 0].mean(axis=0)
-    means = np.array([group.mean() for group in np.array_split(mean, min(GROUPS, len(mean)))])
+    means = np.array([group.mean() for group in np.array_split(mean, _stretches(len(mean)))])
     of_frames = means.var(ddof=1) / len(means)
     fits = sum(1 / len(own) + 1 / len(even) for own, even in judged[1:])
     of_fits = FIT_DEVIATION**2 * fits / len(judged) ** 2
@@ -239,6 +241,16 @@ def _small(capture: Capture, frames: np.ndarray) -> Capture:
     whole = replace(capture, masks=None).subset(frames, images)
     intrinsics = np.concatenate([part.intrinsics for part in parts])
     return replace(whole, intrinsics=intrinsics, masks=masks)
+
+
+def _stretches(count: int) -> int:
+    """Count the stretches that so many validation frames are cut into."""
+    return int(np.clip(count // LEAST_STRETCH, 2, STRETCHES))
+
+
+def _chance(trial: Trial) -> float:
+    """Gain in dB that chance may bring: the fewer frames are scored, the more."""
+    return trial.error * float(stdtrit(_stretches(trial.validation) - 1, CONFIDENCE))
 
 
 def _ahead(trial: Trial) -> bool:
