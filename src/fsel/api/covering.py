@@ -94,7 +94,7 @@ def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float)
         raise ValueError(
             f"k is {k}, and a cover of {times} takes {counted(len(given), 'frame')}; {k} see "
             f"{_share(seen, rows[:k], times):.1%} of the points so often. Hint: k of {len(given)}, "
-            "or a smaller share of the points"
+            "or a smaller share of the points, by cover_share or --cover-share"
         )
     return replace(problem, given=given)
 
