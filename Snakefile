@@ -10,7 +10,7 @@ min_version("9.19.0")
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
 from fsel.experiments import TABLES
-from fsel.experiments.asked import answer
+from fsel.experiments.answers import answer
 from fsel.workflow import inputs, perceptual, requirements, work
 from fsel.workflow.artefacts import check_artefacts
 from fsel.workflow.cluster import start_on_slurm
