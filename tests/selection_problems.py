@@ -26,11 +26,28 @@ def capture_of(centers, rotations, sequences=None, size=(8, 6), seed=0):
     )
 
 
-def around(poses, **more):
+def around(poses, size=(64, 48), **more):
     """A capture with the given world-to-camera poses."""
     rotations = poses[:, :, :3]
     centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
-    return capture_of(centers, rotations, size=(64, 48), **more)
+    return capture_of(centers, rotations, size=size, **more)
+
+
+def numbered(capture):
+    """The same with the number of each frame in its top left pixel."""
+    images = np.asarray(capture.images).copy()
+    images[:, 0, 0, 0] = np.arange(len(capture))
+    return replace(capture, images=images)
+
+
+def pointed(capture):
+    """The same of eight frames with four points in short tracks, and masks of three rows."""
+    xyz = np.random.default_rng(0).uniform(-0.5, 0.5, (4, 3))
+    seen = np.array([[0, 0, 1, 1, 2, 3, 3], [0, 3, 5, 1, 3, 5, 0]])  # points, frames
+    points = SparsePoints(xyz, np.full((4, 3), 7, np.uint8), *seen)
+    masks = np.zeros(capture.images.shape[:3], bool)
+    masks[:, 2:5] = True
+    return replace(capture, points=points, masks=masks)
 
 
 def random_capture(n, seed=0):

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from selection_problems import capture_of
+from selection_problems import around, capture_of
 from small_captures import ring
 
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
@@ -65,10 +65,7 @@ def test_what_is_missing_is_named(monkeypatch):
 
 @pytest.mark.parametrize("name", OWN)
 def test_a_model_says_what_it_cost_and_where(name):
-    poses = ring(6)
-    rotations = poses[:, :, :3]
-    centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
-    capture = capture_of(centers, rotations, size=(24, 18))
+    capture = around(ring(6), size=(24, 18))
     model = RECONSTRUCTORS[name](capture, **QUICK.get(name, {})).fit(np.arange(4))
     assert model.seconds > 0
     assert model.peak_bytes >= 0

@@ -5,16 +5,14 @@ import os
 import resource
 import sys
 import time
-from dataclasses import replace
 
 import cv2
 import numpy as np
 import pycolmap
 import pytest
-from selection_problems import capture_of
+from selection_problems import around, pointed
 from small_captures import ring
 
-from fsel.data.points import SparsePoints
 from fsel.evaluation.evaluator import Evaluator
 from fsel.programs.outcome import Unfinished
 from fsel.reconstruct import check_needs
@@ -36,16 +34,7 @@ TARGETS = np.array([1, 6])
 
 @pytest.fixture
 def capture():
-    poses = ring(8)
-    rotations = poses[:, :, :3]
-    centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
-    found = capture_of(centers, rotations, size=SIZE)
-    xyz = np.random.default_rng(0).uniform(-0.5, 0.5, (4, 3))
-    seen = np.array([[0, 0, 1, 1, 2, 3, 3], [0, 3, 5, 1, 3, 5, 0]])  # points, frames
-    points = SparsePoints(xyz, np.full((4, 3), 7, np.uint8), *seen)
-    masks = np.zeros((8, SIZE[1], SIZE[0]), bool)
-    masks[:, 2:5] = True
-    return replace(found, points=points, masks=masks)
+    return pointed(around(ring(8), size=SIZE))
 
 
 def program(text, *arguments):

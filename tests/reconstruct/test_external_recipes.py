@@ -12,7 +12,7 @@ import pytest
 import torch
 import yaml
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of
+from selection_problems import around, numbered
 from small_captures import ring
 
 from fsel.data.geometry import invert_pose
@@ -125,13 +125,7 @@ def process_image(path):
 
 @pytest.fixture
 def capture():
-    poses = ring(8)
-    rotations = poses[:, :, :3]
-    centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
-    found = capture_of(centers, rotations, size=SIZE)
-    images = np.asarray(found.images).copy()
-    images[:, 0, 0, 0] = np.arange(8)
-    return replace(found, images=images)
+    return numbered(around(ring(8), size=SIZE))
 
 
 @pytest.fixture(autouse=True)

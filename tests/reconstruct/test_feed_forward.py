@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 from scipy.spatial.transform import Rotation
-from selection_problems import capture_of
+from selection_problems import around, numbered
 from small_captures import ring
 
 try:
@@ -34,13 +34,7 @@ SCALE, SHIFT = 0.37, np.array([5.0, -2, 1])
 
 def ring_capture(poses=None):
     """Frames that carry their number in the top left pixel."""
-    poses = ring(FRAMES) if poses is None else poses
-    rotations = poses[:, :, :3]
-    centers = -np.einsum("nij,ni->nj", rotations, poses[:, :, 3])
-    capture = capture_of(centers, rotations, size=SIZE)
-    images = np.asarray(capture.images).copy()
-    images[:, 0, 0, 0] = np.arange(len(poses))
-    return replace(capture, images=images)
+    return numbered(around(ring(FRAMES) if poses is None else poses, size=SIZE))
 
 
 def world_gaussians(degree, count=30):
