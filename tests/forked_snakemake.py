@@ -9,14 +9,18 @@ import gc
 import json
 import os
 import sys
+from importlib import import_module
 
-import cv2  # noqa: F401
-import numba  # noqa: F401
-import pandas  # noqa: F401
-import pyarrow.parquet  # noqa: F401
-import scipy.interpolate
-import scipy.spatial.transform  # noqa: F401
 from snakemake.cli import main
+
+LIBRARIES = (
+    "cv2",
+    "numba",
+    "pandas",
+    "pyarrow.parquet",
+    "scipy.interpolate",
+    "scipy.spatial.transform",
+)
 
 
 def become(folder: str, words: list[str], variables: dict[str, str], files: list[str]) -> None:
@@ -33,6 +37,8 @@ def become(folder: str, words: list[str], variables: dict[str, str], files: list
 
 
 if __name__ == "__main__":
+    for name in LIBRARIES:
+        import_module(name)
     gc.freeze()
     for line in sys.stdin:
         process = os.fork()

@@ -90,7 +90,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
             "bad": None if health is None else record.bad_frames(health, opened.capture.names),
         }
         text = json.dumps(content, indent=1, ensure_ascii=False)
-        (stage / "selection.json").write_text(text, encoding="utf-8")
+        (stage / record.RECORD).write_text(text, encoding="utf-8")
     _say_outcome(console, outcome, method)
     console.say("written", f"{args.out} after {seconds['total']:.2f} s")
     console.give(content)

@@ -16,6 +16,7 @@ from fsel import viewer
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.export.forms import CLOUD
+from fsel.export.record import RECORD
 from fsel.images.previews import in_turn, jpeg, reduced
 from fsel.outputs.atomic import staged
 from fsel.pages.report import SIDE, picture_side
@@ -23,7 +24,6 @@ from fsel.reconstruct import ply
 from fsel.utils.wording import counted
 from fsel.viewer.bundle import script
 
-RECORD = "selection.json"
 MODEL = "/model.ply"
 KINDS = "a .ply of Gaussians, a folder that `fsel select` wrote, or a capture"
 

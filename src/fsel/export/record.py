@@ -27,6 +27,7 @@ from fsel.request.targets import ALL, MOST_VIEWS, Targets
 from fsel.selector.standing import Standing, standing
 from fsel.utils.wording import counted
 
+RECORD = "selection.json"
 WELL = 2  # picks that see a point before it is seen well: its depth takes two
 PACKAGES = ("fsel", "numpy", "pycolmap")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +20,7 @@ MARK = re.compile(r"\{[a-z_]+\}")
 
 
 @dataclass(frozen=True)
-class Program:
+class Program(ABC):
     """A program of one's own; a subclass adds its commands.
 
     The commands are run as they are, without a shell, with the rights of whoever runs the workflow:
@@ -59,9 +60,9 @@ class Program:
         words_of("files", list(self.files))
 
     @property
+    @abstractmethod
     def commands(self) -> Sequence[tuple[str, ...]]:
         """Words of all its commands."""
-        raise NotImplementedError
 
     def command(self, words: tuple[str, ...], folder: Path) -> list[str]:
         """Return the command to run: the prefix, and the words with the places filled in."""

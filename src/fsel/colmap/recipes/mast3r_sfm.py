@@ -9,6 +9,7 @@ and weights are non-commercial (CC BY-NC-SA 4.0).
 """
 
 import sys
+from importlib import import_module
 from pathlib import Path
 
 WEIGHTS = "naver/MASt3R_ViTLarge_BaseDecoder_512_catmlpdpt_metric"
@@ -21,9 +22,10 @@ def main(folder, repository, weights=WEIGHTS, graph="complete"):
     import torch
     from mast3r.cloud_opt.sparse_ga import sparse_global_alignment
     from mast3r.model import AsymmetricMASt3R
-    from mast3r.utils import path_to_dust3r  # noqa: F401
-    from dust3r.image_pairs import make_pairs  # isort: skip, found by the line above
-    from dust3r.utils.image import load_images  # isort: skip
+
+    import_module("mast3r.utils.path_to_dust3r")  # it puts dust3r on the path
+    from dust3r.image_pairs import make_pairs
+    from dust3r.utils.image import load_images
 
     device = "cuda" if torch.cuda.is_available() else "cpu"
     files = sorted(map(str, Path(folder, "images").iterdir()))
