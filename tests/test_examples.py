@@ -76,7 +76,7 @@ def test_the_notebook_runs_and_shows_that_the_picks_are_ahead(tmp_path):
     assert 2 <= int(frames) <= 54
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/cli.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/reference.md"])
 def test_code_in_the_docs_runs(page, tmp_path):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S)
     assert blocks

@@ -9,8 +9,8 @@
     def render(model, views): ...                # returns (T, h, w, 3), float in [0, 1] or uint8
 
 Needs Python 3.8 and NumPy. `fsel` puts the folder of this file on the program's path; it may be
-copied as well. What the program prints goes to the log, never among the answers. The protocol is in
-docs/reconstructors.md.
+copied as well. What the program prints goes to the log, never among the answers. The protocol is
+worker.schema.json.
 """
 
 import json
