@@ -43,10 +43,10 @@ captures: .venv/installed
 docs: .venv/installed
 	.venv/bin/python -m fsel.workflow.result_pages
 
-# the script of the page of `fsel view`, for a wheel: src/fsel/viewer/bundle.js
+# the script of the page of `fsel view`, for a wheel: src/fsel/pages/viewer/bundle.js
 .PHONY: viewer
 viewer: .venv/installed
-	.venv/bin/python -m fsel.viewer
+	.venv/bin/python -m fsel.pages.viewer
 
 # the pages of docs/ and a reference of the Python API, in site/; a warning is an error
 .PHONY: site picture

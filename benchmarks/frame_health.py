@@ -34,12 +34,12 @@ from sensor_effects import filmed
 import fsel
 from fsel.data.capture import Capture
 from fsel.data.geometry import pose_distance
-from fsel.health import blur, findings
-from fsel.health.cells import Cells, measured, sharpness
 from fsel.images import files as image_files
 from fsel.images.previews import sharpness_of_files
 from fsel.images.sharpness import variance_of_laplacian
 from fsel.ingest.examination import examined
+from fsel.ingest.health import blur, findings
+from fsel.ingest.health.cells import Cells, measured, sharpness
 from fsel.ingest.lazy import LazyCapture, open_capture
 from fsel.layouts import LAYOUTS
 from fsel.report.numbers import write_csv

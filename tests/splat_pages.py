@@ -28,7 +28,7 @@ def drawn(page, size, frames, folder):
     """Pictures at some cameras, and the seconds until the splat was loaded.
 
     Args:
-        page: text of `fsel.viewer.page`.
+        page: text of `fsel.pages.viewer.page`.
         size: (width, height) of the cameras' images.
         frames: their numbers.
         folder: for the page and the browser's own files.

@@ -13,8 +13,8 @@ from small_captures import write_ring
 
 from fsel.cli import main, view
 from fsel.pages import report
+from fsel.pages.viewer import bundle
 from fsel.reconstruct import ply
-from fsel.viewer import bundle
 
 
 @pytest.fixture
@@ -129,7 +129,7 @@ def test_what_cannot_be_shown_is_refused(given, said, made, monkeypatch, capsys)
 
 
 def test_a_server_gives_the_page_and_the_model(made):
-    program = "import sys; from fsel.cli import main; from fsel.viewer import bundle; "
+    program = "import sys; from fsel.cli import main; from fsel.pages.viewer import bundle; "
     program += "from pathlib import Path; bundle.SHIPPED = Path(sys.argv.pop(1)); sys.exit(main())"
     command = [sys.executable, "-c", program, made / "bundle.js", "view", made / "model.ply"]
     server = subprocess.Popen([*command, "--serve", "0"], stdout=subprocess.PIPE, text=True)

@@ -11,7 +11,7 @@ from fsel.colmap.runs import Work
 from fsel.ingest import sfm
 from fsel.ingest.read import read_folder
 from fsel.layouts import bare
-from fsel.programs.outcome import MissingRequirement
+from fsel.utils.programs.outcome import MissingRequirement
 
 # places all images but the last on a ring, in two models; arguments: folder, images of the second
 PROGRAM = """

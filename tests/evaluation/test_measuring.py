@@ -15,10 +15,10 @@ from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at, runs
 from fsel.experiments.studies.hard_cases.worlds import random_weights
-from fsel.programs.outcome import MEMORY, Unfinished
 from fsel.selector.policies import POLICIES, RENAMED
 from fsel.selector.scorer import Linear, Network, Scorer
 from fsel.training.scorers import save_scorer
+from fsel.utils.programs.outcome import MEMORY, Unfinished
 from fsel.utils.seeds import name_seed
 
 SUFFIX = {Linear: ".json", Network: ".safetensors"}

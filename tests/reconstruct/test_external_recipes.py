@@ -16,9 +16,9 @@ from selection_problems import around, numbered
 from small_captures import ring
 
 from fsel.data.geometry import invert_pose
-from fsel.programs.outcome import Unfinished
 from fsel.reconstruct.external import External, ExternalSettings
 from fsel.reconstruct.external.worker import close_all
+from fsel.utils.programs.outcome import Unfinished
 
 SIZE = (24, 18)
 FRAMES, TARGETS = np.array([5, 0, 3]), np.array([1, 6])

@@ -22,17 +22,17 @@ from fsel.data.problem import Method, Problem
 from fsel.data.subsets import evenly, subset_key
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
-from fsel.health.findings import BLURRED
 from fsel.images.film import captioned
 from fsel.images.previews import sharpness_among
+from fsel.ingest.health.findings import BLURRED
 from fsel.metrics import Metrics
-from fsel.outputs.atomic import staged
 from fsel.pages.compare import comparison
 from fsel.pages.compared import Cell, Compared, differences, verdict
 from fsel.reconstruct import Model, Reconstructor
 from fsel.request.focus import Focus
 from fsel.request.problem import request_problem
 from fsel.request.targets import Targets
+from fsel.utils.outputs import staged
 from fsel.utils.wording import counted
 
 SHEETS = 6  # held-out frames that have a picture of their own in renders

@@ -9,8 +9,8 @@ import numpy as np
 
 from fsel.cli.console import Console
 from fsel.layouts import colmap
-from fsel.outputs.atomic import staged
 from fsel.synthesis import record
+from fsel.utils.outputs import staged
 
 SCENES = {"garden": ("mipnerf360", 5)}  # family and seed; COLMAP places every frame of it
 FRAMES, SIZE = 80, (320, 240)

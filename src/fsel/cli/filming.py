@@ -13,10 +13,10 @@ from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.data.capture import Views
 from fsel.images import film
-from fsel.outputs.atomic import staged
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.request.flights import flight
 from fsel.utils.names import distinct
+from fsel.utils.outputs import staged
 
 ENDING = ".mp4"
 RATE = 30  # frames a second

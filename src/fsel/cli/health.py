@@ -12,9 +12,9 @@ import numpy as np
 
 from fsel.cli.console import Console
 from fsel.export.record import bad_frames
-from fsel.health import Health
-from fsel.health.findings import DUPLICATE
 from fsel.ingest.examination import examined
+from fsel.ingest.health import Health
+from fsel.ingest.health.findings import DUPLICATE
 from fsel.ingest.lazy import LazyCapture
 from fsel.request.targets import Targets
 from fsel.utils.wording import counted

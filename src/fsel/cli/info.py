@@ -16,9 +16,9 @@ from fsel.cli.request import reasons
 from fsel.data.capture import Capture
 from fsel.data.geometry import lengths
 from fsel.export.record import bad_frames, reason
-from fsel.health import Health
 from fsel.images import files as image_files
 from fsel.ingest.examination import examined
+from fsel.ingest.health import Health
 from fsel.ingest.lazy import LazyCapture
 from fsel.layouts import bare
 from fsel.request.focus import scene_bounds

@@ -14,9 +14,9 @@ from fsel.cli.request import inputs_of
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.images.film import levels
 from fsel.metrics import Metrics, score_views
-from fsel.outputs.atomic import staged
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.request.targets import targets_of
+from fsel.utils.outputs import staged
 
 LONG_SIDE = 384
 

@@ -35,13 +35,13 @@ from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.images.previews import check_pixels, sharpness_of_files, thumbnails
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture
-from fsel.outputs.atomic import staged
 from fsel.pages.report import Shown, frames_shown, page, picture_side
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.hidden import behind
 from fsel.request.patience import Patience
 from fsel.request.targets import ALL, ORBIT, Targets
+from fsel.utils.outputs import staged
 from fsel.utils.wording import counted
 
 SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described

@@ -18,12 +18,12 @@ from fsel.cli.optimising import checked
 from fsel.cli.posing import warn_of
 from fsel.images.previews import sharpness_of_files
 from fsel.ingest.lazy import LONG_SIDE, open_capture
-from fsel.outputs.atomic import refuse_overlap
 from fsel.reconstruct import reconstructor_of
 from fsel.selector import pretrained
 from fsel.selector.policies import POLICIES, RENAMED, Policy
 from fsel.selector.scorer import Network
 from fsel.utils.files import digest
+from fsel.utils.outputs import refuse_overlap
 from fsel.utils.registry import unknown
 from fsel.utils.wording import counted
 

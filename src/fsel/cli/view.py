@@ -12,17 +12,17 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel import viewer
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.export.forms import CLOUD
 from fsel.export.record import RECORD
 from fsel.images.previews import in_turn, jpeg, reduced
-from fsel.outputs.atomic import staged
+from fsel.pages import viewer
 from fsel.pages.report import SIDE, picture_side
+from fsel.pages.viewer.bundle import script
 from fsel.reconstruct import ply
+from fsel.utils.outputs import staged
 from fsel.utils.wording import counted
-from fsel.viewer.bundle import script
 
 MODEL = "/model.ply"
 KINDS = "a .ply of Gaussians, a folder that `fsel select` wrote, or a capture"

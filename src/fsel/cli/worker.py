@@ -13,11 +13,11 @@ from fsel.cli.console import Console
 from fsel.cli.values import positive, whole
 from fsel.data.capture import Capture
 from fsel.ingest.lazy import open_capture
-from fsel.programs.outcome import Unfinished
 from fsel.reconstruct import check_needs
 from fsel.reconstruct.cost import FITS, measured_cost
 from fsel.reconstruct.external.conformance import SIZE, Checks, ring
 from fsel.reconstruct.external.settings import ExternalSettings
+from fsel.utils.programs.outcome import Unfinished
 from fsel.utils.wording import counted
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from fsel.programs.command import tail
-from fsel.programs.outcome import MissingRequirement, NoDevice, Unfinished
-from fsel.programs.settings import Program, words_of
 from fsel.utils.keywords import settings_from
+from fsel.utils.programs.command import tail
+from fsel.utils.programs.outcome import MissingRequirement, NoDevice, Unfinished
+from fsel.utils.programs.settings import Program, words_of
 
 MODELS = "sparse"
 OWN = "COLMAP"  # what places frames where no program is named

@@ -17,7 +17,7 @@ from fsel.data.points import SparsePoints
 from fsel.data.problem import Method
 from fsel.data.subsets import evenly
 from fsel.export.service import Service, closest_pick, service_of
-from fsel.health.findings import BLURRED, DUPLICATE, Health
+from fsel.ingest.health.findings import BLURRED, DUPLICATE, Health
 from fsel.request.budget import Budget
 from fsel.request.cover import Cover
 from fsel.request.focus import Focus

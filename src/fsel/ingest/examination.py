@@ -11,13 +11,13 @@ import numpy as np
 
 from fsel.data.geometry import pose_distance
 from fsel.data.points import RawPoints, grouped_rows
-from fsel.health import blur, covered, exposure, findings, poses
-from fsel.health.cells import GRID, SIDE, Cells, measured, sharpness
-from fsel.health.duplicates import STILL, movements
-from fsel.health.findings import Finding, Health, exceeding
 from fsel.images.matching import choose_pairs
 from fsel.images.previews import Progress, in_silence, in_turn, shrunk
 from fsel.ingest.agreement import epipolar_errors, matches_of, reprojection_errors
+from fsel.ingest.health import blur, covered, exposure, findings, poses
+from fsel.ingest.health.cells import GRID, SIDE, Cells, measured, sharpness
+from fsel.ingest.health.duplicates import STILL, movements
+from fsel.ingest.health.findings import Finding, Health, exceeding
 from fsel.ingest.lazy import LazyCapture, open_capture
 from fsel.layouts.contract import RawCapture
 

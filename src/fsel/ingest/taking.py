@@ -12,9 +12,9 @@ import numpy as np
 
 from fsel.colmap.failures import STANDS
 from fsel.colmap.runs import Work
-from fsel.health import duplicates
 from fsel.images import files as image_files
 from fsel.images import heic, orientation, video
+from fsel.ingest.health import duplicates
 from fsel.utils.wording import counted
 
 IMAGES, TAKEN = "images", "taken.json"

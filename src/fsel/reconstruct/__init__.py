@@ -8,7 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from fsel.data.capture import Capture, Views
-from fsel.programs.outcome import MissingRequirement, NoDevice
+from fsel.utils.programs.outcome import MissingRequirement, NoDevice
 from fsel.utils.registry import Registry
 
 

@@ -8,15 +8,15 @@ import numpy as np
 import pandas as pd
 
 from fsel.metrics import REGISTERED
-from fsel.programs.outcome import FINISHED
 from fsel.report.statistics import Interval, of_places_and_seeds
+from fsel.utils.programs.outcome import FINISHED
 
 ALL_FRAMES = 0  # the budget of a method that takes every frame; tables write it as "all"
 ALL_DATASETS = "all"
 SUMMARY = ("dataset", "method", "k", "metric", "mean", "ci_low", "ci_high", "n")
 DIFFERENCES = ("dataset", "method", "reference", "k", "metric", "mean", "ci_low", "ci_high", "p")
 
-OUTCOME = "outcome"  # of reconstructions that did not finish, see fsel.programs.outcome
+OUTCOME = "outcome"  # of reconstructions that did not finish, see fsel.utils.programs.outcome
 
 Column = tuple[str, str, int]  # metric, method, budget
 

@@ -43,7 +43,7 @@ class Targets:
         blind: (B,) int64 frames that see nothing of the object of interest: never selected.
         never: frames that a person does not want: never selected.
         always: frames that a person wants: selected first.
-        bad: frames that are bad, see `fsel.health`: not selected.
+        bad: frames that are bad, see `fsel.ingest.health`: not selected.
     """
 
     views: Views

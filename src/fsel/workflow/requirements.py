@@ -12,9 +12,9 @@ from pathlib import Path
 from fsel.colmap import estimator
 from fsel.features import appearance
 from fsel.metrics import lpips
-from fsel.programs.outcome import MissingRequirement
 from fsel.reconstruct import check_needs
 from fsel.selector import pretrained
+from fsel.utils.programs.outcome import MissingRequirement
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import MissingProgram, refuse

@@ -14,12 +14,12 @@ from fsel.data.split import Split
 from fsel.experiments.paper import compared
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.metrics import Metrics, headings, units
-from fsel.programs.outcome import FINISHED, MEMORY, Unfinished
 from fsel.report.captions import captures_of
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES
 from fsel.utils.files import read_table, write_table, write_text
+from fsel.utils.programs.outcome import FINISHED, MEMORY, Unfinished
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size

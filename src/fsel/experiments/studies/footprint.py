@@ -21,9 +21,9 @@ import numpy as np
 
 from fsel.data.capture import Capture, Views
 from fsel.metrics import Metrics, score_views
-from fsel.programs.outcome import Unfinished
 from fsel.reconstruct import Model, Reconstructor, needs_gpu, reconstructor_of
 from fsel.reconstruct.memory import Peak
+from fsel.utils.programs.outcome import Unfinished
 
 REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles

@@ -26,7 +26,7 @@ from fsel.colmap.model import build_model, write_capture_model
 from fsel.data.capture import Capture, Views
 from fsel.data.geometry import invert_pose
 from fsel.data.points import SparsePoints, grouped_rows
-from fsel.programs.outcome import MISSING, SIZE, Unfinished
+from fsel.utils.programs.outcome import MISSING, SIZE, Unfinished
 
 RENDERINGS, CLOUD = "renderings", "sparse_pc.ply"
 OPENGL = np.diag([1.0, -1, -1, 1])

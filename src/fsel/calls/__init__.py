@@ -1,0 +1,194 @@
+"""The Python calls on whatever holds a capture: a folder, a video, a COLMAP model, a JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import wraps
+from inspect import BoundArguments, signature
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsel import api
+from fsel.colmap.bindings import pycolmap
+from fsel.data.capture import Capture
+from fsel.export import subset
+from fsel.images import video
+from fsel.ingest.agreement import Agreement
+from fsel.ingest.canonical import in_order
+from fsel.ingest.lazy import LazyCapture, open_capture, opened
+from fsel.layouts import colmap, nerfstudio
+from fsel.layouts.contract import RawCapture
+from fsel.utils.outputs import staged
+from fsel.utils.wording import unexpected
+
+ACCEPTED = (
+    "a folder, a video, a Capture (fsel.read_capture), a pycolmap.Reconstruction, or the content "
+    "of a transforms.json"
+)
+GIVEN = {"reconstruction": colmap.LAYOUT, "transforms.json": nerfstudio.LAYOUT}
+
+
+@dataclass(frozen=True, repr=False)
+class Selection(api.Selection):
+    """Picked frames, best first, and the capture that they are of; see `fsel.api.Selection`.
+
+    Attributes:
+        capture: that was selected from.
+    """
+
+    capture: Capture = field(kw_only=True)
+
+    def export(
+        self,
+        folder: str | Path,
+        *,
+        link: bool = False,
+        long_side: int | None = None,
+        points: str = "seen",
+        force: bool = False,
+    ) -> Path:
+        """Write the picks as captures that trainers read, and frames.txt, as `fsel select` does.
+
+        Args:
+            folder: to write; it appears whole or not at all.
+            link: whether images are hard links.
+            long_side: pixels that the images are reduced to; None as they are.
+            points: `seen` by two picks, `all` or `none`.
+            force: whether what an earlier export wrote, and nobody changed, is replaced.
+
+        Returns:
+            The folder.
+
+        Raises:
+            ValueError: for a capture that has no image files.
+            FileExistsError: for a folder that is there already.
+        """
+        source = _with_files(self.capture)
+        subset.check_cameras(source.raw, undistort=False)
+        form = subset.Form(link=link, long_side=long_side, points=points)
+        with staged(Path(folder), "select", [], force) as stage:
+            subset.write(stage, source, self.indices, self.held_out, form)
+            names = "".join(f"{name}\n" for name in self.names)
+            (stage / "frames.txt").write_text(names, encoding="utf-8")
+        return Path(folder)
+
+
+@wraps(api.select)
+def select(
+    capture: Capture | str | Path | Mapping[str, Any] | pycolmap.Reconstruction,
+    *arguments: Any,
+    **options: Any,
+) -> Selection:
+    held = captured(capture)
+    given = signature(api.select).bind(held, *arguments, **options)
+    posed = held.capture if isinstance(held, LazyCapture) else held
+    if isinstance(posed.images, NoImages):
+        given.arguments |= _unseen(given, posed)
+    return Selection(**vars(api.select(*given.args, **given.kwargs)), capture=posed)
+
+
+def captured(
+    source: Capture | str | Path | Mapping[str, Any] | pycolmap.Reconstruction,
+) -> Capture | LazyCapture:
+    """Open what holds a capture.
+
+    Raises:
+        TypeError: for anything else.
+        ValueError, FileNotFoundError: as `fsel.read_capture`.
+    """
+    if isinstance(source, Capture):
+        return source
+    if isinstance(source, str | Path):
+        return _filmed(Path(source)) if video.is_video(Path(source)) else open_capture(source)
+    if isinstance(source, Mapping):
+        name, folder = "transforms.json", Path()
+        raw = nerfstudio.from_content(dict(source), Path(name), folder)
+    elif isinstance(source, pycolmap.Reconstruction):
+        name, folder = "reconstruction", Path()
+        raw = colmap.from_model(source, folder, Path(name))
+    else:
+        raise unexpected("capture", source, ACCEPTED)
+    if any(Path(str(file)).is_file() for file in raw.images):
+        return opened(GIVEN[name], raw, folder)
+    return _posed(name, raw)
+
+
+def _filmed(film: Path) -> LazyCapture:
+    """The capture of a video, as the command line finds its poses."""
+    from fsel.cli import posing
+    from fsel.cli.console import Console
+    from fsel.cli.parser import parsed
+
+    return posing.opened(parsed(["info", str(film)]), Console(quiet=True, as_json=False))
+
+
+class NoImages:
+    """Images of a capture that has none: their shape is known, and no pixel.
+
+    Args:
+        count: frames.
+        size: (width, height) in pixels, as the cameras state it.
+    """
+
+    dtype, ndim = np.dtype(np.uint8), 4
+
+    def __init__(self, count: int, size: tuple[int, int]) -> None:
+        self.shape = (count, size[1], size[0], 3)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, rows: object) -> np.ndarray:
+        raise ValueError(
+            "the capture has poses and no images, which this asks for. Hint: give its folder, or "
+            "run where its images are"
+        )
+
+
+def _posed(name: str, raw: RawCapture) -> LazyCapture:
+    """A capture of poses and points alone."""
+    source = f"the given {name}"
+    raw = in_order(raw, source)
+    camera = raw.cameras[0]
+    size = (camera.width, camera.height)
+    pinholes = []
+    for camera in raw.cameras:
+        model = camera.colmap
+        scale = np.tile(np.divide(size, (camera.width, camera.height)), 2)
+        focal = (model.focal_length_x, model.focal_length_y)
+        middle = (model.principal_point_x, model.principal_point_y)
+        pinholes.append(scale * (*focal, *middle))
+    images: Any = NoImages(len(raw.names), size)
+    poses, intrinsics = raw.world_to_camera, np.array(pinholes)
+    names, passes = tuple(raw.names), tuple(raw.sequences)
+    return _unread(name, raw, Capture(names, poses, intrinsics, images, passes, source=source))
+
+
+def _unseen(given: BoundArguments, capture: Capture) -> dict[str, Any]:
+    """Arguments that `fsel select --geometry-only` adds: nothing is tried on images."""
+    stated = given.arguments
+    if "sharpness" in api.method_of(stated.get("method"), stated.get("weights")).reads:
+        capture.images[0]  # refused
+    free = ("targets", "method", "weights", "focus", "always", "cover", "patience")
+    alone = isinstance(stated["k"], int) and all(stated.get(name) is None for name in free)
+    added = {"patience": 0, "sharpness": np.zeros(len(capture)), "k_center": alone}
+    return {name: value for name, value in added.items() if name not in stated}
+
+
+def _with_files(capture: Capture) -> LazyCapture:
+    """The capture and the files behind it."""
+    if capture.files is None:
+        raise ValueError(
+            f"{capture!r}: was not read from image files, which an export is made of. "
+            "Hint: fsel.select(folder, ...)"
+        )
+    layout = capture.source.partition(" at ")[0]
+    return _unread(layout, capture.files, capture)
+
+
+def _unread(layout: str, raw: RawCapture, capture: Capture) -> LazyCapture:
+    """A capture whose files are not looked at again."""
+    return LazyCapture(layout, raw, capture, Agreement("none", np.nan, np.nan, 1, 0), {})

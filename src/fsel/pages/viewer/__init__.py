@@ -1,0 +1,204 @@
+"""A scene in a browser: a splat or points, the cameras around it, and their photos, in one page."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from html import escape
+
+import numpy as np
+
+from fsel.data.capture import Capture
+from fsel.data.geometry import upwards
+from fsel.data.points import SparsePoints
+from fsel.data.subsets import evenly
+from fsel.pages.viewer.bundle import WEB, script
+from fsel.reconstruct import ply
+from fsel.reconstruct.gaussians.render import NEAREST
+from fsel.request.paths import attention
+
+STATES = {  # colours of the report
+    "pick": {"colour": "#d55e00", "label": "picked"},
+    "held": {"colour": "#0072b2", "label": "held out"},
+    "left": {"colour": "#b5b5b5", "label": "left out"},
+    "bad": {"colour": "#cc3311", "label": "bad"},
+    "frame": {"colour": "#b5b5b5", "label": "frames"},
+}
+MOST_POINTS = 20_000
+BITS = 11  # of a mantissa that are kept in the page, of 23: half the bytes, less than 0.05 %
+BEHIND = (0.13, 0.13, 0.13)  # colour behind points
+BACK = {True: 1.4, False: 1.9}  # times as far from the middle as the first camera: where the page's
+# view of a splat begins, and of points, which hide nothing
+UNCOLOURED = 190  # grey of points without colours
+RAISED = 0.25  # of the extent, upwards of that
+DOWN = np.array([0.0, 1.0, 0.0])  # of the world, where no camera tells: as COLMAP's first camera
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera as the page shows it.
+
+    Attributes:
+        name: of its frame.
+        state: a key of `STATES`.
+        note: what a person should know of it.
+        picture: a JPEG file of its frame as its camera sees it, or None.
+    """
+
+    name: str
+    state: str
+    note: str = ""
+    picture: bytes | None = None
+
+
+def moved(cloud: ply.Cloud, origin: np.ndarray) -> bytes:
+    """A `.ply` file of a cloud around an origin, (3,)."""
+    stream = io.BytesIO()
+    ply.write(stream, replace(cloud, xyz=cloud.xyz - origin))
+    return stream.getvalue()
+
+
+def packed(cloud: ply.Cloud, origin: np.ndarray) -> bytes:
+    """The same with parameters rounded to `BITS`, as a gzip file of half the size."""
+    names = ("harmonics", "logit", "log_scale", "turn")
+    thin = replace(cloud, **{name: _rounded(getattr(cloud, name)) for name in names})
+    return gzip.compress(moved(thin, origin), 6, mtime=0)
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """Float32 with `BITS` of the mantissa, which compress."""
+    gone = 23 - BITS
+    bits = values.astype(np.float32).view(np.uint32)
+    return ((bits + (1 << (gone - 1))) & np.uint32(0xFFFFFFFF << gone & 0xFFFFFFFF)).view(
+        np.float32
+    )
+
+
+def scene(
+    capture: Capture | None,
+    cameras: Sequence[Camera],
+    cloud: ply.Cloud | None,
+    points: SparsePoints | None = None,
+    url: str | None = None,
+) -> dict:
+    """Content of a page, for the script's `mount`: numbers and text alone, lengths in world units.
+
+    Args:
+        capture: whose cameras are shown; None shows none.
+        cameras: one entry a frame of it.
+        cloud: Gaussians; None shows the points.
+        points: sparse points of the scene.
+        url: where the page finds `moved(cloud, origin)`; by default it holds the cloud itself.
+
+    Returns:
+        `origin` of the world, which everything is relative to; `model` or `points`; the `cameras`
+        with poses (12 numbers, world to camera), intrinsics and size; `states`; and the view that
+        the page begins with.
+    """
+    content = _content(cloud, points)
+    middle, reach, start, up = _beginning(capture, content, BACK[cloud is not None])
+    origin = middle.astype(np.float32).astype(np.float64)
+    scene = {
+        "origin": origin.tolist(),
+        "up": up.tolist(),
+        "target": (middle - origin).tolist(),
+        "start": (start - origin).tolist(),
+        "extent": reach,
+        "near": reach / 1000 if cloud is None else NEAREST,
+        "background": BEHIND if cloud is None else cloud.background.tolist(),
+        "states": STATES,
+        "cameras": [] if capture is None else _cameras(capture, cameras, origin),
+        "model": None,
+        "points": None,
+    }
+    if cloud is not None:
+        inside = {} if url else {"packed": _text(packed(cloud, origin))}
+        scene["model"] = {"url": url, **inside}
+    elif points is not None:
+        some = evenly(len(points.xyz), MOST_POINTS)
+        places = (points.xyz[some] - origin).astype(np.float32).round(5)
+        colours = points.rgb[some] if points.rgb.any() else np.full((len(some), 3), UNCOLOURED)
+        scene["points"] = {"xyz": places.tolist(), "rgb": colours.tolist()}
+    return scene
+
+
+def _content(cloud: ply.Cloud | None, points: SparsePoints | None) -> np.ndarray:
+    """(n, 3) places of what is shown."""
+    if cloud is not None:
+        return cloud.xyz
+    return np.empty((0, 3)) if points is None else points.xyz
+
+
+def _beginning(
+    capture: Capture | None, content: np.ndarray, back: float
+) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+    """Middle and extent of a scene, where its view begins, and the unit upward direction."""
+    middle = np.median(content, axis=0) if len(content) else np.zeros(3)
+    if capture is None:
+        reach = float(np.median(np.linalg.norm(content - middle, axis=1))) * 3 or 1.0
+        return middle, reach, middle - reach * np.array([0.0, 0.3, 1.0]), -DOWN
+    try:
+        middle = attention(capture.centers, capture.axes)
+    except ValueError:  # no common point: what is seen has its own middle
+        middle = middle if len(content) else capture.centers.mean(axis=0)
+    reach = float(np.linalg.norm(capture.centers - middle, axis=1).max()) or 1.0
+    up = upwards(capture.world_to_camera)
+    start = middle + back * (capture.centers[0] - middle) + RAISED * reach * up
+    return middle, reach, start, up
+
+
+def _cameras(capture: Capture, cameras: Sequence[Camera], origin: np.ndarray) -> list[dict]:
+    poses = capture.world_to_camera.copy()
+    poses[:, :, 3] += poses[:, :, :3] @ origin
+    return [
+        asdict(camera)
+        | {
+            "picture": camera.picture and f"data:image/jpeg;base64,{_text(camera.picture)}",
+            "pose": pose.ravel().round(8).tolist(),
+            "intrinsics": intrinsics.round(4).tolist(),
+            "size": capture.size,
+        }
+        for camera, pose, intrinsics in zip(cameras, poses, capture.intrinsics, strict=True)
+    ]
+
+
+def _text(content: bytes) -> str:
+    return base64.b64encode(content).decode("ascii")
+
+
+def component(content: dict, identifier: str = "view") -> str:
+    """An element that shows a scene, for a page that gives it a height; JavaScript finds it as
+    `window[identifier]`, which can `fly(index)` and `leave()`.
+
+    Args:
+        content: see `scene`.
+        identifier: of the element, once in a page.
+    """
+    data = json.dumps(content, separators=(",", ":")).replace("</", "<\\/")
+    style = (WEB / "viewer.css").read_text(encoding="utf-8")
+    shown = f"JSON.parse(document.getElementById('{identifier}-data').textContent)"
+    mounted = f"fselViewer.mount(document.getElementById('{identifier}'), {shown})"
+    return (
+        f"<style>{style}</style><div id='{identifier}'></div><script>{script()}</script>"
+        f"<script type='application/json' id='{identifier}-data'>{data}</script>"
+        f"<script>window['{identifier}'] = {mounted};</script>"
+    )
+
+
+def page(title: str, content: dict) -> str:
+    """A page of one scene, which opens from disk; see `scene`."""
+    return "\n".join(
+        [
+            "<!doctype html>",
+            '<html lang="en"><head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>{escape(title)}</title>",
+            "<style>html, body, #view { height: 100%; margin: 0; }</style></head><body>",
+            component(content),
+            "</body></html>",
+        ]
+    )

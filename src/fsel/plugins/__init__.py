@@ -1,1 +1,0 @@
-"""Plugins of other programs, which import them by their entry points: one file each."""
