@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 
 from fsel.data.capture import Capture
-from fsel.request.targets import frames_of
+from fsel.request.frames import frames_of
 from fsel.utils.wording import unexpected
 
 if TYPE_CHECKING:

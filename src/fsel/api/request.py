@@ -9,9 +9,10 @@ from fsel.data.capture import Capture
 from fsel.data.problem import Method
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
+from fsel.request.frames import Wish
 from fsel.request.memory import within
 from fsel.request.patience import Patience
-from fsel.request.targets import ALL, Request, Targets, Wish, check_count, targets_of
+from fsel.request.targets import ALL, Request, Targets, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import RENAMED, Learned
 from fsel.utils.wording import counted, unexpected

@@ -27,10 +27,11 @@ from fsel.request import budget
 from fsel.request.budget import Auto, Budget
 from fsel.request.cover import Cover
 from fsel.request.focus import Focus
+from fsel.request.frames import Wish
 from fsel.request.patience import Patience, Tried
 from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
-from fsel.request.targets import Request, Targets, Wish
+from fsel.request.targets import Request, Targets
 from fsel.selector.policies import Learned, Ranked
 from fsel.utils.wording import counted, listed
 

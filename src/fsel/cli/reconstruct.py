@@ -20,7 +20,7 @@ from fsel.export.subset import TRAIN
 from fsel.images.film import captioned, levels
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.quality import QUALITIES, Quality
-from fsel.request.targets import named_in
+from fsel.request.frames import named_in
 from fsel.utils.files import unfinished
 from fsel.utils.outputs import refuse_overlap, staged
 from fsel.utils.wording import counted

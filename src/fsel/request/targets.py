@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,9 +12,9 @@ from fsel.data.capture import Capture, Views, check_poses
 from fsel.data.geometry import pairwise_distances
 from fsel.data.subsets import evenly
 from fsel.request.camera_path import camera_path
+from fsel.request.frames import Wish, frames_of, frames_wished, named_in
 from fsel.request.paths import orbit, trajectory, whole
-from fsel.utils.parsing import read_text, slashed
-from fsel.utils.wording import counted, unexpected
+from fsel.utils.wording import counted
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
@@ -26,7 +25,6 @@ ORBIT = "orbit"
 EVERY = "every:"
 LISTS = ("", ".txt", ".lst", ".list")  # endings of files of frame names
 
-Wish = None | str | Path | Sequence[str] | Sequence[int] | np.ndarray
 Request = None | str | Path | Views | Sequence[str] | Sequence[int] | np.ndarray
 
 
@@ -70,7 +68,7 @@ class Targets:
         Raises:
             ValueError: for frames that the capture does not have, or that cannot be selected.
         """
-        wanted, unwanted = (_wish(capture, wish) for wish in (always, never))
+        wanted, unwanted = (frames_wished(capture, wish) for wish in (always, never))
         wished = replace(self, never=unwanted, always=wanted)
         for frames, why, _ in wished.left_out():
             for lost in np.intersect1d(wanted, frames):
@@ -209,67 +207,6 @@ def _of_file(capture: Capture, path: Path, most: int) -> Targets:
         raise ValueError(f"{path}: is no file of targets; allowed: {', '.join(WORDS)}")
     frames = np.sort(named_in(path, capture))
     return _held_out(capture, frames, f"{counted(len(frames), 'frame')} of {path.name}, held out")
-
-
-def _wish(capture: Capture, wish: Wish) -> np.ndarray:
-    """(n,) int64 frames of a list, which may be empty, or a file of them."""
-    if wish is None or (not isinstance(wish, str | Path) and len(wish) == 0):
-        return np.empty(0, np.int64)
-    if isinstance(wish, str | Path):
-        path = Path(wish)
-        if not path.is_file():
-            raise FileNotFoundError(f"{path}: no such file of frame names, one a line")
-        return named_in(path, capture)
-    return frames_of(capture, wish)
-
-
-def named_in(path: Path, capture: Capture) -> np.ndarray:
-    """(n,) numbers of the distinct frames that a file names, one a line, in its order.
-
-    Raises:
-        ValueError: when it names none, or one that the capture does not have.
-    """
-    names = [line.strip() for line in read_text(path).splitlines()]
-    return _numbers(capture, [name for name in names if name], path)
-
-
-def frames_of(
-    capture: Capture, frames: Sequence[Any] | np.ndarray, what: str = "frames"
-) -> np.ndarray:
-    """(n,) int64 frames by name or number, or as a mask of all, each once, in their order.
-
-    Raises:
-        TypeError: for anything else; `what` names it.
-        ValueError: for none, or a frame that the capture does not have.
-    """
-    given = np.asarray(frames)
-    if given.dtype == bool and given.shape == (len(capture),):
-        given = np.flatnonzero(given)
-    if given.ndim != 1 or (given.size and given.dtype.kind not in "iuU"):
-        raise unexpected(what, frames, f"names or numbers of the {len(capture)} frames")
-    return _numbers(capture, given.tolist())
-
-
-def _numbers(
-    capture: Capture, named: Sequence[Any] | np.ndarray, path: Path | None = None
-) -> np.ndarray:
-    """(n,) int64 frames by name or number, each once, in the order of `named`."""
-    where = f"{path}: " if path else ""
-    if not len(named):
-        raise ValueError(f"{where}no frame is named")
-    rows = {name: i for i, name in enumerate(capture.names)}
-    named = [slashed(f) if isinstance(f, str) and f not in rows else f for f in named]
-    unknown = [
-        frame
-        for frame in named
-        if (frame not in rows if isinstance(frame, str) else not 0 <= frame < len(capture))
-    ]
-    if unknown:
-        raise ValueError(
-            f"{where}{counted(len(unknown), 'frame')} not in the capture, the first "
-            f"{unknown[0]!r}; its names are like {capture.names[0]!r}"
-        )
-    return np.array(list(dict.fromkeys(rows[f] if isinstance(f, str) else int(f) for f in named)))
 
 
 def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:

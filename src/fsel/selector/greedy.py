@@ -1,7 +1,7 @@
 """The greedy loop around a scorer (paper, section 3.3), without torch and without waste.
 
 What does not change is computed once: the static features, their standardisation and their part
-of the score. What follows the selection is kept running (see `fsel.selector.compiled`).
+of the score. What follows the selection is kept running (see `fsel.selector.following`).
 """
 
 from __future__ import annotations
