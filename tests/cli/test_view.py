@@ -57,22 +57,6 @@ def test_a_selection_colours_the_cameras_of_its_capture(made, capsys):
     assert main(["view", str(made / "picked"), "-o", str(out), "--force"]) == 0
 
 
-def test_a_capture_is_opened_as_it_was_for_the_selection(made, monkeypatch):
-    file = made / "picked" / "selection.json"
-    record = json.loads(file.read_text())
-    assert record["capture"]["opened"]["layout"] == "auto"
-    record["capture"]["opened"] |= {"poses": "colmap", "rate": 2.0}
-    record["capture"]["beside"] = [str(made / "second.mp4")]
-    file.write_text(json.dumps(record))
-    opened = []
-    monkeypatch.setattr(view.posing, "opened", lambda args, *rest: opened.append(args) or 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        main(["view", str(made / "picked"), "-o", str(made / "page.html")])
-    (args,) = opened
-    assert (args.capture, args.beside) == (made / "ring", [made / "second.mp4"])
-    assert (args.poses, args.rate, args.k) == ("colmap", 2.0, 5)
-
-
 def test_a_capture_alone_shows_its_points(made):
     assert main(["view", str(made / "ring"), "-o", str(made / "page.html")]) == 0
     content = data_of((made / "page.html").read_text())

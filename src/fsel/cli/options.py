@@ -9,8 +9,15 @@ from fsel.cli.values import Captures, positive, whole
 from fsel.utils.limits import MAX_ERROR
 
 LARGEST = 16384  # pixels of a working image's longer side
-OPENING = ("poses", "video_frames", "rate", "layout", "max_error", "skip_unreadable")
-"""What `add_opening` adds."""
+OPENING = {
+    "poses": "layout",
+    "video_frames": None,
+    "rate": None,
+    "layout": "auto",
+    "max_error": MAX_ERROR,
+    "skip_unreadable": False,
+}
+"""What `add_opening` adds, and what they are where a command line does not say."""
 
 
 def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:
@@ -42,7 +49,7 @@ def add_opening(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--poses",
         choices=("layout", "colmap"),
-        default="layout",
+        default=OPENING["poses"],
         help="the capture's own (by default), or those that COLMAP finds in its images alone",
     )
     add_video(command)
@@ -57,13 +64,15 @@ def add_captures(command: argparse.ArgumentParser, text: str) -> None:
 def add_reading(command: argparse.ArgumentParser) -> None:
     """Add options of how a folder is read."""
     command.add_argument(
-        "--layout", default="auto", help="how the folder is laid out; recognised by default"
+        "--layout",
+        default=OPENING["layout"],
+        help="how the folder is laid out; recognised by default",
     )
     command.add_argument(
         "--max-error",
         type=positive,
         metavar="SHARE",
-        default=MAX_ERROR,
+        default=OPENING["max_error"],
         help="greatest median disagreement of poses and images, as a share of the images' longer "
         f"side, {MAX_ERROR} by default",
     )

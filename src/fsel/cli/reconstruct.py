@@ -14,6 +14,7 @@ from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.cli.request import inputs_of
+from fsel.cli.selected import open_as, record_of
 from fsel.data.capture import Capture
 from fsel.export.forms import TRANSFORMS
 from fsel.export.subset import TRAIN
@@ -47,6 +48,8 @@ def run(args: argparse.Namespace, console: Console) -> None:
         _check_preview(args)
     if args.frames is None and (args.capture / TRAIN / TRANSFORMS).is_file():
         args.capture /= TRAIN  # of a selection that holds frames out
+    if args.frames is not None:
+        open_as(args, record_of(args.frames.parent))
     with staged(args.out, "reconstruct", inputs_of(args), args.force, folder=False) as stage:
         opened = posing.opened(args, console, args.long_side)
         frames = np.arange(len(opened.capture))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import numpy as np
 
 from fsel.cli import posing
 from fsel.cli.console import Console
+from fsel.cli.selected import as_written, open_as, record_of
 from fsel.export.forms import CLOUD
 from fsel.export.record import RECORD
 from fsel.images.previews import in_turn, jpeg, reduced
@@ -35,15 +35,6 @@ class Sources:
     model: Path | None
     record: dict
     capture: Path | None
-
-    @property
-    def opening(self) -> dict:
-        """Options that the selection opened its capture with, which found the poses of a video."""
-        told = self.record.get("capture", {})
-        if "opened" not in told or self.capture != Path(told["folder"]):
-            return {}
-        beside = [Path(path) for path in told["beside"]]
-        return told["opened"] | {"beside": beside, "k": self.record["settings"]["k"]}
 
     @property
     def read(self) -> list[Path]:
@@ -87,20 +78,11 @@ def sources_of(given: list[Path]) -> Sources:
         found[kind] = path
     model, record = found.get("model"), {}
     if "selection" in found:
-        record = _record(found["selection"] / RECORD)
+        record = record_of(found["selection"])
         inside = [ply for ply in found["selection"].glob("*.ply") if ply.name != CLOUD]
         model = model or (inside[0] if len(inside) == 1 else None)
     stated = Path(record["capture"]["folder"]) if record else None
     return Sources(model, record, found.get("capture", stated))
-
-
-def _record(file: Path) -> dict:
-    try:
-        record = json.loads(file.read_text(encoding="utf-8"))
-        record["capture"]["folder"], record["frames"], record["left"], record["targets"]["held_out"]
-    except (ValueError, TypeError, KeyError) as error:
-        raise ValueError(f"{file}: is no record of fsel select ({error})") from error
-    return record
 
 
 def _scene(
@@ -113,9 +95,11 @@ def _scene(
         console.say("model", f"{len(cloud.xyz)} Gaussians, harmonics of degree {cloud.degree}")
     if sources.capture is None:
         return viewer.scene(None, [], cloud, url=url), cloud
-    vars(args).update(capture=sources.capture, **sources.opening)
+    args.capture = sources.capture
+    open_as(args, sources.record)
     opened = posing.opened(args, console, args.long_side)
     capture = opened.capture if cloud is not None else opened.with_all_points()
+    capture = as_written(capture, sources.record)
     side = args.long_side * picture_side(len(capture)) // SIDE  # many would make a page too large
     pictures = in_turn(
         lambda at: jpeg(reduced(np.asarray(capture.images[at]), side)),

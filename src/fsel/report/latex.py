@@ -15,8 +15,9 @@ from fsel.metrics import REGISTERED
 from fsel.report.summary import ALL_FRAMES
 
 MISSING = "--"
-# to the page where it is wider, never enlarged
 BLOCKS = 3  # of two datasets each, on a page
+APART = r"\setlength{\belowcaptionskip}{4pt}"  # a table follows its caption; LaTeX leaves no room
+# to the page where it is wider, never enlarged
 SHRUNK = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%"
 
 
@@ -86,6 +87,7 @@ def _page(blocks: Sequence[str], head: Sequence[str]) -> str:
         [
             r"\begin{table*}[t]",
             r"\centering",
+            APART,
             *head,
             r"\scriptsize",
             r"\setlength{\tabcolsep}{2.5pt}",
@@ -118,6 +120,7 @@ def plain_table(
     lines = [
         r"\begin{table}[t]",
         r"\centering",
+        APART,
         rf"\caption{{{caption}}}",
         rf"\label{{{label}}}",
         r"\scriptsize",

@@ -1,0 +1,72 @@
+"""A capture of which frames were selected: opened again, and in the world that was written."""
+
+import json
+
+import numpy as np
+import pytest
+from small_captures import write_ring
+
+from fsel.cli import main, posing
+from fsel.cli.selected import as_written, record_of
+from fsel.ingest.lazy import open_capture
+from fsel.viewer import bundle
+
+
+@pytest.fixture
+def picked(tmp_path, monkeypatch):
+    """A selection whose record says that its capture was a video, placed with another's frames."""
+    write_ring(tmp_path / "ring")
+    asked = ["-k", "5", "--patience", "0", "--up", "auto", "--quiet"]
+    assert main(["select", str(tmp_path / "ring"), *asked, "-o", str(tmp_path / "picked")]) == 0
+    monkeypatch.setattr(bundle, "script", lambda: "")
+    monkeypatch.setattr("fsel.cli.view.script", lambda: "")
+    return tmp_path / "picked"
+
+
+@pytest.fixture
+def opened(picked, monkeypatch):
+    """Command lines whose captures were to be opened."""
+    file, given = picked / "selection.json", []
+    record = json.loads(file.read_text())
+    assert record["capture"]["opened"]["layout"] == "auto"
+    record["capture"]["opened"] |= {"poses": "colmap", "rate": 2.0}
+    record["capture"]["beside"] = [str(picked.parent / "second.mp4")]
+    file.write_text(json.dumps(record))
+    monkeypatch.setattr(posing, "opened", lambda args, *_: given.append(args) or 1 / 0)
+    return given
+
+
+@pytest.mark.parametrize("command", ["view", "reconstruct"])
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_capture_is_opened_as_the_selection_did_unless_stated(command, stated, picked, opened):
+    ring, more = picked.parent / "ring", ["--rate", "3"] if stated else []
+    source = [picked] if command == "view" else [ring, "--frames", picked / "frames.txt"]
+    ending = ".html" if command == "view" else ".ply"
+    with pytest.raises(ZeroDivisionError):
+        main([command, *map(str, source), *more, "-o", str(picked.parent / f"out{ending}")])
+    (args,) = opened
+    assert args.capture == ring
+    if stated:
+        assert (args.poses, args.rate, args.beside) == ("layout", 3.0, [])
+    else:
+        assert (args.poses, args.rate, args.k) == ("colmap", 2.0, 5)
+        assert args.beside == [picked.parent / "second.mp4"]
+
+
+def test_the_frames_of_another_capture_say_nothing_of_how_this_one_is_opened(picked, opened):
+    write_ring(picked.parent / "other")
+    asked = ["--frames", str(picked / "frames.txt"), "-o", str(picked.parent / "out.ply")]
+    with pytest.raises(ZeroDivisionError):
+        main(["reconstruct", str(picked.parent / "other"), *asked])
+    assert opened[0].rate is None
+
+
+def test_a_page_shows_the_world_that_was_written(picked):
+    written = open_capture(picked).with_all_points()
+    record = record_of(picked)
+    whole = as_written(open_capture(picked.parent / "ring").with_all_points(), record)
+    frames = [whole.names.index(name) for name in written.names]
+    np.testing.assert_allclose(written.world_to_camera, whole.world_to_camera[frames], atol=1e-9)
+    apart = written.points.xyz[:, None] - whole.points.xyz
+    assert np.linalg.norm(apart, axis=2).min(axis=1).max() < 1e-5
+    assert abs(np.array(record["turn"]) - np.eye(3)).max() > 0.1
