@@ -2,8 +2,8 @@
 
     python benchmarks/viewer.py MODEL.ply=CAPTURE... --long-side 480
 
-Prints for each model its Gaussians, the page's megabytes, the seconds until the splat is loaded,
-and the PSNR of the page's picture against the library's rendering at five cameras.
+Prints for each model its Gaussians, the page's megabytes, the seconds until the whole splat is
+drawn, and the PSNR of the page's picture against the library's rendering at five cameras.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def main() -> None:
         psnr = score_views(pictures.astype(np.float32) / 255, rendered, None, ("psnr",))[:, 0]
         print(
             f"{Path(file).name}: {model.primitives} Gaussians, {len(page) / 1e6:.1f} MB without "
-            f"photos, loaded after {seconds:.1f} s, PSNR {psnr.min():.1f} to {psnr.max():.1f} dB, "
+            f"photos, first picture after {seconds:.1f} s, PSNR {psnr.min():.1f} to {psnr.max():.1f} dB, "
             f"mean {psnr.mean():.1f} dB at {len(frames)} cameras",
             flush=True,
         )

@@ -8,15 +8,18 @@ from browsing import acted
 
 SCRIPT = """
 await view.ready;
+const drawn = async (frames) => {{
+  for (let quiet = 0; quiet < frames;) {{
+    await new Promise(requestAnimationFrame);
+    quiet = view.spark.sorting || view.spark.dirty || view.asked ? 0 : quiet + 1;
+  }}
+}};
+await drawn(1);
 const first = performance.now();
-const tick = () => new Promise(requestAnimationFrame);
 const shots = [];
 for (const at of {frames}) {{
   view.fly(at, 0);
-  for (let quiet = 0; quiet < 4;) {{
-    await tick();
-    quiet = view.spark.sorting || view.spark.dirty || view.asked ? 0 : quiet + 1;
-  }}
+  await drawn(4);
   view.renderer.render(view.scene, view.camera);
   shots.push(view.renderer.domElement.toDataURL());
 }}
@@ -25,7 +28,7 @@ return {{ first, shots }};
 
 
 def drawn(page, size, frames, folder):
-    """Pictures at some cameras, and the seconds until the splat was loaded.
+    """Pictures at some cameras, and the seconds until the whole splat was first drawn.
 
     Args:
         page: text of `fsel.pages.viewer.page`.

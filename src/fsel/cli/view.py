@@ -133,7 +133,7 @@ def _cameras(names: Sequence[str], pictures: Sequence[bytes], record: dict) -> l
         return state, reasons.get(name, "")
 
     return [
-        viewer.Camera(name, *told(name), picture)
+        viewer.Camera(name, *told(name), picture, picked.get(name, {}).get("order"))
         for name, picture in zip(names, pictures, strict=True)
     ]
 

@@ -25,7 +25,7 @@ STATES = {  # colours of the report
     "pick": {"colour": "#d55e00", "label": "picked"},
     "held": {"colour": "#0072b2", "label": "held out"},
     "left": {"colour": "#b5b5b5", "label": "left out"},
-    "bad": {"colour": "#cc3311", "label": "bad"},
+    "bad": {"colour": "#b00020", "label": "bad"},
     "frame": {"colour": "#b5b5b5", "label": "frames"},
 }
 MOST_POINTS = 20_000
@@ -47,12 +47,14 @@ class Camera:
         state: a key of `STATES`.
         note: what a person should know of it.
         picture: a JPEG file of its frame as its camera sees it, or None.
+        order: of a pick, from 1.
     """
 
     name: str
     state: str
     note: str = ""
     picture: bytes | None = None
+    order: int | None = None
 
 
 def moved(cloud: ply.Cloud, origin: np.ndarray) -> bytes:

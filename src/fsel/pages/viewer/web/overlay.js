@@ -59,6 +59,13 @@ export class Overlay {
     button.onclick = () => this.viewer.home();
   }
 
+  /** A badge with the order of a pick, below all else. */
+  order(number) {
+    const badge = made("b", "order", this.viewer.element, String(number));
+    this.viewer.element.insertBefore(badge, this.tip);
+    return badge;
+  }
+
   key(event) {
     const acts = {
       ArrowLeft: () => this.next(-1),

@@ -60,8 +60,8 @@ export class Viewer {
     this.controls.addEventListener("start", () => this.leave());
     this.controls.addEventListener("change", () => this.redraw());
     this.at = null;
-    this.cameras = new Cameras(this);
     this.overlay = new Overlay(this);
+    this.cameras = new Cameras(this);
     this.ready = this.load();
     new ResizeObserver(() => this.resize()).observe(element);
     this.resize();
@@ -115,6 +115,7 @@ export class Viewer {
       this.asked = false;
       this.step(now);
       this.renderer.render(this.scene, this.camera);
+      this.cameras.number();
     });
   }
 
