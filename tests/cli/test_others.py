@@ -48,8 +48,11 @@ def test_without_a_terminal_long_loops_print_lines(monkeypatch, capsys):
     assert not capsys.readouterr().err
     monkeypatch.setattr(console, "EVERY", 0.0)
     assert list(told("ab", 2)) == ["a", "b"]
-    lines = ["fsel: matching: 1 of 2 after 0 s", "fsel: matching: 2 of 2 after 0 s"]
+    lines = [f"fsel: matching: {n} of 2 after 0 s, about 0 s left" for n in (1, 2)]
     assert capsys.readouterr().err.splitlines() == lines
+    with Console(quiet=False, as_json=True).steps("fitting") as advance:
+        advance(3, 4, 0.5)
+    assert capsys.readouterr().err == "fsel: fitting: 3 of 4 after 0 s, about 0 s left\n"
     assert list(Console(quiet=True, as_json=False).bar("matching")("a", 1)) == ["a"]
     assert not capsys.readouterr().err
 

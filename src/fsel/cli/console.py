@@ -83,9 +83,13 @@ class Console:
 
     @contextmanager
     def steps(self, label: str) -> Iterator[Callable[[int, int, float], None]]:
-        """Progress bar, after two seconds, of a function of steps made, all steps and the loss."""
-        if self.silent:
+        """Progress of a function of steps made, all steps and the loss: as `bar` shows it."""
+        if self.quiet:
             yield lambda made, count, loss: None
+            return
+        if self.silent:
+            told = _lines(label)
+            yield lambda made, count, loss: told(made, count)
             return
         from tqdm import tqdm
 
@@ -115,26 +119,39 @@ class Console:
 
             yield advance
 
-    def _lines(self, label: str, items: Iterable, count: int) -> Iterator:
-        """Items of a loop, with a line on standard error every twenty seconds."""
-        started = said = time.monotonic()
-        for made, item in enumerate(items, 1):
-            yield item
-            now = time.monotonic()
-            if now - said >= EVERY:
-                said = now
-                line = f"{label}: {made} of {count} after {now - started:.0f} s"
-                print(f"fsel: {line}", file=sys.stderr, flush=True)
-
     def bar(self, label: str) -> Progress:
         """A progress bar on standard error after two seconds; lines where that is no terminal."""
         if self.quiet:
             return in_silence
         if self.silent:
-            return lambda items, count: self._lines(label, items, count)
+            return lambda items, count: _looped(label, items, count)
         from tqdm import tqdm
 
         def progress(items: Iterable, count: int) -> Iterable:
             return tqdm(items, label, count, delay=PATIENCE, leave=False)
 
         return progress
+
+
+def _lines(label: str) -> Callable[[int, int], None]:
+    """Function of what is made, of how many: it prints a line on standard error now and then."""
+    started = said = time.monotonic()
+
+    def tell(made: int, count: int) -> None:
+        nonlocal said
+        now = time.monotonic()
+        if now - said >= EVERY:
+            said, gone = now, now - started
+            left = gone / made * (count - made)
+            line = f"{label}: {made} of {count} after {gone:.0f} s, about {left:.0f} s left"
+            print(f"fsel: {line}", file=sys.stderr, flush=True)
+
+    return tell
+
+
+def _looped(label: str, items: Iterable, count: int) -> Iterator:
+    """Items of a loop that `_lines` tells of."""
+    tell = _lines(label)
+    for made, item in enumerate(items, 1):
+        yield item
+        tell(made, count)
