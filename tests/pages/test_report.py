@@ -8,15 +8,16 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-from browsing import decoded, looked_at, needs_a_browser, photographed, pictures
+from browsing import acted, decoded, looked_at, needs_a_browser, photographed, pictures
 from selection_problems import capture_of
 from small_captures import damage_pixels, film, record_of, select, write_ring
 
 from fsel.cli import main
 from fsel.cli.again import AGAINST, LISTS, without
 from fsel.pages.over_time import speeds
-from fsel.pages.report import LARGE, SHOWN, SIDE, picture_side
+from fsel.pages.report import LARGE, SHOWN, SIDE, WORLD, picture_side, with_view
 from fsel.pages.scene import _extent
+from fsel.viewer import bundle
 
 MEASURE = """(() => {
 const all = (query) => [...document.querySelectorAll(query)];
@@ -76,6 +77,16 @@ for (let x = 5; x < box.width; x += 10) for (let y = 5; y < box.height; y += 10)
 return names.size;
 })()"""
 
+FLOWN = """
+await view.ready;
+document.querySelectorAll('.frame')[5].click();
+const clicked = view.at;
+const key = new KeyboardEvent('keydown', { key: 'ArrowRight', bubbles: true });
+view.element.dispatchEvent(key);
+return [clicked, view.at, document.getElementById('name').textContent,
+  document.querySelectorAll('canvas').length, document.querySelectorAll('.order').length];
+"""
+
 
 @pytest.fixture
 def out(tmp_path):
@@ -88,6 +99,23 @@ def out(tmp_path):
 def test_the_page_names_the_command_that_shows_it_in_a_scene(out):
     (said,) = re.findall("<code>(.*?)</code>", (out / "report.html").read_text())
     assert shlex.split(said) == ["fsel", "view", str(out), "-o", f"{out}.html"]
+
+
+@needs_a_browser
+def test_with_the_viewer_frames_and_cameras_are_chosen_together(out, tmp_path):
+    try:
+        bundle.script()
+    except ValueError as error:  # offline, and never made before
+        pytest.skip(str(error))
+    assert main(["view", str(out), "-o", str(tmp_path / "view.html")]) == 0
+    page = (tmp_path / "view.html").read_text()
+    assert acted(page, (1000, 800), FLOWN, tmp_path) == [5, 6, "frame_006.jpg", 1, 7]
+
+
+def test_what_is_no_report_takes_no_viewer():
+    for text in ("<html></html>", f"{WORLD}</figure>{WORLD}</figure>"):
+        with pytest.raises(ValueError, match="no report of this version"):
+            with_view(text, "")
 
 
 @needs_a_browser

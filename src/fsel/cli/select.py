@@ -35,7 +35,7 @@ from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.images.previews import check_pixels, sharpness_of_files, thumbnails
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture
-from fsel.pages.report import Shown, frames_shown, page, picture_side
+from fsel.pages.report import REPORT, Shown, frames_shown, page, picture_side
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.hidden import behind
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         left = record.left(outcome) + record.unplaced(opened.found)
         wishes = commands(args, len(picks))
         shown = Shown(outcome, entries, left, pictures, wishes, posing.notes(opened.found))
-        (stage / "report.html").write_text(page(shown), encoding="utf-8")
+        (stage / REPORT).write_text(page(shown), encoding="utf-8")
         if args.sheet:
             from fsel.pages.sheet import sheet  # here: few ask for it, and it draws with Pillow
 

@@ -18,7 +18,7 @@ from fsel.export.forms import CLOUD
 from fsel.export.record import RECORD
 from fsel.images.previews import in_turn, jpeg, reduced
 from fsel.pages import viewer
-from fsel.pages.report import SIDE, picture_side
+from fsel.pages.report import REPORT, SIDE, picture_side, with_view
 from fsel.pages.viewer.bundle import script
 from fsel.reconstruct import ply
 from fsel.utils.outputs import staged
@@ -33,13 +33,15 @@ class Sources:
     """Files and folders that a command line names; see `sources_of`."""
 
     model: Path | None
+    selection: Path | None
     record: dict
     capture: Path | None
 
     @property
     def read(self) -> list[Path]:
         """The files and folders that are read."""
-        return [path for path in (self.model, self.capture) if path is not None]
+        paths = (self.model, self.selection, self.capture)
+        return [path for path in paths if path is not None]
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
@@ -49,11 +51,12 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError(f"{args.out}: a page is written as .html. Hint: -o NAME.html")
     script()  # a viewer that cannot be made is refused before work
     if args.serve is not None:
-        _serve(args.serve, *_scene(args, sources, console, url=MODEL), console)
+        content, cloud = _scene(args, sources, console, url=MODEL)
+        _serve(args.serve, _page(sources, content), np.array(content["origin"]), cloud, console)
         return
     with staged(args.out, "view", sources.read, args.force, folder=False) as stage:
         content, _ = _scene(args, sources, console)
-        page = viewer.page(_title(sources), content)
+        page = _page(sources, content)
         stage.write_text(page, encoding="utf-8")
     console.say("written", f"{args.out}: {len(page) / 1e6:.1f} MB, for a browser")
     console.give({"page": str(args.out.resolve()), "cameras": len(content["cameras"])})
@@ -82,7 +85,7 @@ def sources_of(given: list[Path]) -> Sources:
         inside = [ply for ply in found["selection"].glob("*.ply") if ply.name != CLOUD]
         model = model or (inside[0] if len(inside) == 1 else None)
     stated = Path(record["capture"]["folder"]) if record else None
-    return Sources(model, record, found.get("capture", stated))
+    return Sources(model, found.get("selection"), record, found.get("capture", stated))
 
 
 def _scene(
@@ -138,15 +141,23 @@ def _cameras(names: Sequence[str], pictures: Sequence[bytes], record: dict) -> l
     ]
 
 
-def _title(sources: Sources) -> str:
-    names = [path.name for path in sources.read]
-    return f"fsel view: {', '.join(names)}"
+def _page(sources: Sources, content: dict) -> str:
+    """The report of the selection, if there is one, with the scene in it; or the scene alone."""
+    if sources.selection is None:
+        names = [path.name for path in sources.read]
+        return viewer.page(f"fsel view: {', '.join(names)}", content)
+    file = sources.selection / REPORT
+    try:
+        return with_view(file.read_text(encoding="utf-8"), viewer.component(content))
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{file}: {error}") from error
 
 
-def _serve(port: int, content: dict, cloud: ply.Cloud | None, console: Console) -> None:
+def _serve(
+    port: int, page: str, origin: np.ndarray, cloud: ply.Cloud | None, console: Console
+) -> None:
     """Answer a browser on this machine until Ctrl-C."""
-    origin = np.array(content["origin"])
-    answers = {"/": ("text/html; charset=utf-8", viewer.page("fsel view", content).encode())}
+    answers = {"/": ("text/html; charset=utf-8", page.encode())}
     if cloud is not None:
         answers[MODEL] = ("application/octet-stream", viewer.moved(cloud, origin))
 

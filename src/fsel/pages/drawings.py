@@ -104,7 +104,8 @@ def _ticks(low: float, high: float) -> np.ndarray:
     """Round numbers between two, a power of ten or its double, its quarter or its half apart."""
     power = 10.0 ** np.floor(np.log10((high - low) / TICKS))
     step = next(power * by for by in (1, 2, 2.5, 5, 10) if power * by * TICKS >= high - low)
-    return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
+    first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
+    return step * np.arange(first, last + 1) + 0.0  # not -0
 
 
 def timeline(rows: Mapping[str, np.ndarray], marks: Mapping[str, Sequence[int]]) -> str:

@@ -56,7 +56,7 @@
     ring(now);
     buttons();
   };
-  const ring = mountScene(get('world'), data, show);
+  const ring = (window.mountView ?? mountScene)(get('world'), data, show);
 
   frames.forEach((frame, at) => frame.addEventListener('click', () => show(at)));
   const step = (by) => {

@@ -23,6 +23,14 @@ SIDE, LARGE, LEAST = 240, 300, 48  # pixels of a picture where so many are shown
 CELL = 84  # pixels of a frame's place on the page, were it square
 NOTE = "A point is seen well by two picks, which tell its depth; the scene is what the picks see."
 
+REPORT = "report.html"
+WORLD, END = '<figure class="world" id="world">', "</figure>"
+FLYING = (
+    "<script>window.mountView = (element, data, chosen) => view.beside(data.names, chosen);"
+    "</script><figcaption>Click a camera to fly to it and its photo; drag to turn, shift and drag "
+    "to move, scroll or pinch to zoom.</figcaption>"
+)
+
 
 class Commands(NamedTuple):
     """Command lines that make the selection anew.
@@ -112,6 +120,23 @@ def page(shown: Shown) -> str:
     return document(f"{heading}: {source_name}", ("report.css", "scene.js", "report.js"), body)
 
 
+def with_view(text: str, view: str) -> str:
+    """A report with the viewer in the place of its drawing of the cameras.
+
+    Args:
+        text: of a page.
+        view: element that `fsel.viewer.component` makes, named `view`.
+
+    Raises:
+        ValueError: for what is no report, or one that another version wrote.
+    """
+    before, found, rest = text.partition(WORLD)
+    _, end, after = rest.partition(END)
+    if not (found and end) or WORLD in after:
+        raise ValueError("is no report of this version of fsel. Hint: select again")
+    return f"{before}{WORLD}{view}{FLYING}{END}{after}"
+
+
 def cards_of(shown: Shown) -> list[Card]:
     """A card of every frame that is shown, in the order of the capture."""
     outcome = shown.outcome
@@ -158,13 +183,13 @@ def _world(outcome: Outcome, viewing: str) -> list[str]:
     bad = '<span class="key bad">bad frames</span>, ' if len(outcome.targets.bad) else ""
     views = ("held", "held-out frames") if known else ("target", "target views")
     return [
-        '<figure class="world" id="world"><button class="above">From above</button><figcaption>'
+        f'{WORLD}<button class="above">From above</button><figcaption>'
         '<span class="key pick">picks in order</span>, '
         f'<span class="key {views[0]}">{views[1]}</span>, '
         f'{bad}<span class="key">other frames</span>. '
         "Click a camera to see its frame; drag to turn, shift and drag to move, scroll or pinch to "
         f"zoom.{note} To fly to a camera and its photo: <code>{escape(viewing)}</code>"
-        "</figcaption></figure>"
+        f"</figcaption>{END}"
     ]
 
 

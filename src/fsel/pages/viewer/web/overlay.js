@@ -57,6 +57,11 @@ export class Overlay {
     }
     const button = made("button", "", this.legend, "whole scene");
     button.onclick = () => this.viewer.home();
+    if (!document.fullscreenEnabled) return;
+    const whole = made("button", "", this.legend, "full screen");
+    whole.onclick = () => document.fullscreenElement
+      ? document.exitFullscreen()
+      : this.viewer.element.requestFullscreen();
   }
 
   /** A badge with the order of a pick, below all else. */
@@ -75,6 +80,7 @@ export class Overlay {
     };
     if (!acts[event.key] || event.target === this.slider) return;
     event.preventDefault();
+    event.stopPropagation();
     acts[event.key]();
   }
 

@@ -60,6 +60,7 @@ export class Viewer {
     this.controls.addEventListener("start", () => this.leave());
     this.controls.addEventListener("change", () => this.redraw());
     this.at = null;
+    this.chosen = () => {};
     this.overlay = new Overlay(this);
     this.cameras = new Cameras(this);
     this.ready = this.load();
@@ -165,7 +166,21 @@ export class Viewer {
       land: () => this.overlay.open(entry, this.frame(entry)),
     };
     this.cameras.mark(index);
+    this.chosen(index);
     this.redraw();
+  }
+
+  /**
+   * Go together with a list of frames: `chosen(frame)` is called for the camera that is flown to.
+   * Returns a function that flies to the camera of a frame.
+   */
+  beside(names, chosen) {
+    const frames = this.data.cameras.map(({ name }) => names.indexOf(name));
+    this.chosen = (index) => frames[index] >= 0 && chosen(frames[index]);
+    return (frame) => {
+      const index = frames.indexOf(frame);
+      if (index >= 0 && index !== this.at) this.fly(index);
+    };
   }
 
   step(now) {
