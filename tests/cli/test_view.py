@@ -2,6 +2,7 @@
 
 import json
 import re
+import socket
 import subprocess
 import sys
 import urllib.request
@@ -112,6 +113,13 @@ def test_what_cannot_be_shown_is_refused(given, said, made, monkeypatch, capsys)
     assert main(["view", *given, *out]) == 1
     assert said in capsys.readouterr().err
     assert not (made / "page.html").exists()
+
+
+def test_a_port_that_another_program_has_is_refused(made, capsys):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        assert main(["view", str(made / "ring"), "--serve", port]) == 1
+    assert f"--serve {port}: Address already in use. Hint: another" in capsys.readouterr().err
 
 
 def test_a_server_gives_the_page_and_the_model(made):

@@ -51,8 +51,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError(f"{args.out}: a page is written as .html. Hint: -o NAME.html")
     script()  # a viewer that cannot be made is refused before work
     if args.serve is not None:
-        content, cloud = _scene(args, sources, console, url=MODEL)
-        _serve(args.serve, _page(sources, content), np.array(content["origin"]), cloud, console)
+        _serve(args, sources, console)
         return
     with staged(args.out, "view", sources.read, args.force, folder=False) as stage:
         content, _ = _scene(args, sources, console)
@@ -153,13 +152,26 @@ def _page(sources: Sources, content: dict) -> str:
         raise ValueError(f"{file}: {error}") from error
 
 
-def _serve(
-    port: int, page: str, origin: np.ndarray, cloud: ply.Cloud | None, console: Console
-) -> None:
+def _serve(args: argparse.Namespace, sources: Sources, console: Console) -> None:
     """Answer a browser on this machine until Ctrl-C."""
-    answers = {"/": ("text/html; charset=utf-8", page.encode())}
-    if cloud is not None:
-        answers[MODEL] = ("application/octet-stream", viewer.moved(cloud, origin))
+    answers: dict[str, tuple[str, bytes]] = {}
+    with _server(args.serve, answers) as server:
+        content, cloud = _scene(args, sources, console, url=MODEL)
+        answers["/"] = ("text/html; charset=utf-8", _page(sources, content).encode())
+        if cloud is not None:
+            moved = viewer.moved(cloud, np.array(content["origin"]))
+            answers[MODEL] = ("application/octet-stream", moved)
+        console.say("serving", f"http://127.0.0.1:{server.server_port}/ until Ctrl-C")
+        with suppress(KeyboardInterrupt):
+            server.serve_forever()
+
+
+def _server(port: int, answers: dict[str, tuple[str, bytes]]) -> ThreadingHTTPServer:
+    """A server of this machine that gives (type, content) of each path.
+
+    Raises:
+        ValueError: for a port that cannot be had.
+    """
 
     class Answers(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -168,12 +180,13 @@ def _serve(
             self.send_header("Content-Type", kind)
             self.send_header("Content-Length", str(len(body)))
             self.end_headers()
-            self.wfile.write(body)
+            with suppress(ConnectionError):  # the page was closed
+                self.wfile.write(body)
 
         def log_message(self, *said: object) -> None:
             """Nothing: a person looks at the page."""
 
-    with ThreadingHTTPServer(("127.0.0.1", port), Answers) as server:
-        console.say("serving", f"http://127.0.0.1:{server.server_port}/ until Ctrl-C")
-        with suppress(KeyboardInterrupt):
-            server.serve_forever()
+    try:
+        return ThreadingHTTPServer(("127.0.0.1", port), Answers)
+    except OSError as error:
+        raise ValueError(f"--serve {port}: {error.strerror}. Hint: another port") from error
