@@ -115,6 +115,7 @@ def test_what_cannot_be_shown_is_refused(given, said, made, monkeypatch, capsys)
     assert not (made / "page.html").exists()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there, two may listen at one port")
 def test_a_port_that_another_program_has_is_refused(made, capsys):
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])
