@@ -16,7 +16,6 @@ from fsel.cli import health as frame_health
 from fsel.cli import posing
 from fsel.cli.again import commands
 from fsel.cli.console import Console
-from fsel.cli.refining import refining
 from fsel.cli.request import focus_of, inputs_of, reasons
 from fsel.cli.select_content import selection_content
 from fsel.cli.select_limits import (
@@ -27,7 +26,7 @@ from fsel.cli.select_limits import (
     patience_of,
     refine_of,
 )
-from fsel.cli.trying import trying
+from fsel.cli.trying import refining, trying
 from fsel.data.capture import Capture
 from fsel.data.problem import Method
 from fsel.export import record, subset

@@ -14,6 +14,7 @@ from fsel.report.figures import (
     COLUMN,
     TEXT,
     footnote,
+    name_axes,
     new_figure,
     save,
     shared_legend,
@@ -43,10 +44,8 @@ def training(log: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> Non
             axis.plot(wide.index, wide, color=COLORS[number], linewidth=0.5, alpha=0.5)
             axis.plot(wide.index, wide.mean(axis=1), label=split, **style(number))
         axis.xaxis.set_major_locator(_whole_numbers())
-        axis.set_xlabel("epoch", fontsize=8)
-        axis.set_ylabel(label, fontsize=8)
+        name_axes(axis, "epoch", label)
         axis.set_ylim(0, 1.05 * log[column].max())
-        axis.tick_params(labelsize=7)
     axis.legend(fontsize=7)
     footnote(figure, note)
     save(figure, outputs)
@@ -72,9 +71,7 @@ def saturation(
     for axis, (column, label) in zip(figure.subplots(1, 3), panels.items(), strict=True):
         for number, (method, part) in enumerate(points.groupby("method", sort=False)):
             axis.plot(part["k"], part[column], label=labels[method], **style(number))
-        axis.set_xlabel("frames K", fontsize=8)
-        axis.set_ylabel(label, fontsize=8)
-        axis.tick_params(labelsize=7)
+        name_axes(axis, "frames K", label)
         if column != "psnr":
             axis.set_ylim(bottom=0)
     axis.legend(fontsize=7)
@@ -97,9 +94,7 @@ def swaps(gains: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None
     axis.fill_between(gains["seconds"], *band, color=COLORS[0], alpha=0.2, linewidth=0)
     axis.plot(gains["seconds"], gains["estimate"], label="estimated by the swaps", **style(1))
     axis.axhline(0, color="black", linewidth=0.5)
-    axis.set_xlabel("processor seconds of swaps", fontsize=8)
-    axis.set_ylabel("PSNR gained (dB)", fontsize=8)
-    axis.tick_params(labelsize=7)
+    name_axes(axis, "processor seconds of swaps", "PSNR gained (dB)")
     axis.legend(fontsize=7)
     footnote(figure, note)
     save(figure, outputs)
@@ -183,9 +178,7 @@ def _population(axis: Axes, population: pd.DataFrame) -> None:
     axis.plot(population["generation"], population["psnr"], ".", color="0.6", markersize=3)
     best = population.groupby("generation")["best"].last()
     axis.step(best.index, best, where="post", color=COLORS[0], label="fittest so far")
-    axis.set_xlabel("generation that met it", fontsize=8)
-    axis.set_ylabel("PSNR on the proxies (dB)", fontsize=8)
-    axis.tick_params(labelsize=7)
+    name_axes(axis, "generation that met it", "PSNR on the proxies (dB)")
     axis.xaxis.set_major_locator(_whole_numbers())
     axis.legend(fontsize=7)
 

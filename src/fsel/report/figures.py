@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 TEXT, COLUMN = 6.875, 3.25  # inches: widths of the text and of a column of a two-column paper
@@ -39,6 +40,13 @@ def style(number: int) -> dict[str, Any]:
         "markersize": 3.5,
         "linewidth": 1.1,
     }
+
+
+def name_axes(axis: Axes, across: str, up: str) -> None:
+    """Write what the horizontal and the vertical axis measure."""
+    axis.set_xlabel(across, fontsize=8)
+    axis.set_ylabel(up, fontsize=8)
+    axis.tick_params(labelsize=7)
 
 
 def shared_legend(figure: Figure, place: str, columns: int) -> None:

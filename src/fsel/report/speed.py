@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from fsel.report.figures import COLORS, MARKERS, TEXT, new_figure, save, style
+from fsel.report.figures import COLORS, MARKERS, TEXT, name_axes, new_figure, save, style
 
 METRIC = "psnr"
 SEARCHES = {
@@ -69,8 +69,7 @@ def draw(
     (first, third), (second, fourth) = figure.subplots(2, 2)
     _draw_methods(first, methods, labels, ours)
     first.set_title("a  methods", loc="left", fontsize=9, fontweight="bold")
-    first.set_xlabel(f"seconds to select {selected}", fontsize=8)
-    first.set_ylabel(f"PSNR behind the search (dB), K = {k}", fontsize=8)
+    name_axes(first, f"seconds to select {selected}", f"PSNR behind the search (dB), K = {k}")
     _draw_curves(second, curves)
     second.set_title("c  the search", loc="left", fontsize=9, fontweight="bold")
     drawn = {third: ("depth_error", "depth error (%)", 100), fourth: ("psnr", "PSNR (dB)", 1)}
@@ -78,11 +77,10 @@ def draw(
         _draw_settings(axis, settings.assign(value_of=unit * settings[column]))
         title = f"{letter}  the reconstructor"
         axis.set_title(title, loc="left", fontsize=9, fontweight="bold")
-        axis.set_ylabel(label, fontsize=8)
+        name_axes(axis, "seconds, nothing cached", label)
     handles, names = third.get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower right", ncols=6, fontsize=7, frameon=False)
     for axis in figure.axes:
-        axis.tick_params(labelsize=7)
         if axis.get_xscale() == "log":
             low, high = axis.get_xlim()
             axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30 * low else (1,)))
@@ -95,8 +93,7 @@ def _draw_curves(axis, curves: pd.DataFrame) -> None:
     for number, (name, part) in enumerate(curves.groupby("search", sort=False)):
         line = style(number) | {"marker": ""}
         axis.plot(part["evaluations"], part["gap"], label=SEARCHES[name], **line)
-    axis.set_xlabel("subsets reconstructed", fontsize=8)
-    axis.set_ylabel("PSNR behind the search's end (dB)", fontsize=8)
+    name_axes(axis, "subsets reconstructed", "PSNR behind the search's end (dB)")
     axis.set_ylim(bottom=0)
     axis.legend(fontsize=7, frameon=False)
 
@@ -124,7 +121,6 @@ def _draw_settings(axis, settings: pd.DataFrame) -> None:
     axis.plot(default["seconds"], default["value_of"], "k*", markersize=11, label="default")
     axis.set_xscale("log")
     axis.margins(x=0.1)
-    axis.set_xlabel("seconds, nothing cached", fontsize=8)
 
 
 def _draw_methods(axis, points: pd.DataFrame, labels: Mapping[str, str], ours: Sequence[str]):
