@@ -9,7 +9,7 @@ from fsel.cli.values import Captures, positive, whole
 from fsel.utils.limits import MAX_ERROR
 
 LARGEST = 16384  # pixels of a working image's longer side
-OPENING = ("poses", "video_frames", "rate", "layout", "max_error", "skip_unreadable")
+OPENING = ("poses", "features", "video_frames", "rate", "layout", "max_error", "skip_unreadable")
 """What `add_opening` adds."""
 
 
@@ -45,6 +45,7 @@ def add_opening(command: argparse.ArgumentParser) -> None:
         default="layout",
         help="the capture's own (by default), or those that COLMAP finds in its images alone",
     )
+    add_features(command)
     add_video(command)
     add_reading(command)
 
@@ -75,6 +76,14 @@ def add_skipping(command: argparse.ArgumentParser) -> None:
         "--skip-unreadable",
         action="store_true",
         help="leave out frames whose image is missing or unreadable, and say which",
+    )
+
+
+def add_features(command: argparse._ActionsContainer) -> None:
+    command.add_argument(
+        "--features",
+        choices=("sift", "xfeat"),
+        help="what COLMAP matches: SIFT by default; XFeat's network places frames farther apart",
     )
 
 
