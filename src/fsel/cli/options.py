@@ -11,6 +11,7 @@ from fsel.utils.limits import MAX_ERROR
 LARGEST = 16384  # pixels of a working image's longer side
 OPENING = {
     "poses": "layout",
+    "features": None,
     "video_frames": None,
     "rate": None,
     "layout": "auto",
@@ -52,6 +53,7 @@ def add_opening(command: argparse.ArgumentParser) -> None:
         default=OPENING["poses"],
         help="the capture's own (by default), or those that COLMAP finds in its images alone",
     )
+    add_features(command)
     add_video(command)
     add_reading(command)
 
@@ -84,6 +86,14 @@ def add_skipping(command: argparse.ArgumentParser) -> None:
         "--skip-unreadable",
         action="store_true",
         help="leave out frames whose image is missing or unreadable, and say which",
+    )
+
+
+def add_features(command: argparse._ActionsContainer) -> None:
+    command.add_argument(
+        "--features",
+        choices=("sift", "xfeat"),
+        help="what COLMAP matches: SIFT by default; XFeat's network places frames farther apart",
     )
 
 

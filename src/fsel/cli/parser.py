@@ -13,6 +13,7 @@ from fsel.cli.options import (
     LARGEST,
     add_captures,
     add_checking,
+    add_features,
     add_keeping,
     add_object,
     add_opening,
@@ -78,7 +79,9 @@ def _add_poses(commands) -> None:
     text = "Find the poses of a video or of photos, and write them as a capture."
     command = bare_command(commands, "poses", text)
     add_captures(command, "videos, folders of photos")
-    command.add_argument(
+    found = command.add_mutually_exclusive_group()
+    add_features(found)
+    found.add_argument(
         "--by",
         metavar="COMMAND",
         action="append",

@@ -14,6 +14,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from fsel.cli.console import Console
+from fsel.colmap import features
 from fsel.colmap.bindings import pycolmap
 from fsel.colmap.estimator import Estimator, checked, found_by
 from fsel.colmap.runs import MIN_PLACED, Work
@@ -80,9 +81,12 @@ def warn_of(skipped: dict[str, str], console: Console) -> None:
 def needed(args: argparse.Namespace) -> bool:
     """Check whether poses are to be found; refuse options that would have no effect."""
     filmed = any(video.is_video(path) for path in _paths(args))
+    sought = filmed or args.poses == "colmap" or bool(args.beside)
     if not filmed and (args.video_frames is not None or args.rate is not None):
         raise ValueError(f"{args.capture}: is no video, which --video-frames and --rate are for")
-    return filmed or args.poses == "colmap" or bool(args.beside)
+    if args.features and not sought:
+        raise ValueError(f"{args.capture}: has poses, and --features is for COLMAP's to be found")
+    return sought
 
 
 def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]:
@@ -95,18 +99,22 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
         ValueError: when the source holds too few images, or one that cannot be read, or fewer than
             three can be placed.
     """
-    by = estimator(args)
+    by, kind = estimator(args), args.features or features.SIFT
+    if kind == features.XFEAT and not features.fetched():
+        console.say("features", "fetching the weights of XFeat, once")
+    features.check(kind)
     sources = _sources(args, console)
     films = sum(source.filmed for source in sources)
     sampling = video.Sampling(args.video_frames, args.rate)
     if args.video_frames is None and args.rate is None and films:
         least = -(-max(video.LEAST, TIMES * _wanted(args)) // films)
         sampling = video.Sampling(least=least)
-    place = cache() / _digest(sources, sampling, by)
+    place = cache() / _digest(sources, sampling, by, kind)
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
         if not (place / FOUND).is_file():
-            _find(sources, sampling, place, console, by)
+            work = Work(place / "matching", cores(), watch=console.bar, by=by, features=kind)
+            _find(sources, sampling, place, console, work)
     report = json.loads((place / FOUND).read_text(encoding="utf-8"))
     console.say(
         "poses", f"{found_by(report)} placed {len(report['placed'])} of {report['frames']} frames"
@@ -220,11 +228,13 @@ def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Pa
     return files
 
 
-def _digest(sources: Sequence[Source], sampling: video.Sampling, by: Estimator | None) -> str:
+def _digest(
+    sources: Sequence[Source], sampling: video.Sampling, by: Estimator | None, kind: str
+) -> str:
     files = [file for source in sources for file in source.photos or [source.path]]
     stamps = [(str(file.resolve()), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
     names = [source.name for source in sources]
-    program = [by.by] if by else []
+    program = [by.by] if by else [kind] if kind != features.SIFT else []
     known = json.dumps([stamps, names, asdict(sampling), pycolmap.__version__, MADE, *program])
     return hashlib.sha256(known.encode()).hexdigest()[:16]
 
@@ -234,10 +244,9 @@ def _find(
     sampling: video.Sampling,
     place: Path,
     console: Console,
-    by: Estimator | None,
+    work: Work,
 ) -> None:
     """Fill a folder of the cache; `poses.json` comes last."""
-    work = Work(place / "matching", cores(), watch=console.bar, by=by)
     try:
         found = placement.place(sources, sampling, place / CAPTURE, work, console.say)
     except KeyboardInterrupt:

@@ -79,10 +79,17 @@ class Estimator(Program):
         return sorted({path.parent for path in files})
 
 
+def named(features: str) -> str:
+    """Name of COLMAP with features."""
+    return OWN if features == "sift" else f"{OWN} with {features}"
+
+
 def source_of(poses: str | Mapping[str, Any], model: str) -> str:
     """Name of a source of poses for tables: `poses` and `model` of a configuration."""
     if isinstance(poses, str):
         return {"layout": "as distributed", "colmap": OWN, "file": model}[poses]
+    if "features" in poses:
+        return named(poses["features"])
     return settings_from(Estimator, poses).name
 
 

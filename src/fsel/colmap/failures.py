@@ -19,7 +19,7 @@ RIGID = 0.0025  # of the longer side, left of 90 % of the matches where they mov
 PAIRS, SAMPLE = 10, 200  # least, and most, pairs that tell it
 DARK = (
     "its images show few features (the median is {count:.0f}): too dark, too blurred or without "
-    "texture. Hint: more light, a slower walk"
+    "texture. Hint: more light, a slower walk, or --features xfeat"
 )
 STANDS = "the camera does not move. Hint: walk around what is to be seen"
 ROTATES = "the camera turns on the spot. Hint: walk sideways, so that near things shift"

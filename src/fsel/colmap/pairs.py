@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from fsel.colmap.bindings import pycolmap
+from fsel.colmap.features import descriptors_of
 
 WORDS = 32
 SAMPLE = 20_000  # descriptors that the vocabulary is made of
@@ -59,30 +60,23 @@ def alike(described: np.ndarray, known: Pairs) -> Pairs:
 
 
 def described(database: Path, names: Sequence[str]) -> np.ndarray:
-    """(n, 32 * 128) float32 unit vectors of the images whose features a database holds.
+    """(n, 32 * D) float32 unit vectors of the images whose features a database holds.
 
     Args:
-        database: of COLMAP, with SIFT features.
+        database: of COLMAP, with descriptors of D values.
         names: of its n images.
     """
     with pycolmap.Database.open(str(database)) as stored:
         keys = {image.name: image.image_id for image in stored.read_all_images()}
         few = max(1, SAMPLE // len(names))
-        sample = [_rooted(stored, keys[name])[:few] for name in names]
+        sample = [descriptors_of(stored, keys[name])[:few] for name in names]
         cv2.setRNGSeed(0)
         drawn = np.concatenate(sample)
         count = min(WORDS, len(drawn))
         if not count:  # images that show nothing
             return np.zeros((len(names), 1), np.float32)
         _, _, words = cv2.kmeans(drawn, count, None, (ROUNDS, 15, 1e-3), 1, cv2.KMEANS_PP_CENTERS)
-        return np.stack([_vlad(_rooted(stored, keys[name]), words) for name in names])
-
-
-def _rooted(stored: pycolmap.Database, key: int) -> np.ndarray:
-    """(m, 128) float32 square roots of an image's descriptors (Arandjelovic and Zisserman 2012)."""
-    descriptors = stored.read_descriptors(key)
-    data = np.asarray(getattr(descriptors, "data", descriptors), np.float32).reshape(-1, 128)
-    return np.sqrt(data / np.maximum(data.sum(axis=1, keepdims=True), 1e-9))
+        return np.stack([_vlad(descriptors_of(stored, keys[name]), words) for name in names])
 
 
 def _vlad(features: np.ndarray, words: np.ndarray) -> np.ndarray:

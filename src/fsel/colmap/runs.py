@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
-from fsel.colmap import pairs
+import cv2
+import numpy as np
+
+from fsel.colmap import features, pairs
 from fsel.colmap.bindings import pycolmap
-from fsel.colmap.estimator import OWN, Estimator
+from fsel.colmap.estimator import Estimator, checked, named
 from fsel.images import files as image_files
 from fsel.images.headers import Size
 from fsel.images.previews import Progress, in_silence
@@ -21,6 +25,8 @@ SEED = 0
 MIN_PLACED = 3
 EXHAUSTIVE = 150  # images up to which all pairs of a set without order are matched
 FEW = 40  # and of a video: sequential matching saves nothing below
+LIT = 64  # grey levels of an image's contrast, below which SIFT's threshold is lowered
+DIM, FAINTEST = 0.25, 3  # a step of lowering it, and how many there are
 IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
 
 
@@ -48,6 +54,7 @@ class Work:
         parts: the images, one part after the other; none for images without order.
         watch: a step's name -> what wraps its loop.
         by: the program that finds the poses; COLMAP's incremental mapper, in this process, if None.
+        features: that COLMAP's mapper works with, one of `features.KINDS`.
     """
 
     folder: Path | None = None
@@ -55,11 +62,14 @@ class Work:
     parts: Sequence[Part] = ()
     watch: Callable[[str], Progress] = lambda label: in_silence
     by: Estimator | None = None
+    features: str = features.SIFT
 
     @property
     def who(self) -> str:
         """Name of what places the frames."""
-        return OWN if self.by is None else self.by.name
+        if self.by is not None:
+            return self.by.name
+        return named(self.features)
 
     @contextmanager
     def place(self) -> Iterator[Path]:
@@ -70,6 +80,25 @@ class Work:
             return
         with TemporaryDirectory() as name:
             yield Path(name)
+
+
+def work_of(poses: Mapping[str, Any], devices: bool = True) -> Work:
+    """Settings of a configuration's `poses`, where they are no word.
+
+    Args:
+        poses: fields of `Estimator`, or `features` for COLMAP.
+        devices: see `checked`.
+
+    Raises:
+        ValueError: for what is none of them.
+        MissingRequirement: for a program, or weights, that cannot be had here.
+    """
+    if "features" not in poses:
+        return Work(by=checked(poses, devices))
+    if set(poses) > {"features"} or poses["features"] not in features.KINDS:
+        raise ValueError(f"poses: features is {features.SIFT} or {features.XFEAT}, alone: {poses}")
+    features.check(poses["features"])
+    return Work(features=poses["features"])
 
 
 def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Part]) -> list[str]:
@@ -92,7 +121,7 @@ def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Par
 def extract(
     database: Path, folder: Path, names: Sequence[str], work: Work, *, one_camera: bool
 ) -> None:
-    """SIFT features of the images that the database does not have yet.
+    """Features of the images that the database does not have yet.
 
     Args:
         database: made when it is not there.
@@ -103,40 +132,55 @@ def extract(
     """
     mode = pycolmap.CameraMode.SINGLE if one_camera else pycolmap.CameraMode.PER_IMAGE
     with pycolmap.Database.open(str(database)) as stored:
-        known = {image.name for image in stored.read_all_images()}
+        there = stored.read_all_images()
+        known = {image.name for image in there if stored.exists_keypoints(image.image_id)}
     wanted = [name for name in names if name not in known]
-    alike = _by_camera(folder, wanted) if one_camera else {None: wanted}
+    groups: dict[tuple, list[str]] = {}
+    for name in wanted:
+        kind = (_part_of(name), _size(folder / name)) if one_camera else None
+        groups.setdefault((kind, _contrast(folder / name)), []).append(name)
     most = IMAGES if work.folder is not None else len(names)
-    batches = [(kind, part) for kind, group in alike.items() for part in _batches(group, most)]
-    for kind, part in work.watch("features")(batches, len(batches)):
+    batches = [(*key, part) for key, group in groups.items() for part in _batches(group, most)]
+    for kind, contrast, part in work.watch("features")(batches, len(batches)):
         reader = pycolmap.ImageReaderOptions()
         if kind is not None and (camera := _camera_of(database, *kind)) is not None:
             reader.existing_camera_id = camera
+        if work.features == features.XFEAT:
+            features.extract(database, folder, part, mode, reader)
+            continue
+        options = pycolmap.FeatureExtractionOptions(num_threads=work.threads)
+        options.sift.peak_threshold *= contrast
         pycolmap.extract_features(
             database,
             folder,
             image_names=part,
             camera_mode=mode,
             reader_options=reader,
-            extraction_options=pycolmap.FeatureExtractionOptions(num_threads=work.threads),
+            extraction_options=options,
             device=pycolmap.Device.cpu,
         )
 
 
-def _by_camera(folder: Path, names: Sequence[str]) -> dict[tuple[str, Size], list[str]]:
-    """Names of images by their part and (width, height): a photo held upright is of no camera of
-    the others.
+def _size(path: Path) -> Size:
+    """(width, height); (0, 0) of an image that cannot be read, for COLMAP to pass over."""
+    try:
+        return image_files.size_of(path)
+    except ValueError:
+        return 0, 0
 
-    Those that cannot be read have size (0, 0), for COLMAP to pass over.
+
+def _contrast(path: Path) -> float:
+    """Share of a lit image's contrast, a power of 1/4: that of the grey levels but 1 % at each end.
+
+    SIFT's threshold is of the absolute contrast: with 6 % of the light no point is above it.
     """
-    groups: dict[tuple[str, Size], list[str]] = {}
-    for name in names:
-        try:
-            size = image_files.size_of(folder / name)
-        except ValueError:
-            size = (0, 0)
-        groups.setdefault((_part_of(name), size), []).append(name)
-    return groups
+    try:
+        grey = image_files.load(path, cv2.IMREAD_REDUCED_GRAYSCALE_4)
+    except ValueError:
+        return 1.0
+    low, high = np.percentile(grey, [1, 99])
+    shares = (DIM**power for power in range(FAINTEST))
+    return next((share for share in shares if high - low >= LIT * share), DIM**FAINTEST)
 
 
 def _part_of(name: str) -> str:
@@ -155,14 +199,18 @@ def _camera_of(database: Path, part: str, size: Size) -> int | None:
 
 def match(database: Path, names: Sequence[str], work: Work) -> None:
     """Match and verify pairs of images; pairs that the database has are passed over."""
-    if work.folder is None and not work.parts and len(names) <= EXHAUSTIVE:
+    everything = work.folder is None and not work.parts and len(names) <= EXHAUSTIVE
+    if everything and work.features == features.SIFT:
         options = pycolmap.FeatureMatchingOptions(num_threads=work.threads)
         pycolmap.match_exhaustive(database, options, device=pycolmap.Device.cpu)
         return
     chosen = _chosen(database, names, work.parts or [Part(range(len(names)), False)])
     batches = _batches(chosen, PAIRS)
     for part in work.watch("matching")(batches, len(batches)):
-        match_pairs(database, [(names[i], names[j]) for i, j in part], work.threads)
+        named = [(names[i], names[j]) for i, j in part]
+        if work.features == features.XFEAT:
+            features.match(database, named)  # what is matched is verified below
+        match_pairs(database, named, work.threads)
 
 
 def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pairs.Pairs:
@@ -203,6 +251,7 @@ def build(
     options = pycolmap.IncrementalPipelineOptions(
         num_threads=work.threads,
         random_seed=SEED,
+        min_num_matches=features.INLIERS[work.features],
         min_model_size=MIN_PLACED,
         ba_refine_focal_length=refine,
         ba_refine_extra_params=refine,

@@ -102,6 +102,7 @@ def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
     usual = f"the {several} show too little in common. Hint: more images that overlap each other"
     if several == "videos":
         usual += ", as of a slower walk"
+    usual += "; or --features xfeat"
     paths = ", ".join(str(source.path) for source in sources)
     return ValueError(
         f"{paths}: {error.said}; at least {MIN_PLACED} are needed: {error.cause or usual}"

