@@ -78,7 +78,7 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
 
     Example:
         >>> bad = fsel.bad_frames("captures/garden")
-        >>> fsel.select(capture, 20, never=bad)
+        >>> fsel.select(capture, 20, never=bad)  # a `Capture`; of a folder they are left out
     """
     opened = open_capture(path, layout)
     return [opened.capture.names[frame] for frame in examined(opened).left_out]
@@ -253,7 +253,7 @@ class _Pictured:
         cell = self.cells.at(pixels, np.full(len(pixels), self._scale[frame]))
         color = self.cells.color[frame].reshape(3, GRID * GRID)[:, cell].T
         observed = np.isin(expected, points.track_point[self.rows[frame]])
-        return covered.hidden(color, np.exp(self.colors[expected] + self.gains[frame]), observed)
+        return covered.hidden(color, np.exp(self.colors[expected]), observed)
 
 
 def _longest(points: RawPoints, rows: list[np.ndarray]) -> RawPoints:
