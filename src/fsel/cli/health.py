@@ -14,14 +14,14 @@ from fsel.cli.console import Console
 from fsel.export.record import bad_frames
 from fsel.ingest.examination import examined
 from fsel.ingest.health import Health
-from fsel.ingest.health.findings import DUPLICATE
+from fsel.ingest.health.findings import ALONE, DUPLICATE
 from fsel.ingest.lazy import LazyCapture
 from fsel.request.budget import Auto
 from fsel.request.targets import Targets
 from fsel.utils.wording import counted
 
 BAD = "bad_frames.csv"
-COLUMNS = ("name", "kind", "value", "threshold", "measure", "left_out")
+COLUMNS = ("name", "kind", "value", "threshold", "measure", "left_out", "alone")
 NAMED = 5  # frames of a kind
 
 
@@ -65,6 +65,9 @@ def say(console: Console, health: Health, names: Sequence[str]) -> None:
         what = "" if kind == DUPLICATE else f", {gone} left out"
         text = f"{counted(len(worst), 'frame')}{what}: {few}{', ' if more else ''}{more}{dots}"
         console.say(kind, text)
+    if count := len(health.alone):
+        few = ", ".join(names[frame] for frame in health.alone[:NAMED])
+        console.say("stay", f"{counted(count, 'bad frame')}, since {ALONE}: {few}")
 
 
 def write(health: Health, names: Sequence[str], path: Path) -> None:

@@ -62,8 +62,8 @@ def examined(
         known = np.exp(sharpness(pictured.cells).min(axis=1))
         detail = known if np.isfinite(known).any() else None
     found.sort(key=lambda finding: (finding.frame, -finding.severity))
-    gone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
-    return Health(tuple(found), detail, gone)
+    gone, alone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
+    return Health(tuple(found), detail, gone, alone)
 
 
 def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:

@@ -31,8 +31,8 @@ def everything(frame, staying):
 
 def test_all_that_others_show_is_left_out_the_worst_last():
     findings = found(b1=3.0, b2=1.5, e2=1.2, m4=1.1, d5=0.1, b6=9.0)
-    assert left_out(findings, 8, everything).tolist() == [2, 1, 6, 4]
-    assert left_out((), 8, everything).tolist() == []
+    assert [part.tolist() for part in left_out(findings, 8, everything)] == [[2, 1, 6, 4], []]
+    assert [part.tolist() for part in left_out((), 8, everything)] == [[], []]
 
 
 def test_the_least_bad_of_a_stretch_stays_and_a_misplaced_frame_never():
@@ -42,9 +42,9 @@ def test_the_least_bad_of_a_stretch_stays_and_a_misplaced_frame_never():
         return frame not in part or any(staying[other] for other in part)
 
     findings = found(b2=3.0, b3=1.5, b4=2.0, b7=5.0)
-    assert left_out(findings, 8, shown).tolist() == [4, 2, 7]
+    assert [part.tolist() for part in left_out(findings, 8, shown)] == [[4, 2, 7], [3]]
     findings = found(m2=1.2, m3=1.5, m4=2.0)
-    assert left_out(findings, 8, shown).tolist() == [2, 3, 4]
+    assert [part.tolist() for part in left_out(findings, 8, shown)] == [[2, 3, 4], []]
 
 
 def test_no_more_than_so_many_are_left_out():
