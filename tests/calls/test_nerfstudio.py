@@ -1,7 +1,9 @@
-"""The data parser for nerfstudio: under its own configuration where that is installed."""
+"""The data parser for nerfstudio: by stand-ins, and by nerfstudio where it is installed."""
 
 import importlib
 import json
+import os
+import subprocess
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,8 +12,20 @@ from types import ModuleType
 import pytest
 from small_captures import write_ring
 
+import fsel
 from fsel.cli import main
 
+NERFSTUDIO = os.environ.get("FSEL_NERFSTUDIO", "")
+ASKED = """
+import json
+import tyro
+from nerfstudio.configs.dataparser_configs import AnnotatedDataParserUnion
+
+parser = tyro.cli(AnnotatedDataParserUnion).setup()
+found = {part: parser.get_dataparser_outputs(part) for part in ("train", "val", "test")}
+names = {part: [file.name for file in one.image_filenames] for part, one in found.items()}
+print(json.dumps([names, len(found["train"].metadata["points3D_xyz"])]))
+"""
 HELD_OUT = [f"frame_{i:03d}.jpg" for i in (0, 8, 16)]
 BASES = "nerfstudio.data.dataparsers"
 
@@ -97,15 +111,24 @@ def test_images_reduced_by_other_means_are_refused(plugin, ring):
         plugin.selection(plugin.FselConfig(data=ring, downscale_factor=4))
 
 
-def test_nerfstudio_s_own_configuration_takes_it(ring):
-    why = "nerfstudio is not installed"
-    tyro = pytest.importorskip("tyro", reason=why)
-    pytest.importorskip("nerfstudio", reason=why)
-    plugin = importlib.import_module("fsel.calls.nerfstudio")
-    parsers = tyro.extras.subcommand_type_from_defaults(
-        {"fsel-data": plugin.SPECIFICATION.config}, prefix_names=False
+@pytest.mark.skipif(not NERFSTUDIO, reason="FSEL_NERFSTUDIO names no environment with nerfstudio")
+def test_nerfstudio_s_own_configuration_takes_it(ring, tmp_path):
+    paths = (str(Path(fsel.__file__).parent.parent), os.environ.get("PYTHONPATH", ""))
+    known = {
+        "PYTHONPATH": os.pathsep.join(filter(None, paths)),
+        "NERFSTUDIO_DATAPARSER_CONFIGS": "fsel-data=fsel.calls.nerfstudio:SPECIFICATION",
+    }
+    line = ["fsel-data", "--data", ring, "--k", "6"]
+    told = subprocess.run(
+        [Path(NERFSTUDIO) / "bin" / "python", "-W", "ignore", "-c", ASKED, *line],
+        capture_output=True,
+        text=True,
+        env=os.environ | known,
+        cwd=tmp_path,
     )
-    line = ["fsel-data", "--data", str(ring), "--k", "6", "--no-load-3D-points"]
-    parser = tyro.cli(parsers, args=line).setup()
-    assert len(names(parser, "train")) == 6
-    assert names(parser, "test") == HELD_OUT
+    assert told.returncode == 0, told.stderr
+    names, points = json.loads(told.stdout.splitlines()[-1])
+    assert len(names["train"]) == 6
+    assert names["val"] == names["test"] == HELD_OUT
+    assert not set(names["train"]) & set(HELD_OUT)
+    assert points > 0

@@ -54,6 +54,14 @@ def test_bad_frames_are_left_out_and_listed(spoilt, tmp_path, capsys):
     )
 
 
+def test_the_call_leaves_out_what_the_command_does(spoilt):
+    whole = fsel.select(spoilt, "auto", "every:8")
+    assert not {BLURRED, DARK, BROKEN} & set(whole.names)
+    assert {BLURRED, DARK, BROKEN} < set(fsel.select(spoilt, 24, patience=0).names)
+    assert len(fsel.select(spoilt, 21, patience=0, keep_bad=True)) == 21
+    assert not {BLURRED, DARK, BROKEN} & set(fsel.select(spoilt, 21, patience=0).names)
+
+
 def test_the_least_bad_come_back_where_so_many_are_wanted(spoilt, tmp_path):
     assert select(spoilt, "-k", 22, "-o", tmp_path / "out") == 0
     (back,) = (e["name"] for e in record_of(tmp_path / "out")["bad"] if not e["left_out"])

@@ -12,6 +12,7 @@ from fsel.api.request import (
     number_of,
     patience_of,
     stated_beside,
+    without_bad,
 )
 from fsel.api.selection import Selection, select
 
@@ -33,4 +34,5 @@ __all__ = [
     "select",
     "served",
     "stated_beside",
+    "without_bad",
 ]

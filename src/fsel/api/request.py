@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from numbers import Integral
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fsel.data.capture import Capture
 from fsel.data.problem import Method
+from fsel.health import Health
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.frames import Wish
@@ -96,6 +100,23 @@ def checked_request(
         return targets
     check_count(number, targets, capture, everything=method.name == ALL_FRAMES)
     return targets
+
+
+def without_bad(
+    targets: Targets, health: Health, capture: Capture, k: int | str | Auto | None
+) -> tuple[Targets, Health]:
+    """Leave bad frames out of the pool of targets, where enough others remain.
+
+    Args:
+        targets: what `checked_request` returned.
+        health: of the capture's frames.
+        capture: the capture.
+        k: as many frames remain at least, two where it is to be found; of bad ones the least bad.
+    """
+    pool = np.setdiff1d(targets.pool(capture), targets.always)
+    least = max(int(k) if isinstance(k, Integral) else 0, 2)
+    health = health.leaving_out(pool, max(0, len(pool) + len(targets.always) - least))
+    return replace(targets, bad=np.sort(health.left_out)), health
 
 
 def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:

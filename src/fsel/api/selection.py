@@ -16,12 +16,14 @@ from fsel.api.request import (
     number_of,
     patience_of,
     stated_beside,
+    without_bad,
 )
 from fsel.data.capture import Capture, Views
 from fsel.data.problem import Method, Problem, checked_select
 from fsel.data.subsets import evenly, subset_key
 from fsel.images.previews import sharpness_among
 from fsel.images.sharpness import sharpness as measure_sharpness
+from fsel.ingest.examination import examined
 from fsel.ingest.lazy import LazyCapture
 from fsel.request import budget
 from fsel.request.budget import Auto, Budget
@@ -94,6 +96,7 @@ def select(
     descriptors: np.ndarray | Describe | None = None,
     always: Wish = None,
     never: Wish = None,
+    keep_bad: bool = False,
 ) -> Selection:
     """Choose the k frames that best serve the views to be rendered.
 
@@ -138,6 +141,8 @@ def select(
         focus: an object that targets must see, see `fsel.request.focus`.
         always, never: names or numbers of frames that are selected first, by methods that score
             frames, and of frames that are not selected; or a file with a name a line.
+        keep_bad: whether bad frames may be picked. Else those of a folder, a video or poses are
+            left out, as `fsel.bad_frames` names them; a `Capture` is taken as it is.
 
     Raises:
         ValueError: for a capture of fewer than three frames, k beyond the frames that may be
@@ -160,6 +165,9 @@ def select(
     check_cover(cover, cover_share, k, targets, method, refine=refine is not None)
     trying = patience_of(patience, k, targets, method, focus, cover, named=named)
     if opened is not None:
+        if not keep_bad:
+            health = examined(opened, images=opened.pictured)
+            targets, _ = without_bad(targets, health, capture, k)
         capture = as_read(opened, method, k, trying, cover, pixels=refine is not None)
         sharpness = _measuring(opened) if sharpness is None else sharpness
     sharpness_of = _sharpness_of(capture, sharpness)

@@ -16,11 +16,8 @@ from fsel.colmap.bindings import pycolmap
 from fsel.data.capture import Capture
 from fsel.export import subset
 from fsel.images import video
-from fsel.ingest.agreement import Agreement
-from fsel.ingest.canonical import in_order
-from fsel.ingest.lazy import LazyCapture, open_capture, opened
+from fsel.ingest.lazy import LazyCapture, open_capture, opened, posed, unread
 from fsel.layouts import colmap, nerfstudio
-from fsel.layouts.contract import RawCapture
 from fsel.utils.outputs import staged
 from fsel.utils.wording import unexpected
 
@@ -84,10 +81,10 @@ def select(
 ) -> Selection:
     held = captured(capture)
     given = signature(api.select).bind(held, *arguments, **options)
-    posed = held.capture if isinstance(held, LazyCapture) else held
-    if isinstance(posed.images, NoImages):
-        given.arguments |= _unseen(given, posed)
-    return Selection(**vars(api.select(*given.args, **given.kwargs)), capture=posed)
+    known = held.capture if isinstance(held, LazyCapture) else held
+    if isinstance(held, LazyCapture) and not held.pictured:
+        given.arguments |= _unseen(given, known)
+    return Selection(**vars(api.select(*given.args, **given.kwargs)), capture=known)
 
 
 def captured(
@@ -113,7 +110,7 @@ def captured(
         raise unexpected("capture", source, ACCEPTED)
     if any(Path(str(file)).is_file() for file in raw.images):
         return opened(GIVEN[name], raw, folder)
-    return _posed(name, raw)
+    return posed(name, raw)
 
 
 def _filmed(film: Path) -> LazyCapture:
@@ -123,48 +120,6 @@ def _filmed(film: Path) -> LazyCapture:
     from fsel.cli.parser import parsed
 
     return posing.opened(parsed(["info", str(film)]), Console(quiet=True, as_json=False))
-
-
-class NoImages:
-    """Images of a capture that has none: their shape is known, and no pixel.
-
-    Args:
-        count: frames.
-        size: (width, height) in pixels, as the cameras state it.
-    """
-
-    dtype, ndim = np.dtype(np.uint8), 4
-
-    def __init__(self, count: int, size: tuple[int, int]) -> None:
-        self.shape = (count, size[1], size[0], 3)
-
-    def __len__(self) -> int:
-        return self.shape[0]
-
-    def __getitem__(self, rows: object) -> np.ndarray:
-        raise ValueError(
-            "the capture has poses and no images, which this asks for. Hint: give its folder, or "
-            "run where its images are"
-        )
-
-
-def _posed(name: str, raw: RawCapture) -> LazyCapture:
-    """A capture of poses and points alone."""
-    source = f"the given {name}"
-    raw = in_order(raw, source)
-    camera = raw.cameras[0]
-    size = (camera.width, camera.height)
-    pinholes = []
-    for camera in raw.cameras:
-        model = camera.colmap
-        scale = np.tile(np.divide(size, (camera.width, camera.height)), 2)
-        focal = (model.focal_length_x, model.focal_length_y)
-        middle = (model.principal_point_x, model.principal_point_y)
-        pinholes.append(scale * (*focal, *middle))
-    images: Any = NoImages(len(raw.names), size)
-    poses, intrinsics = raw.world_to_camera, np.array(pinholes)
-    names, passes = tuple(raw.names), tuple(raw.sequences)
-    return _unread(name, raw, Capture(names, poses, intrinsics, images, passes, source=source))
 
 
 def _unseen(given: BoundArguments, capture: Capture) -> dict[str, Any]:
@@ -186,9 +141,4 @@ def _with_files(capture: Capture) -> LazyCapture:
             "Hint: fsel.select(folder, ...)"
         )
     layout = capture.source.partition(" at ")[0]
-    return _unread(layout, capture.files, capture)
-
-
-def _unread(layout: str, raw: RawCapture, capture: Capture) -> LazyCapture:
-    """A capture whose files are not looked at again."""
-    return LazyCapture(layout, raw, capture, Agreement("none", np.nan, np.nan, 1, 0), {})
+    return unread(layout, capture.files, capture)

@@ -5,22 +5,23 @@ from __future__ import annotations
 import argparse
 import csv
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from fsel import api
 from fsel.cli.console import Console
 from fsel.export.record import bad_frames
 from fsel.ingest.examination import examined
 from fsel.ingest.health import Health
-from fsel.ingest.health.findings import DUPLICATE
+from fsel.ingest.health.findings import ALONE, DUPLICATE
 from fsel.ingest.lazy import LazyCapture
+from fsel.request.budget import Auto
 from fsel.request.targets import Targets
 from fsel.utils.wording import counted
 
 BAD = "bad_frames.csv"
-COLUMNS = ("name", "kind", "value", "threshold", "measure", "left_out")
+COLUMNS = ("name", "kind", "value", "threshold", "measure", "left_out", "alone")
 NAMED = 5  # frames of a kind
 
 
@@ -29,7 +30,7 @@ def without_bad(
     console: Console,
     opened: LazyCapture,
     targets: Targets,
-    least: int,
+    k: int | Auto | None,
     *,
     images: bool = True,
 ) -> tuple[Targets, Health | None]:
@@ -40,18 +41,16 @@ def without_bad(
         console: prints what was found.
         opened: the capture.
         targets: of the command line.
-        least: how many frames remain at least; of bad ones the least bad.
+        k: how many frames are picked; so many remain at least.
         images: whether they are looked at.
     """
     if args.keep_bad:
         return targets, None
     bar = console.bar("health")
     found = examined(opened, bar, images=images, matching=args.check_poses)
-    pool = np.setdiff1d(targets.pool(opened.capture), targets.always)
-    most = max(0, len(pool) + len(targets.always) - max(least, 2))
-    health = found.leaving_out(pool, most)
+    targets, health = api.without_bad(targets, found, opened.capture, k)
     say(console, health, opened.capture.names)
-    return replace(targets, bad=np.sort(health.left_out)), health
+    return targets, health
 
 
 def say(console: Console, health: Health, names: Sequence[str]) -> None:
@@ -66,6 +65,9 @@ def say(console: Console, health: Health, names: Sequence[str]) -> None:
         what = "" if kind == DUPLICATE else f", {gone} left out"
         text = f"{counted(len(worst), 'frame')}{what}: {few}{', ' if more else ''}{more}{dots}"
         console.say(kind, text)
+    if count := len(health.alone):
+        few = ", ".join(names[frame] for frame in health.alone[:NAMED])
+        console.say("stay", f"{counted(count, 'bad frame')}, since {ALONE}: {few}")
 
 
 def write(health: Health, names: Sequence[str], path: Path) -> None:

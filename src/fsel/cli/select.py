@@ -158,8 +158,7 @@ def _select(
     k, focus, targets = _checked(args, console, opened, method)
     patience = patience_of(args, k, targets, method, focus)
     began, images = time.perf_counter(), not args.geometry_only
-    least = k if isinstance(k, int) else 0
-    targets, health = frame_health.without_bad(args, console, opened, targets, least, images=images)
+    targets, health = frame_health.without_bad(args, console, opened, targets, k, images=images)
     sharpness = np.zeros(len(opened.capture))
     if images and "sharpness" in method.reads:
         files, bar = opened.raw.images, console.bar("sharpness")

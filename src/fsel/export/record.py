@@ -201,10 +201,10 @@ def _by_another(outcome: Outcome) -> str:
 def bad_frames(health: Health, names: Sequence[str]) -> list[dict]:
     """One entry a finding: name, kind, value, threshold, what is counted, whether it is left out.
 
-    A bad frame that is not left out alone shows a part of the scene, or is wanted, held out, or
-    needed to have enough frames. Duplicates may be picked.
+    A bad frame that is not left out alone shows a part of the scene (`alone`), or is wanted, held
+    out, or needed to have enough frames. Duplicates may be picked.
     """
-    gone = set(health.left_out.tolist())
+    gone, alone = set(health.left_out.tolist()), set(health.alone.tolist())
     return [
         {
             "name": names[finding.frame],
@@ -213,6 +213,7 @@ def bad_frames(health: Health, names: Sequence[str]) -> list[dict]:
             "threshold": float(f"{finding.threshold:.4g}"),
             "measure": finding.measure,
             "left_out": finding.kind != DUPLICATE and finding.frame in gone,
+            "alone": finding.kind != DUPLICATE and finding.frame in alone,
         }
         for finding in health.findings
     ]

@@ -61,9 +61,11 @@ def examined(
         found += [*_duplicates(small), *_unreadable(np.array(sides))]
         known = np.exp(sharpness(pictured.cells).min(axis=1))
         detail = known if np.isfinite(known).any() else None
-    found.sort(key=lambda finding: (finding.frame, -finding.severity))
-    gone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
-    return Health(tuple(found), detail, gone)
+    found.sort(key=lambda finding: finding.severity)
+    worst = {(finding.frame, finding.kind): finding for finding in found}.values()
+    found = sorted(worst, key=lambda finding: (finding.frame, -finding.severity))
+    gone, alone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
+    return Health(tuple(found), detail, gone, alone)
 
 
 def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
@@ -78,7 +80,7 @@ def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
 
     Example:
         >>> bad = fsel.bad_frames("captures/garden")
-        >>> fsel.select(capture, 20, never=bad)
+        >>> fsel.select(capture, 20, never=bad)  # a `Capture`; of a folder they are left out
     """
     opened = open_capture(path, layout)
     return [opened.capture.names[frame] for frame in examined(opened).left_out]
@@ -201,7 +203,7 @@ class _Pictured:
             self.gains, self.colors = exposure.gains_beside(cells, placed.near), np.empty((0, 3))
 
     def blurred(self) -> list[Finding]:
-        """Frames with less detail than they should have; the worst of three reasons of each."""
+        """Frames with less detail than they should have, by three references."""
         detail = sharpness(self.cells)
         by = {
             "the frames beside it": (blur.beside(detail, self.placed.near), blur.BESIDE),
@@ -211,12 +213,13 @@ class _Pictured:
             ),
             "the capture's sharpest tenth": (blur.of_capture(detail), blur.OF_CAPTURE),
         }
-        worst: dict[int, Finding] = {}
-        for what, (times, limit) in by.items():
-            measure = f"times less detail than {what}"
-            for one in exceeding(findings.BLURRED, times, limit, measure):
-                worst[one.frame] = max(one, worst.get(one.frame, one), key=lambda f: f.severity)
-        return list(worst.values())
+        return [
+            finding
+            for what, (times, limit) in by.items()
+            for finding in exceeding(
+                findings.BLURRED, times, limit, f"times less detail than {what}"
+            )
+        ]
 
     def exposed(self) -> list[Finding]:
         """Frames that are too bright, too dark or of another tint than the others, or burnt out."""
@@ -253,7 +256,7 @@ class _Pictured:
         cell = self.cells.at(pixels, np.full(len(pixels), self._scale[frame]))
         color = self.cells.color[frame].reshape(3, GRID * GRID)[:, cell].T
         observed = np.isin(expected, points.track_point[self.rows[frame]])
-        return covered.hidden(color, np.exp(self.colors[expected] + self.gains[frame]), observed)
+        return covered.hidden(color, np.exp(self.colors[expected]), observed)
 
 
 def _longest(points: RawPoints, rows: list[np.ndarray]) -> RawPoints:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from fsel.data.capture import Capture
 from fsel.data.points import RawPoints
 from fsel.images.previews import Progress, in_silence, in_turn
 from fsel.ingest.agreement import Agreement
-from fsel.ingest.canonical import ingest
+from fsel.ingest.canonical import in_order, ingest
 from fsel.ingest.read import read_raw
 from fsel.ingest.validate import sample, validated
 from fsel.layouts import LAYOUTS
@@ -20,6 +21,29 @@ from fsel.layouts.contract import Layout, RawCapture
 from fsel.utils.limits import MAX_ERROR
 
 LONG_SIDE = 128  # pixels of the images that descriptors are made from
+
+
+class NoImages:
+    """Images of a capture that has none: their shape is known, and no pixel.
+
+    Args:
+        count: frames.
+        size: (width, height) in pixels, as the cameras state it.
+    """
+
+    dtype, ndim = np.dtype(np.uint8), 4
+
+    def __init__(self, count: int, size: tuple[int, int]) -> None:
+        self.shape = (count, size[1], size[0], 3)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, rows: object) -> np.ndarray:
+        raise ValueError(
+            "the capture has poses and no images, which this asks for. Hint: give its folder, or "
+            "run where its images are"
+        )
 
 
 @dataclass(frozen=True)
@@ -46,6 +70,11 @@ class LazyCapture:
     def longest(self) -> int:
         """Pixels of the images' longer side, as the first camera states it."""
         return max(self.raw.cameras[0].width, self.raw.cameras[0].height)
+
+    @property
+    def pictured(self) -> bool:
+        """Presence of images."""
+        return not isinstance(self.capture.images, NoImages)
 
     @cached_property
     def points(self) -> RawPoints | None:
@@ -139,3 +168,27 @@ def opened(
     capture = replace(ingest(raw, known, folder, long_side, lazy=True), files=raw)
     skipped = {name: why for name, why in raw.dropped.items() if name not in known_gone}
     return LazyCapture(known.name, raw, capture, agreement, skipped)
+
+
+def posed(name: str, raw: RawCapture) -> LazyCapture:
+    """A capture of poses and points alone; its images are not there."""
+    source = f"the given {name}"
+    raw = in_order(raw, source)
+    camera = raw.cameras[0]
+    size = (camera.width, camera.height)
+    pinholes = []
+    for camera in raw.cameras:
+        model = camera.colmap
+        scale = np.tile(np.divide(size, (camera.width, camera.height)), 2)
+        focal = (model.focal_length_x, model.focal_length_y)
+        middle = (model.principal_point_x, model.principal_point_y)
+        pinholes.append(scale * (*focal, *middle))
+    images: Any = NoImages(len(raw.names), size)
+    poses, intrinsics = raw.world_to_camera, np.array(pinholes)
+    names, passes = tuple(raw.names), tuple(raw.sequences)
+    return unread(name, raw, Capture(names, poses, intrinsics, images, passes, source=source))
+
+
+def unread(layout: str, raw: RawCapture, capture: Capture) -> LazyCapture:
+    """A capture whose files are not looked at again."""
+    return LazyCapture(layout, raw, capture, Agreement("none", np.nan, np.nan, 1, 0), {})

@@ -11,6 +11,7 @@ import numpy as np
 
 from fsel.data.subsets import evenly
 from fsel.export.record import Outcome, covered, reason, trials
+from fsel.health.findings import ALONE
 from fsel.pages.drawings import Line, line_chart
 from fsel.pages.over_time import over_time
 from fsel.pages.scene import scene_data
@@ -146,6 +147,8 @@ def cards_of(shown: Shown) -> list[Card]:
     wrong: dict[int, list[str]] = {}
     for finding in outcome.health.findings if outcome.health else ():
         wrong.setdefault(finding.frame, []).append(str(finding))
+    for frame in outcome.health.alone.tolist() if outcome.health else ():
+        wrong[frame].append(ALONE)
     cards = []
     for frame in frames_shown(outcome).tolist():
         name = outcome.capture.names[frame]

@@ -31,8 +31,8 @@ def everything(frame, staying):
 
 def test_all_that_others_show_is_left_out_the_worst_last():
     findings = found(b1=3.0, b2=1.5, e2=1.2, m4=1.1, d5=0.1, b6=9.0)
-    assert left_out(findings, 8, everything).tolist() == [2, 1, 6, 4]
-    assert left_out((), 8, everything).tolist() == []
+    assert [part.tolist() for part in left_out(findings, 8, everything)] == [[2, 1, 6, 4], []]
+    assert [part.tolist() for part in left_out((), 8, everything)] == [[], []]
 
 
 def test_the_least_bad_of_a_stretch_stays_and_a_misplaced_frame_never():
@@ -42,9 +42,9 @@ def test_the_least_bad_of_a_stretch_stays_and_a_misplaced_frame_never():
         return frame not in part or any(staying[other] for other in part)
 
     findings = found(b2=3.0, b3=1.5, b4=2.0, b7=5.0)
-    assert left_out(findings, 8, shown).tolist() == [4, 2, 7]
+    assert [part.tolist() for part in left_out(findings, 8, shown)] == [[4, 2, 7], [3]]
     findings = found(m2=1.2, m3=1.5, m4=2.0)
-    assert left_out(findings, 8, shown).tolist() == [2, 3, 4]
+    assert [part.tolist() for part in left_out(findings, 8, shown)] == [[2, 3, 4], []]
 
 
 def test_no_more_than_so_many_are_left_out():
@@ -65,15 +65,19 @@ def test_a_finding_says_how_much_and_what_is_allowed():
     assert Finding(0, "unreadable", 1.0, 0.0, "image").severity == float("inf")
 
 
-def test_what_hides_a_middle_has_another_color_and_no_points():
-    expected = np.full((30, 3), 100.0)
-    color, observed = expected.copy(), np.zeros(30, bool)
-    assert covered.hidden(color, expected, observed) == 0
-    color[:24] = 40
-    assert covered.hidden(color, expected, observed) == pytest.approx(0.8)
+def test_what_hides_a_middle_has_other_colors_and_no_points():
+    rng = np.random.default_rng(0)
+    expected, observed = rng.uniform(20, 200, (30, 3)), np.zeros(30, bool)
+    assert (
+        covered.hidden(expected * [0.5, 0.6, 0.7], expected, observed) == 0
+    )  # blurred, or far off
+    other = rng.uniform(90, 110, (30, 3))
     observed[:6] = True
-    assert covered.hidden(color, expected, observed) == pytest.approx(0.6)
-    color[:15] = 0  # unknown
-    assert np.isnan(covered.hidden(color, expected, observed))
+    for cover in (other, np.full((30, 3), 100.0)):
+        assert covered.hidden(cover, expected, observed) == pytest.approx(0.8)
+    other[:10] = 0  # unknown
+    assert covered.hidden(other, expected, observed) == 1
+    other[:11] = 0
+    assert np.isnan(covered.hidden(other, expected, observed))
     pixels = np.array([[32, 24], [17, 13], [15, 24], [32, 37]])
     assert covered.in_the_middle(pixels, (64, 48)).tolist() == [True, True, False, False]

@@ -10,6 +10,7 @@ import numpy as np
 
 BLURRED, MISPLACED, EXPOSED, TINTED = "blurred", "misplaced", "exposure", "white balance"
 BURNT, COVERED, DUPLICATE, UNREADABLE = "burnt out", "covered", "duplicate", "unreadable"
+ALONE = "no other frame shows half of what it does"
 
 
 class Finding(NamedTuple):
@@ -49,11 +50,13 @@ class Health:
         sharpness: (N,) high frequencies of every frame over its contrast, NaN where they are
             unknown; None where no image was opened, or none shows enough.
         left_out: (n,) int64 frames that are not to be picked, the least bad first.
+        alone: (m,) int64 bad frames that stay: no others show half of what each shows.
     """
 
     findings: tuple[Finding, ...] = ()
     sharpness: np.ndarray | None = None
     left_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    alone: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     def of(self, frame: int) -> list[Finding]:
         """Findings on a frame."""
@@ -80,8 +83,8 @@ def exceeding(
 
 def left_out(
     findings: tuple[Finding, ...], count: int, shown: Callable[[int, np.ndarray], bool]
-) -> np.ndarray:
-    """Bad frames without those that alone show a part of the scene.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bad frames, and those of them that alone show a part of the scene.
 
     Of bad frames that show a part which no good one does, the least bad stays. Frames that are
     misplaced or unreadable never do.
@@ -92,7 +95,7 @@ def left_out(
         shown: (frame, (N,) bool of those that stay) -> whether these show what it shows.
 
     Returns:
-        (n,) int64, the least bad first.
+        (n,) int64 those that are left out, the least bad first; (m,) those that stay.
     """
     severity, useless = np.zeros(count), np.zeros(count, bool)
     for finding in findings:
@@ -103,4 +106,4 @@ def left_out(
     bad = np.lexsort((severity, useless))[staying.sum() :]
     for frame in bad[~useless[bad]].tolist():
         staying[frame] = not shown(frame, staying)
-    return bad[~staying[bad]]
+    return bad[~staying[bad]], bad[staying[bad]]
