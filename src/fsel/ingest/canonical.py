@@ -17,7 +17,8 @@ import numpy as np
 
 from fsel.colmap.camera import Camera
 from fsel.colmap.undistortion import Lens, common_frame, prepared
-from fsel.data.capture import Capture, check_poses
+from fsel.data.capture import Capture
+from fsel.data.geometry import check_poses
 from fsel.images import files as image_files
 from fsel.layouts.contract import Layout, RawCapture
 from fsel.utils.names import natural
