@@ -10,6 +10,7 @@ ROUNDING = 2.0**-46  # of the largest coordinate: what turning and shifting pose
 OPENGL_TO_OPENCV = np.diag([1.0, -1.0, -1.0])  # camera axes; its own inverse
 SAME_AXIS = 4 * ROUNDING  # unit vectors closer than this are one
 ROTATION_TOLERANCE = 1e-6
+PRINTED = 1e-3  # what few digits of a rotation may have cost it
 LEAST_LENGTH, MOST_LENGTH = 1e-60, 1e60  # of the longest translation, world units
 LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the horizon
 
@@ -263,3 +264,23 @@ def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) 
             "a determinant of -1 is a reflection (wrong axis convention), another value an "
             "unnormalised quaternion",
         )
+
+
+def plane_basis(up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit vectors that span the plane across a unit vector."""
+    first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    first /= np.linalg.norm(first)
+    return first, np.cross(up, first)
+
+
+def rigid(poses: np.ndarray) -> np.ndarray:
+    """Poses whose rotations, printed with few digits, are made orthonormal again.
+
+    Only errors of rounding are corrected; larger ones are refused later.
+    """
+    if not np.isfinite(poses).all():
+        return poses
+    left, stretch, right = np.linalg.svd(poses[:, :, :3])
+    rounded = np.abs(stretch - 1).max(axis=1) < PRINTED
+    mended = np.where(rounded[:, None, None], left @ right, poses[:, :, :3])
+    return np.concatenate([mended, poses[:, :, 3:]], axis=2)

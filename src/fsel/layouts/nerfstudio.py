@@ -25,6 +25,7 @@ from fsel.utils.parsing import (
     read_json,
     slashed,
     text,
+    world_transform,
 )
 
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
@@ -32,7 +33,6 @@ OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
 NEW_APPLIED_TRANSFORM = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]])
 """And since."""
 FOLDERS = ("images_2", "images_4", "images_8")
-SINGULAR = 1e-9
 SPLITS = ("train_filenames", "val_filenames", "test_filenames")
 
 
@@ -129,18 +129,6 @@ def _cloud(
 def _applied(content: dict, path: Path) -> np.ndarray | None:
     stored = content.get("applied_transform")
     return None if stored is None else world_transform(stored, path, "applied_transform")
-
-
-def world_transform(stored: object, path: Path, what: str) -> np.ndarray:
-    """(3, 4) float64 of a JSON value that can be undone.
-
-    Raises:
-        ValueError: naming file and field, for anything else.
-    """
-    matrix = numbers(stored, (3, 4), path, what)
-    if not np.isfinite(matrix).all() or not abs(np.linalg.det(matrix[:, :3])) >= SINGULAR:
-        raise ValueError(f"{path}: {what} cannot be undone: {repr(stored)[:200]}")
-    return matrix
 
 
 def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
