@@ -115,11 +115,7 @@ def add_video(command: argparse.ArgumentParser) -> None:
     )
 
 
-def add_output(command: argparse.ArgumentParser, text: str) -> None:
-    add_output_or(command, text)
-
-
-def add_output_or(command: argparse.ArgumentParser, text: str):
+def add_output(command: argparse.ArgumentParser, text: str):
     """Add an output, and return the group for what may stand in its place."""
     command.add_argument("--force", action="store_true", help="replace what an earlier run wrote")
     place = command.add_mutually_exclusive_group(required=True)

@@ -18,7 +18,6 @@ from fsel.cli.options import (
     add_object,
     add_opening,
     add_output,
-    add_output_or,
     add_reading,
     add_skipping,
     add_video,
@@ -184,7 +183,7 @@ def _add_render(commands) -> None:
         type=whole(1, LARGEST),
         help="longer side in pixels of the images, 384 by default, 1280 of a video",
     )
-    place = add_output_or(command, "folder to write")
+    place = add_output(command, "folder to write")
     place.add_argument(
         "--video",
         type=Path,
@@ -213,7 +212,7 @@ def _add_view(commands) -> None:
     )
     add_opening(command)
     _add_size(command, default=480)
-    place = add_output_or(command, "page to write, .html")
+    place = add_output(command, "page to write, .html")
     place.add_argument(
         "--serve",
         type=whole(0, 65535),

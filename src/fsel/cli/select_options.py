@@ -97,7 +97,7 @@ def _add_budget(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--trainer",
         choices=tuple(TRAINERS),
-        help="what takes --vram; see docs/trainers.md",
+        help="what takes --vram; see docs/reconstructors.md",
     )
 
 

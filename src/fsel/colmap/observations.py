@@ -15,7 +15,7 @@ import numpy as np
 
 from fsel.colmap.binary import IMAGES, POINTS, entries, is_binary, name_span
 from fsel.colmap.bindings import pycolmap
-from fsel.data.capture import MOST_LENGTH
+from fsel.data.geometry import MOST_LENGTH
 from fsel.data.points import RawPoints
 
 OBSERVATION = np.dtype([("xy", "<f8", 2), ("point", "<u8")])  # an entry of an image, as on disk

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,13 +11,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from fsel.data.geometry import camera_centers, merged
+from fsel.data.geometry import camera_centers, check_poses, merged
 from fsel.data.points import SparsePoints, points_from_table, points_table
 from fsel.utils.files import atomic, mapped_array, read_table
 from fsel.utils.wording import counted
-
-ROTATION_TOLERANCE = 1e-6
-LEAST_LENGTH, MOST_LENGTH = 1e-60, 1e60  # of the longest translation, world units
 
 
 @dataclass(frozen=True)
@@ -242,39 +238,6 @@ class Capture:
             points=points_from_table(read_table(folder / "points.parquet")),
             masks=mapped_array(masks) if masks.exists() else None,
             source=frames.attrs.get("source", str(folder)),
-        )
-
-
-def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) -> None:
-    """Refuse (N, 3, 4) poses that are not finite or no rotations, naming the frame.
-
-    Raises:
-        ValueError: with the pose's determinant and what it usually means.
-    """
-    finite = np.isfinite(world_to_camera).all(axis=(1, 2))
-    for i in np.flatnonzero(~finite)[:1]:
-        where = f"{source}: frame {names[i]!r}"
-        _expect(False, f"pose is not finite: {world_to_camera[i].tolist()}", where)
-    reach = np.abs(world_to_camera[:, :, 3]).max(axis=1).astype(np.float64)
-    # of each frame, not of the farthest: a few of the frames are refused as all of them are
-    for i in np.flatnonzero(reach * ((reach < LEAST_LENGTH) | (reach > MOST_LENGTH)))[:1]:
-        _expect(
-            False,
-            f"translation is {world_to_camera[i, :, 3].tolist()}; allowed: zero, or a largest part "
-            f"of {LEAST_LENGTH:g} to {MOST_LENGTH:g}, whose squares are still numbers",
-            f"{source}: frame {names[i]!r}",
-        )
-    rotation = world_to_camera[:, :, :3]
-    with np.errstate(over="ignore", invalid="ignore"):  # huge numbers are no rotation either
-        off = np.abs(rotation @ rotation.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-        determinant = np.linalg.det(rotation)
-    for i in np.flatnonzero(~((off < ROTATION_TOLERANCE) & (determinant > 0)))[:1]:
-        _expect(
-            False,
-            f"rotation has determinant {determinant[i]:.6g} and is {off[i]:.2g} from orthonormal; "
-            "a determinant of -1 is a reflection (wrong axis convention), another value an "
-            "unnormalised quaternion",
-            f"{source}: frame {names[i]!r}",
         )
 
 

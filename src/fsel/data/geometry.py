@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 ROUNDING = 2.0**-46  # of the largest coordinate: what turning and shifting poses may leave behind
 OPENGL_TO_OPENCV = np.diag([1.0, -1.0, -1.0])  # camera axes; its own inverse
 SAME_AXIS = 4 * ROUNDING  # unit vectors closer than this are one
+ROTATION_TOLERANCE = 1e-6
+PRINTED = 1e-3  # what few digits of a rotation may have cost it
+LEAST_LENGTH, MOST_LENGTH = 1e-60, 1e60  # of the longest translation, world units
 LEVEL = 0.02  # mean square of the sine by which horizontal axes may leave the horizon
 
 
@@ -225,3 +230,57 @@ def farthest_views(region: np.ndarray, centers: np.ndarray, k: int, start: int) 
         chosen.append(int(region[best]))
         gap = np.minimum(gap, np.linalg.norm(centers[region] - centers[region[best]], axis=1))
     return np.array(chosen)
+
+
+def check_poses(names: Sequence[str], world_to_camera: np.ndarray, source: str) -> None:
+    """Refuse (N, 3, 4) poses that are not finite or no rotations, naming the frame.
+
+    Raises:
+        ValueError: with the pose's determinant and what it usually means.
+    """
+
+    def refuse(frame: int, fault: str) -> None:
+        raise ValueError(f"{source}: frame {names[frame]!r}: {fault}")
+
+    finite = np.isfinite(world_to_camera).all(axis=(1, 2))
+    for i in np.flatnonzero(~finite)[:1]:
+        refuse(i, f"pose is not finite: {world_to_camera[i].tolist()}")
+    reach = np.abs(world_to_camera[:, :, 3]).max(axis=1).astype(np.float64)
+    # of each frame, not of the farthest: a few of the frames are refused as all of them are
+    for i in np.flatnonzero(reach * ((reach < LEAST_LENGTH) | (reach > MOST_LENGTH)))[:1]:
+        refuse(
+            i,
+            f"translation is {world_to_camera[i, :, 3].tolist()}; allowed: zero, or a largest part "
+            f"of {LEAST_LENGTH:g} to {MOST_LENGTH:g}, whose squares are still numbers",
+        )
+    rotation = world_to_camera[:, :, :3]
+    with np.errstate(over="ignore", invalid="ignore"):  # huge numbers are no rotation either
+        off = np.abs(rotation @ rotation.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+        determinant = np.linalg.det(rotation)
+    for i in np.flatnonzero(~((off < ROTATION_TOLERANCE) & (determinant > 0)))[:1]:
+        refuse(
+            i,
+            f"rotation has determinant {determinant[i]:.6g} and is {off[i]:.2g} from orthonormal; "
+            "a determinant of -1 is a reflection (wrong axis convention), another value an "
+            "unnormalised quaternion",
+        )
+
+
+def plane_basis(up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit vectors that span the plane across a unit vector."""
+    first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    first /= np.linalg.norm(first)
+    return first, np.cross(up, first)
+
+
+def rigid(poses: np.ndarray) -> np.ndarray:
+    """Poses whose rotations, printed with few digits, are made orthonormal again.
+
+    Only errors of rounding are corrected; larger ones are refused later.
+    """
+    if not np.isfinite(poses).all():
+        return poses
+    left, stretch, right = np.linalg.svd(poses[:, :, :3])
+    rounded = np.abs(stretch - 1).max(axis=1) < PRINTED
+    mended = np.where(rounded[:, None, None], left @ right, poses[:, :, :3])
+    return np.concatenate([mended, poses[:, :, 3:]], axis=2)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from plyfile import PlyData, PlyParseError
 
-from fsel.data.capture import MOST_LENGTH
+from fsel.data.geometry import MOST_LENGTH
 from fsel.data.points import RawPoints
 from fsel.utils.parsing import regular
 

@@ -17,12 +17,12 @@ import numpy as np
 
 from fsel.colmap.camera import Camera
 from fsel.colmap.undistortion import Lens, common_frame, prepared
-from fsel.data.capture import Capture, check_poses
+from fsel.data.capture import Capture
+from fsel.data.geometry import check_poses, rigid
 from fsel.images import files as image_files
 from fsel.layouts.contract import Layout, RawCapture
 from fsel.utils.names import natural
 
-ROUNDING = 1e-3
 PROGRESS = 500  # frames between two lines in the log
 LARGEST = 1 << 20  # pixels of an image's side
 FOCAL = (1e-3, 1e4)  # least and greatest focal length, of an image's longer side
@@ -129,19 +129,6 @@ def _possible(camera: Camera) -> bool:
     share = focal / max(camera.width, camera.height)
     within = bool(((share >= FOCAL[0]) & (share <= FOCAL[1])).all())
     return within and bool(np.isfinite(camera.params).all())
-
-
-def rigid(poses: np.ndarray) -> np.ndarray:
-    """Poses whose rotations, printed with few digits, are made orthonormal again.
-
-    Only errors of rounding are corrected; larger ones are refused later.
-    """
-    if not np.isfinite(poses).all():
-        return poses
-    left, stretch, right = np.linalg.svd(poses[:, :, :3])
-    rounded = np.abs(stretch - 1).max(axis=1) < ROUNDING
-    mended = np.where(rounded[:, None, None], left @ right, poses[:, :, :3])
-    return np.concatenate([mended, poses[:, :, 3:]], axis=2)
 
 
 def _opened(

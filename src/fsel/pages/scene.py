@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.data.geometry import upwards
+from fsel.data.geometry import plane_basis, upwards
 from fsel.data.points import SparsePoints
 from fsel.data.subsets import evenly
 from fsel.export.record import Outcome
-from fsel.request.paths import plane_basis
 
 MOST_POINTS = 4000
 TICK = 0.08  # length of a viewing direction, as a share of the view

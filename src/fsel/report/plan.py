@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsel.data.capture import Capture
-from fsel.data.geometry import upwards
-from fsel.request.paths import plane_basis
+from fsel.data.geometry import plane_basis, upwards
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

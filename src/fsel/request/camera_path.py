@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views, check_poses
-from fsel.data.geometry import OPENGL_TO_OPENCV, invert_pose
-from fsel.ingest.canonical import rigid
-from fsel.layouts.nerfstudio import world_transform
-from fsel.utils.parsing import member, number, numbers, read_json
+from fsel.data.capture import Capture, Views
+from fsel.data.geometry import OPENGL_TO_OPENCV, check_poses, invert_pose, rigid
+from fsel.utils.parsing import member, number, numbers, read_json, world_transform
 
 
 def camera_path(path: Path, capture: Capture) -> Views:

@@ -2,7 +2,7 @@
 
 A trainer needs a fixed part, so much a frame, so much a pixel of each frame, and so much a
 Gaussian. The numbers of Gaussians a frame are the most that was seen, so that what is allowed fits.
-docs/trainers.md has the table with its sources. What `splats` needs is counted.
+docs/reconstructors.md has the table with its sources. What `splats` needs is counted.
 """
 
 from __future__ import annotations

@@ -7,7 +7,14 @@ import cv2
 import numpy as np
 
 from fsel.data.capture import Capture, Views
-from fsel.data.geometry import line_equations, moved_aside, pose_distance, poses_at, upwards
+from fsel.data.geometry import (
+    line_equations,
+    moved_aside,
+    plane_basis,
+    pose_distance,
+    poses_at,
+    upwards,
+)
 from fsel.data.subsets import evenly
 
 GAP = np.radians(60)  # an arc as wide without a camera was not filmed: an orbit leaves it out
@@ -73,13 +80,6 @@ def _filmed_arc(azimuth: np.ndarray) -> tuple[float, float]:
     if gaps[largest] < GAP:
         return float(ordered[0]), 2 * np.pi
     return float(ordered[(largest + 1) % len(ordered)]), float(2 * np.pi - gaps[largest])
-
-
-def plane_basis(up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors that span the plane across a unit vector."""
-    first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
-    first /= np.linalg.norm(first)
-    return first, np.cross(up, first)
 
 
 def looking_at(centers: np.ndarray, point: np.ndarray, up: np.ndarray, capture: Capture) -> Views:

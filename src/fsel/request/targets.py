@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views, check_poses
-from fsel.data.geometry import pairwise_distances
+from fsel.data.capture import Capture, Views
+from fsel.data.geometry import check_poses, pairwise_distances
 from fsel.data.subsets import evenly
 from fsel.request.camera_path import camera_path
 from fsel.request.frames import Wish, frames_of, frames_wished, named_in

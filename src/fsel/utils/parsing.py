@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 MOST_MISSING = 100_000  # images without files: more have another cause than files that were lost
+SINGULAR = 1e-9  # least determinant of a transform that can be undone
 LEAST_TURN = 0.5  # length of a quaternion; others off from 1 are refused as matrices
 
 
@@ -85,6 +86,18 @@ def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:
             f"{path}: {what} has a quaternion of length {length:.3g}, which is no rotation; "
             "allowed: 1"
         )
+
+
+def world_transform(stored: object, path: Path, what: str) -> np.ndarray:
+    """(3, 4) float64 of a JSON value that can be undone.
+
+    Raises:
+        ValueError: naming file and field, for anything else.
+    """
+    matrix = numbers(stored, (3, 4), path, what)
+    if not np.isfinite(matrix).all() or not abs(np.linalg.det(matrix[:, :3])) >= SINGULAR:
+        raise ValueError(f"{path}: {what} cannot be undone: {repr(stored)[:200]}")
+    return matrix
 
 
 def read_json(path: Path) -> dict[str, Any]:
