@@ -35,7 +35,7 @@ def test_a_further_reconstructor_measures_the_same_picks(tmp_path):
         for name in ("candidate_pools", "ga_vs_learned", "feature_sweep", "poses", "budget")
     ]
     rules = planned(dry_run(tmp_path, config, *targets))
-    assert rules["evaluate_pools"] == rules["select_pools"] == 2
+    assert rules["evaluate_candidate_pools"] == rules["select_candidate_pools"] == 2
     assert rules["evaluate_searched"] == rules["search_oracle"] == 1
     assert rules["evaluate_noise"] == rules["select_noise"] == 2
 

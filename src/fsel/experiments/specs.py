@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from fsel.metrics import Metrics
 from fsel.workflow import inputs
 from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
 
+Scenes = Sequence[tuple[str, str]]
+"""Dataset and scene of each."""
 Values = dict[str, Any]
 FIRST_DRAW = f"{inputs.SCENE}/draw0"
 GIVEN, ESTIMATED = "given", "estimated"
@@ -66,6 +69,26 @@ def picks_of(picks: str, kinds: Sequence[str] = inputs.CAPTURE) -> Values:
 def picks_of_draws(experiment: Experiment, picks: str) -> Values:
     """A capture, its splits, and what was picked on them."""
     return {**picks_of(picks), "splits": inputs.of_draws(experiment, "split.parquet")}
+
+
+def all_scorers(experiment: Experiment) -> list[str]:
+    """The scorers of every learned and fixed selector."""
+    return experiment.scorers
+
+
+def metrics(experiment: Experiment) -> Metrics:
+    """The tables' metrics."""
+    return experiment.metrics
+
+
+def evaluation_scenes(experiment: Experiment) -> Scenes:
+    """The evaluation scenes of all datasets."""
+    return experiment.evaluation_scenes
+
+
+def budgets(experiment: Experiment) -> Values:
+    """The budgets of the sweep."""
+    return {"budgets": experiment.config["budgets"]}
 
 
 def selected(experiment: Experiment) -> Values:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 
 from fsel.data.capture import Capture
 from fsel.data.split import Split
@@ -12,16 +11,16 @@ from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics
 from fsel.reconstruct import reconstructor_of
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
 
 logger = logging.getLogger(__name__)
 
 
 def evaluate(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    selections: Sequence[str | Path],
-    evaluations: Sequence[str | Path],
+    folder: File,
+    splits: Files,
+    selections: Files,
+    evaluations: Files,
     *,
     reconstruction: Mapping,
     metrics: Metrics,
@@ -32,13 +31,8 @@ def evaluate(
     The draws share one reconstructor, and with it the matching costs that they have in common.
 
     Args:
-        folder: a canonical capture.
-        splits: split.parquet, one a draw.
         selections: what `select` wrote, one a draw.
         evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
-        reconstruction: the config's section.
-        metrics: names, or name -> settings.
-        config: digest of the parameters.
     """
     units = measuring.measured_units(metrics)
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)

@@ -49,6 +49,7 @@ class Job:
             `poses` decides the first.
         size: of the job; or experiment -> such.
         name: of the rule, where it is not the function's.
+        home: `module:function`, where the function is of an object of the module: `module:A.run`.
     """
 
     function: Callable[..., None]
@@ -58,6 +59,7 @@ class Job:
     params: Callable[[Experiment], Values] = nothing
     size: Size | Callable[[Experiment], Size] = SMALL
     name: str = ""
+    home: str = ""
 
     @property
     def rule(self) -> str:
@@ -65,9 +67,9 @@ class Job:
         return self.name or self.function.__name__
 
     @property
-    def home(self) -> str:
+    def place(self) -> str:
         """`module:function`."""
-        return f"{self.function.__module__}:{self.function.__name__}"
+        return self.home or f"{self.function.__module__}:{self.function.__name__}"
 
     def written(self, experiment: Experiment) -> Values:
         """The outputs in an experiment."""
@@ -198,7 +200,7 @@ class Tables:
         resources = experiment.resources(size, reconstruction)
         if poses := params.get("poses"):
             resources["gpu"] = lambda wildcards: gpus_of(poses)
-        module = job.function.__module__
+        module = job.place.partition(":")[0]
         # the package lists all tables; one does without the others
         apart = self.entries.homes.values() if isinstance(self.entries, Registry) else ()
         shown = {}
@@ -212,7 +214,7 @@ class Tables:
             job.message,
             {**inputs, "lib": experiment.library(module, reconstruction, apart)},
             outputs,
-            {**params, "job": job.home},
+            {**params, "job": job.place},
             resources,
             f"<results>/logs/{_place(job, outputs)}.log",
             f"<results>/benchmarks/{_place(job, outputs)}.jsonl",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -22,7 +21,7 @@ from fsel.images.sharpness import sharpness
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -42,11 +41,11 @@ UNITS = {
 
 
 def measure_costs(
-    folder: str | Path,
-    split: str | Path,
-    weights: Sequence[str | Path],
-    costs: str | Path,
-    times: str | Path,
+    folder: File,
+    split: File,
+    weights: Files,
+    costs: File,
+    times: File,
     *,
     budgets: Sequence[int],
     appearance: Mapping,
@@ -56,16 +55,11 @@ def measure_costs(
     """Measure what reconstruction costs from ever more frames, and what selecting them does.
 
     Args:
-        folder: a canonical capture with its descriptors.
-        split: split.parquet of a draw.
         weights: one scorer of each variant: ours, and ours denied some features.
         costs: receives method, step (budget, share of the candidates, or `all`), k, psnr,
             fit_seconds, render_seconds, peak_bytes.
         times: receives variant, k, seconds: descriptors of all observed frames, where the variant
             reads them, and the selection.
-        budgets: frames to pick.
-        appearance, reconstruction: the config's sections.
-        config: digest of the parameters.
     """
     problem = Problem.load(folder, split)
     targets = Split.load(split).targets
@@ -101,10 +95,7 @@ def steps(candidates: int, budgets: Sequence[int]) -> dict[str, int]:
 
 
 def selection_seconds(
-    problem: Problem,
-    variants: Mapping[str, Run],
-    budgets: Sequence[int],
-    appearance: Mapping,
+    problem: Problem, variants: Mapping[str, Run], budgets: Sequence[int], appearance: Mapping
 ) -> pd.DataFrame:
     """Table of variant, k, seconds of one thread; see `measure_costs`."""
     images = np.asarray(problem.capture.images[problem.observed])
@@ -121,7 +112,7 @@ def selection_seconds(
     return pd.DataFrame(rows, columns=["variant", "k", "seconds"])
 
 
-def mean_costs(costs: Sequence[str | Path]) -> pd.DataFrame:
+def mean_costs(costs: Files) -> pd.DataFrame:
     """Table of method, step, k, psnr, seconds (fit and rendering), peak_mb, n: means over scenes.
 
     Args:
@@ -135,20 +126,12 @@ def mean_costs(costs: Sequence[str | Path]) -> pd.DataFrame:
     return groups[columns].mean().assign(n=groups.size()).reset_index()
 
 
-def saturation(
-    costs: Sequence[str | Path],
-    figures: Sequence[str | Path],
-    numbers: str | Path,
-    *,
-    facts: Mapping,
-) -> None:
+def saturation(costs: Files, figures: Files, numbers: File, *, facts: Mapping) -> None:
     """PSNR, time and memory against K up to all frames.
 
     Args:
         costs: what `measure_costs` wrote, one a scene.
-        figures: paths; their endings choose the format.
         numbers: receives what `mean_costs` returns.
-        facts: see `captions.note`.
     """
     means = mean_costs(costs)
     write_csv(means, numbers)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -20,7 +19,7 @@ from fsel.report.latex import MISSING, difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
 from fsel.report.sweep import named, sweep_cells
-from fsel.utils.files import read_table, write_table, write_text
+from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -43,10 +42,10 @@ ROWS = {
 
 
 def evaluate_searched(
-    folder: str | Path,
-    split: str | Path,
-    subsets: str | Path,
-    evaluation: str | Path,
+    folder: File,
+    split: File,
+    subsets: File,
+    evaluation: File,
     *,
     reconstruction: Mapping,
     config: str,
@@ -54,13 +53,9 @@ def evaluate_searched(
     """Measure every subset that the searches met on the held-out targets.
 
     Args:
-        folder: a canonical capture.
-        split: split.parquet of the draw.
         subsets: what `fsel.stages.search_oracle` wrote.
         evaluation: receives method, number (row in `subsets`), rank (0: the fittest on the
             proxies) and the columns of `fsel.evaluation.measuring.measured`.
-        reconstruction: the config's section.
-        config: digest of the parameters.
     """
     table = read_table(subsets)
     picks = table[["method", "rank"]].assign(number=range(len(table)), frame=table["subset"])
@@ -72,10 +67,10 @@ def evaluate_searched(
 
 
 def ga_vs_learned(
-    evaluations: Sequence[str | Path],
-    searched: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    searched: Files,
+    table: File,
+    numbers: File,
     *,
     problems: Sequence[str],
     k: int,
@@ -84,12 +79,8 @@ def ga_vs_learned(
     """Average subset, random search, search and selectors, all scored on the targets.
 
     Args:
-        evaluations: what `fsel.stages.evaluate` wrote, one a problem.
         searched: what `evaluate_searched` wrote, one a problem.
         table, numbers: receive LaTeX, and the columns of `compare_with_search`.
-        problems: `dataset/scene/draw0` of each.
-        k: budget of the search.
-        facts: see `captions.made_by`.
     """
     swept = sweep_cells(named(problems, evaluations), facts=facts)
     subsets = pd.concat([_subset_means(item) for item in named(problems, searched)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from fsel.experiments import specs
 from fsel.report.captions import made_by
@@ -11,7 +10,7 @@ from fsel.report.latex import dataset_table, difference
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences
 from fsel.report.sweep import named, sweep_cells
-from fsel.utils.files import write_text
+from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.tables import Table
 
@@ -19,9 +18,9 @@ LEARNED, UNTRAINED = "less_is_more", "untrained"
 
 
 def handsign(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    table: File,
+    numbers: File,
     *,
     problems: Sequence[str],
     datasets: Mapping[str, str],
@@ -31,12 +30,7 @@ def handsign(
     """PSNR of the learned scorer minus that of the untrained sum (paper, Table 7).
 
     Args:
-        evaluations: what `fsel.stages.evaluate` wrote, one a problem.
         table, numbers: receive LaTeX, and dataset, k, mean, ci_low, ci_high, n (scenes).
-        problems: `dataset/scene/draw0` of each.
-        datasets: name -> printed label, in order.
-        budgets: columns.
-        facts: see `captions.made_by`.
     """
     cells = sweep_cells(named(problems, evaluations), facts=facts)
     cells = cells[cells["method"].isin([LEARNED, UNTRAINED])]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from fsel.report.views import Shown, draw
 from fsel.selector.policies import POLICIES
 from fsel.stages.generate import generate
 from fsel.stages.ingest import ingest
+from fsel.utils.files import File, Files
 from fsel.workflow import inputs, reconstructors
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.reconstructors import Section
@@ -75,8 +75,8 @@ def draw_views(
     capture: Capture,
     chosen: Mapping[str, np.ndarray],
     targets: np.ndarray,
-    figures: Sequence[str | Path],
-    numbers: str | Path,
+    figures: Files,
+    numbers: File,
     *,
     views: int,
     reconstruction: Mapping,
@@ -88,12 +88,10 @@ def draw_views(
         capture: at the pictures' size or larger.
         chosen: method -> (K,) frames, a column each.
         targets: (T,) held-out frames.
-        figures: paths; their endings choose the format.
         numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units and,
             of targets, the metrics; of each method, the processor's seconds of its reconstruction
             and of rendering all targets.
         views: targets drawn, evenly spaced in capture order; one is the middle one.
-        reconstruction: the config's section.
         note: what made the numbers.
     """
     places, drawn = plan_positions(capture), spaced(len(targets), views)
@@ -131,10 +129,8 @@ def render_cold(
     """Targets rendered from frames by a reconstructor that has cached nothing yet.
 
     Args:
-        capture: the capture.
         frames: (K,) to reconstruct from.
         targets: (T,) to render.
-        reconstruction: the config's section.
 
     Returns:
         (T, h, w, 3) float32 views, (T, 3) metrics as `METRICS`, and the processor's seconds of

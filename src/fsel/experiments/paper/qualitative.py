@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -12,19 +11,19 @@ from fsel.data.capture import Capture
 from fsel.experiments.paper import pictures
 from fsel.experiments.paper.pictures import draw_views, frames_named, picks_of, resolved
 from fsel.report.captions import note
-from fsel.utils.files import read_table
+from fsel.utils.files import File, Files, read_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table
 
 
 def qualitative(
-    folder: str | Path,
-    split: str | Path,
-    selections: str | Path,
-    evaluations: Sequence[str | Path],
-    figures: Sequence[str | Path],
-    numbers: str | Path,
+    folder: File,
+    split: File,
+    selections: File,
+    evaluations: Files,
+    figures: Files,
+    numbers: File,
     *,
     methods: Sequence[str],
     views: int,
@@ -37,17 +36,13 @@ def qualitative(
     Args:
         folder: a canonical capture of the scene with images large enough; frames are found in it by
             their names.
-        split: split.parquet of the draw.
         selections: what `fsel.stages.select` wrote for it.
         evaluations: of the scene's draws, from which `strongest` is found.
-        figures: paths; their endings choose the format.
         numbers: see `pictures.draw_views`.
         methods: columns, in order; the first training or random seed of each is shown. `strongest`
             is the paper's baseline with the highest PSNR at k that is not among them.
         views: targets drawn.
         k: frames; `all` takes its own number.
-        reconstruction: the config's section.
-        facts: see `captions.note`.
     """
     capture = Capture.load(folder)
     roles = read_table(split)

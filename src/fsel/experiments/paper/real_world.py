@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,19 +12,19 @@ from fsel.experiments import specs
 from fsel.experiments.paper import crosscapture, pictures
 from fsel.experiments.paper.pictures import draw_views, frames_named, picks_of, resolved
 from fsel.report.captions import note
-from fsel.utils.files import read_table
+from fsel.utils.files import File, Files, read_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table
 
 
 def real_world(
-    folder: str | Path,
-    selected_from: str | Path,
-    picks: str | Path,
-    evaluation: str | Path,
-    figures: Sequence[str | Path],
-    numbers: str | Path,
+    folder: File,
+    selected_from: File,
+    picks: File,
+    evaluation: File,
+    figures: Files,
+    numbers: File,
     *,
     methods: Sequence[str],
     views: int,
@@ -40,7 +39,6 @@ def real_world(
         selected_from: frames.parquet of the capture that was selected from; names connect the two.
         picks: what `crosscapture.select_crosscapture` wrote.
         evaluation: what `crosscapture.evaluate_crosscapture` wrote.
-        figures: paths; their endings choose the format.
         numbers: see `pictures.draw_views`.
         methods, views, k, reconstruction, facts: as in `qualitative.qualitative`; `all` is every
             frame of the other sequences.

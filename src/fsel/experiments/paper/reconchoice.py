@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from fsel.report.captions import captures_of
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES
-from fsel.utils.files import read_table, write_table, write_text
+from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.utils.programs.outcome import FINISHED, MEMORY, Unfinished
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
@@ -32,10 +31,10 @@ SEED = 0
 
 
 def evaluate_reconchoice(
-    folder: str | Path,
-    split: str | Path,
-    selections: str | Path,
-    evaluation: str | Path,
+    folder: File,
+    split: File,
+    selections: File,
+    evaluation: File,
     *,
     reconstruction: Mapping,
     metrics: Metrics,
@@ -46,14 +45,11 @@ def evaluate_reconchoice(
     """Quality, seconds and memory with the picks of ours and with all frames, each on its own.
 
     Args:
-        folder: a canonical capture.
         split, selections: split.parquet and what `select` wrote of one draw.
         evaluation: receives k (`ALL_FRAMES` for all), the metrics, fit_seconds, render_seconds,
             peak_bytes, device, outcome; numbers are NaN where a reconstruction did not finish.
-        reconstruction, metrics: the config's sections.
         budgets: whose picks are reconstructed.
         memory: bytes that one reconstruction may take.
-        config: digest of the parameters.
     """
     picks = read_table(selections)
     own = picks[(picks["method"] == METHOD) & (picks["seed"] == SEED)]
@@ -92,9 +88,9 @@ def evaluate_reconchoice(
 
 
 def reconchoice(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    table: File,
+    numbers: File,
     *,
     reconstructors: Mapping[str, Mapping],
     metrics: Metrics,
@@ -108,9 +104,7 @@ def reconchoice(
             reconstructor, then of the next.
         table, numbers: receive LaTeX, and the columns of `choice_means`.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
-        metrics: of a cell, in order.
         memory: bytes that one reconstruction may take.
-        facts: see `captions.captures_of`.
     """
     scenes = len(evaluations) // len(reconstructors)
     means = pd.concat(
@@ -142,7 +136,7 @@ def reconchoice(
     write_text(made, table)
 
 
-def choice_means(evaluations: Sequence[str | Path], name: str, metrics: Metrics) -> pd.DataFrame:
+def choice_means(evaluations: Files, name: str, metrics: Metrics) -> pd.DataFrame:
     """Table of reconstructor, k, the metrics, seconds, peak_mb, n (scenes), device, outcome.
 
     Means are NaN where a reconstruction of a scene did not finish; the outcome says why.

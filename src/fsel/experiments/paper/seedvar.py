@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import pandas as pd
 
@@ -13,7 +12,7 @@ from fsel.report.latex import MISSING, dataset_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES, seed_spread, summarise
 from fsel.report.sweep import BASELINES, named, sweep_cells
-from fsel.utils.files import read_table, write_text
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.tables import Table
 
@@ -21,9 +20,9 @@ LEARNED = "less_is_more"
 
 
 def seedvar(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    table: File,
+    numbers: File,
     *,
     problems: Sequence[str],
     datasets: Mapping[str, str],
@@ -33,14 +32,9 @@ def seedvar(
     """Spread of the dataset mean over training seeds, in dB.
 
     Args:
-        evaluations: what `fsel.stages.evaluate` wrote, one a problem.
         table, numbers: receive LaTeX, and dataset, k, std, seeds, n (scenes), and margin:
             how far the method's mean is from that of the strongest baseline, which the spread is to
             be read against.
-        problems: `dataset/scene/draw0` of each.
-        datasets: name -> printed label, in order.
-        budgets: columns.
-        facts: see `captions.made_by`.
     """
     runs = [_by_seed(item) for item in named(problems, evaluations)]
     spread = seed_spread(pd.concat(runs), "psnr")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from fsel.report.summary import ALL_FRAMES, differences, summarise
 from fsel.report.sweep import named, sweep_cells
 from fsel.stages.evaluate import evaluate
 from fsel.stages.select import select
-from fsel.utils.files import read_table, write_text
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -33,12 +32,12 @@ VARIANTS = {
 
 
 def time_quality(
-    evaluations: Sequence[str | Path],
-    variant: Sequence[str | Path],
-    costs: Sequence[str | Path],
-    times: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    variant: Files,
+    costs: Files,
+    times: Files,
+    table: File,
+    numbers: File,
     *,
     problems: Sequence[str],
     budgets: Sequence[int],
@@ -51,9 +50,6 @@ def time_quality(
             variant's, with those of the whole candidate pool, one a problem.
         costs, times: what `costs.measure_costs` wrote, one a scene.
         table, numbers: receive LaTeX, and the columns of `joined`.
-        problems: `dataset/scene/draw0` of each.
-        budgets: rows.
-        facts: see `captions.made_by`.
     """
     swept, further = (
         sweep_cells(named(problems, paths), facts=facts) for paths in (evaluations, variant)
@@ -87,11 +83,7 @@ def time_quality(
     write_text(made, table)
 
 
-def joined(
-    cells: pd.DataFrame,
-    costs: pd.DataFrame,
-    times: pd.DataFrame,
-) -> pd.DataFrame:
+def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
     """One row a method and budget.
 
     Args:

@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 
 import pandas as pd
 
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
-from fsel.utils.files import read_table
+from fsel.utils.files import File, Files, read_table
 from fsel.utils.wording import counted
 from fsel.workflow import inputs
 from fsel.workflow.tables import Table
 
 
-def training_figure(
-    logs: Sequence[str | Path],
-    figures: Sequence[str | Path],
-    numbers: str | Path,
-    *,
-    facts: Mapping,
-) -> None:
+def training_figure(logs: Files, figures: Files, numbers: File, *, facts: Mapping) -> None:
     """Loss and agreement with the labels over epochs.
 
     Args:
         logs: what `fsel.stages.train` logged, one a seed in order.
-        figures: paths; their endings choose the format.
         numbers: receives seed, epoch, split, loss, agreement.
-        facts: see `captions.note`.
     """
     tables = [read_table(path).assign(seed=seed) for seed, path in enumerate(logs)]
     log = pd.concat(tables)[["seed", "epoch", "split", "loss", "agreement"]]

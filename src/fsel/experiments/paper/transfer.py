@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import OUTCOME, summarise
 from fsel.report.summary import differences as paired
 from fsel.report.sweep import LEARNED, named, sweep_cells
-from fsel.utils.files import read_table, write_table, write_text
+from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -42,10 +41,10 @@ SEED = 0  # the one seed whose picks are reconstructed
 
 
 def evaluate_transfer(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    selections: Sequence[str | Path],
-    evaluations: Sequence[str | Path],
+    folder: File,
+    splits: Files,
+    selections: Files,
+    evaluations: Files,
     *,
     reconstruction: Mapping,
     metrics: Metrics,
@@ -55,12 +54,9 @@ def evaluate_transfer(
     """Reconstruct what some methods picked; nothing is selected anew.
 
     Args:
-        folder: a canonical capture.
         splits, selections: split.parquet and what `select` wrote, one a draw.
         evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
-        reconstruction, metrics: the config's sections.
         budgets: whose picks are reconstructed.
-        config: digest of the parameters.
     """
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     for split, selected, path in zip(splits, selections, evaluations, strict=True):
@@ -73,10 +69,10 @@ def evaluate_transfer(
 
 
 def transfer(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
-    differences: str | Path,
+    evaluations: Files,
+    table: File,
+    numbers: File,
+    differences: File,
     *,
     problems: Sequence[str],
     reconstructors: Mapping[str, Mapping],
@@ -94,8 +90,6 @@ def transfer(
         problems: `dataset/scene/draw0` of each evaluation of one reconstructor.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of rows each.
         budgets: one group of columns each.
-        metrics: of a cell, in order.
-        facts: see `captions.captures_of`.
     """
     count = len(problems)
     means: list[pd.DataFrame] = []

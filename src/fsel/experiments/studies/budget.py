@@ -16,6 +16,7 @@ from fsel.data.problem import Problem
 from fsel.data.split import Split, coverage_split
 from fsel.evaluation.measuring import Run, chance, picks_at, runs
 from fsel.experiments import specs
+from fsel.experiments.specs import Scenes
 from fsel.experiments.studies import budget_curves
 from fsel.experiments.studies.bench import Bench, measure_cold
 from fsel.report.captions import made_by
@@ -23,7 +24,7 @@ from fsel.report.latex import plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.sweep import of_scenes
 from fsel.request.budget import Auto, find, most, view_shift
-from fsel.utils.files import read_table, write_table, write_text
+from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -39,11 +40,11 @@ MEAN = "Mean"
 
 
 def select_budgets(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    weights: str | Path,
-    record: str | Path,
-    picks: str | Path,
+    folder: File,
+    splits: Files,
+    weights: File,
+    record: File,
+    picks: File,
     *,
     budgets: Sequence[int],
     coverages: Sequence[int],
@@ -55,18 +56,14 @@ def select_budgets(
     """`fsel`'s picks: what the rules keep of them, and every fixed number.
 
     Args:
-        folder: a canonical capture with its descriptors.
         splits: split.parquet, one a draw of the experiment.
-        weights: the scorer.
         record: what `fsel.experiments.studies.budget_curves.fit_budget` wrote.
         picks: receives coverage (0: a draw of the experiment), draw, rule (`auto`, `memory`: the
             same within a memory, `fixed`), k, order, frame.
         budgets: fixed ones.
         coverages: per cent of the capture that further requests are drawn from.
-        auto: the config's section.
         seed: of those requests.
         long_side: pixels of the images that are reconstructed from, whose memory counts.
-        config: digest of the parameters.
     """
     capture, (run,) = Capture.load(folder), runs([], [weights])
     described = read_table(Path(folder) / "descriptors.parquet")
@@ -115,10 +112,10 @@ def kept_of(
 
 
 def evaluate_budgets(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    picks: str | Path,
-    evaluation: str | Path,
+    folder: File,
+    splits: Files,
+    picks: File,
+    evaluation: File,
     *,
     seed: int,
     reconstruction: Mapping,
@@ -127,13 +124,9 @@ def evaluate_budgets(
     """Measure what those picks are worth and cost, nothing being cached.
 
     Args:
-        folder: a canonical capture.
         splits: split.parquet, one a draw of the experiment.
-        picks: what `select_budgets` wrote.
         evaluation: receives coverage, draw, rule, k, psnr, seconds, bytes.
         seed: of the requests beyond the experiment's draws.
-        reconstruction: the config's section.
-        config: digest of the parameters.
     """
     capture = Capture.load(folder)
     small = capture.resized(reconstruction["long_side"])
@@ -159,11 +152,11 @@ def _cost(small: Capture, picks: np.ndarray, split: Split, reconstruction: Mappi
 
 
 def budget(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    table: File,
+    numbers: File,
     *,
-    scenes: Sequence[tuple[str, str]],
+    scenes: Scenes,
     datasets: Mapping[str, str],
     auto: Mapping,
     facts: Mapping,
@@ -171,13 +164,7 @@ def budget(
     """K, PSNR and seconds of both rules beside every fixed budget.
 
     Args:
-        evaluations: what `evaluate_budgets` wrote, one a scene.
-        table: receives LaTeX.
         numbers: receives request, rule, k, psnr, seconds and bytes.
-        scenes: dataset and scene of each.
-        datasets: name -> printed label.
-        auto: the config's section.
-        facts: see `captions.made_by`.
     """
     rows = pd.concat(
         read_table(item["path"]).assign(

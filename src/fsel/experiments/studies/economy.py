@@ -6,7 +6,6 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -26,7 +25,7 @@ from fsel.images.sharpness import sharpness
 from fsel.reconstruct.splats import SplatSettings
 from fsel.reconstruct.splats.culling import seen_by
 from fsel.report.latex import MISSING, plain_table
-from fsel.utils.files import atomic, write_text
+from fsel.utils.files import File, Files, atomic, write_text
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table
@@ -44,10 +43,10 @@ COSTS = ("primitives", "bytes", "seconds", "psnr")
 
 
 def economy(
-    folders: Sequence[str | Path],
-    splits: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    folders: Files,
+    splits: Files,
+    table: File,
+    numbers: File,
     *,
     generated: Sequence[Mapping | None],
     k: int,
@@ -57,13 +56,10 @@ def economy(
     """Switch off each saving in turn.
 
     Args:
-        folders: canonical captures with their descriptors.
-        splits: split.parquet of a draw, one a capture.
         table, numbers: receive LaTeX, and saving and primitives, bytes, seconds and psnr with it
             (`with_*`) and without it (`without_*`), means over the problems.
         generated: see `bench.bench_of`.
         k: frames reconstructed from.
-        reconstruction, appearance: the config's sections.
     """
     rows = []
     for folder, split, made in zip(folders, splits, generated, strict=True):

@@ -24,6 +24,7 @@ from fsel.metrics import Metrics, score_views
 from fsel.reconstruct import Model, Reconstructor, needs_gpu, reconstructor_of
 from fsel.reconstruct.memory import Peak
 from fsel.utils.programs.outcome import Unfinished
+from fsel.utils.files import File
 
 REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles
@@ -31,7 +32,7 @@ STATUS = Path("/proc/self/status")
 
 
 def measure_alone(
-    folder: str | Path,
+    folder: File,
     frames: np.ndarray,
     targets: np.ndarray,
     reconstruction: Mapping,
@@ -43,9 +44,7 @@ def measure_alone(
     """One reconstruction in a fresh process, so that no other's memory counts.
 
     Args:
-        folder: a canonical capture.
         frames: (K,) to reconstruct from; targets: (T,) to render.
-        reconstruction: the config's section.
         repeats: fresh reconstructors, of whose seconds the median is taken.
         metrics: keys of `fsel.metrics.REGISTERED`.
         memory: bytes that it may take beyond what the process holds before it; None for no limit.

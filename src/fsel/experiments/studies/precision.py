@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,7 +27,7 @@ from fsel.selector import plain
 from fsel.selector.greedy import Prepared, greedy
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Network, Scorer
-from fsel.utils.files import atomic, read_table, write_text
+from fsel.utils.files import File, Files, atomic, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -129,7 +128,7 @@ def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
 
 
 def trainings(
-    scenes: Scenes, trajectories: str | Path, **settings
+    scenes: Scenes, trajectories: File, **settings
 ) -> tuple[dict[str, Network], list[dict], dict[str, float]]:
     """Train on the same labels in both precisions: networks, loss curves, seconds."""
     import torch  # here: every job imports this module
@@ -161,14 +160,14 @@ def trainings(
 
 
 def precision(
-    folders: Sequence[str | Path],
-    splits: Sequence[str | Path],
-    weights: Sequence[str | Path],
-    trajectories: str | Path,
-    trained_folders: Sequence[str | Path],
-    trained_splits: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    folders: Files,
+    splits: Files,
+    weights: Files,
+    trajectories: File,
+    trained_folders: Files,
+    trained_splits: Files,
+    table: File,
+    numbers: File,
     *,
     labels: Sequence[str],
     problems: Sequence[str],
@@ -181,10 +180,7 @@ def precision(
     """Compare arithmetics on every scene, on hard cases, and in training.
 
     Args:
-        folders: canonical captures with their descriptors.
-        splits: split.parquet of a draw, one a capture.
         weights: one scorer of each policy.
-        trajectories: what `fsel.stages.order` wrote.
         trained_folders, trained_splits: captures of the labelled scenes, and their splits.
         table, numbers: receive LaTeX, and part, name, method, arithmetic, agreement, psnr,
             psnr_change, seconds, loss.
@@ -192,9 +188,6 @@ def precision(
         problems: `dataset/scene/draw0` of each capture.
         scenes: names of the labelled scenes.
         training: seed, epochs, learning_rate.
-        k: frames to pick.
-        reconstruction: the config's section.
-        facts: see `captions.made_by`.
     """
     loaded = [Scorer.load(path) for path in weights]
     scorers = {scorer.provenance["policy"]: scorer for scorer in loaded}

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -25,7 +24,7 @@ from fsel.features.appearance import descriptors
 from fsel.images.sharpness import sharpness
 from fsel.report.latex import plain_table, tex
 from fsel.report.sweep import BASELINES, LEARNED
-from fsel.utils.files import atomic, write_text
+from fsel.utils.files import File, Files, atomic, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -132,10 +131,10 @@ def timed(run: Callable[[], object], repeats: int = REPEATS) -> float:
 
 
 def selection_time(
-    folder: str | Path,
-    weights: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    folder: File,
+    weights: Files,
+    table: File,
+    numbers: File,
     *,
     pools: Sequence[int],
     k: int,
@@ -149,9 +148,7 @@ def selection_time(
         weights: scorers of the learned methods; the first of each is timed.
         table, numbers: receive LaTeX, and method, k, pool, descriptors, selection in seconds.
         pools: frames that a baseline may pick.
-        k: frames to pick.
         targets: of each problem.
-        appearance: the config's section.
     """
     capture = Capture.load(folder)
     images = np.asarray(capture.images)
@@ -183,7 +180,7 @@ def select_once(problem: Problem, run: Run, k: int) -> np.ndarray:
     return picks.frames
 
 
-def _runs(weights: Sequence[str | Path]) -> list[Run]:
+def _runs(weights: Files) -> list[Run]:
     """One run of each method that selects: not `all`."""
     learned = [run for run in learned_runs(weights) if run.seed == 0]
     return [*(Run(METHODS[name], 0) for name in BASELINES), *learned]

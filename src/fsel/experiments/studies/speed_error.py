@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from fsel.report.latex import MISSING, plain_table
 from fsel.report.sweep import BASELINES, LEARNED, named, sweep_cells
 from fsel.selector.policies import POLICIES
 from fsel.training.search import fittest_so_far
-from fsel.utils.files import atomic, read_table, write_text
+from fsel.utils.files import File, Files, atomic, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table
@@ -25,15 +24,15 @@ STEP = 10  # evaluations between points of a curve
 
 
 def speed_error(
-    times: str | Path,
-    settings: str | Path,
-    evaluations: Sequence[str | Path],
-    oracles: Sequence[str | Path],
-    subsets: Sequence[str | Path],
-    labels: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
-    figures: Sequence[str | Path],
+    times: File,
+    settings: File,
+    evaluations: Files,
+    oracles: Files,
+    subsets: Files,
+    labels: Files,
+    table: File,
+    numbers: File,
+    figures: Files,
     *,
     problems: Sequence[str],
     k: int,
@@ -46,9 +45,6 @@ def speed_error(
         evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote, one a problem.
         subsets, labels: searched subsets, of those problems and of training scenes.
         table, numbers: receive LaTeX, and the numbers of every panel.
-        figures: paths; their endings choose the format.
-        problems: `dataset/scene/draw0` of each.
-        k: budget of the search.
     """
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
@@ -76,7 +72,7 @@ def speed_error(
     write_text(_tables(methods, swept, curves, f"{timed_k} of {pool} frames", k), table)
 
 
-def progress(subsets: Sequence[str | Path], labels: Sequence[str | Path]) -> pd.DataFrame:
+def progress(subsets: Files, labels: Files) -> pd.DataFrame:
     """Measure what stopping a search early costs.
 
     Args:

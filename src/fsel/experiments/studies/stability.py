@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import logging
-from pathlib import Path
 
 import pandas as pd
 
 from fsel.experiments.studies.hard_cases import CASES, observe
 from fsel.report.latex import plain_table, tex
-from fsel.utils.files import atomic, write_text
+from fsel.utils.files import File, atomic, write_text
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table
@@ -17,7 +16,7 @@ from fsel.workflow.tables import Table
 logger = logging.getLogger(__name__)
 
 
-def stability(table: str | Path, numbers: str | Path) -> None:
+def stability(table: File, numbers: File) -> None:
     """Run every hard case.
 
     Args:

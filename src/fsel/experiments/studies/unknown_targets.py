@@ -16,6 +16,7 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import SELECTION, draw_chance, measure, picks_at, runs
 from fsel.evaluation.methods import METHODS
 from fsel.experiments import specs
+from fsel.experiments.specs import Scenes
 from fsel.experiments.studies.beside import views_beside
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.report.captions import made_by
@@ -26,7 +27,7 @@ from fsel.report.statistics import of_places
 from fsel.report.sweep import place_of
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
-from fsel.utils.files import read_table, write_table, write_text
+from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -50,8 +51,8 @@ BOLD: dict[str, Any] = {"linewidth": 2.0, "markersize": 4, "elinewidth": 1.6, "z
 
 
 def evaluate_unknown_targets(
-    folder: str | Path,
-    evaluation: str | Path,
+    folder: File,
+    evaluation: File,
     *,
     generated: Mapping | None,
     budgets: Sequence[int],
@@ -62,14 +63,10 @@ def evaluate_unknown_targets(
     """Measure every method's picks where nobody says what will be rendered.
 
     Args:
-        folder: a canonical capture with its descriptors.
         evaluation: receives views (`held_out`, `off_path`), start, method, seed, k, psnr, ssim.
         generated: family, seed and frames of an embedded capture, whose views off the path are
             cast; None for others.
         budgets: frames to pick; those that a capture has not enough frames for are left out.
-        seed: of the scene.
-        reconstruction: the config's section.
-        config: digest of the parameters.
     """
     capture = Capture.load(folder)
     described = read_table(Path(folder) / "descriptors.parquet")
@@ -137,22 +134,19 @@ def _problem(capture: Capture, held: np.ndarray | None, described: pd.DataFrame)
 
 
 def unknown_targets(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
-    figures: Sequence[str | Path],
+    evaluations: Files,
+    table: File,
+    numbers: File,
+    figures: Files,
     *,
-    scenes: Sequence[tuple[str, str]],
+    scenes: Scenes,
     facts: Mapping,
 ) -> None:
     """PSNR without a request, by method and budget, with the difference from every n-th frame.
 
     Args:
-        evaluations: what `evaluate_unknown_targets` wrote, one a scene.
         table, numbers: receive LaTeX, and the columns of `compared`.
         figures: receive the differences against K.
-        scenes: dataset and scene of each.
-        facts: see `captions.made_by`.
     """
     names = [f"{dataset}/{scene}" for dataset, scene in scenes]
     places = [place_of(name, facts) for name in names]
@@ -226,7 +220,7 @@ def _table(gains: pd.DataFrame, views: str, facts: Mapping) -> str:
     return plain_table(head, cells, caption=caption, label=f"tab:unknown_targets_{views}")
 
 
-def _draw(gains: pd.DataFrame, figures: Sequence[str | Path]) -> None:
+def _draw(gains: pd.DataFrame, figures: Files) -> None:
     kinds = [views for views in TITLES if (gains["views"] == views).any()]
     figure = new_figure((TEXT, 2.8))
     for axis, views in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):

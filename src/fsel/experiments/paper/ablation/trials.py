@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared
 from fsel.selector.policies import POLICIES
 from fsel.selector.rollout import follow, pick
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -63,12 +62,12 @@ class Case:
 
 
 def trial(
-    folders: Sequence[str | Path],
-    splits: Sequence[str | Path],
-    trajectories: str | Path,
-    validation_folders: Sequence[str | Path],
-    validation_splits: Sequence[str | Path],
-    picks: str | Path,
+    folders: Files,
+    splits: Files,
+    trajectories: File,
+    validation_folders: Files,
+    validation_splits: Files,
+    picks: File,
     *,
     case: Mapping,
     scenes: Sequence[str],
@@ -83,7 +82,6 @@ def trial(
 
     Args:
         folders, splits: canonical captures of the labelled scenes, and their splits.
-        trajectories: what `fsel.stages.order` wrote.
         validation_folders: canonical captures of the validation scenes.
         validation_splits: split.parquet of every draw of each of them.
         picks: receives seed, dataset, scene, draw, picks, and of the training: parameters, loss
@@ -91,9 +89,7 @@ def trial(
         case: what to train, see `Case`.
         scenes: names of the labelled scenes.
         problems: `dataset/scene/draw0` of each of `validation_splits`.
-        k: frames to pick.
         seeds, epochs, learning_rate: of the training.
-        config: digest of the parameters.
     """
     from fsel.training.imitation import mean_cost  # here and below: torch is slow to import
 
@@ -143,12 +139,7 @@ def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tupl
 
 
 def trained(
-    case: Case,
-    data: Sequence[tuple[Steps, float]],
-    *,
-    seed: int,
-    epochs: int,
-    learning_rate: float,
+    case: Case, data: Sequence[tuple[Steps, float]], *, seed: int, epochs: int, learning_rate: float
 ) -> torch.nn.Module:
     """The case's scorer, fitted as `fsel.training.imitation.train` does; all kinds by one loop."""
     import torch
@@ -196,10 +187,10 @@ def _cost(network: torch.nn.Module, steps: Steps) -> tuple[torch.Tensor, torch.T
 
 
 def evaluate_trials(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    trials: Sequence[str | Path],
-    evaluation: str | Path,
+    folder: File,
+    splits: Files,
+    trials: Files,
+    evaluation: File,
     *,
     names: Sequence[str],
     dataset: str,
@@ -211,14 +202,11 @@ def evaluate_trials(
 
     Args:
         folder: its canonical capture.
-        splits: split.parquet, one a draw.
         trials: what `trial` wrote.
         evaluation: receives draw, method (the name), seed, k and the columns of
             `fsel.evaluation.measuring.measure`.
         names: of the trials.
         dataset, scene: which picks are its own.
-        reconstruction: the config's section.
-        config: digest of the parameters.
     """
     every = zip(names, trials, strict=True)
     picks = pd.concat([read_table(path).assign(method=name) for name, path in every])
