@@ -1,7 +1,7 @@
 """The scheme of an experiment: its trials, every method's picks for them, and what those are worth.
 
 An experiment says which selection problems it has (`Trials.of`); `select` and `evaluate` are the
-same for all, and so is the way from what they write to a table's cells and to its row of rules.
+same for all, and so is the way from what they write to a table's cells and to its rules.
 """
 
 from __future__ import annotations
@@ -313,13 +313,11 @@ def table_of(
         scenes: experiment -> the scenes.
         params: of the function besides `scenes` and `facts`.
         jobs: rules before those of the trials.
-        words: title, caption, category and outputs of `Table`.
+        words: title, caption and category of `Table`.
     """
-    outputs = inputs.table_files(f"{{reconstructor}}{function.__name__}")
     return Table(
         function,
-        **{"outputs": outputs, **words},
-        message=f"Writing {function.__name__}",
+        **words,
         inputs=lambda experiment: {"evaluations": trials.measured(scenes(experiment))},
         params=lambda experiment: {
             "scenes": scenes(experiment),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from fsel.data.capture import Capture
 from fsel.data.split import Split
@@ -12,6 +13,8 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics
 from fsel.reconstruct import reconstructor_of
 from fsel.utils.files import File, Files, read_table, write_table
+
+NOTHING: Mapping[str, Sequence] = MappingProxyType({})
 
 logger = logging.getLogger(__name__)
 
@@ -24,6 +27,7 @@ def evaluate(
     *,
     reconstruction: Mapping,
     metrics: Metrics,
+    only: Mapping[str, Sequence] = NOTHING,
     config: str,
 ) -> None:
     """Reconstruct every selection and compare it with the held-out targets of its draw.
@@ -33,6 +37,7 @@ def evaluate(
     Args:
         selections: what `select` wrote, one a draw.
         evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
+        only: column -> values of the picks that are reconstructed; all without it.
     """
     units = measuring.measured_units(metrics)
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
@@ -40,5 +45,8 @@ def evaluate(
         logger.info("%s", picked)
         targets = Split.load(split).targets
         evaluator = Evaluator.on_frames(reconstructor, targets, metrics=metrics)
-        table = measuring.measure(evaluator, read_table(picked))
+        picks = read_table(picked)
+        for column, values in only.items():
+            picks = picks[picks[column].isin(values)]
+        table = measuring.measure(evaluator, picks)
         write_table(table, path, units=units, config=config)

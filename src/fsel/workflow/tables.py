@@ -1,6 +1,6 @@
 """Tables and figures as data: a file says what its functions read, write and take.
 
-`fsel.experiments.TABLES` lists them; workflow/rules/paper.smk and studies.smk declare the rules.
+`fsel.experiments.TABLES` lists them; workflow/rules/tables.smk declares the rules.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
 
 from fsel.utils.registry import Registry
 from fsel.workflow.experiment import Experiment, gpus_of
+from fsel.workflow.inputs import table_files
 from fsel.workflow.refusal import MissingProgram, Refusal
 from fsel.workflow.resources import Size
 
@@ -53,8 +54,8 @@ class Job:
     """
 
     function: Callable[..., None]
-    outputs: Values | Callable[[Experiment], Values]
-    message: str
+    outputs: Values | Callable[[Experiment], Values] = field(default_factory=dict)
+    message: str = ""
     inputs: Callable[[Experiment], Values] = nothing
     params: Callable[[Experiment], Values] = nothing
     size: Size | Callable[[Experiment], Size] = SMALL
@@ -80,7 +81,9 @@ class Job:
 class Table(Job):
     """The rule that writes a table or draws a figure, and the rules of its file that come before.
 
-    Outputs named `table`, `numbers`, `differences` and `figures` are shown in the report.
+    Outputs named `table`, `numbers`, `differences` and `figures` are shown in the report. Without
+    outputs, they are a table of every reconstructor and its numbers; without a message, it is made
+    of the title.
 
     Attributes:
         title: printed in the report.
@@ -99,6 +102,11 @@ class Table(Job):
     jobs: Sequence[Job] = ()
     needs: Sequence[Callable[[Experiment], object]] = ()
     targets: Callable[[Experiment], list[str]] | None = None
+
+    def __post_init__(self) -> None:
+        name = f"{{{FOLDER}}}{self.function.__name__}"
+        object.__setattr__(self, "outputs", self.outputs or table_files(name))
+        object.__setattr__(self, "message", self.message or f"Making: {self.title}")
 
     def paths(self, experiment: Experiment) -> list[str]:
         """The paths that stand for the table."""

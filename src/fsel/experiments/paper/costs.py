@@ -173,7 +173,6 @@ TABLE = Table(
         "figures": inputs.figure_files("{reconstructor}saturation"),
         "numbers": "<figures>/{reconstructor}saturation.csv",
     },
-    message="Drawing quality, time and memory against the number of frames",
     inputs=lambda experiment: {
         "costs": inputs.of_scenes(
             inputs.held_out_scenes(experiment), "{reconstructor}costs.parquet"

@@ -176,8 +176,6 @@ SEARCHED = Job(
 
 TABLE = Table(
     ga_vs_learned,
-    outputs=inputs.table_files("{reconstructor}ga_vs_learned"),
-    message="Comparing the selectors with the search",
     inputs=_compared,
     params=lambda experiment: {
         "problems": inputs.held_out_problems(experiment),

@@ -11,7 +11,6 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import differences
 from fsel.report.sweep import named, sweep_cells
 from fsel.utils.files import File, Files, write_text
-from fsel.workflow import inputs
 from fsel.workflow.tables import Table
 
 LEARNED, UNTRAINED = "less_is_more", "untrained"
@@ -58,8 +57,6 @@ def handsign(
 
 TABLE = Table(
     handsign,
-    outputs=inputs.table_files("{reconstructor}handsign"),
-    message="Writing what learning adds",
     inputs=specs.sweep_evaluations,
     params=specs.sweep_settings,
     category="Paper",

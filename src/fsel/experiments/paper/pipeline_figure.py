@@ -97,7 +97,6 @@ def _files(experiment: Experiment) -> dict[str, Any]:
 TABLE = Table(
     pipeline_figure,
     outputs={"figures": inputs.figure_files("pipeline"), "numbers": "<figures>/pipeline.csv"},
-    message="Drawing the search and the labels of {params.scene}",
     inputs=_files,
     params=lambda experiment: {
         "coverages": experiment.config["coverages"],

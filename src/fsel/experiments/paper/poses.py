@@ -201,7 +201,6 @@ TABLE = Table(
         "figures": inputs.figure_files("{reconstructor}pose_noise"),
         "drawn": "<figures>/{reconstructor}pose_noise.csv",
     },
-    message="Writing what inexact poses cost",
     inputs=_measured,
     params=lambda experiment: {
         "scenes": inputs.first_scenes(experiment),

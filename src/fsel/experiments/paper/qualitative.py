@@ -103,7 +103,6 @@ QUALITATIVE = Table(
         "figures": inputs.figure_files("qualitative_{dataset}"),
         "numbers": "<figures>/qualitative_{dataset}.csv",
     },
-    message="Drawing views of {wildcards.dataset}",
     inputs=_of_dataset,
     params=lambda experiment: {
         **pictures.settings(experiment, 3, experiment.budget_near(40)),
@@ -124,7 +123,6 @@ TEASER = Table(
     qualitative,
     name="teaser",
     outputs={"figures": inputs.figure_files("teaser"), "numbers": "<figures>/teaser.csv"},
-    message="Drawing the full sequence, Uniform and ours",
     inputs=lambda experiment: _of_scene(experiment, _first(experiment)),
     params=lambda experiment: {
         **pictures.settings(experiment, 1, experiment.budget_near(30)),

@@ -84,7 +84,6 @@ def _files(experiment: Experiment) -> dict[str, Any]:
 TABLE = Table(
     real_world,
     outputs={"figures": inputs.figure_files("real_world"), "numbers": "<figures>/real_world.csv"},
-    message="Drawing views of one capture, reconstructed from others of the place",
     inputs=_files,
     params=lambda experiment: {
         **pictures.settings(experiment, 3, max(crosscapture.budgets_of(experiment))),

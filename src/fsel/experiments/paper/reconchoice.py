@@ -207,7 +207,6 @@ EVALUATED = Job(
 TABLE = Table(
     reconchoice,
     outputs=inputs.table_files("reconchoice"),
-    message="Comparing reconstructors",
     inputs=lambda experiment: {"evaluations": compared.files(experiment, compared.CHOICE, [0])},
     params=lambda experiment: {
         "reconstructors": compared.described(experiment, compared.CHOICE),

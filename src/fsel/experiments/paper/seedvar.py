@@ -13,7 +13,6 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES, seed_spread, summarise
 from fsel.report.sweep import BASELINES, named, sweep_cells
 from fsel.utils.files import File, Files, read_table, write_text
-from fsel.workflow import inputs
 from fsel.workflow.tables import Table
 
 LEARNED = "less_is_more"
@@ -77,8 +76,6 @@ def _margins(means: pd.DataFrame, spread: pd.DataFrame) -> list[float]:
 
 TABLE = Table(
     seedvar,
-    outputs=inputs.table_files("{reconstructor}seedvar"),
-    message="Writing how far training seeds spread",
     inputs=specs.sweep_evaluations,
     params=specs.sweep_settings,
     category="Paper",

@@ -197,8 +197,6 @@ def _settings(experiment: Experiment) -> dict[str, Any]:
 
 TABLE = Table(
     time_quality,
-    outputs=inputs.table_files("{reconstructor}time_quality"),
-    message="Writing quality, runtime and memory",
     inputs=_measured,
     params=_settings,
     category="Paper",

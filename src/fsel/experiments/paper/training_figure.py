@@ -31,7 +31,6 @@ def training_figure(logs: Files, figures: Files, numbers: File, *, facts: Mappin
 TABLE = Table(
     training_figure,
     outputs={"figures": inputs.figure_files("training"), "numbers": "<figures>/training.csv"},
-    message="Drawing the training",
     inputs=lambda experiment: {
         "logs": inputs.scorer_files(experiment, "less_is_more")["logs"],
     },

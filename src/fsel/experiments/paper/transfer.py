@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -10,26 +9,20 @@ import numpy as np
 import pandas as pd
 
 from fsel.baselines import METHODS
-from fsel.data.capture import Capture
-from fsel.data.split import Split
-from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import measure, measured_units
 from fsel.experiments.paper import compared
 from fsel.metrics import Metrics, headings
-from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import captures_of
 from fsel.report.latex import difference, number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import OUTCOME, summarise
 from fsel.report.summary import differences as paired
 from fsel.report.sweep import LEARNED, named, sweep_cells
-from fsel.utils.files import File, Files, read_table, write_table, write_text
+from fsel.stages.evaluate import evaluate
+from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
-
-logger = logging.getLogger(__name__)
 
 BASELINES = ("random", "uniform", "fvs", "nerf_director", "dpp", "kmedoids", "cover", "nearest")
 OURS = ("less_is_more", "fsel")
@@ -38,34 +31,6 @@ SHOWN = {
     **{name: LEARNED[name] for name in OURS},
 }
 SEED = 0  # the one seed whose picks are reconstructed
-
-
-def evaluate_transfer(
-    folder: File,
-    splits: Files,
-    selections: Files,
-    evaluations: Files,
-    *,
-    reconstruction: Mapping,
-    metrics: Metrics,
-    budgets: Sequence[int],
-    config: str,
-) -> None:
-    """Reconstruct what some methods picked; nothing is selected anew.
-
-    Args:
-        splits, selections: split.parquet and what `select` wrote, one a draw.
-        evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
-        budgets: whose picks are reconstructed.
-    """
-    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    for split, selected, path in zip(splits, selections, evaluations, strict=True):
-        picks = read_table(selected)
-        shown = picks["method"].isin(SHOWN) & picks["k"].isin(budgets) & (picks["seed"] == SEED)
-        evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets, metrics=metrics)
-        table = measure(evaluator, picks[shown])
-        write_table(table, path, units=measured_units(metrics), config=config)
-        logger.info("%s", path)
 
 
 def transfer(
@@ -83,7 +48,7 @@ def transfer(
     """The table "Cross-reconstructor transfer of selected views".
 
     Args:
-        evaluations: what `evaluate_transfer` wrote: all problems of the first
+        evaluations: what `evaluate` wrote of the picks shown: all problems of the first
             reconstructor, then of the next.
         table, numbers: receive LaTeX, and reconstructor, method, k, metric, mean, ci_low, ci_high.
         differences: receives ours and fsel minus every other method, paired, with intervals.
@@ -184,7 +149,8 @@ def _settings(experiment: Experiment) -> dict[str, Any]:
 
 
 EVALUATED = Job(
-    evaluate_transfer,
+    evaluate,
+    name="evaluate_transfer",
     outputs=lambda experiment: {
         "evaluations": inputs.of_draws(
             experiment, "{compared}/transfer.parquet", compared.draws(experiment)
@@ -195,7 +161,11 @@ EVALUATED = Job(
     params=lambda experiment: {
         "reconstruction": compared.of_wildcard(experiment, compared.TRANSFER),
         "metrics": experiment.metrics,
-        "budgets": compared.budgets(experiment, "budgets"),
+        "only": {
+            "method": list(SHOWN),
+            "k": compared.budgets(experiment, "budgets"),
+            "seed": [SEED],
+        },
     },
     size=Size(4000, 120, "reconstruction"),
 )
@@ -206,7 +176,6 @@ TABLE = Table(
         **inputs.table_files("transfer"),
         "differences": "<tables>/transfer_differences.csv",
     },
-    message="Writing what the picks are worth under other reconstructors",
     inputs=lambda experiment: {
         "evaluations": compared.files(experiment, compared.TRANSFER, compared.draws(experiment))
     },

@@ -302,8 +302,6 @@ EVALUATED = Job(
 
 TABLE = Table(
     budget,
-    outputs=inputs.table_files("{reconstructor}budget"),
-    message="Writing the adaptive budget's table",
     inputs=lambda experiment: {
         "evaluations": inputs.of_scenes(
             experiment.evaluation_scenes, "{reconstructor}budgets.parquet"

@@ -25,7 +25,8 @@ from fsel.images.sharpness import sharpness
 from fsel.reconstruct.splats import SplatSettings
 from fsel.reconstruct.splats.culling import seen_by
 from fsel.report.latex import MISSING, plain_table
-from fsel.utils.files import File, Files, atomic, write_text
+from fsel.report.numbers import write_csv
+from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table
@@ -69,8 +70,7 @@ def economy(
         rows.append(_of_descriptors(place.capture, appearance))
         logger.info("%s: %d savings", folder, len(SAVINGS))
     means = pd.DataFrame(rows).groupby("saving", sort=False).mean().reset_index()
-    with atomic(numbers) as temporary:
-        means.to_csv(temporary, index=False, float_format="%.6f")
+    write_csv(means, numbers)
     write_text(_table(means, k), table)
 
 
@@ -148,7 +148,6 @@ def _table(means: pd.DataFrame, k: int) -> str:
 TABLE = Table(
     economy,
     outputs=inputs.table_files("economy"),
-    message="Switching off each saving in turn",
     inputs=specs.evaluated_problems,
     params=lambda experiment: {
         "generated": specs.generated(experiment),

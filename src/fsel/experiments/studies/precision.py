@@ -23,11 +23,12 @@ from fsel.reconstruct import reconstructor_of
 from fsel.reconstruct.splats import Splats
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, plain_table, tex
+from fsel.report.numbers import write_csv
 from fsel.selector import plain
 from fsel.selector.greedy import Prepared, greedy
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Network, Scorer
-from fsel.utils.files import File, Files, atomic, read_table, write_text
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -205,8 +206,7 @@ def precision(
         logger.info("%s: %s", name, rows[-1])
     rows += [*hard_cases(scorers, min(k, FEW)), *retrained, *curves]
     result = pd.DataFrame(rows)[[*COLUMNS, "seconds", "loss"]]
-    with atomic(numbers) as temporary:
-        result.to_csv(temporary, index=False, float_format="%.6g")
+    write_csv(result, numbers, form="%.6g")
     write_text(_table(result, k, facts), table)
 
 
@@ -302,7 +302,6 @@ def _settings(experiment: Experiment) -> dict[str, Any]:
 TABLE = Table(
     precision,
     outputs=inputs.table_files("precision"),
-    message="Comparing precisions",
     inputs=_files,
     params=_settings,
     size=Size(4000, 30, "reconstruction"),

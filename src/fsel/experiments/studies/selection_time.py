@@ -23,8 +23,9 @@ from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
 from fsel.features.appearance import descriptors
 from fsel.images.sharpness import sharpness
 from fsel.report.latex import plain_table, tex
+from fsel.report.numbers import write_csv
 from fsel.report.sweep import BASELINES, LEARNED
-from fsel.utils.files import File, Files, atomic, write_text
+from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -169,8 +170,7 @@ def selection_time(
             rows.append((run.method.name, k, pool, before, seconds))
             logger.info("%s of %d: %.4f + %.4f s", run.method.name, pool, before, seconds)
     result = pd.DataFrame(rows, columns=["method", "k", "pool", "descriptors", "selection"])
-    with atomic(numbers) as temporary:
-        result.to_csv(temporary, index=False, float_format="%.6f")
+    write_csv(result, numbers)
     write_text(_time_table(result, targets, appearance["kind"]), table)
 
 
@@ -222,7 +222,6 @@ def _files(experiment: Experiment) -> dict[str, Any]:
 TABLE = Table(
     selection_time,
     outputs=inputs.table_files("selection_time"),
-    message="Timing every method",
     inputs=_files,
     params=lambda experiment: {
         **{key: experiment.config["timing"][key] for key in ("pools", "k")},

@@ -11,10 +11,11 @@ import pandas as pd
 from fsel.experiments.studies import speed_settings
 from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
+from fsel.report.numbers import write_csv
 from fsel.report.sweep import BASELINES, LEARNED, named, sweep_cells
 from fsel.selector.policies import POLICIES
 from fsel.training.search import fittest_so_far
-from fsel.utils.files import File, Files, atomic, read_table, write_text
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table
@@ -67,8 +68,7 @@ def speed_error(
     )
     every = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
     every = every.droplevel(1).rename_axis("panel").reset_index()
-    with atomic(numbers) as temporary:
-        every.to_csv(temporary, index=False, float_format="%.6f")
+    write_csv(every, numbers)
     write_text(_tables(methods, swept, curves, f"{timed_k} of {pool} frames", k), table)
 
 
@@ -183,7 +183,6 @@ TABLE = Table(
         **inputs.table_files("speed_error"),
         "figures": inputs.figure_files("speed_error"),
     },
-    message="Drawing speed against error",
     inputs=_files,
     params=lambda experiment: {
         "problems": inputs.held_out_problems(experiment),

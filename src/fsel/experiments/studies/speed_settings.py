@@ -17,7 +17,8 @@ from fsel.experiments.studies.bench import (
     measure_splats,
 )
 from fsel.reconstruct.splats import SplatSettings
-from fsel.utils.files import File, Files, atomic
+from fsel.report.numbers import write_csv
+from fsel.utils.files import File, Files
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job
 
@@ -60,8 +61,7 @@ def speed_settings(
     table = pd.DataFrame(rows)
     table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
     means = table.groupby(["setting", "value", "default"], sort=False).mean().reset_index()
-    with atomic(numbers) as temporary:
-        means.to_csv(temporary, index=False, float_format="%.6f")
+    write_csv(means, numbers)
 
 
 def settings_of(

@@ -8,7 +8,8 @@ import pandas as pd
 
 from fsel.experiments.studies.hard_cases import CASES, observe
 from fsel.report.latex import plain_table, tex
-from fsel.utils.files import File, atomic, write_text
+from fsel.report.numbers import write_csv
+from fsel.utils.files import File, write_text
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table
@@ -37,8 +38,7 @@ def stability(table: File, numbers: File) -> None:
         logger.info("%s: %s, error %.2g", case.name, finding.observed, finding.error)
     names = ["case", "expected", "observed", "error", "allowed", "holds"]
     result = pd.DataFrame(rows, columns=names)
-    with atomic(numbers) as temporary:
-        result.to_csv(temporary, index=False, float_format="%.3g")
+    write_csv(result, numbers, form="%.3g")
     write_text(_table(result), table)
 
 
@@ -69,7 +69,6 @@ def _table(result: pd.DataFrame) -> str:
 TABLE = Table(
     stability,
     outputs=inputs.table_files("stability"),
-    message="Running the hard cases",
     size=Size(2000),
     category="Numerics",
     title="Hard cases",

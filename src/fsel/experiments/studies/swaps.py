@@ -144,7 +144,6 @@ TABLE = Table(
         "figures": inputs.figure_files("{reconstructor}swaps"),
         "numbers": "<tables>/{reconstructor}swaps.csv",
     },
-    message="Drawing what swaps gain",
     inputs=lambda experiment: {
         "evaluations": inputs.of_scenes(
             experiment.evaluation_scenes, "{reconstructor}swaps.parquet"

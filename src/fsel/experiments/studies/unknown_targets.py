@@ -265,7 +265,6 @@ TABLE = Table(
         **inputs.table_files("{reconstructor}unknown_targets"),
         "figures": inputs.figure_files("{reconstructor}unknown_targets"),
     },
-    message="Writing what selections for unknown targets are worth",
     inputs=lambda experiment: {
         "evaluations": inputs.of_scenes(
             experiment.evaluation_scenes, "{reconstructor}unknown_targets.parquet"

@@ -17,7 +17,6 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
 from fsel.report.sweep import of_scenes
 from fsel.utils.files import File, Files, read_table, write_text
-from fsel.workflow import inputs
 from fsel.workflow.tables import Table
 
 OURS = "less_is_more"  # the scorer that others are compared with
@@ -187,8 +186,6 @@ def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
 
 FEATURE_SWEEP = Table(
     feature_sweep,
-    outputs=inputs.table_files("{reconstructor}feature_sweep"),
-    message="Writing what other features are worth",
     inputs=lambda experiment: ablation.trial_inputs(experiment, cases.FEATURES),
     params=lambda experiment: {
         "cases": cases.feature_cases(experiment),
@@ -205,8 +202,6 @@ FEATURE_SWEEP = Table(
 
 SCORER_ARCH = Table(
     scorer_arch,
-    outputs=inputs.table_files("{reconstructor}scorer_arch"),
-    message="Writing what other scorers are worth",
     inputs=lambda experiment: ablation.trial_inputs(experiment, cases.SCORERS),
     params=lambda experiment: {
         "labels": cases.scorer_labels(experiment),
