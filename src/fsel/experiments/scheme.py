@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -33,8 +34,6 @@ from fsel.experiments import specs
 from fsel.experiments.specs import Scenes, Values
 from fsel.metrics import Metrics
 from fsel.reconstruct import Reconstructor, reconstructor_of
-from fsel.report.summary import draw_means
-from fsel.report.sweep import place_of
 from fsel.utils.files import File, Files, read_table, write_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
@@ -162,14 +161,14 @@ class Trials:
             folders, splits, settings, config: as of `select`.
         """
         picked, tables = read_table(picks), []
-        evaluators = _Evaluators(reconstruction, metrics, self.masked)
+        evaluator = _evaluators(reconstruction, metrics, self.masked)
         for trial in self._trials(folders, splits, settings):
             own = (picked[list(trial.key)] == list(trial.key.values())).all(axis=1)
             part, frames = picked[own], trial.frames
             if frames is not None:
                 part = part.assign(frame=np.searchsorted(frames, part["frame"]))
             for scope, capture in (trial.scopes or {"": trial.capture}).items():
-                table = measure(evaluators.of(capture, trial.split.targets), part)
+                table = measure(evaluator(capture, trial.split.targets), part)
                 if frames is not None:
                     table["target"] = frames[table["target"]]
                 columns = {"scope": scope} if trial.scopes else {}
@@ -211,10 +210,7 @@ class Trials:
             home=f"{self.home}.evaluate",
             outputs={"evaluation": self.files["evaluation"]},
             message=f"Reconstructing {{wildcards.dataset}}/{{wildcards.scene}} for {self.name}",
-            inputs=lambda experiment: {
-                **self._read(experiment),
-                "picks": self.files["picks"],
-            },
+            inputs=lambda experiment: {**self._read(experiment), "picks": self.files["picks"]},
             params=lambda experiment: {
                 "settings": self._settings(experiment),
                 "reconstruction": experiment.reconstruction_of,
@@ -243,57 +239,20 @@ class Trials:
         return inputs.of_scenes(scenes, name)
 
 
-class _Evaluators:
-    """Evaluators, the last two of which are kept: what trials share is reconstructed once."""
+def _evaluators(
+    reconstruction: Mapping, metrics: Metrics, masked: bool
+) -> Callable[[Capture, np.ndarray], Evaluator]:
+    """A function of capture and targets that keeps the last two: what trials share is made once."""
 
-    def __init__(self, reconstruction: Mapping, metrics: Metrics, masked: bool) -> None:
-        self.reconstruction, self.metrics, self.masked = reconstruction, metrics, masked
-        self._bound: list[tuple[Capture, Reconstructor]] = []
-        self._made: list[Evaluator] = []
+    @lru_cache(2)
+    def bound(capture: Capture) -> Reconstructor:
+        return reconstructor_of(capture, reconstruction)
 
-    def of(self, capture: Capture, targets: np.ndarray) -> Evaluator:
-        """The evaluator on frames of a capture."""
-        bound = [pair for pair in self._bound if pair[0] is capture]
-        if not bound:
-            bound = [(capture, reconstructor_of(capture, self.reconstruction))]
-        self._bound = [*(pair for pair in self._bound if pair is not bound[0])][-1:] + bound
-        reconstructor = bound[0][1]
-        made = [
-            known
-            for known in self._made
-            if known.reconstructor is reconstructor and np.array_equal(known.frames, targets)
-        ]
-        if not made:
-            made = [Evaluator.on_frames(reconstructor, targets, self.masked, self.metrics)]
-        self._made = [known for known in self._made if known is not made[0]][-1:] + made
-        return made[0]
+    @lru_cache(2)
+    def made(capture: Capture, targets: tuple[int, ...]) -> Evaluator:
+        return Evaluator.on_frames(bound(capture), np.array(targets), masked, metrics)
 
-
-def cells_of(
-    scenes: Scenes,
-    evaluations: Files,
-    metrics: Metrics,
-    facts: Mapping,
-    by: Sequence[str] = ("draw",),
-) -> pd.DataFrame:
-    """One row a trial, method and budget: means over targets, then over seeds.
-
-    Args:
-        metrics: columns to read.
-        facts: see `fsel.report.sweep.place_of`.
-        by: columns of the trials.
-
-    Returns:
-        method, k, the metrics, dataset, scene (`dataset/scene`), place and the columns of `by`.
-    """
-    tables = []
-    for (dataset, scene), path in zip(scenes, evaluations, strict=True):
-        name = f"{dataset}/{scene}"
-        where = {"dataset": dataset, "scene": name, "place": place_of(name, facts)}
-        for key, part in read_table(path).groupby(list(by)):
-            columns = where | dict(zip(by, key, strict=True))
-            tables.append(draw_means(part, metrics).assign(**columns))
-    return pd.concat(tables, ignore_index=True)
+    return lambda capture, targets: made(capture, tuple(targets.tolist()))
 
 
 def table_of(

@@ -13,7 +13,7 @@ from fsel.data.geometry import pose_distance
 from fsel.data.split import Split
 from fsel.evaluation.measuring import Chance, Run
 from fsel.experiments import scheme, specs
-from fsel.experiments.leads import led_rows, with_leads
+from fsel.experiments.cells import cells_of, led_rows, with_leads
 from fsel.experiments.specs import Scenes
 from fsel.metrics import Metrics, headings
 from fsel.report.captions import made_by
@@ -140,7 +140,7 @@ def crosscapture(
 
     Passes of one room are one place to the intervals: their means are averaged first.
     """
-    cells = scheme.cells_of(scenes, evaluations, metrics, facts, ["held_out", "draw"])
+    cells = cells_of(scenes, evaluations, metrics, facts, ["held_out", "draw"])
     cells = cells.assign(dataset=ROOMS, scene=cells["scene"] + "/" + cells["held_out"])
     means = with_leads(cells, list(SHOWN), metrics)
     write_csv(means.drop(columns="dataset"), numbers)

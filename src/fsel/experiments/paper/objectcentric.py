@@ -13,7 +13,7 @@ from fsel.data.problem import Problem
 from fsel.data.split import Split, evaluation_split
 from fsel.evaluation.measuring import draw_chance
 from fsel.experiments import scheme, specs
-from fsel.experiments.leads import led_rows, with_leads
+from fsel.experiments.cells import cells_of, led_rows, with_leads
 from fsel.experiments.paper.crosscapture import BASELINES
 from fsel.experiments.specs import Scenes
 from fsel.metrics import Metrics, headings, inside
@@ -101,7 +101,7 @@ def objectcentric(
     facts: Mapping,
 ) -> None:
     """The table "Object-centric novel view synthesis": a group of columns a dataset."""
-    cells = scheme.cells_of(scenes, evaluations, metrics, facts)
+    cells = cells_of(scenes, evaluations, metrics, facts)
     place = {name: at for at, name in enumerate(SHOWN)}
     cells = cells.sort_values("method", key=lambda names: names.map(place), kind="stable")
     means = with_leads(cells, list(SHOWN), metrics)

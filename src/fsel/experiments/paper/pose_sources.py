@@ -12,6 +12,7 @@ import pandas as pd
 
 from fsel.colmap.estimator import source_of
 from fsel.experiments import scheme, specs
+from fsel.experiments.cells import cells_of
 from fsel.experiments.paper import pose_trials
 from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT
 from fsel.experiments.specs import Scenes, Values
@@ -127,7 +128,7 @@ def pose_sources(
 def _cells(scenes: Scenes, evaluations: Files, metrics: Metrics, facts: Mapping) -> pd.DataFrame:
     """Table of dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
     by = ["draw", "change", "scope"]
-    cells = scheme.cells_of(scenes, evaluations, metrics, facts, by)
+    cells = cells_of(scenes, evaluations, metrics, facts, by)
     cells = cells[cells["scope"] == BOTH]
     sources = cells["change"].map({EXACT: GIVEN, ESTIMATED: OTHER})
     return cells.assign(dataset=cells["method"], method=sources)

@@ -14,6 +14,7 @@ from fsel.data.problem import Problem
 from fsel.data.split import Split
 from fsel.evaluation.measuring import Run, chance, runs
 from fsel.experiments import scheme, specs
+from fsel.experiments.cells import cells_of
 from fsel.experiments.specs import Scenes
 from fsel.metrics import METRICS
 from fsel.report.captions import made_by
@@ -96,7 +97,7 @@ def candidate_pools(
         numbers: receives setting, method, reference (of a difference of ours to it; empty for a
             mean), k, mean, ci_low, ci_high, n.
     """
-    cells = scheme.cells_of(scenes, evaluations, ["psnr"], facts, ["draw", "setting"])
+    cells = cells_of(scenes, evaluations, ["psnr"], facts, ["draw", "setting"])
     cells = cells.assign(dataset=cells["setting"])
     means = summarise(cells, ["psnr"]).assign(reference="")
     gaps = differences(cells, [OURS.name], ["psnr"])

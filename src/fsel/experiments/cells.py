@@ -1,4 +1,4 @@
-"""Tables of methods in which those are bold that lead every other."""
+"""Cells of a table of trials, and rows in which those are bold that lead every other."""
 
 from __future__ import annotations
 
@@ -6,11 +6,41 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from fsel.experiments.specs import Scenes
 from fsel.metrics import Metrics
 from fsel.report.latex import number
-from fsel.report.summary import differences, leaders, summarise
+from fsel.report.summary import differences, draw_means, leaders, summarise
+from fsel.report.sweep import place_of
+from fsel.utils.files import Files, read_table
 
 KEYS = ["dataset", "method", "k", "metric"]
+
+
+def cells_of(
+    scenes: Scenes,
+    evaluations: Files,
+    metrics: Metrics,
+    facts: Mapping,
+    by: Sequence[str] = ("draw",),
+) -> pd.DataFrame:
+    """One row a trial, method and budget: means over targets, then over seeds.
+
+    Args:
+        metrics: columns to read.
+        facts: see `fsel.report.sweep.place_of`.
+        by: columns of the trials.
+
+    Returns:
+        method, k, the metrics, dataset, scene (`dataset/scene`), place and the columns of `by`.
+    """
+    tables = []
+    for (dataset, scene), path in zip(scenes, evaluations, strict=True):
+        name = f"{dataset}/{scene}"
+        where = {"dataset": dataset, "scene": name, "place": place_of(name, facts)}
+        for key, part in read_table(path).groupby(list(by)):
+            columns = where | dict(zip(by, key, strict=True))
+            tables.append(draw_means(part, metrics).assign(**columns))
+    return pd.concat(tables, ignore_index=True)
 
 
 def with_leads(cells: pd.DataFrame, methods: Sequence[str], metrics: Metrics) -> pd.DataFrame:
