@@ -13,8 +13,8 @@ from fsel.experiments.studies.budget import (
     budget,
     evaluate_budgets,
     means,
-    select_budgets,
 )
+from fsel.experiments.studies.budget import TRIALS as REQUESTS
 from fsel.experiments.studies.budget_curves import (
     COUNTS,
     SHIFTS,
@@ -92,11 +92,11 @@ def test_from_a_capture_to_the_table(scene, tmp_path):
     assert sum(worth) > 1
     measured = tmp_path / "budgets.parquet"
     auto = {"threshold": 0.05, "memory": 6 * 32 * 24 * 32}
-    asked = {"budgets": [5, 10], "coverages": [25], "auto": auto}
-    splits = [scene / "split.parquet"]
-    asked |= {"seed": 0, "long_side": 32, "config": "c"}
-    select_budgets(scene, splits, weights, fitted, picks, **asked)
-    evaluate_budgets(scene, splits, picks, measured, **common)
+    asked, splits = {"coverages": [25], "seed": 0}, [scene / "split.parquet"]
+    how = {"splits": splits, "settings": asked, "config": "c"}
+    REQUESTS.select([scene], scene / "descriptors.parquet", [weights], picks, **how)
+    tried = {**asked, **common, "budgets": [5, 10], "auto": auto}
+    evaluate_budgets(scene, splits, fitted, picks, measured, **tried)
     rows = pd.read_parquet(measured).set_index(["coverage", "rule"])
     assert (rows.loc[[(0, "memory"), (25, "memory")], "k"] <= 6).all()
     assert (rows["bytes"] <= rows["k"] * 32 * 24 * 32).all()
