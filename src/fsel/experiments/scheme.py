@@ -83,7 +83,7 @@ class Trials:
     Attributes:
         home: `module:NAME` of this object.
         name: of the rules and of the files.
-        of: captures, splits and `settings` as keywords -> trials.
+        of: captures, splits where it takes them, and `settings` as keywords -> trials.
         settings: experiment -> name -> value, or a function of the wildcards that returns it.
         methods: those without training, keys of `fsel.baselines.METHODS`.
         weights: experiment -> scorers of the learned methods.
@@ -178,7 +178,8 @@ class Trials:
 
     def _trials(self, folders: Files, splits: Files, settings: Mapping) -> Iterator[Trial]:
         loaded = [Capture.load(folder) for folder in folders]
-        return self.of(loaded, [Split.load(path) for path in splits], **settings)
+        drawn = [[Split.load(path) for path in splits]] if self.splits else []
+        return self.of(*loaded, *drawn, **settings)
 
     @property
     def files(self) -> dict[str, str]:

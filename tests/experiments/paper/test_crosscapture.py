@@ -116,7 +116,7 @@ def test_a_sequence_split_holds_all_its_passes_back_and_draws_targets(tmp_path):
     np.testing.assert_array_equal(kept, np.arange(0, 80, 2))
     part = capture.subset(kept)
     asked = {"every": 2, "budgets": [4], "seed": 5}
-    made = list(trials([capture], held_out=["b", "d"], targets=3, draws=2, **asked))
+    made = list(trials(capture, held_out=["b", "d"], targets=3, draws=2, **asked))
     keys = [tuple(trial.key.values()) for trial in made]
     assert keys == [("b", 0), ("b", 1), ("d", 0), ("d", 1)]
     of = np.array(part.sequences)
@@ -130,9 +130,9 @@ def test_a_sequence_split_holds_all_its_passes_back_and_draws_targets(tmp_path):
         assert set(split.targets) < set(near)
     assert set(made[0].split.targets) != set(made[1].split.targets)
     with pytest.raises(ValueError, match=r"held_out has \['e'\]; its passes are \['a', 'b'"):
-        list(trials([capture], held_out=["e"], targets=3, draws=1, **asked))
+        list(trials(capture, held_out=["e"], targets=3, draws=1, **asked))
     with pytest.raises(ValueError, match="5 in the half of it that targets come from, for 6"):
-        list(trials([capture], held_out=["b"], targets=6, draws=1, **asked))
+        list(trials(capture, held_out=["b"], targets=6, draws=1, **asked))
 
 
 def test_frames_are_thinned_within_each_pass():

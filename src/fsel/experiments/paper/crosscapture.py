@@ -81,8 +81,7 @@ def thinned(sequences: Sequence[str], every: int) -> np.ndarray:
 
 
 def trials(
-    captures: Sequence[Capture],
-    splits: Sequence[Split] = (),
+    whole: Capture,
     *,
     held_out: Sequence[str],
     every: int,
@@ -102,8 +101,8 @@ def trials(
     Raises:
         ValueError: for a pass that is not there, and as `cross_split`.
     """
-    kept = thinned(captures[0].sequences, every)
-    capture = captures[0].subset(kept)
+    kept = thinned(whole.sequences, every)
+    capture = whole.subset(kept)
     present = list(dict.fromkeys(capture.sequences))
     if unknown := [name for name in held_out if name not in present]:
         raise ValueError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -69,14 +69,7 @@ def around_object(problem: Problem) -> Problem:
 
 
 def trials(
-    captures: Sequence[Capture],
-    splits: Sequence[Split] = (),
-    *,
-    k: int,
-    draws: int,
-    targets: int,
-    seed: int,
-    long_side: int,
+    capture: Capture, *, k: int, draws: int, targets: int, seed: int, long_side: int
 ) -> Iterator[scheme.Trial]:
     """Yield a trial a draw of targets.
 
@@ -84,10 +77,10 @@ def trials(
         targets: of a draw.
         long_side: pixels of the images that are compared, at which masks are counted.
     """
-    small = captures[0].resized(long_side)
+    small = capture.resized(long_side)
     for draw in range(draws):
         split, chance = object_split(small, draw, seed, targets), draw_chance(seed, draw)
-        yield scheme.Trial({"draw": draw}, captures[0], split, [k], chance, change=around_object)
+        yield scheme.Trial({"draw": draw}, capture, split, [k], chance, change=around_object)
 
 
 def objectcentric(

@@ -25,8 +25,8 @@ FOLDERS = ("given", "estimated")
 
 
 def of_two_sources(
-    captures: Sequence[Capture],
-    splits: Sequence[Split] = (),
+    given: Capture,
+    other: Capture,
     *,
     draws: int,
     budgets: Sequence[int],
@@ -40,12 +40,11 @@ def of_two_sources(
     the second ones (`both`).
 
     Args:
-        captures: of the same frames with given and with other poses.
+        given, other: captures of the same frames.
         draws: of targets, which chance alone decides, whatever the poses.
         targets: held-out views of a draw.
         split_seed: of the scene's draws of targets.
     """
-    given, other = captures
     for draw in range(draws):
         for change, seen in ((EXACT, given), (ESTIMATED, other)):
             split = evaluation_split(seen, draw, split_seed, targets)
@@ -54,8 +53,7 @@ def of_two_sources(
 
 
 def with_noise(
-    captures: Sequence[Capture],
-    splits: Sequence[Split] = (),
+    capture: Capture,
     *,
     levels: Mapping[str, Sequence[float]],
     noises: int,
@@ -72,9 +70,8 @@ def with_noise(
         levels: `degrees` and `percent` -> levels, see
             `fsel.experiments.paper.pose_errors.perturbed`.
         noises: seeds of the noise.
-        splits, budgets, targets, seed, split_seed: as in `of_two_sources`.
+        budgets, targets, seed, split_seed: as in `of_two_sources`.
     """
-    (capture,) = captures
     cases = [(EXACT, 0.0, 0)]
     cases += [(c, float(at), n) for c in levels for at in levels[c] for n in range(noises)]
     for change, level, noise in cases:

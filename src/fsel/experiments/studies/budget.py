@@ -37,7 +37,7 @@ MEAN = "Mean"
 
 
 def trials(
-    captures: Sequence[Capture], splits: Sequence[Split], *, coverages: Sequence[int], seed: int
+    capture: Capture, splits: Sequence[Split], *, coverages: Sequence[int], seed: int
 ) -> Iterator[scheme.Trial]:
     """Yield the experiment's draws (coverage 0), and requests of parts of the capture.
 
@@ -47,11 +47,11 @@ def trials(
         coverages: per cent of the capture that further requests are drawn from.
     """
     requests = [(0, draw, split) for draw, split in enumerate(splits)]
-    requests += [(c, 0, coverage_split(captures[0], c, seed)) for c in coverages]
+    requests += [(c, 0, coverage_split(capture, c, seed)) for c in coverages]
     for coverage, draw, split in requests:
         every = [len(split.candidates) + len(split.proxies)]
         key = {"coverage": coverage, "draw": draw}
-        yield scheme.Trial(key, captures[0], split, every, chance(0))
+        yield scheme.Trial(key, capture, split, every, chance(0))
 
 
 def evaluate_budgets(
@@ -82,7 +82,7 @@ def evaluate_budgets(
     worth = np.array(json.loads(Path(record).read_text(encoding="utf-8"))["worth"])
     rules = [Auto(auto["threshold"]), Auto(auto["threshold"], auto["memory"])]
     picked, rows = read_table(picks).set_index(REQUEST), []
-    for trial in trials([capture], loaded, coverages=coverages, seed=seed):
+    for trial in trials(capture, loaded, coverages=coverages, seed=seed):
         frames = picked.loc[tuple(trial.key.values()), "frame"].to_numpy(np.int64)
         kept = kept_of(trial, frames, rules, worth, small.size)
         costs = {

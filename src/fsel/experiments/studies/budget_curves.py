@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.data.capture import Capture
-from fsel.data.split import Split, coverage_split
+from fsel.data.split import coverage_split
 from fsel.evaluation.measuring import chance
 from fsel.experiments import scheme, specs
 from fsel.experiments.specs import Scenes, Values
@@ -30,24 +30,18 @@ REQUEST = ["coverage", "repeat"]
 CURVE = ["dataset", "scene", *REQUEST]
 
 
-def trials(
-    captures: Sequence[Capture],
-    splits: Sequence[Split] = (),
-    *,
-    coverages: Sequence[int],
-    seed: int,
-) -> Iterator[scheme.Trial]:
+def trials(capture: Capture, *, coverages: Sequence[int], seed: int) -> Iterator[scheme.Trial]:
     """Yield requests of several sizes on one scene, at every number of frames that it has.
 
     Args:
         coverages: per cent of the capture that requests are drawn from.
     """
     for coverage, repeat in product(coverages, range(REPEATS)):
-        split = coverage_split(captures[0], coverage, seed + repeat)
+        split = coverage_split(capture, coverage, seed + repeat)
         most = len(split.candidates) + len(split.proxies)
         budgets = [k for k in COUNTS if k <= most]
         key = {"coverage": coverage, "repeat": repeat}
-        yield scheme.Trial(key, captures[0], split, budgets, chance(seed))
+        yield scheme.Trial(key, capture, split, budgets, chance(seed))
 
 
 def curves(capture: Capture, picks: pd.DataFrame, evaluation: pd.DataFrame) -> pd.DataFrame:

@@ -40,18 +40,14 @@ POLICY = {
 
 
 def trials(
-    captures: Sequence[Capture],
-    splits: Sequence[Split],
-    *,
-    budgets: Sequence[int],
-    seeds: Sequence[int],
+    capture: Capture, splits: Sequence[Split], *, budgets: Sequence[int], seeds: Sequence[int]
 ) -> Iterator[scheme.Trial]:
     """Yield every draw under every setting: from P, from P and O, and with target poses."""
     for draw, (split, seed) in enumerate(zip(splits, seeds, strict=True)):
         for setting in SETTINGS:
             yield scheme.Trial(
                 {"draw": draw, "setting": setting},
-                captures[0],
+                capture,
                 split,
                 budgets,
                 chance(seed),
