@@ -155,8 +155,7 @@ MEASURED = Job(
     },
     message="Measuring time and memory on {wildcards.dataset}/{wildcards.scene}",
     inputs=lambda experiment: {
-        **inputs.capture(inputs.DESCRIBED),
-        "split": f"{specs.FIRST_DRAW}/split.parquet",
+        **specs.of_draw("split", draw="draw0", kinds=inputs.DESCRIBED),
         "weights": _first_scorers(experiment),
     },
     params=lambda experiment: {

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import pandas as pd
 
@@ -15,6 +14,7 @@ from fsel.data.capture import Capture
 from fsel.data.subsets import evenly
 from fsel.experiments import specs
 from fsel.experiments.paper.pose_errors import pose_errors
+from fsel.experiments.specs import Values
 from fsel.ingest import sfm
 from fsel.ingest.read import read_folder
 from fsel.stages.describe import describe
@@ -92,7 +92,7 @@ def least_frames(experiment: Experiment) -> int:
     return int(2 * experiment.config["targets"] + experiment.budget_near(30))
 
 
-def _large_capture(experiment: Experiment) -> dict[str, Any]:
+def _large_capture(experiment: Experiment) -> Values:
     """The scene with images large enough to be matched: embedded ones are filmed anew."""
     frames, needed = experiment.config["inexact_poses"]["frames"], least_frames(experiment)
     if frames < needed:
@@ -104,7 +104,7 @@ def _large_capture(experiment: Experiment) -> dict[str, Any]:
     return {"source": specs.filmed_anew(experiment, "poses/data")}
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     config = experiment.config["inexact_poses"]
     return {
         **inputs.ingested(experiment, experiment.config["long_side"]),

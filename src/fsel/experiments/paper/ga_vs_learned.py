@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import pandas as pd
 
@@ -13,6 +12,7 @@ from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import measure, measured_units
 from fsel.experiments import specs
+from fsel.experiments.specs import Values
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, difference, number, plain_table
@@ -151,13 +151,7 @@ def _rows(result: pd.DataFrame) -> list[list[str]]:
     return rows
 
 
-def _searched(experiment: Experiment) -> dict[str, Any]:
-    draw = f"{inputs.SCENE}/draw{{draw}}"
-    files = {name: f"{draw}/{name}.parquet" for name in ("split", "subsets")}
-    return {**inputs.capture(), **files}
-
-
-def _compared(experiment: Experiment) -> dict[str, Any]:
+def _compared(experiment: Experiment) -> Values:
     problems = inputs.held_out_problems(experiment)
     return {
         "evaluations": inputs.of_problems(problems, "{reconstructor}evaluation.parquet"),
@@ -169,7 +163,7 @@ SEARCHED = Job(
     evaluate_searched,
     outputs={"evaluation": f"{inputs.SCENE}/draw{{draw}}/{{reconstructor}}searched.parquet"},
     message="Scoring the searched subsets of {wildcards.dataset}/{wildcards.scene} on the targets",
-    inputs=_searched,
+    inputs=lambda experiment: specs.of_draw("split", "subsets"),
     params=lambda experiment: {"reconstruction": experiment.reconstruction_of},
     size=Size(4000, 60, "reconstruction"),
 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +12,7 @@ from fsel.baselines import METHODS, PAPER
 from fsel.data.capture import Capture
 from fsel.data.subsets import evenly
 from fsel.experiments import specs
+from fsel.experiments.specs import Values
 from fsel.metrics import METRICS, score_views
 from fsel.reconstruct import reconstructor_of
 from fsel.report.numbers import write_csv
@@ -188,7 +188,7 @@ def check(experiment: Experiment) -> None:
     check_reconstructors({section(experiment)["name"]: section(experiment)}, "pictures")
 
 
-def settings(experiment: Experiment, views: int, k: int) -> dict[str, Any]:
+def settings(experiment: Experiment, views: int, k: int) -> Values:
     """Return the settings that every figure of views takes.
 
     Args:
@@ -199,7 +199,7 @@ def settings(experiment: Experiment, views: int, k: int) -> dict[str, Any]:
     return {"methods": VIEWED, "views": views, "k": k, "reconstruction": section(experiment)}
 
 
-def facts(experiment: Experiment, names: Sequence[str]) -> dict[str, Any]:
+def facts(experiment: Experiment, names: Sequence[str]) -> Values:
     """Return what the line under a figure tells of some datasets and of the reconstructor."""
     own = section(experiment)
     return {**experiment.facts(names), **reconstructors.described(own["name"], own)}

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.split import Split
+from fsel.experiments.specs import Values
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
@@ -83,7 +83,7 @@ def _drawn(experiment: Experiment) -> str:
     return inputs.with_labels(experiment)[0]
 
 
-def _files(experiment: Experiment) -> dict[str, Any]:
+def _files(experiment: Experiment) -> Values:
     scene = _drawn(experiment)
     folder = f"<results>/{experiment.trained}/{scene}"
     return {

@@ -10,6 +10,7 @@ import pandas as pd
 from fsel.data.capture import Capture
 from fsel.experiments.paper import pictures
 from fsel.experiments.paper.pictures import draw_views, frames_named, picks_of, resolved
+from fsel.experiments.specs import Values
 from fsel.report.captions import note
 from fsel.utils.files import File, Files, read_table
 from fsel.workflow import inputs
@@ -71,7 +72,7 @@ CAPTION = (
 )
 
 
-def _of_scene(experiment: Experiment, scene: str) -> dict[str, Any]:
+def _of_scene(experiment: Experiment, scene: str) -> Values:
     """The files of dataset/scene that a figure is made of."""
     draws = range(experiment.config["draws"])
     folder = f"<results>/{scene}"
@@ -83,7 +84,7 @@ def _of_scene(experiment: Experiment, scene: str) -> dict[str, Any]:
     }
 
 
-def _of_dataset(experiment: Experiment) -> dict[str, Any]:
+def _of_dataset(experiment: Experiment) -> Values:
     """The same of the first evaluation scene of the dataset in the wildcards."""
     files = {d: _of_scene(experiment, f"{d}/{s}") for d, s in inputs.first_scenes(experiment)}
 

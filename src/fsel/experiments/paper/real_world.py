@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from fsel.data.capture import Capture
 from fsel.experiments import specs
 from fsel.experiments.paper import crosscapture, pictures
 from fsel.experiments.paper.pictures import draw_views, frames_named, picks_of, resolved
+from fsel.experiments.specs import Values
 from fsel.report.captions import note
 from fsel.utils.files import File, Files, read_table
 from fsel.workflow import inputs
@@ -70,7 +70,7 @@ def real_world(
     )
 
 
-def _files(experiment: Experiment) -> dict[str, Any]:
+def _files(experiment: Experiment) -> Values:
     """Files of the first place that was filmed in several passes."""
     folder = f"<results>/{inputs.joined(inputs.rooms(experiment))[0]}"
     return {

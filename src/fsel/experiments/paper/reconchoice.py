@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.data.split import Split
+from fsel.experiments import specs
 from fsel.experiments.paper import compared
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.metrics import Metrics, headings, units
@@ -180,12 +180,6 @@ def _cells(means: pd.DataFrame, name: str, k: int, metrics: Metrics) -> list[str
     return [quality, f"{row['seconds']:.1f}", f"{row['peak_mb']:.0f}"]
 
 
-def _picked(experiment: Experiment) -> dict[str, Any]:
-    draw = f"{inputs.SCENE}/draw{{draw}}"
-    files = {name: f"{draw}/{name}.parquet" for name in ("split", "selections")}
-    return {**inputs.capture(), **files}
-
-
 def _memory(experiment: Experiment) -> int:
     return int(experiment.config["transfer"]["memory"])
 
@@ -194,7 +188,7 @@ EVALUATED = Job(
     evaluate_reconchoice,
     outputs={"evaluation": f"{inputs.SCENE}/draw{{draw}}/{{compared}}/reconchoice.parquet"},
     message="Measuring {wildcards.compared} on {wildcards.dataset}/{wildcards.scene}",
-    inputs=_picked,
+    inputs=lambda experiment: specs.of_draw("split", "selections"),
     params=lambda experiment: {
         "reconstruction": compared.of_wildcard(experiment, compared.CHOICE),
         "metrics": experiment.metrics,

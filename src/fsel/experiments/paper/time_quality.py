@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.experiments import specs
 from fsel.experiments.paper.costs import EVERY, MEASURED, mean_costs
+from fsel.experiments.specs import Values
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, number, plain_table
 from fsel.report.numbers import write_csv
@@ -135,14 +135,6 @@ def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
 SETTINGS = {"methods": ["all"], "proxies_free": False}  # the whole candidate pool: the last row
 
 
-def _picked(experiment: Experiment) -> dict[str, Any]:
-    return {
-        **specs.described_draws(experiment),
-        "features": inputs.of_draws(experiment, "features.parquet"),
-        "weights": inputs.scorer_files(experiment, "less_is_more_geometry")["weights"],
-    }
-
-
 PICKED = Job(
     select,
     name="select_geometry",
@@ -150,7 +142,10 @@ PICKED = Job(
         "selections": inputs.of_draws(experiment, "geometry_picks.parquet")
     },
     message="Selecting frames of {wildcards.dataset}/{wildcards.scene} by geometry",
-    inputs=_picked,
+    inputs=lambda experiment: {
+        **specs.of_draws(experiment, kinds=inputs.DESCRIBED, features="features.parquet"),
+        "weights": inputs.scorer_files(experiment, "less_is_more_geometry")["weights"],
+    },
     params=lambda experiment: {
         "budgets": experiment.config["budgets"],
         "seeds": experiment.draw_seeds,
@@ -166,17 +161,13 @@ EVALUATED = Job(
         "evaluations": inputs.of_draws(experiment, "{reconstructor}geometry.parquet")
     },
     message="Reconstructing {wildcards.dataset}/{wildcards.scene} from picks by geometry",
-    inputs=lambda experiment: {
-        **inputs.capture(),
-        "splits": inputs.of_draws(experiment, "split.parquet"),
-        "selections": inputs.of_draws(experiment, "geometry_picks.parquet"),
-    },
+    inputs=lambda experiment: specs.of_draws(experiment, selections="geometry_picks.parquet"),
     params=specs.measured,
     size=Size(4000, 180, "reconstruction"),
 )
 
 
-def _measured(experiment: Experiment) -> dict[str, Any]:
+def _measured(experiment: Experiment) -> Values:
     scenes, draws = inputs.held_out_scenes(experiment), range(experiment.config["draws"])
     return {
         "evaluations": inputs.of_scenes(scenes, "{reconstructor}evaluation.parquet", draws),
@@ -186,7 +177,7 @@ def _measured(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     scenes = inputs.joined(inputs.held_out_scenes(experiment))
     return {
         "problems": [f"{s}/draw{n}" for s in scenes for n in range(experiment.config["draws"])],

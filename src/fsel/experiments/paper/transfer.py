@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.baselines import METHODS
 from fsel.experiments.paper import compared
+from fsel.experiments.specs import Values
 from fsel.metrics import Metrics, headings
 from fsel.report.captions import captures_of
 from fsel.report.latex import difference, number, plain_table, tex
@@ -128,7 +128,7 @@ def caption(
     )
 
 
-def _picked(experiment: Experiment) -> dict[str, Any]:
+def _picked(experiment: Experiment) -> Values:
     draws = compared.draws(experiment)
     files = {"splits": "split.parquet", "selections": "selections.parquet"}
     return {
@@ -137,7 +137,7 @@ def _picked(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     scenes = inputs.joined(inputs.held_out_scenes(experiment))
     return {
         "problems": [f"{scene}/draw{n}" for scene in scenes for n in compared.draws(experiment)],

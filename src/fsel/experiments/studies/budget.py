@@ -22,7 +22,6 @@ from fsel.report.latex import plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.request.budget import Auto, find, view_shift
 from fsel.utils.files import File, Files, read_table, write_table, write_text
-from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
@@ -255,8 +254,7 @@ EVALUATED = Job(
     outputs={"evaluation": TRIALS.files["evaluation"]},
     message="Measuring adaptive and fixed budgets on {wildcards.dataset}/{wildcards.scene}",
     inputs=lambda experiment: {
-        **inputs.capture(),
-        "splits": inputs.of_draws(experiment, "split.parquet"),
+        **specs.of_draws(experiment),
         "record": budget_curves.RECORD,
         "picks": TRIALS.files["picks"],
     },

@@ -17,6 +17,7 @@ from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import measured
 from fsel.experiments import specs
+from fsel.experiments.specs import Values
 from fsel.experiments.studies.hard_cases import CASES
 from fsel.experiments.studies.selection_time import timed
 from fsel.reconstruct import reconstructor_of
@@ -274,7 +275,7 @@ def _cell(value: float, form: str) -> str:
     return MISSING if np.isnan(value) else form.format(value)
 
 
-def _files(experiment: Experiment) -> dict[str, Any]:
+def _files(experiment: Experiment) -> Values:
     kinds = ["frames", "descriptors"]
     return {
         **specs.evaluated_problems(experiment),
@@ -285,7 +286,7 @@ def _files(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     config, labels = experiment.config, experiment.labels()
     training = {key: config["training"][key] for key in ("epochs", "learning_rate")}
     return {

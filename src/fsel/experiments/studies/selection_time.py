@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -20,6 +20,7 @@ from fsel.data.points import grouped_rows
 from fsel.data.problem import Problem
 from fsel.data.split import evaluation_split
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
+from fsel.experiments.specs import Values
 from fsel.features.appearance import descriptors
 from fsel.images.sharpness import sharpness
 from fsel.report.latex import plain_table, tex
@@ -214,7 +215,7 @@ def _milliseconds(*seconds: float) -> str:
     return " + ".join(texts)
 
 
-def _files(experiment: Experiment) -> dict[str, Any]:
+def _files(experiment: Experiment) -> Values:
     scene = inputs.joined(experiment.evaluation_scenes)[0]
     return {**inputs.capture(folder=f"<results>/{scene}"), "weights": experiment.scorers}
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from fsel.experiments.specs import Values
 from fsel.experiments.studies import speed_settings
 from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
@@ -165,7 +165,7 @@ def _at(gaps: pd.Series, count: int) -> str:
     return f"{gaps[count]:.2f}" if count in gaps.index else MISSING
 
 
-def _files(experiment: Experiment) -> dict[str, Any]:
+def _files(experiment: Experiment) -> Values:
     problems = inputs.held_out_problems(experiment)
     return {
         "times": "<tables>/selection_time.csv",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,7 +21,6 @@ from fsel.report.statistics import of_places
 from fsel.request.swaps import problem_swaps, scoring
 from fsel.utils.files import File, Files, read_table, write_table
 from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
 
@@ -113,28 +111,18 @@ def gains(scenes: Sequence[pd.DataFrame]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=columns)
 
 
-def _measured(experiment: Experiment) -> dict[str, Any]:
-    return {
-        **inputs.capture(inputs.DESCRIBED),
-        "split": f"{inputs.SCENE}/draw0/split.parquet",
-        "selections": f"{inputs.SCENE}/draw0/selections.parquet",
-    }
-
-
-def _settings(experiment: Experiment) -> dict[str, Any]:
-    return {
-        "reconstruction": experiment.reconstruction_of,
-        "k": experiment.config["search"]["k"],
-        "seed": specs.scene_seed(experiment, "swaps"),
-    }
-
-
 MEASURED = Job(
     evaluate_swaps,
     outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}swaps.parquet"},
     message="Swapping picks of {wildcards.dataset}/{wildcards.scene}",
-    inputs=_measured,
-    params=_settings,
+    inputs=lambda experiment: specs.of_draw(
+        "split", "selections", draw="draw0", kinds=inputs.DESCRIBED
+    ),
+    params=lambda experiment: {
+        "reconstruction": experiment.reconstruction_of,
+        "k": experiment.config["search"]["k"],
+        "seed": specs.scene_seed(experiment, "swaps"),
+    },
     size=Size(4000, 30, "reconstruction"),
 )
 

@@ -16,7 +16,7 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import SELECTION, draw_chance, measure, picks_at, runs
 from fsel.evaluation.methods import METHODS
 from fsel.experiments import specs
-from fsel.experiments.specs import Scenes
+from fsel.experiments.specs import Scenes, Values
 from fsel.experiments.studies.beside import views_beside
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.report.captions import made_by
@@ -241,7 +241,7 @@ def _draw(gains: pd.DataFrame, figures: Files) -> None:
     save(figure, figures)
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     return {
         "generated": lambda wildcards: experiment.generated(wildcards.dataset, wildcards.scene),
         "budgets": experiment.config["budgets"],

@@ -18,6 +18,7 @@ from fsel.experiments.draws import measure_draws
 from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
+from fsel.experiments.specs import Values
 from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared
 from fsel.selector.policies import POLICIES
@@ -224,7 +225,7 @@ def trial_files(experiment: Experiment, table: str) -> list[str]:
     return [f"<results>/trials/{table}/{name}.parquet" for name in names]
 
 
-def trial_inputs(experiment: Experiment, table: str) -> dict[str, Any]:
+def trial_inputs(experiment: Experiment, table: str) -> Values:
     """Collect what the table's function reads."""
     scenes = cases.scenes(experiment, table)
     return {
@@ -243,7 +244,7 @@ def facts(experiment: Experiment, table: str) -> Callable[[Any], dict[str, Any]]
 def jobs(table: str) -> list[Job]:
     """The rules that train and try a table's cases, and measure what they pick."""
 
-    def read(experiment: Experiment) -> dict[str, Any]:
+    def read(experiment: Experiment) -> Values:
         scenes = cases.scenes(experiment, table)
         draws, kinds = range(experiment.config["draws"]), ["frames", "descriptors"]
         return {
@@ -254,7 +255,7 @@ def jobs(table: str) -> list[Job]:
             "validation_splits": inputs.of_scenes(scenes, "split.parquet", draws),
         }
 
-    def settings(experiment: Experiment) -> dict[str, Any]:
+    def settings(experiment: Experiment) -> Values:
         every, config = cases.cases(experiment, table), experiment.config
         scenes = inputs.joined(cases.scenes(experiment, table))
         return {
@@ -282,8 +283,7 @@ def jobs(table: str) -> list[Job]:
         outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}{table}.parquet"},
         message=f"Reconstructing {{wildcards.dataset}}/{{wildcards.scene}} from picks of {table}",
         inputs=lambda experiment: {
-            **inputs.capture(),
-            "splits": inputs.of_draws(experiment, "split.parquet"),
+            **specs.of_draws(experiment),
             "trials": trial_files(experiment, table),
         },
         params=lambda experiment: {
