@@ -12,7 +12,7 @@ from fsel.workflow.tables import Tables
 FIRST = {"name": "splats", "long_side": 48}
 SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}
 # several reconstructors beside one another, none, or what is not about reconstruction
-ONCE = {"transfer", "reconchoice", "training_figure", "pipeline_figure", "teaser", "qualitative"}
+ONCE = {"transfer", "reconchoice", "pipeline_figure", "teaser", "qualitative"}
 ONCE |= {"real_world", "selection_time", "speed_error", "economy", "stability", "precision"}
 
 

@@ -25,8 +25,6 @@ TABLES: Registry[Table] = Registry(
         "pose_sources": "fsel.experiments.paper.pose_sources:TABLE",
         "transfer": "fsel.experiments.paper.transfer:TABLE",
         "reconchoice": "fsel.experiments.paper.reconchoice:TABLE",
-        "saturation": "fsel.experiments.paper.costs:TABLE",
-        "training_figure": "fsel.experiments.paper.training_figure:TABLE",
         "pipeline_figure": "fsel.experiments.paper.pipeline_figure:TABLE",
         "teaser": "fsel.experiments.paper.qualitative:TEASER",
         "qualitative": "fsel.experiments.paper.qualitative:QUALITATIVE",

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.experiments import specs
-from fsel.experiments.paper.costs import EVERY, MEASURED, mean_costs
+from fsel.experiments.paper.costs import MEASURED, mean_costs
 from fsel.experiments.specs import Values
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, number, plain_table
@@ -105,10 +105,8 @@ def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.
     keys = list(zip(result["method"], result["k"], strict=True))
     result["leads"] = [bool(leads.get(key, False)) for key in keys]
     result["selection_s"] = [selecting.get(key, 0.0) for key in keys]
-    shared = costs[costs["method"] == "less_is_more"].set_index("step")
-    steps = [EVERY if k == ALL_FRAMES else str(k) for k in result["k"]]
-    result["reconstruction_s"] = shared.loc[steps, "seconds"].to_numpy()
-    result["peak_mb"] = shared.loc[steps, "peak_mb"].to_numpy()
+    result["reconstruction_s"] = costs.loc[result["k"], "seconds"].to_numpy()
+    result["peak_mb"] = costs.loc[result["k"], "peak_mb"].to_numpy()
     return result
 
 

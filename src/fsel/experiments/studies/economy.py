@@ -19,9 +19,8 @@ from fsel.experiments.studies.bench import (
     measure_model,
     measure_splats,
 )
-from fsel.experiments.studies.selection_time import timed
+from fsel.experiments.studies.selection_time import descriptor_seconds, timed
 from fsel.features.appearance import descriptors
-from fsel.images.sharpness import sharpness
 from fsel.reconstruct.splats import SplatSettings
 from fsel.reconstruct.splats.culling import seen_by
 from fsel.report.latex import MISSING, plain_table
@@ -102,11 +101,10 @@ def first_view(place: Bench) -> Bench:
 def _of_descriptors(capture: Capture, appearance: Mapping) -> dict:
     """A method that reads sharpness alone does without the appearance of every frame."""
     images = np.asarray(capture.images)
-    sharp = timed(lambda: sharpness(images))
+    seconds = descriptor_seconds(images, appearance)
     described = descriptors(images, appearance["kind"], appearance["weights"])
-    seconds = timed(lambda: descriptors(images, appearance["kind"], appearance["weights"]))
-    few = {"bytes": 8 * len(images), "seconds": sharp}
-    both = {"bytes": few["bytes"] + described.nbytes, "seconds": sharp + seconds}
+    few = {"bytes": 8 * len(images), "seconds": seconds["sharpness"]}
+    both = {"bytes": few["bytes"] + described.nbytes, "seconds": sum(seconds.values())}
     return {"saving": "descriptors"} | {
         f"{side}_{name}": cost.get(name, np.nan)
         for side, cost in (("with", few), ("without", both))

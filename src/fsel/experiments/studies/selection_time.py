@@ -156,10 +156,7 @@ def selection_time(
     images = np.asarray(capture.images)
     described = descriptors(images, appearance["kind"], appearance["weights"])
     sharp = sharpness(images)
-    a_frame = {
-        "appearance": timed(lambda: descriptors(images, appearance["kind"], appearance["weights"])),
-        "sharpness": timed(lambda: sharpness(images)),
-    }
+    a_frame = descriptor_seconds(images, appearance)
     problems = [problem_of_size(capture, described, sharp, pool, targets) for pool in sorted(pools)]
     rows = []
     for pool, problem in zip(sorted(pools), problems, strict=True):
@@ -173,6 +170,15 @@ def selection_time(
     result = pd.DataFrame(rows, columns=["method", "k", "pool", "descriptors", "selection"])
     write_csv(result, numbers)
     write_text(_time_table(result, targets, appearance["kind"]), table)
+
+
+def descriptor_seconds(images: np.ndarray, appearance: Mapping) -> dict[str, float]:
+    """Seconds that the descriptors of (N, h, w, 3) images take: `appearance` and `sharpness`."""
+    kind, weights = appearance["kind"], appearance["weights"]
+    return {
+        "appearance": timed(lambda: descriptors(images, kind, weights)),
+        "sharpness": timed(lambda: sharpness(images)),
+    }
 
 
 def select_once(problem: Problem, run: Run, k: int) -> np.ndarray:
