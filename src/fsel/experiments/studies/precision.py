@@ -94,22 +94,32 @@ def agreement(picks: np.ndarray, reference: np.ndarray) -> float:
     return float(np.isin(picks, reference).mean())
 
 
-def compare_arithmetic(
-    problem: Problem, scorers: Mapping[str, Scorer], k: int, evaluator: Evaluator
+def compared(
+    picks: Mapping[str, np.ndarray],
+    seconds: Mapping[str, float],
+    evaluator: Evaluator,
+    **place: str,
 ) -> list[dict]:
-    """One row a policy and arithmetic: agreement, PSNR in dB and its change, seconds."""
+    """One row an arithmetic: agreement with float64, PSNR in dB and its change, seconds."""
+    reference, rows = picks["float64"], []
+    before = _psnr(evaluator, reference)
+    for name, frames in picks.items():
+        after = _psnr(evaluator, frames)
+        row = place | {"arithmetic": name, "agreement": agreement(frames, reference)}
+        rows.append(row | {"psnr": after, "psnr_change": after - before, "seconds": seconds[name]})
+    return rows
+
+
+def compare_arithmetic(
+    problem: Problem, scorers: Mapping[str, Scorer], k: int, evaluator: Evaluator, **place: str
+) -> list[dict]:
+    """The rows of `compared` for every policy."""
     rows = []
     for policy, scorer in scorers.items():
-        compared = selections(problem, policy, scorer, k)
-        reference, _ = compared["float64"]
-        before = _psnr(evaluator, reference)
-        for name, (picks, loop) in compared.items():
-            share = agreement(picks, reference)
-            after = _psnr(evaluator, picks)
-            row = {"method": policy, "arithmetic": name, "agreement": share}
-            rows.append(
-                row | {"psnr": after, "psnr_change": after - before, "seconds": timed(loop)}
-            )
+        tried = selections(problem, policy, scorer, k)
+        picks = {name: frames for name, (frames, _) in tried.items()}
+        seconds = {name: timed(loop) for name, (_, loop) in tried.items()}
+        rows += compared(picks, seconds, evaluator, **place, method=policy)
     return rows
 
 
@@ -124,8 +134,8 @@ def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
         if case.make is not None:
             problem = case.make()
             evaluator = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
-            compared = compare_arithmetic(problem, scorers, k, evaluator)
-            rows += [{"part": HARD, "name": case.name, **row} for row in compared]
+            place = {"part": HARD, "name": case.name}
+            rows += compare_arithmetic(problem, scorers, k, evaluator, **place)
     return rows
 
 
@@ -200,10 +210,10 @@ def precision(
         problem, targets = Problem.load(folder, split), Split.load(split).targets
         reconstructor = reconstructor_of(problem.capture, reconstruction)
         evaluator = Evaluator.on_frames(reconstructor, targets)
-        place = {"part": label, "name": name}
-        rows += [place | row for row in compare_arithmetic(problem, scorers, k, evaluator)]
-        place = {"part": TRAINING, "name": name}
-        retrained += [place | row for row in _retrained(problem, trained, seconds, k, evaluator)]
+        rows += compare_arithmetic(problem, scorers, k, evaluator, part=label, name=name)
+        picks = retrained_picks(problem, trained, k)
+        place = {"part": TRAINING, "name": name, "method": TRAINED}
+        retrained += compared(picks, seconds, evaluator, **place)
         logger.info("%s: %s", name, rows[-1])
     rows += [*hard_cases(scorers, min(k, FEW)), *retrained, *curves]
     result = pd.DataFrame(rows)[[*COLUMNS, "seconds", "loss"]]
@@ -211,30 +221,12 @@ def precision(
     write_text(_table(result, k, facts), table)
 
 
-def _retrained(
-    problem: Problem,
-    trained: Mapping[str, Network],
-    seconds: Mapping[str, float],
-    k: int,
-    evaluator: Evaluator,
-) -> list[dict]:
-    """Compare the picks of scorers trained in both precisions, with the same loop."""
+def retrained_picks(
+    problem: Problem, trained: Mapping[str, Network], k: int
+) -> dict[str, np.ndarray]:
+    """Precision of the training -> frames that its scorer picks, all by the same loop."""
     prepared = POLICIES[TRAINED].prepare(problem)
-    picks = {
-        name: prepared.pool[greedy(prepared, network, k)[0]] for name, network in trained.items()
-    }
-    psnr = {name: _psnr(evaluator, frames) for name, frames in picks.items()}
-    return [
-        {
-            "method": TRAINED,
-            "arithmetic": name,
-            "agreement": agreement(picks[name], picks["float64"]),
-            "psnr": psnr[name],
-            "psnr_change": psnr[name] - psnr["float64"],
-            "seconds": seconds[name],
-        }
-        for name in PRECISIONS
-    ]
+    return {n: prepared.pool[greedy(prepared, own, k)[0]] for n, own in trained.items()}
 
 
 def loss_gap(result: pd.DataFrame) -> float:
