@@ -11,9 +11,11 @@ import pandas as pd
 from fsel.data.split import Split
 from fsel.experiments import specs
 from fsel.experiments.paper import compared
+from fsel.experiments.specs import Values
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.metrics import Metrics, headings, units
-from fsel.report.captions import captures_of
+from fsel.report.captions import captures_of, printed
+from fsel.utils.programs.outcome import FINISHED, Unfinished
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES
@@ -53,24 +55,14 @@ def evaluate_reconchoice(
     """
     picks = read_table(selections)
     own = picks[(picks["method"] == METHOD) & (picks["seed"] == SEED)]
-    subsets = {k: own["frame"][own["k"] == k] for k in budgets}
-    subsets[ALL_FRAMES] = picks["frame"][picks["method"] == "all"]
+    subsets = {k: own["frame"][own["k"] == k].to_numpy(np.int64) for k in budgets}
+    subsets[ALL_FRAMES] = picks["frame"][picks["method"] == "all"].to_numpy(np.int64)
     targets = Split.load(split).targets
     rows = []
     for k, frames in subsets.items():
+        alone: Values = {"repeats": 1, "metrics": metrics, "memory": memory}
         try:
-            cost = measure_alone(
-                folder,
-                frames.to_numpy(np.int64),
-                targets,
-                reconstruction,
-                repeats=1,
-                metrics=metrics,
-                memory=memory,
-            )
-        except MemoryError as error:
-            logger.warning("%s", error)
-            cost = {"outcome": MEMORY}
+            cost = measure_alone(folder, frames, targets, reconstruction, **alone)
         except Unfinished as end:
             logger.warning("%s", end)
             cost = {"outcome": end.outcome}
@@ -78,13 +70,8 @@ def evaluate_reconchoice(
         logger.info("%s", rows[-1])
     columns = ["k", *metrics, "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
     table = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[1:-2], float))
-    column_units = {
-        **units(metrics),
-        "fit_seconds": "s",
-        "render_seconds": "s",
-        "peak_bytes": "bytes",
-    }
-    write_table(table, evaluation, units=column_units, config=config)
+    taken = {"fit_seconds": "s", "render_seconds": "s", "peak_bytes": "bytes"}
+    write_table(table, evaluation, units=units(metrics) | taken, config=config)
 
 
 def reconchoice(
@@ -121,10 +108,7 @@ def reconchoice(
         for k in inputs
     ]
     head = ["Input", *["/".join(headings(metrics)), "s", "MB"] * len(reconstructors)]
-    groups = [
-        (rf"\texttt{{{tex(own['reconstructor'])}}} at {own['long_side']} pixels", 3)
-        for own in reconstructors.values()
-    ]
+    groups = [(printed(own), 3) for own in reconstructors.values()]
     text = (
         r"\textbf{Comparison across reconstructors.} The picks of ours (one training seed, first "
         f"draw of targets) and all observed frames of {scenes} scenes. Processor seconds of "

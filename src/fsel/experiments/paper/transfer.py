@@ -11,8 +11,8 @@ from fsel.baselines import METHODS
 from fsel.experiments.paper import compared
 from fsel.experiments.specs import Values
 from fsel.metrics import Metrics, headings
-from fsel.report.captions import captures_of
-from fsel.report.latex import difference, number, plain_table, tex
+from fsel.report.captions import captures_of, printed
+from fsel.report.latex import difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import OUTCOME, summarise
 from fsel.report.summary import differences as paired
@@ -73,8 +73,7 @@ def transfer(
     write_csv(ahead, differences)
     rows = []
     for name, own in reconstructors.items():
-        heading = rf"\texttt{{{tex(own['reconstructor'])}}} at {own['long_side']} pixels"
-        rows.append([heading, *[""] * (3 * len(budgets))])
+        rows.append([printed(own), *[""] * (3 * len(budgets))])
         for method, label in SHOWN.items():
             rows.append([label, *_cells(every, ahead, method, name, budgets, metrics)])
     head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(budgets)]
@@ -115,10 +114,7 @@ def caption(
         reconstructors, facts: see `transfer`.
         scenes, problems: how many.
     """
-    names = ", ".join(
-        rf"\texttt{{{tex(own['reconstructor'])}}} at {own['long_side']} pixels"
-        for own in reconstructors.values()
-    )
+    names = ", ".join(map(printed, reconstructors.values()))
     return (
         r"\textbf{Cross-reconstructor transfer of selected views.} The same picks under each "
         f"reconstructor ({names}); nothing is selected anew for any. Right of each cell: PSNR (dB) "

@@ -100,7 +100,7 @@ def kept_of(
     worth: np.ndarray,
     size: tuple[int, int],
 ) -> list[int]:
-    """How many picks each rule keeps.
+    """Number of picks that each rule keeps.
 
     Args:
         trial: the request.

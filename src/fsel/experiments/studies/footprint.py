@@ -21,6 +21,7 @@ import numpy as np
 
 from fsel.data.capture import Capture, Views
 from fsel.metrics import Metrics, score_views
+from fsel.utils.programs.outcome import MEMORY, Unfinished
 from fsel.reconstruct import Model, Reconstructor, needs_gpu, reconstructor_of
 from fsel.reconstruct.memory import Peak
 from fsel.utils.programs.outcome import Unfinished
@@ -56,8 +57,7 @@ def measure_alone(
         seconds by the clock, and the GPU's memory. device: `cpu`, or the GPU's name.
 
     Raises:
-        Unfinished: when the reconstruction does not finish.
-        MemoryError: when the memory does not suffice.
+        Unfinished: when the reconstruction does not finish, or the memory does not suffice.
         RuntimeError: when the process fails otherwise; its last output is in the message.
     """
     request = {
@@ -74,8 +74,8 @@ def measure_alone(
     if done.returncode:
         words = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
         full = done.returncode == -signal.SIGKILL or "MemoryError" in words
-        kind = MemoryError if full else RuntimeError
-        raise kind(f"{folder}: {len(frames)} frames: {words}")
+        message = f"{folder}: {len(frames)} frames: {words}"
+        raise Unfinished(MEMORY, message, done.stderr) if full else RuntimeError(message)
     answer = json.loads(done.stdout)
     if "outcome" in answer:
         raise Unfinished(answer["outcome"], f"{folder}: {len(frames)} frames", answer["log"])
