@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 TABLES: Registry[Table] = Registry(
     "table",
     {
-        "handsign": "fsel.experiments.paper.handsign:TABLE",
-        "seedvar": "fsel.experiments.paper.seedvar:TABLE",
+        "handsign": "fsel.experiments.paper.learned:HANDSIGN",
+        "seedvar": "fsel.experiments.paper.learned:SEEDVAR",
         "candidate_pools": "fsel.experiments.studies.candidate_pools:TABLE",
         "ga_vs_learned": "fsel.experiments.paper.ga_vs_learned:TABLE",
         "time_quality": "fsel.experiments.paper.time_quality:TABLE",
@@ -26,9 +26,9 @@ TABLES: Registry[Table] = Registry(
         "transfer": "fsel.experiments.paper.transfer:TABLE",
         "reconchoice": "fsel.experiments.paper.reconchoice:TABLE",
         "pipeline_figure": "fsel.experiments.paper.pipeline_figure:TABLE",
-        "teaser": "fsel.experiments.paper.qualitative:TEASER",
-        "qualitative": "fsel.experiments.paper.qualitative:QUALITATIVE",
-        "real_world": "fsel.experiments.paper.real_world:TABLE",
+        "teaser": "fsel.experiments.paper.views:TEASER",
+        "qualitative": "fsel.experiments.paper.views:QUALITATIVE",
+        "real_world": "fsel.experiments.paper.views:REAL_WORLD",
         "selection_time": "fsel.experiments.studies.selection_time:TABLE",
         "speed_error": "fsel.experiments.studies.speed_error:TABLE",
         "economy": "fsel.experiments.studies.economy:TABLE",

@@ -20,8 +20,7 @@ from fsel.experiments.paper.pictures import (
     spaced,
 )
 from fsel.experiments.paper.pipeline_figure import met_until, pipeline_figure
-from fsel.experiments.paper.qualitative import qualitative
-from fsel.experiments.paper.real_world import real_world
+from fsel.experiments.paper.views import qualitative, real_world
 from fsel.reconstruct import reconstructor_of
 from fsel.report.figures import footnote
 from fsel.report.plan import plan_positions

@@ -73,12 +73,15 @@ def frames_named(capture: Capture, names: Sequence[str]) -> np.ndarray:
 
 def draw_views(
     capture: Capture,
-    chosen: Mapping[str, np.ndarray],
+    picked: pd.DataFrame,
+    evaluation: pd.DataFrame,
     targets: np.ndarray,
     figures: Files,
     numbers: File,
     *,
+    methods: Sequence[str],
     views: int,
+    k: int,
     reconstruction: Mapping,
     note: str,
 ) -> None:
@@ -86,19 +89,24 @@ def draw_views(
 
     Args:
         capture: at the pictures' size or larger.
-        chosen: method -> (K,) frames, a column each.
+        picked: method, k, order, name of one seed; frames are found in the capture by their names.
+        evaluation: from which `strongest` is found.
         targets: (T,) held-out frames.
         numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units and,
             of targets, the metrics; of each method, the processor's seconds of its reconstruction
             and of rendering all targets.
+        methods: columns, in order. `strongest` is the paper's baseline with the highest PSNR at k
+            that is not among them.
         views: targets drawn, evenly spaced in capture order; one is the middle one.
+        k: frames; `all` takes its own number.
         note: what made the numbers.
     """
     places, drawn = plan_positions(capture), spaced(len(targets), views)
     tiny = reconstructor_of(capture, {**reconstruction, "long_side": WARM_SIDE})
     tiny.fit(targets[:WARM_FRAMES]).render(tiny.capture.view(targets[:1]))
     columns, tables = [], []
-    for method, frames in chosen.items():
+    for method in resolved(methods, evaluation, k):
+        frames = frames_named(capture, picks_of(picked, method, k))
         rendered, scores, seconds = render_cold(capture, frames, targets, reconstruction)
         cost = f"{len(frames)} frames, {seconds:.1f} s"
         title = f"{LABELS[method]}\n{cost}\nmean {scores[:, 0].mean():.2f} dB"
