@@ -53,9 +53,9 @@ def test_studies_are_made_when_asked_for(tmp_path, usual):
 
 def test_the_papers_experiments_are_made_when_asked_for(tmp_path, usual):
     asked = planned(dry_run(tmp_path, changed(tmp_path), "paper"))
-    for name in ("handsign", "seedvar", "ga_vs_learned", "training_figure", "pipeline_figure"):
+    for name in ("handsign", "seedvar", "ga_vs_learned", "pipeline_figure"):
         assert asked[name] == 1, name
-    for name in ("poses", "teaser", "time_quality", "saturation", "feature_sweep", "scorer_arch"):
+    for name in ("poses", "teaser", "time_quality", "feature_sweep", "scorer_arch"):
         assert asked[name] == 1, name
     for name in ("transfer", "reconchoice", "crosscapture", "objectcentric", "real_world"):
         assert asked[name] == 1, name

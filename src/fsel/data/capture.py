@@ -64,7 +64,7 @@ class Views:
         return Views(poses, np.concatenate([self.intrinsics, others.intrinsics]), self.size)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # by identity: arrays have no one truth
 class Capture:
     """A posed image sequence, validated once on construction.
 

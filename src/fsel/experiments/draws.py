@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from pathlib import Path
 
 import pandas as pd
 
@@ -12,21 +11,18 @@ from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import measure
 from fsel.reconstruct import Reconstructor
+from fsel.utils.files import Files
 
 logger = logging.getLogger(__name__)
 
 
 def measure_draws(
-    reconstructor: Reconstructor,
-    splits: Sequence[str | Path],
-    picks: pd.DataFrame,
-    by: Sequence[str],
+    reconstructor: Reconstructor, splits: Files, picks: pd.DataFrame, by: Sequence[str]
 ) -> pd.DataFrame:
     """Measure picks on the targets of their draws.
 
     Args:
         reconstructor: bound to the capture.
-        splits: split.parquet, one a draw.
         picks: `draw`, `frame`, and the columns of `by`.
         by: see `fsel.evaluation.measuring.measure`; `draw` is one of them.
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from fsel.metrics import Metrics
 from fsel.workflow import inputs
 from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
 
+Scenes = Sequence[tuple[str, str]]
+"""Dataset and scene of each."""
 Values = dict[str, Any]
-FIRST_DRAW = f"{inputs.SCENE}/draw0"
 GIVEN, ESTIMATED = "given", "estimated"
 
 
@@ -50,27 +52,39 @@ def scene_seed(experiment: Experiment, *parts: object) -> Callable[[Any], int]:
     return lambda wildcards: experiment.scene_seed(wildcards, *parts)
 
 
-def described_draws(experiment: Experiment) -> Values:
-    """A described capture and its splits, one a draw."""
-    return {
-        **inputs.capture(inputs.DESCRIBED),
-        "splits": inputs.of_draws(experiment, "split.parquet"),
-    }
+def of_draw(*names: str, draw: str = "draw{draw}", kinds: Sequence[str] = inputs.CAPTURE) -> Values:
+    """A capture, and parquet files of one draw by their names."""
+    files = {name: f"{inputs.SCENE}/{draw}/{name}.parquet" for name in names}
+    return {**inputs.capture(kinds), **files}
 
 
-def picks_of(picks: str, kinds: Sequence[str] = inputs.CAPTURE) -> Values:
-    """A capture, and what was picked on it."""
-    return {**inputs.capture(kinds), "picks": f"{inputs.SCENE}/{picks}"}
+def of_draws(
+    experiment: Experiment, *, kinds: Sequence[str] = inputs.CAPTURE, **names: str
+) -> Values:
+    """A capture, its splits, and further files of every draw: argument -> name."""
+    names = {"splits": "split.parquet", **names}
+    files = {key: inputs.of_draws(experiment, name) for key, name in names.items()}
+    return {**inputs.capture(kinds), **files}
 
 
-def picks_of_draws(experiment: Experiment, picks: str) -> Values:
-    """A capture, its splits, and what was picked on them."""
-    return {**picks_of(picks), "splits": inputs.of_draws(experiment, "split.parquet")}
+def all_scorers(experiment: Experiment) -> list[str]:
+    """The scorers of every learned and fixed selector."""
+    return experiment.scorers
 
 
-def selected(experiment: Experiment) -> Values:
-    """A described capture, and the scorers of every learned and fixed selector."""
-    return {**inputs.capture(inputs.DESCRIBED), "weights": experiment.scorers}
+def metrics(experiment: Experiment) -> Metrics:
+    """The tables' metrics."""
+    return experiment.metrics
+
+
+def evaluation_scenes(experiment: Experiment) -> Scenes:
+    """The evaluation scenes of all datasets."""
+    return experiment.evaluation_scenes
+
+
+def budgets(experiment: Experiment) -> Values:
+    """The budgets of the sweep."""
+    return {"budgets": experiment.config["budgets"]}
 
 
 def measured(experiment: Experiment) -> Values:

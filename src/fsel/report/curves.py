@@ -26,58 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.ticker import MaxNLocator
 
-PANELS = {"loss": "loss (nats)", "agreement": "steps that agree with the label"}
-
-
-def training(log: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None:
-    """Loss and agreement over epochs: a thin line a seed, a thick one their mean.
-
-    Args:
-        log: seed, epoch, split, loss, agreement.
-        outputs: paths; their endings choose the format.
-        note: what made the numbers.
-    """
-    figure = new_figure((TEXT, 2.6))
-    for axis, (column, label) in zip(figure.subplots(1, 2), PANELS.items(), strict=True):
-        for number, (split, part) in enumerate(log.groupby("split")):
-            wide = part.pivot(index="epoch", columns="seed", values=column)
-            axis.plot(wide.index, wide, color=COLORS[number], linewidth=0.5, alpha=0.5)
-            axis.plot(wide.index, wide.mean(axis=1), label=split, **style(number))
-        axis.xaxis.set_major_locator(_whole_numbers())
-        name_axes(axis, "epoch", label)
-        axis.set_ylim(0, 1.05 * log[column].max())
-    axis.legend(fontsize=7)
-    footnote(figure, note)
-    save(figure, outputs)
-
-
-def saturation(
-    points: pd.DataFrame, labels: Mapping[str, str], outputs: Sequence[str | Path], note: str
-) -> None:
-    """PSNR, seconds and memory against K, the last point every frame.
-
-    Args:
-        points: method, k, psnr, seconds, peak_mb: means over scenes.
-        labels: method -> printed name.
-        outputs: paths; their endings choose the format.
-        note: what made the numbers.
-    """
-    panels = {
-        "psnr": "PSNR (dB)",
-        "seconds": "processor seconds",
-        "peak_mb": "peak memory (MB)",
-    }
-    figure = new_figure((TEXT, 2.3))
-    for axis, (column, label) in zip(figure.subplots(1, 3), panels.items(), strict=True):
-        for number, (method, part) in enumerate(points.groupby("method", sort=False)):
-            axis.plot(part["k"], part[column], label=labels[method], **style(number))
-        name_axes(axis, "frames K", label)
-        if column != "psnr":
-            axis.set_ylim(bottom=0)
-    axis.legend(fontsize=7)
-    footnote(figure, note)
-    save(figure, outputs)
-
 
 def swaps(gains: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None:
     """Gain of swaps on the targets against seconds, and the swaps' own estimate of it.

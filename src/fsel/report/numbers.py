@@ -9,15 +9,13 @@ import pandas as pd
 from fsel.report.summary import ALL_FRAMES
 from fsel.utils.files import atomic
 
-DECIMALS = 6
 
-
-def write_csv(table: pd.DataFrame, path: str | Path) -> None:
-    """Six decimals; the budget of a method that takes every frame is written `all`."""
+def write_csv(table: pd.DataFrame, path: str | Path, form: str = "%.6f") -> None:
+    """Write numbers in a form; the budget of a method that takes every frame is written `all`."""
     if "k" in table:
         table = table.assign(k=table["k"].astype(object).where(table["k"] != ALL_FRAMES, "all"))
     with atomic(path) as temporary:
-        table.to_csv(temporary, index=False, float_format=f"%.{DECIMALS}f")
+        table.to_csv(temporary, index=False, float_format=form)
 
 
 def read_csv(path: str | Path) -> pd.DataFrame:

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.features import appearance
 from fsel.images.sharpness import sharpness
-from fsel.utils.files import write_table
+from fsel.utils.files import File, write_table
 
 
 def describe(
-    folder: str | Path, descriptors: str | Path, *, kind: str, weights: str | None, config: str
+    folder: File, descriptors: File, *, kind: str, weights: str | None, config: str
 ) -> None:
     """Appearance descriptor and sharpness of every frame of a capture.
 
     Args:
-        folder: a canonical capture.
         descriptors: receives frame, name, sharpness and descriptor, one row a frame.
         kind, weights: see `fsel.features.appearance.descriptors`.
-        config: digest of the parameters.
     """
     capture = Capture.load(folder)
     table = pd.DataFrame({"frame": np.arange(len(capture)), "name": capture.names})

@@ -12,6 +12,8 @@ from urllib.error import HTTPError, URLError
 from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
+from fsel.utils.files import File
+
 CHUNK = 1 << 20
 TIMEOUT = 60.0  # seconds without a byte
 ATTEMPTS = 5  # in a row without a byte more
@@ -20,7 +22,7 @@ REPORT = 30.0  # seconds between two lines in the log
 logger = logging.getLogger(__name__)
 
 
-def download(url: str, path: str | Path, sha256: str = "", pause: float = 2.0) -> None:
+def download(url: str, path: File, sha256: str = "", pause: float = 2.0) -> None:
     """Fetch a file over HTTP; what an earlier run got of it is kept and continued.
 
     Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from types import MappingProxyType
 
 from fsel.data.capture import Capture
 from fsel.data.split import Split
@@ -12,19 +12,22 @@ from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics
 from fsel.reconstruct import reconstructor_of
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
+
+NOTHING: Mapping[str, Sequence] = MappingProxyType({})
 
 logger = logging.getLogger(__name__)
 
 
 def evaluate(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    selections: Sequence[str | Path],
-    evaluations: Sequence[str | Path],
+    folder: File,
+    splits: Files,
+    selections: Files,
+    evaluations: Files,
     *,
     reconstruction: Mapping,
     metrics: Metrics,
+    only: Mapping[str, Sequence] = NOTHING,
     config: str,
 ) -> None:
     """Reconstruct every selection and compare it with the held-out targets of its draw.
@@ -32,13 +35,9 @@ def evaluate(
     The draws share one reconstructor, and with it the matching costs that they have in common.
 
     Args:
-        folder: a canonical capture.
-        splits: split.parquet, one a draw.
         selections: what `select` wrote, one a draw.
         evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
-        reconstruction: the config's section.
-        metrics: names, or name -> settings.
-        config: digest of the parameters.
+        only: column -> values of the picks that are reconstructed; all without it.
     """
     units = measuring.measured_units(metrics)
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
@@ -46,5 +45,8 @@ def evaluate(
         logger.info("%s", picked)
         targets = Split.load(split).targets
         evaluator = Evaluator.on_frames(reconstructor, targets, metrics=metrics)
-        table = measuring.measure(evaluator, read_table(picked))
+        picks = read_table(picked)
+        for column, values in only.items():
+            picks = picks[picks[column].isin(values)]
+        table = measuring.measure(evaluator, picks)
         write_table(table, path, units=units, config=config)

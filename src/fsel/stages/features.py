@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -12,26 +11,18 @@ from fsel.data.problem import Problem
 from fsel.data.split import splits_in
 from fsel.features.static import UNITS
 from fsel.features.table import features_table
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
 
 
-def features(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    tables: Sequence[str | Path],
-    *,
-    config: str,
-) -> None:
+def features(folder: File, splits: Files, tables: Files, *, config: str) -> None:
     """Compute the static features of every candidate against its proxies (paper, section 3.2).
 
     Training and selection read them from here; nothing computes them again.
 
     Args:
-        folder: a canonical capture with its descriptors.
         splits: split.parquet of a draw, or splits.parquet of all coverage levels.
         tables: one for each of the splits, see `fsel.features.table.features_table`; with a column
             `coverage` where its split has one.
-        config: digest of the parameters.
     """
     capture = Capture.load(folder)
     described = read_table(Path(folder) / "descriptors.parquet")

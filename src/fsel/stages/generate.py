@@ -8,13 +8,13 @@ from pathlib import Path
 
 from fsel.layouts import LAYOUTS
 from fsel.synthesis import record
-from fsel.utils.files import unfinished
+from fsel.utils.files import File, unfinished
 
 logger = logging.getLogger(__name__)
 
 
 def generate(
-    folder: str | Path, *, layout: str, family: str, seed: int, frames: int, width: int, height: int
+    folder: File, *, layout: str, family: str, seed: int, frames: int, width: int, height: int
 ) -> None:
     """Ray-cast an embedded capture and write it as its dataset's owners would.
 
@@ -22,7 +22,6 @@ def generate(
         folder: where to; what is there is replaced.
         layout: key of `fsel.layouts.LAYOUTS`.
         family: one of `fsel.synthesis.FAMILIES`.
-        seed: of the scene.
         frames: how many.
         width: pixels.
         height: pixels.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import product
-from pathlib import Path
 
 import pandas as pd
 
@@ -13,6 +12,7 @@ from fsel.report import heatmap as report
 from fsel.report.numbers import read_csv, write_csv
 from fsel.report.sweep import BASELINES, with_all_label
 from fsel.selector.policies import POLICIES
+from fsel.utils.files import File, Files
 
 PANELS = ("fsel", "less_is_more")
 EXTERNAL = [name for name in PAPER if name != "untrained"]  # that is the paper's own control
@@ -21,10 +21,10 @@ WORDS = {"paper": f"the paper's {len(EXTERNAL)}", "all": f"all {len(BASELINES)}"
 
 
 def heatmap(
-    numbers: str | Path,
-    differences: str | Path,
-    figures: Sequence[str | Path],
-    cells: str | Path,
+    numbers: File,
+    differences: File,
+    figures: Files,
+    cells: File,
     *,
     datasets: Mapping[str, str],
     budgets: Sequence[int],
@@ -34,11 +34,8 @@ def heatmap(
 
     Args:
         numbers, differences: what `fsel.stages.ksweep` wrote.
-        figures: receive the figure, in the format of each one's ending.
         cells: receives its numbers: method, rivals (`paper` or `all` baselines), and the columns of
             `fsel.report.heatmap.gains`.
-        datasets: name -> printed label, in order.
-        budgets: columns.
         reconstructor: its name, where it is not the first; it is named under the figure.
     """
     means, gaps = read_csv(numbers), read_csv(differences)

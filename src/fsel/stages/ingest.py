@@ -7,17 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fsel.ingest.read import read_folder
+from fsel.utils.files import File
 
 logger = logging.getLogger(__name__)
 
 
-def ingest(
-    source: str | Path, folder: str | Path, *, long_side: int, at_least: int, reading: Mapping
-) -> None:
+def ingest(source: File, folder: File, *, long_side: int, at_least: int, reading: Mapping) -> None:
     """Read a capture in its own layout and save its canonical form.
 
     Args:
-        source: folder as the dataset distributes it.
         folder: receives frames.parquet, whose metadata say how well poses and images agree,
             points.parquet, images.npy and, of captures with masks, masks.npy.
         long_side: of the images stored, pixels.

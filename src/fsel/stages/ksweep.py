@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from fsel.data.problem import MOST_FRAMES
 from fsel.metrics import Metrics, directions, headings
@@ -13,15 +12,15 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import differences as paired
 from fsel.report.summary import summarise, with_all_datasets
 from fsel.report.sweep import BASELINES, LEARNED, named, row_groups, sweep_cells, with_all_label
-from fsel.utils.files import write_text
+from fsel.utils.files import File, Files, write_text
 
 
 def ksweep(
-    evaluations: Sequence[str | Path],
-    oracles: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
-    differences: str | Path,
+    evaluations: Files,
+    oracles: Files,
+    table: File,
+    numbers: File,
+    differences: File,
     *,
     problems: Sequence[str],
     searched: Sequence[str],
@@ -34,12 +33,8 @@ def ksweep(
 
     Args:
         evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote.
-        table: receives the LaTeX table.
         numbers, differences: receive means, and the learned methods' differences to every other.
         problems, searched: `dataset/scene/draw0` of each of the evaluations and oracles.
-        datasets: name -> printed label, in order.
-        budgets: columns.
-        metrics: of a cell, in order; names, or name -> settings.
         facts: what the caption says, see `caption`.
     """
     files = named([*problems, *searched], [*evaluations, *oracles])
@@ -70,7 +65,6 @@ def caption(facts: Mapping, metrics: Metrics) -> str:
         facts: embedded (labels of datasets of generated captures), real (labels of datasets read
             from disk), reconstructor, long_side, descriptor, search_k, draws, oracle_draws,
             oracle_dataset, searched (whether the searches have rows).
-        metrics: of a cell, in order.
     """
     thinned = f"{MOST_FRAMES:,} evenly spread ones where a capture has more"
     references = f"all frames without selection ({thinned})."

@@ -17,37 +17,33 @@ from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Enough, Journal
 from fsel.training.labelling import searched
-from fsel.utils.files import fingerprint, read_table, write_table
+from fsel.utils.files import File, Files, fingerprint, read_table, write_table
 
 logger = logging.getLogger(__name__)
 
 
 def label(
-    folder: str | Path,
-    splits: str | Path,
-    labels: Sequence[str | Path],
+    folder: File,
+    splits: File,
+    labels: Files,
     *,
     coverages: Sequence[int],
     seed: int,
     search: Mapping,
     reconstruction: Mapping,
     fitness: Metrics,
-    inputs: Iterable[str | Path],
+    inputs: Iterable[File],
     config: str,
-    known: str | Path | Sequence[str | Path] = (),
+    known: File | Files = (),
 ) -> None:
     """Label one training scene at every coverage level, sharing one reconstructor.
 
     Args:
-        folder: a canonical capture with its descriptors.
         splits: what `fsel.stages.split_labelled` wrote.
         labels: one a coverage level: its subsets, see `fsel.training.labelling.search_table`.
         coverages: per cent.
-        seed: of the scene.
-        search, reconstruction: the config's sections.
         fitness: PSNR, SSIM and a perceptual distance of the registry, or name -> settings.
         inputs: files that the evaluations depend on; a change of one starts the search afresh.
-        config: digest of the parameters.
         known: what the last `label_part` wrote, where the scene is labelled by several jobs.
     """
     key = fingerprint(inputs, {"config": config})
@@ -60,9 +56,9 @@ def label(
 
 
 def label_part(
-    folder: str | Path,
-    splits: str | Path,
-    evaluated: str | Path,
+    folder: File,
+    splits: File,
+    evaluated: File,
     *,
     coverages: Sequence[int],
     seed: int,
@@ -70,9 +66,9 @@ def label_part(
     reconstruction: Mapping,
     fitness: Metrics,
     most: int,
-    inputs: Iterable[str | Path],
+    inputs: Iterable[File],
     config: str,
-    known: str | Path | Sequence[str | Path] = (),
+    known: File | Files = (),
 ) -> None:
     """Make a share of the evaluations that labelling a scene takes, for `label` to go on from.
 
@@ -98,8 +94,8 @@ class Searches:
     def __init__(
         self,
         journal: Journal,
-        folder: str | Path,
-        splits: str | Path,
+        folder: File,
+        splits: File,
         search: Mapping,
         reconstruction: Mapping,
         fitness: Metrics,

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import pandas as pd
 
 from fsel.training.ordering import ordered_item
 from fsel.training.problems import read_problems
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
 
 
 def order(
-    folders: Sequence[str | Path],
-    splits: Sequence[str | Path],
-    features: Sequence[str | Path],
-    labels: Sequence[str | Path],
-    trajectories: str | Path,
+    folders: Files,
+    splits: Files,
+    features: Files,
+    labels: Files,
+    trajectories: File,
     *,
     scenes: Mapping[str, str],
     coverages: Sequence[int],
@@ -27,7 +26,6 @@ def order(
     """Order the fittest subsets of every labelled problem into trajectories (paper, Eq. 3 and 5).
 
     Args:
-        folders: canonical captures with their descriptors, one a scene.
         splits: what `fsel.stages.split_labelled` wrote, one a scene.
         features: what `fsel.stages.features` wrote of them, one a scene.
         labels: what `fsel.stages.label` wrote, one a coverage level of each scene.
@@ -36,7 +34,6 @@ def order(
         scenes: scene -> role, `train` or `validation`.
         coverages: per cent.
         kept: subsets a problem.
-        config: digest of the parameters.
 
     Raises:
         ValueError: for features of other candidates than the split's, or subsets with frames that

@@ -22,7 +22,7 @@ from fsel.training.journal import Journal
 from fsel.training.refinement import Coefficients, Objective, RefineSettings
 from fsel.training.scorers import save_scorer
 from fsel.training.search import Evaluate
-from fsel.utils.files import fingerprint, read_table, write_table
+from fsel.utils.files import File, Files, fingerprint, read_table, write_table
 
 logger = logging.getLogger(__name__)
 
@@ -51,15 +51,15 @@ class _Practice:
 
 
 def refine(
-    folders: Sequence[str | Path],
-    weights: str | Path,
-    log: str | Path,
+    folders: Files,
+    weights: File,
+    log: File,
     *,
     scenes: Sequence[str],
     seed: int,
     settings: Mapping,
     reconstruction: Mapping,
-    inputs: Iterable[str | Path],
+    inputs: Iterable[File],
     config: str,
 ) -> None:
     """Fit `fsel` to the quality of real reconstructions of training scenes at all budgets.
@@ -67,15 +67,12 @@ def refine(
     The last draw of every scene is kept apart, to compare the refined coefficients with the start.
 
     Args:
-        folders: canonical captures with their descriptors, one a scene.
         weights: receives the scorer.
         log: receives the strategy's progress.
         scenes: their names, by which they are put in order.
         seed: of the strategy.
         settings: the config's section `refinement`, with `targets` and `seed` of the splits.
-        reconstruction: the config's section.
         inputs: files that the evaluations depend on.
-        config: digest of the parameters.
     """
     policy = POLICIES["fsel"]
     with Journal(weights, fingerprint(inputs, {"config": config})) as journal:

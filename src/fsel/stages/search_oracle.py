@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,22 +15,22 @@ from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
 from fsel.training.labelling import search_subsets, search_table
-from fsel.utils.files import fingerprint, write_table
+from fsel.utils.files import File, fingerprint, write_table
 from fsel.utils.seeds import name_seed
 
 
 def search_oracle(
-    folder: str | Path,
-    split: str | Path,
-    subsets: str | Path,
-    oracle: str | Path,
+    folder: File,
+    split: File,
+    subsets: File,
+    oracle: File,
     *,
     search: Mapping,
     reconstruction: Mapping,
     fitness: Metrics,
     metrics: Metrics,
     seed: int,
-    inputs: Iterable[str | Path],
+    inputs: Iterable[File],
     config: str,
 ) -> None:
     """Run the genetic search on an evaluation problem, and random search of equal budget beside it.
@@ -39,10 +38,7 @@ def search_oracle(
     Both score subsets on the proxies and are then measured on the targets (Appendix D.3).
 
     Args:
-        folder: a canonical capture with its descriptors.
-        split: split.parquet of the draw.
         subsets, oracle: receive every subset, on the proxies, and the best two, on the targets.
-        search, reconstruction: the config's sections.
         fitness: PSNR, SSIM and a perceptual distance of the registry, or name -> settings.
         metrics: of the comparison on the targets.
         seed: of the draw.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from types import MappingProxyType
 
 import pandas as pd
@@ -14,15 +13,15 @@ from fsel.data.problem import Problem
 from fsel.evaluation import measuring
 from fsel.features.table import with_features
 from fsel.layouts.protocol import read_protocol
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
 
 
 def select(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    features: Sequence[str | Path],
-    weights: Sequence[str | Path],
-    selections: Sequence[str | Path],
+    folder: File,
+    splits: Files,
+    features: Files,
+    weights: Files,
+    selections: Files,
     *,
     budgets: Sequence[int],
     seeds: Sequence[int],
@@ -34,17 +33,12 @@ def select(
     """Every method's picks at every budget of every draw, one row a pick.
 
     Args:
-        folder: a canonical capture with its descriptors.
-        splits: split.parquet, one a draw.
         features: what `fsel.stages.features` wrote of them, one a draw.
         weights: of the learned methods, see `fsel.evaluation.measuring.runs`.
         selections: one a draw, see `fsel.evaluation.measuring.select`.
-        budgets: frames to pick.
-        seeds: one a draw.
         methods: without training, keys of `fsel.baselines.METHODS`.
         proxies_free: see `fsel.data.problem.Problem`.
         protocol: whose list is one more method, see `fsel.stages.split`.
-        config: digest of the parameters.
     """
     contenders = measuring.runs([METHODS[name] for name in methods], weights)
     for split, table, path, seed in zip(splits, features, selections, seeds, strict=True):

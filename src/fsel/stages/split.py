@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -11,12 +10,12 @@ import numpy as np
 from fsel.data.capture import Capture
 from fsel.data.split import evaluation_split, partition
 from fsel.layouts.protocol import read_protocol
-from fsel.utils.files import write_table
+from fsel.utils.files import File, Files, write_table
 
 
 def split(
-    folder: str | Path,
-    splits: Sequence[str | Path],
+    folder: File,
+    splits: Files,
     *,
     targets: int,
     seed: int,
@@ -26,12 +25,9 @@ def split(
     """Draw the targets of a capture, or take those of a protocol.
 
     Args:
-        folder: a canonical capture.
         splits: one a draw, see `fsel.data.split.Split.table`.
         targets: how many target views a draw.
-        seed: of the scene.
         protocol: `file`, `scene` and `folder` of `fsel.layouts.protocol`; empty for none.
-        config: digest of the parameters.
     """
     capture = Capture.load(folder)
     for draw, output in enumerate(splits):

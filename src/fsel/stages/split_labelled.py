@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.split import coverage_split
-from fsel.utils.files import write_table
+from fsel.utils.files import File, write_table
 
 
 def split_labelled(
-    folder: str | Path, splits: str | Path, *, coverages: Sequence[int], seed: int, config: str
+    folder: File, splits: File, *, coverages: Sequence[int], seed: int, config: str
 ) -> None:
     """Draw the targets of a scene that will be labelled (paper, Appendix A.2).
 
     Args:
-        folder: a canonical capture.
         splits: receives every level's split, see `fsel.data.split.Split.table`, with its coverage.
         coverages: per cent.
-        seed: of the scene.
-        config: digest of the parameters.
     """
     capture = Capture.load(folder)
     parts = [

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from pathlib import Path
 
 from fsel.selector.policies import KNOWN
 from fsel.training.labelled import training_data
 from fsel.training.offline import imitate
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
 
 logger = logging.getLogger(__name__)
 
 
 def train(
-    folders: Sequence[str | Path],
-    splits: Sequence[str | Path],
-    features: Sequence[str | Path],
-    trajectories: str | Path,
-    weights: Sequence[str | Path],
-    logs: Sequence[str | Path],
+    folders: Files,
+    splits: Files,
+    features: Files,
+    trajectories: File,
+    weights: Files,
+    logs: Files,
     *,
     scenes: Sequence[str],
     policy: str,
@@ -31,16 +30,13 @@ def train(
     """Train a policy by imitation (paper, section 3.5), once a seed: 0, 1, ...
 
     Args:
-        folders: canonical captures with their descriptors, one a scene.
         splits: what `fsel.stages.split_labelled` wrote, one a scene.
         features: what `fsel.stages.features` wrote of them, one a scene.
-        trajectories: what `fsel.stages.order` wrote.
         weights: receive the scorers.
         logs: receive loss and agreement by epoch and split.
         scenes: their names.
         policy: key of `fsel.selector.policies.KNOWN`.
         epochs, learning_rate: of the training.
-        config: digest of the parameters.
     """
     places = dict(zip(scenes, zip(folders, splits, features, strict=True), strict=True))
     data = {

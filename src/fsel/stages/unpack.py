@@ -14,15 +14,15 @@ from types import MappingProxyType
 
 from fsel.stages.download import CHUNK, check_room
 from fsel.utils.checksums import sha256_of
-from fsel.utils.files import unfinished
+from fsel.utils.files import File, unfinished
 
 logger = logging.getLogger(__name__)
 
 
 def unpack(
-    archive: str | Path,
+    archive: File,
     inside: str,
-    folder: str | Path,
+    folder: File,
     *,
     files: Mapping[str, str] = MappingProxyType({}),
     licence: str = "",

@@ -9,7 +9,7 @@ import re
 import shutil
 import socket
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,8 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas as pd
 
+File = str | Path
+Files = Sequence[str | Path]
 
 LARGE = 1 << 24  # bytes; a file from here on is known by its size and time, not by its content
 FORGOTTEN = 24 * 3600  # seconds that an unfinished file lies untouched before it is removed

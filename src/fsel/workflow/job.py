@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from importlib.util import find_spec
+from operator import attrgetter
 from pathlib import Path
 from types import FrameType
 from typing import Any, NoReturn
@@ -127,7 +128,7 @@ def function_of(rule: str, home: str | None = None) -> Callable[..., None]:
     """
     if home:
         module, _, name = home.partition(":")
-        found: Callable[..., None] = getattr(import_module(module), name)
+        found: Callable[..., None] = attrgetter(name)(import_module(module))
         return found
     words = rule.split("_")
     for n in range(len(words), 0, -1):

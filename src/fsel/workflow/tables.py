@@ -1,6 +1,6 @@
 """Tables and figures as data: a file says what its functions read, write and take.
 
-`fsel.experiments.TABLES` lists them; workflow/rules/paper.smk and studies.smk declare the rules.
+`fsel.experiments.TABLES` lists them; workflow/rules/tables.smk declares the rules.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
 
 from fsel.utils.registry import Registry
 from fsel.workflow.experiment import Experiment, gpus_of
+from fsel.workflow.inputs import table_files
 from fsel.workflow.refusal import MissingProgram, Refusal
 from fsel.workflow.resources import Size
 
@@ -49,15 +50,17 @@ class Job:
             `poses` decides the first.
         size: of the job; or experiment -> such.
         name: of the rule, where it is not the function's.
+        home: `module:function`, where the function is of an object of the module: `module:A.run`.
     """
 
     function: Callable[..., None]
-    outputs: Values | Callable[[Experiment], Values]
-    message: str
+    outputs: Values | Callable[[Experiment], Values] = field(default_factory=dict)
+    message: str = ""
     inputs: Callable[[Experiment], Values] = nothing
     params: Callable[[Experiment], Values] = nothing
     size: Size | Callable[[Experiment], Size] = SMALL
     name: str = ""
+    home: str = ""
 
     @property
     def rule(self) -> str:
@@ -65,9 +68,9 @@ class Job:
         return self.name or self.function.__name__
 
     @property
-    def home(self) -> str:
+    def place(self) -> str:
         """`module:function`."""
-        return f"{self.function.__module__}:{self.function.__name__}"
+        return self.home or f"{self.function.__module__}:{self.function.__name__}"
 
     def written(self, experiment: Experiment) -> Values:
         """The outputs in an experiment."""
@@ -78,7 +81,9 @@ class Job:
 class Table(Job):
     """The rule that writes a table or draws a figure, and the rules of its file that come before.
 
-    Outputs named `table`, `numbers`, `differences` and `figures` are shown in the report.
+    Outputs named `table`, `numbers`, `differences` and `figures` are shown in the report. Without
+    outputs, they are a table of every reconstructor and its numbers; without a message, it is made
+    of the title.
 
     Attributes:
         title: printed in the report.
@@ -97,6 +102,11 @@ class Table(Job):
     jobs: Sequence[Job] = ()
     needs: Sequence[Callable[[Experiment], object]] = ()
     targets: Callable[[Experiment], list[str]] | None = None
+
+    def __post_init__(self) -> None:
+        name = f"{{{FOLDER}}}{self.function.__name__}"
+        object.__setattr__(self, "outputs", self.outputs or table_files(name))
+        object.__setattr__(self, "message", self.message or f"Making: {self.title}")
 
     def paths(self, experiment: Experiment) -> list[str]:
         """The paths that stand for the table."""
@@ -198,7 +208,7 @@ class Tables:
         resources = experiment.resources(size, reconstruction)
         if poses := params.get("poses"):
             resources["gpu"] = lambda wildcards: gpus_of(poses)
-        module = job.function.__module__
+        module = job.place.partition(":")[0]
         # the package lists all tables; one does without the others
         apart = self.entries.homes.values() if isinstance(self.entries, Registry) else ()
         shown = {}
@@ -212,7 +222,7 @@ class Tables:
             job.message,
             {**inputs, "lib": experiment.library(module, reconstruction, apart)},
             outputs,
-            {**params, "job": job.home},
+            {**params, "job": job.place},
             resources,
             f"<results>/logs/{_place(job, outputs)}.log",
             f"<results>/benchmarks/{_place(job, outputs)}.jsonl",

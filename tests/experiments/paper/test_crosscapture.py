@@ -11,10 +11,9 @@ from fsel.data.capture import Capture
 from fsel.experiments.paper.crosscapture import (
     BASELINES,
     SHOWN,
+    TRIALS,
     cross_split,
     crosscapture,
-    evaluate_crosscapture,
-    select_crosscapture,
     thinned,
     trials,
 )
@@ -91,13 +90,14 @@ def test_every_pass_is_held_out_once(tmp_path):
     describe(tmp_path, tmp_path / "descriptors.parquet", kind="lab_hog", weights=None, config="c")
     picks = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
     protocol = {"held_out": [], "every": 1, "targets": None, "draws": 3, "seed": 1}
+    asked = {"settings": {**protocol, "budgets": [4, 8]}, "config": "c"}
     for path in picks:
-        select_crosscapture(tmp_path, [], path, **protocol, budgets=[4, 8], config="c")
+        TRIALS.select([tmp_path], tmp_path / "descriptors.parquet", [], path, **asked)
     once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
     pd.testing.assert_frame_equal(once, again)
     output = tmp_path / "measured.parquet"
     settings = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr", "gmsd"]}
-    evaluate_crosscapture(tmp_path, picks[0], output, **protocol, **settings, config="c")
+    TRIALS.evaluate([tmp_path], picks[0], output, **asked, **settings)
     table = pd.read_parquet(output)
     assert "gmsd" in table
     assert "ssim" not in table
@@ -115,22 +115,24 @@ def test_a_sequence_split_holds_all_its_passes_back_and_draws_targets(tmp_path):
     kept = thinned(capture.sequences, 2)
     np.testing.assert_array_equal(kept, np.arange(0, 80, 2))
     part = capture.subset(kept)
-    made = list(trials(part, ["b", "d"], 3, 2, seed=5))
-    assert [(t.held_out, t.draw) for t in made] == [("b", 0), ("b", 1), ("d", 0), ("d", 1)]
+    asked = {"every": 2, "budgets": [4], "seed": 5}
+    made = list(trials(capture, held_out=["b", "d"], targets=3, draws=2, **asked))
+    keys = [tuple(trial.key.values()) for trial in made]
+    assert keys == [("b", 0), ("b", 1), ("d", 0), ("d", 1)]
     of = np.array(part.sequences)
     for trial in made:
         split = trial.split
         assert len(split.targets) == len(split.proxies) == 3
-        assert set(of[split.targets]) == {trial.held_out}
+        assert set(of[split.targets]) == {trial.key["held_out"]}
         assert set(of[np.union1d(split.candidates, split.proxies)]) == {"a", "c"}
         assert len(split.candidates) + 3 == 20
-        near = cross_split(part, trial.held_out, others=["b", "d"]).targets
+        near = cross_split(part, trial.key["held_out"], others=["b", "d"]).targets
         assert set(split.targets) < set(near)
     assert set(made[0].split.targets) != set(made[1].split.targets)
     with pytest.raises(ValueError, match=r"held_out has \['e'\]; its passes are \['a', 'b'"):
-        list(trials(part, ["e"], 3, 1, seed=5))
+        list(trials(capture, held_out=["e"], targets=3, draws=1, **asked))
     with pytest.raises(ValueError, match="5 in the half of it that targets come from, for 6"):
-        list(trials(part, ["b"], 6, 1, seed=5))
+        list(trials(capture, held_out=["b"], targets=6, draws=1, **asked))
 
 
 def test_frames_are_thinned_within_each_pass():

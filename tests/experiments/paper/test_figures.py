@@ -20,9 +20,7 @@ from fsel.experiments.paper.pictures import (
     spaced,
 )
 from fsel.experiments.paper.pipeline_figure import met_until, pipeline_figure
-from fsel.experiments.paper.qualitative import qualitative
-from fsel.experiments.paper.real_world import real_world
-from fsel.experiments.paper.training_figure import training_figure
+from fsel.experiments.paper.views import qualitative, real_world
 from fsel.reconstruct import reconstructor_of
 from fsel.report.figures import footnote
 from fsel.report.plan import plan_positions
@@ -171,22 +169,6 @@ def test_views_of_one_capture_are_rendered_from_the_others_by_name(scene, tmp_pa
     selected = table[table["role"] == "selected"].groupby("method")["frame"].apply(list)
     assert selected["fvs"] == [24, 29, 21, 37]
     assert selected["all"] == list(range(19, 38))
-
-
-def test_the_training_figures_numbers_are_the_logs(tmp_path):
-    paths = []
-    for seed in range(2):
-        rows = [(e, s, 5.0 - e + seed, 0.1 * e) for e in (0, 1) for s in ("train", "validation")]
-        paths.append(tmp_path / f"seed{seed}.parquet")
-        columns = ["epoch", "split", "loss", "agreement"]
-        pd.DataFrame(rows, columns=columns).to_parquet(paths[-1])
-    figures, numbers = outputs(tmp_path)
-    training_figure(paths, figures, numbers, facts=FACTS)
-    table = pd.read_csv(numbers)
-    assert table.groupby("seed")["loss"].max().tolist() == [5.0, 6.0]
-    first = figures[1].read_bytes()
-    training_figure(paths, figures, numbers, facts=FACTS)
-    assert figures[1].read_bytes() == first
 
 
 def test_the_plans_show_the_fittest_labels_of_three_levels(scene, tmp_path):

@@ -12,10 +12,9 @@ from fsel.data.capture import Capture
 from fsel.experiments.paper.objectcentric import (
     SHOWN,
     TRAINED,
+    TRIALS,
     UNTRAINED,
-    evaluate_objects,
     object_split,
-    select_objects,
 )
 from fsel.experiments.paper.objectcentric import objectcentric as write_objectcentric
 from fsel.ingest.read import read_capture
@@ -131,13 +130,14 @@ def test_masks_of_a_family_come_through_at_the_working_size(stored):
 def test_every_method_is_measured_on_every_draw(stored, tmp_path):
     _, folder = stored
     picks, output = [tmp_path / "a.parquet", tmp_path / "b.parquet"], tmp_path / "e.parquet"
-    side = RECONSTRUCTION["long_side"]
+    settings = {**ASKED, "long_side": RECONSTRUCTION["long_side"]}
+    asked = {"settings": settings, "config": "c"}
     for path in picks:
-        select_objects(folder, [], path, **ASKED, long_side=side, config="c")
+        TRIALS.select([folder], folder / "descriptors.parquet", [], path, **asked)
     once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
     pd.testing.assert_frame_equal(once, again)
-    further = {"reconstruction": RECONSTRUCTION, "metrics": METRICS, "config": "c"}
-    evaluate_objects(folder, picks[0], output, targets=4, seed=1, **further)
+    further = {"reconstruction": RECONSTRUCTION, "metrics": METRICS}
+    TRIALS.evaluate([folder], picks[0], output, **asked, **further)
     table = pd.read_parquet(output)
     assert set(table["method"]) == set(UNTRAINED)
     assert set(table["draw"]) == {0, 1}

@@ -10,22 +10,18 @@ from matplotlib.figure import Figure
 from fsel.data.capture import Capture
 from fsel.experiments.paper.estimate_poses import estimate_poses
 from fsel.experiments.paper.pose_errors import perturbed, pose_errors
-from fsel.experiments.paper.pose_trials import (
-    SELECTORS,
-    evaluate_estimated,
-    evaluate_noise,
-    select_estimated,
-    select_noise,
-)
+from fsel.experiments.paper.pose_trials import ESTIMATES, NOISE, SELECTORS
 from fsel.experiments.paper.poses import MARKED, changes, poses
 from fsel.ingest import sfm
 from fsel.metrics import METRICS
 from fsel.stages.describe import describe
 from fsel.synthesis import record
 
-DRAWN = {"targets": 3, "split_seed": 2, "config": "c"}
-SELECTION = {"budgets": [4], "seed": 1, **DRAWN}
-RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
+DRAWN = {"targets": 3, "split_seed": 2, "budgets": [4], "seed": 1}
+MEASURED = {
+    "reconstruction": {"name": "splats", "long_side": 32, "settings": {}},
+    "metrics": METRICS,
+}
 FACTS = {
     "embedded": ["DL3DV"],
     "real": [],
@@ -61,20 +57,22 @@ def psnr(table, **chosen):
 def estimated(given, found, folder, draws):
     """What picks on given and on other poses are worth."""
     picks, output = folder / "p.parquet", folder / "m.parquet"
-    select_estimated(given, found, [], picks, draws=draws, **SELECTION)
-    evaluate_estimated(given, found, picks, output, **DRAWN, reconstruction=RECONSTRUCTION)
+    asked = {"settings": {"draws": draws, **DRAWN}, "config": "c"}
+    ESTIMATES.select([given, found], given / "descriptors.parquet", [], picks, **asked)
+    ESTIMATES.evaluate([given, found], picks, output, **asked, **MEASURED)
     return pd.read_parquet(output)
 
 
 def test_the_selector_s_noise_leaves_the_reconstruction_alone(scene, tmp_path):
     picks, output = tmp_path / "a.parquet", tmp_path / "m.parquet"
     levels = {"degrees": [20.0], "percent": [40.0]}
+    asked = {"settings": {"levels": levels, "noises": 2, **DRAWN}, "config": "c"}
     found = []
     for path in (tmp_path / "b.parquet", picks):
-        select_noise(scene, [], path, levels=levels, noises=2, **SELECTION)
+        NOISE.select([scene], scene / "descriptors.parquet", [], path, **asked)
         found.append(pd.read_parquet(path).drop(columns="seconds"))
     pd.testing.assert_frame_equal(*found)
-    evaluate_noise(scene, picks, output, seed=1, **DRAWN, reconstruction=RECONSTRUCTION)
+    NOISE.evaluate([scene], picks, output, **asked, **MEASURED)
     table = pd.read_parquet(output)
     assert set(table["method"]) == set(SELECTORS)
     exact = psnr(table, change="none")

@@ -8,9 +8,10 @@ from evaluation_files import FACTS, written
 from fsel.data.capture import Capture
 from fsel.data.split import Split
 from fsel.experiments.paper.reconchoice import choice_means, evaluate_reconchoice, reconchoice
-from fsel.experiments.paper.transfer import SHOWN, evaluate_transfer, transfer
+from fsel.experiments.paper.transfer import SHOWN, transfer
 from fsel.report.numbers import read_csv
 from fsel.report.summary import ALL_FRAMES
+from fsel.stages.evaluate import evaluate
 from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
@@ -40,14 +41,14 @@ def scene(tmp_path_factory):
 
 
 def test_the_picks_asked_for_are_measured_and_no_others(scene, tmp_path):
-    evaluate_transfer(
+    evaluate(
         scene,
         [scene / "split.parquet"],
         [scene / "selections.parquet"],
         [tmp_path / "t.parquet"],
         reconstruction=RECONSTRUCTION,
         metrics=["psnr"],
-        budgets=[3],
+        only={"method": list(SHOWN), "k": [3], "seed": [0]},
         config="c",
     )
     table = pd.read_parquet(tmp_path / "t.parquet")

@@ -13,15 +13,14 @@ from fsel.experiments.studies.budget import (
     budget,
     evaluate_budgets,
     means,
-    select_budgets,
 )
+from fsel.experiments.studies.budget import TRIALS as REQUESTS
 from fsel.experiments.studies.budget_curves import (
+    COUNTS,
     SHIFTS,
-    compare_thresholds,
-    evaluate_curves,
+    TRIALS,
     fit_budget,
     fit_worth,
-    select_curves,
 )
 from fsel.request.budget import predicted
 from fsel.selector.pretrained import FILES, FOLDER
@@ -44,25 +43,13 @@ def curves_of(reach, scenes=("a", "b"), last=20):
             table = pd.DataFrame({"dataset": scene, "scene": "s", "coverage": coverage, "k": k})
             table[SHIFTS] = np.column_stack([left, left**2, left**3])
             quality = predicted(table[SHIFTS].to_numpy(), WORTH)
-            psnr = np.where(k >= 2, 20 + number + quality, np.nan)  # every scene at its own level
-            tables.append(table.assign(repeat=0, psnr=psnr))
+            # every scene at its own level
+            tables.append(table.assign(repeat=0, psnr=20 + number + quality))
     return pd.concat(tables, ignore_index=True)
 
 
 def test_the_fit_finds_what_made_the_curves():
     np.testing.assert_allclose(fit_worth(curves_of({25: 6, 100: 15})), WORTH, rtol=1e-6)
-
-
-def test_a_budget_of_its_own_pays_where_requests_differ():
-    alike = compare_thresholds(curves_of({100: 12}), [0.01]).iloc[0]
-    assert alike["frames"] == 12
-    assert alike["deviation"] == 0
-    assert alike["lead"] == pytest.approx(0)
-    # 4 and 12 frames reach all that there is to reach; 8 for both lack a third of the way for one
-    differing = compare_thresholds(curves_of({25: 4, 100: 12}), [0.01]).iloc[0]
-    assert (differing["frames"], differing["deviation"]) == (8, 4)
-    missing = WORTH @ [1 / 3, 1 / 9, 1 / 27]
-    assert differing["lead"] == pytest.approx(missing / 2)
 
 
 def test_means_are_over_draws_then_over_scenes():
@@ -90,25 +77,26 @@ def test_from_a_capture_to_the_table(scene, tmp_path):
     curves, fitted = tmp_path / "curves.parquet", tmp_path / "budget.json"
     common = {"reconstruction": RECONSTRUCTION, "seed": 0, "config": "c"}
     weights, picks = FOLDER / FILES["fsel"], tmp_path / "picks.parquet"
-    select_curves(scene, weights, picks, coverages=[25, 60], seed=0, config="c")
-    evaluate_curves(scene, picks, curves, **common)
+    known = {"settings": {"coverages": [25, 60], "seed": 0}, "config": "c"}
+    TRIALS.select([scene], scene / "descriptors.parquet", [weights], picks, **known)
+    measuring = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr"]}
+    TRIALS.evaluate([scene], picks, curves, **known, **measuring)
     table = pd.read_parquet(curves)
-    assert table.groupby(["coverage", "repeat"])["psnr"].count().eq(9).all()  # 4 to 30 of 31
+    tried = table.groupby(["coverage", "repeat"])["k"].unique()
+    assert all(list(counts) == list(COUNTS[:9]) for counts in tried)  # 4 to 30 of 31
     scenes = [("dl3dv", "train00")]
-    fit_budget([curves], fitted, tmp_path / "choice.csv", scenes=scenes, config="c")
+    fit_budget([scene], [picks], [curves], fitted, scenes=scenes, config="c")
     worth = json.loads(fitted.read_text())["worth"]
     assert len(worth) == 3
     assert min(worth) >= 0
     assert sum(worth) > 1
-    choice = pd.read_csv(tmp_path / "choice.csv")
-    assert choice["frames"].is_monotonic_decreasing
     measured = tmp_path / "budgets.parquet"
     auto = {"threshold": 0.05, "memory": 6 * 32 * 24 * 32}
-    asked = {"budgets": [5, 10], "coverages": [25], "auto": auto}
-    splits = [scene / "split.parquet"]
-    asked |= {"seed": 0, "long_side": 32, "config": "c"}
-    select_budgets(scene, splits, weights, fitted, picks, **asked)
-    evaluate_budgets(scene, splits, picks, measured, **common)
+    asked, splits = {"coverages": [25], "seed": 0}, [scene / "split.parquet"]
+    how = {"splits": splits, "settings": asked, "config": "c"}
+    REQUESTS.select([scene], scene / "descriptors.parquet", [weights], picks, **how)
+    tried = {**asked, **common, "budgets": [5, 10], "auto": auto}
+    evaluate_budgets(scene, splits, fitted, picks, measured, **tried)
     rows = pd.read_parquet(measured).set_index(["coverage", "rule"])
     assert (rows.loc[[(0, "memory"), (25, "memory")], "k"] <= 6).all()
     assert (rows["bytes"] <= rows["k"] * 32 * 24 * 32).all()

@@ -10,9 +10,8 @@ from fsel.data.split import Split
 from fsel.experiments.studies.candidate_pools import (
     OURS,
     SETTINGS,
+    TRIALS,
     candidate_pools,
-    evaluate_pools,
-    select_pools,
 )
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selector import pretrained
@@ -34,7 +33,9 @@ def test_each_block_keeps_to_its_pool(tmp_path):
     Network(random_weights(3), {"policy": "less_is_more", "made by": "a test"}).save(weights)
     rule = pretrained.FOLDER / pretrained.FILES["fsel"]
     picks = tmp_path / "picks.parquet"
-    select_pools(folder, [split], [weights], [rule], picks, budgets=[4], seeds=[1], config="c")
+    described = folder / "descriptors.parquet"
+    asked = {"splits": [split], "settings": {"budgets": [4], "seeds": [1]}, "config": "c"}
+    TRIALS.select([folder], described, [weights, rule], picks, **asked)
     found, roles = pd.read_parquet(picks), Split.load(split)
     pool = {"candidates": roles.candidates}
     pool |= dict.fromkeys(("observed", "targets"), np.union1d(roles.candidates, roles.proxies))
@@ -45,7 +46,8 @@ def test_each_block_keeps_to_its_pool(tmp_path):
     assert by["targets"] == {"nearest", "fsel", OURS.name}
     reconstruction = {"name": "splats", "long_side": 32, "settings": {}}
     output = tmp_path / "pools.parquet"
-    evaluate_pools(folder, [split], picks, output, reconstruction=reconstruction, config="c")
+    measuring = {"reconstruction": reconstruction, "metrics": ["psnr"]}
+    TRIALS.evaluate([folder], picks, output, **asked, **measuring)
     measured = pd.read_parquet(output)
     assert len(measured) == len(found) / 4 * len(roles.targets)
 

@@ -6,6 +6,7 @@ import pytest
 from described_scene import write_scene
 
 from fsel.data.capture import Capture
+from fsel.evaluation.measuring import draw_chance
 from fsel.experiments.studies import beside
 from fsel.experiments.studies import unknown_targets as protocol
 from fsel.experiments.studies.unknown_targets import (
@@ -49,12 +50,11 @@ def test_what_is_held_out_is_not_picked_and_what_is_written_becomes_a_table(
     monkeypatch.setattr(protocol, "COMPARED", ("uniform", "fsel"))
     monkeypatch.setattr(protocol, "STARTS", (3,))
     monkeypatch.setattr(protocol, "BESIDE", 2)
-    known, picked = pd.read_parquet(scene / "descriptors.parquet"), []
-    held = np.arange(3, 40, 8)
-    for method, _, k, frames in protocol._picks(Capture.load(scene), known, held, [4, 40], 1, 3):
-        assert not set(frames) & set(held)
-        picked.append((method, k, len(set(frames))))
-    assert picked == [("uniform", 4, 4), ("fsel", 4, 4), ("known", 4, 4)]
+    known, held = pd.read_parquet(scene / "descriptors.parquet"), np.arange(3, 40, 8)
+    picks = protocol.picks_of(Capture.load(scene), known, held, [4, 40], draw_chance(1, 3))
+    assert not set(picks["frame"]) & set(held)
+    picked = picks.groupby(["method", "k"], sort=False)["frame"].nunique()
+    assert picked.to_dict() == {("uniform", 4): 4, ("fsel", 4): 4, ("known", 4): 4}
     evaluate_unknown_targets(
         scene,
         tmp_path / "unknown_targets.parquet",

@@ -1,40 +1,31 @@
-"""Quality, time and memory against the number of frames (paper, Table 5)."""
+"""Seconds and memory of reconstruction from ever more frames, and of selecting them (Table 5)."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from fsel.baselines import METHODS
 from fsel.data.problem import Problem
 from fsel.data.split import Split
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
 from fsel.experiments import specs
 from fsel.experiments.studies.footprint import measure_alone
-from fsel.experiments.studies.selection_time import select_once, timed
-from fsel.features.appearance import descriptors
-from fsel.images.sharpness import sharpness
-from fsel.report import curves
-from fsel.report.captions import note
-from fsel.report.numbers import write_csv
-from fsel.utils.files import read_table, write_table
+from fsel.experiments.studies.selection_time import descriptor_seconds, select_once, timed
+from fsel.report.summary import ALL_FRAMES
+from fsel.utils.files import File, Files, read_table, write_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job, Table
+from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
-SHARES = (0.5, 0.75)  # of the candidates, beyond the budgets
-EVERY = "all"
-DRAWN = {"less_is_more": "Ours", "uniform": "Uniform"}
+VARIANTS = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry")
 UNITS = {
-    "psnr": "dB",
     "fit_seconds": "s, of the processor",
     "render_seconds": "s, of the processor",
     "peak_bytes": "bytes",
@@ -42,76 +33,45 @@ UNITS = {
 
 
 def measure_costs(
-    folder: str | Path,
-    split: str | Path,
-    weights: Sequence[str | Path],
-    costs: str | Path,
-    times: str | Path,
+    folder: File,
+    split: File,
+    weights: Files,
+    costs: File,
+    times: File,
     *,
     budgets: Sequence[int],
     appearance: Mapping,
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """Measure what reconstruction costs from ever more frames, and what selecting them does.
+    """Measure what reconstruction from ours costs at every budget, and what selecting does.
 
     Args:
-        folder: a canonical capture with its descriptors.
-        split: split.parquet of a draw.
         weights: one scorer of each variant: ours, and ours denied some features.
-        costs: receives method, step (budget, share of the candidates, or `all`), k, psnr,
-            fit_seconds, render_seconds, peak_bytes.
+        costs: receives k (`ALL_FRAMES` for all candidates) and the columns of `UNITS`.
         times: receives variant, k, seconds: descriptors of all observed frames, where the variant
             reads them, and the selection.
-        budgets: frames to pick.
-        appearance, reconstruction: the config's sections.
-        config: digest of the parameters.
     """
-    problem = Problem.load(folder, split)
-    targets = Split.load(split).targets
+    problem, targets = Problem.load(folder, split), Split.load(split).targets
     variants = {run.method.name: run for run in learned_runs(weights)}
-    compared = {"less_is_more": variants["less_is_more"], "uniform": Run(METHODS["uniform"], 0)}
-    sizes, rows = steps(len(problem.candidates), budgets), []
-    chosen = {
-        name: list(picks_at(problem, run, list(sizes.values()), chance(0)))
-        for name, run in compared.items()
-    }
-    for number, step in enumerate(sizes):
-        for name, picks in chosen.items():
-            k, frames, _ = picks[number]
-            cost = measure_alone(folder, frames, targets, reconstruction)
-            rows.append({"method": name, "step": step, "k": k, **cost})
-            logger.info("%s", rows[-1])
-    cost = measure_alone(folder, problem.candidates, targets, reconstruction)
-    every = {"step": EVERY, "k": len(problem.candidates), **cost}
-    rows += [{"method": name, **every} for name in compared]
+    picks = picks_at(problem, variants[VARIANTS[0]], budgets, chance(0))
+    chosen = {made.k: made.frames for made in picks} | {ALL_FRAMES: problem.candidates}
+    rows = []
+    for k, frames in chosen.items():
+        cost = measure_alone(folder, frames, targets, reconstruction)
+        rows.append({"k": k, **{name: cost[name] for name in UNITS}})
+        logger.info("%s", rows[-1])
     write_table(pd.DataFrame(rows), costs, units=UNITS, config=config)
     seconds = selection_seconds(problem, variants, budgets, appearance)
     write_table(seconds, times, units={"seconds": "s"}, config=config)
 
 
-def steps(candidates: int, budgets: Sequence[int]) -> dict[str, int]:
-    """Name -> frames: the budgets, and greater shares of the candidates."""
-    sizes = {str(k): k for k in budgets}
-    for share in SHARES:
-        k = round(share * candidates)
-        if k > max(budgets):
-            sizes[f"{share:.0%}"] = k
-    return sizes
-
-
 def selection_seconds(
-    problem: Problem,
-    variants: Mapping[str, Run],
-    budgets: Sequence[int],
-    appearance: Mapping,
+    problem: Problem, variants: Mapping[str, Run], budgets: Sequence[int], appearance: Mapping
 ) -> pd.DataFrame:
     """Table of variant, k, seconds of one thread; see `measure_costs`."""
     images = np.asarray(problem.capture.images[problem.observed])
-    a_pool = {
-        "appearance": timed(lambda: descriptors(images, appearance["kind"], appearance["weights"])),
-        "sharpness": timed(lambda: sharpness(images)),
-    }
+    a_pool = descriptor_seconds(images, appearance)
     rows = []
     for name, run in variants.items():
         before = sum(a_pool[read] for read in run.method.reads)
@@ -121,8 +81,8 @@ def selection_seconds(
     return pd.DataFrame(rows, columns=["variant", "k", "seconds"])
 
 
-def mean_costs(costs: Sequence[str | Path]) -> pd.DataFrame:
-    """Table of method, step, k, psnr, seconds (fit and rendering), peak_mb, n: means over scenes.
+def mean_costs(costs: Files) -> pd.DataFrame:
+    """Table by k of seconds (fit and rendering) and peak_mb: means over scenes.
 
     Args:
         costs: what `measure_costs` wrote, one a scene.
@@ -130,33 +90,7 @@ def mean_costs(costs: Sequence[str | Path]) -> pd.DataFrame:
     table = pd.concat([read_table(path) for path in costs])
     table["seconds"] = table["fit_seconds"] + table["render_seconds"]
     table["peak_mb"] = table["peak_bytes"] / 1e6
-    groups = table.groupby(["method", "step"], sort=False)
-    columns = ["k", "psnr", "seconds", "peak_mb"]
-    return groups[columns].mean().assign(n=groups.size()).reset_index()
-
-
-def saturation(
-    costs: Sequence[str | Path],
-    figures: Sequence[str | Path],
-    numbers: str | Path,
-    *,
-    facts: Mapping,
-) -> None:
-    """PSNR, time and memory against K up to all frames.
-
-    Args:
-        costs: what `measure_costs` wrote, one a scene.
-        figures: paths; their endings choose the format.
-        numbers: receives what `mean_costs` returns.
-        facts: see `captions.note`.
-    """
-    means = mean_costs(costs)
-    write_csv(means, numbers)
-    text = f"scenes: {len(costs)}, first draw; last point: every candidate. {note(facts)}"
-    curves.saturation(means, DRAWN, figures, text)
-
-
-VARIANTS = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry")
+    return table.groupby("k")[["seconds", "peak_mb"]].mean()
 
 
 def _first_scorers(experiment: Experiment) -> list[str]:
@@ -172,8 +106,7 @@ MEASURED = Job(
     },
     message="Measuring time and memory on {wildcards.dataset}/{wildcards.scene}",
     inputs=lambda experiment: {
-        **inputs.capture(inputs.DESCRIBED),
-        "split": f"{specs.FIRST_DRAW}/split.parquet",
+        **specs.of_draw("split", draw="draw0", kinds=inputs.DESCRIBED),
         "weights": _first_scorers(experiment),
     },
     params=lambda experiment: {
@@ -182,25 +115,4 @@ MEASURED = Job(
         "reconstruction": experiment.reconstruction_of,
     },
     size=Size(4000, 30, "reconstruction"),
-)
-
-TABLE = Table(
-    saturation,
-    outputs={
-        "figures": inputs.figure_files("{reconstructor}saturation"),
-        "numbers": "<figures>/{reconstructor}saturation.csv",
-    },
-    message="Drawing quality, time and memory against the number of frames",
-    inputs=lambda experiment: {
-        "costs": inputs.of_scenes(
-            inputs.held_out_scenes(experiment), "{reconstructor}costs.parquet"
-        )
-    },
-    params=lambda experiment: {"facts": specs.facts_of_trained(experiment)},
-    category="Paper",
-    title="Quality, time, memory against K",
-    caption="PSNR, seconds and measured peak memory of reconstruction against the number of "
-    "frames, up to all.",
-    jobs=[MEASURED],
-    needs=[inputs.with_labels],
 )

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import pandas as pd
 
@@ -15,11 +14,12 @@ from fsel.data.capture import Capture
 from fsel.data.subsets import evenly
 from fsel.experiments import specs
 from fsel.experiments.paper.pose_errors import pose_errors
+from fsel.experiments.specs import Values
 from fsel.ingest import sfm
 from fsel.ingest.read import read_folder
 from fsel.stages.describe import describe
 from fsel.stages.generate import generate
-from fsel.utils.files import write_table
+from fsel.utils.files import File, write_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import refuse
@@ -30,10 +30,10 @@ logger = logging.getLogger(__name__)
 
 
 def estimate_poses(
-    source: str | Path,
-    given_folder: str | Path,
-    estimated_folder: str | Path,
-    errors: str | Path,
+    source: File,
+    given_folder: File,
+    estimated_folder: File,
+    errors: File,
     *,
     frames: int,
     matching_side: int,
@@ -48,7 +48,6 @@ def estimate_poses(
     poses and points from them. Points come with the poses.
 
     Args:
-        source: folder as the dataset distributes it.
         given_folder, estimated_folder: receive the captures.
         errors: receives name, placed, degrees, percent: of every frame, see `pose_errors`.
         frames: how many of the source's are used, evenly spaced.
@@ -56,7 +55,6 @@ def estimate_poses(
         long_side: of the images stored.
         at_least: frames that the experiment needs.
         reading: further keywords of `fsel.ingest.read.read_folder`.
-        config: digest of the parameters.
 
     Raises:
         ValueError: when COLMAP places fewer frames than are needed.
@@ -82,7 +80,7 @@ def estimate_poses(
     logger.info("%s: %d of %d frames\n%s", source, len(kept), len(capture), table.describe())
 
 
-def _straight(source: str | Path, frames: int, long_side: int, reading: Mapping) -> Capture:
+def _straight(source: File, frames: int, long_side: int, reading: Mapping) -> Capture:
     """Frames of a capture, evenly spaced, undistorted, in memory."""
     with TemporaryDirectory() as store:
         whole = read_folder(source, long_side=long_side, store=Path(store), **reading).capture
@@ -94,7 +92,7 @@ def least_frames(experiment: Experiment) -> int:
     return int(2 * experiment.config["targets"] + experiment.budget_near(30))
 
 
-def _large_capture(experiment: Experiment) -> dict[str, Any]:
+def _large_capture(experiment: Experiment) -> Values:
     """The scene with images large enough to be matched: embedded ones are filmed anew."""
     frames, needed = experiment.config["inexact_poses"]["frames"], least_frames(experiment)
     if frames < needed:
@@ -106,7 +104,7 @@ def _large_capture(experiment: Experiment) -> dict[str, Any]:
     return {"source": specs.filmed_anew(experiment, "poses/data")}
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     config = experiment.config["inexact_poses"]
     return {
         **inputs.ingested(experiment, experiment.config["long_side"]),

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -14,13 +12,14 @@ from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import measure, measured_units
 from fsel.experiments import specs
+from fsel.experiments.specs import Values
 from fsel.reconstruct import reconstructor_of
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
 from fsel.report.sweep import named, sweep_cells
-from fsel.utils.files import read_table, write_table, write_text
+from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -43,10 +42,10 @@ ROWS = {
 
 
 def evaluate_searched(
-    folder: str | Path,
-    split: str | Path,
-    subsets: str | Path,
-    evaluation: str | Path,
+    folder: File,
+    split: File,
+    subsets: File,
+    evaluation: File,
     *,
     reconstruction: Mapping,
     config: str,
@@ -54,13 +53,9 @@ def evaluate_searched(
     """Measure every subset that the searches met on the held-out targets.
 
     Args:
-        folder: a canonical capture.
-        split: split.parquet of the draw.
         subsets: what `fsel.stages.search_oracle` wrote.
         evaluation: receives method, number (row in `subsets`), rank (0: the fittest on the
             proxies) and the columns of `fsel.evaluation.measuring.measured`.
-        reconstruction: the config's section.
-        config: digest of the parameters.
     """
     table = read_table(subsets)
     picks = table[["method", "rank"]].assign(number=range(len(table)), frame=table["subset"])
@@ -72,10 +67,10 @@ def evaluate_searched(
 
 
 def ga_vs_learned(
-    evaluations: Sequence[str | Path],
-    searched: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    searched: Files,
+    table: File,
+    numbers: File,
     *,
     problems: Sequence[str],
     k: int,
@@ -84,12 +79,8 @@ def ga_vs_learned(
     """Average subset, random search, search and selectors, all scored on the targets.
 
     Args:
-        evaluations: what `fsel.stages.evaluate` wrote, one a problem.
         searched: what `evaluate_searched` wrote, one a problem.
         table, numbers: receive LaTeX, and the columns of `compare_with_search`.
-        problems: `dataset/scene/draw0` of each.
-        k: budget of the search.
-        facts: see `captions.made_by`.
     """
     swept = sweep_cells(named(problems, evaluations), facts=facts)
     subsets = pd.concat([_subset_means(item) for item in named(problems, searched)])
@@ -160,13 +151,7 @@ def _rows(result: pd.DataFrame) -> list[list[str]]:
     return rows
 
 
-def _searched(experiment: Experiment) -> dict[str, Any]:
-    draw = f"{inputs.SCENE}/draw{{draw}}"
-    files = {name: f"{draw}/{name}.parquet" for name in ("split", "subsets")}
-    return {**inputs.capture(), **files}
-
-
-def _compared(experiment: Experiment) -> dict[str, Any]:
+def _compared(experiment: Experiment) -> Values:
     problems = inputs.held_out_problems(experiment)
     return {
         "evaluations": inputs.of_problems(problems, "{reconstructor}evaluation.parquet"),
@@ -178,15 +163,13 @@ SEARCHED = Job(
     evaluate_searched,
     outputs={"evaluation": f"{inputs.SCENE}/draw{{draw}}/{{reconstructor}}searched.parquet"},
     message="Scoring the searched subsets of {wildcards.dataset}/{wildcards.scene} on the targets",
-    inputs=_searched,
+    inputs=lambda experiment: specs.of_draw("split", "subsets"),
     params=lambda experiment: {"reconstruction": experiment.reconstruction_of},
     size=Size(4000, 60, "reconstruction"),
 )
 
 TABLE = Table(
     ga_vs_learned,
-    outputs=inputs.table_files("{reconstructor}ga_vs_learned"),
-    message="Comparing the selectors with the search",
     inputs=_compared,
     params=lambda experiment: {
         "problems": inputs.held_out_problems(experiment),

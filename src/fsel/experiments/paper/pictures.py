@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +12,7 @@ from fsel.baselines import METHODS, PAPER
 from fsel.data.capture import Capture
 from fsel.data.subsets import evenly
 from fsel.experiments import specs
+from fsel.experiments.specs import Values
 from fsel.metrics import METRICS, score_views
 from fsel.reconstruct import reconstructor_of
 from fsel.report.numbers import write_csv
@@ -22,6 +21,7 @@ from fsel.report.views import Shown, draw
 from fsel.selector.policies import POLICIES
 from fsel.stages.generate import generate
 from fsel.stages.ingest import ingest
+from fsel.utils.files import File, Files
 from fsel.workflow import inputs, reconstructors
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.reconstructors import Section
@@ -73,12 +73,15 @@ def frames_named(capture: Capture, names: Sequence[str]) -> np.ndarray:
 
 def draw_views(
     capture: Capture,
-    chosen: Mapping[str, np.ndarray],
+    picked: pd.DataFrame,
+    evaluation: pd.DataFrame,
     targets: np.ndarray,
-    figures: Sequence[str | Path],
-    numbers: str | Path,
+    figures: Files,
+    numbers: File,
     *,
+    methods: Sequence[str],
     views: int,
+    k: int,
     reconstruction: Mapping,
     note: str,
 ) -> None:
@@ -86,21 +89,24 @@ def draw_views(
 
     Args:
         capture: at the pictures' size or larger.
-        chosen: method -> (K,) frames, a column each.
+        picked: method, k, order, name of one seed; frames are found in the capture by their names.
+        evaluation: from which `strongest` is found.
         targets: (T,) held-out frames.
-        figures: paths; their endings choose the format.
         numbers: receives method, k, role (`target` or `selected`), frame, x, y in world units and,
             of targets, the metrics; of each method, the processor's seconds of its reconstruction
             and of rendering all targets.
+        methods: columns, in order. `strongest` is the paper's baseline with the highest PSNR at k
+            that is not among them.
         views: targets drawn, evenly spaced in capture order; one is the middle one.
-        reconstruction: the config's section.
+        k: frames; `all` takes its own number.
         note: what made the numbers.
     """
     places, drawn = plan_positions(capture), spaced(len(targets), views)
     tiny = reconstructor_of(capture, {**reconstruction, "long_side": WARM_SIDE})
     tiny.fit(targets[:WARM_FRAMES]).render(tiny.capture.view(targets[:1]))
     columns, tables = [], []
-    for method, frames in chosen.items():
+    for method in resolved(methods, evaluation, k):
+        frames = frames_named(capture, picks_of(picked, method, k))
         rendered, scores, seconds = render_cold(capture, frames, targets, reconstruction)
         cost = f"{len(frames)} frames, {seconds:.1f} s"
         title = f"{LABELS[method]}\n{cost}\nmean {scores[:, 0].mean():.2f} dB"
@@ -131,10 +137,8 @@ def render_cold(
     """Targets rendered from frames by a reconstructor that has cached nothing yet.
 
     Args:
-        capture: the capture.
         frames: (K,) to reconstruct from.
         targets: (T,) to render.
-        reconstruction: the config's section.
 
     Returns:
         (T, h, w, 3) float32 views, (T, 3) metrics as `METRICS`, and the processor's seconds of
@@ -192,7 +196,7 @@ def check(experiment: Experiment) -> None:
     check_reconstructors({section(experiment)["name"]: section(experiment)}, "pictures")
 
 
-def settings(experiment: Experiment, views: int, k: int) -> dict[str, Any]:
+def settings(experiment: Experiment, views: int, k: int) -> Values:
     """Return the settings that every figure of views takes.
 
     Args:
@@ -203,7 +207,7 @@ def settings(experiment: Experiment, views: int, k: int) -> dict[str, Any]:
     return {"methods": VIEWED, "views": views, "k": k, "reconstruction": section(experiment)}
 
 
-def facts(experiment: Experiment, names: Sequence[str]) -> dict[str, Any]:
+def facts(experiment: Experiment, names: Sequence[str]) -> Values:
     """Return what the line under a figure tells of some datasets and of the reconstructor."""
     own = section(experiment)
     return {**experiment.facts(names), **reconstructors.described(own["name"], own)}

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.split import Split
+from fsel.experiments.specs import Values
 from fsel.report import curves
 from fsel.report.captions import note
 from fsel.report.numbers import write_csv
 from fsel.report.plan import plan_positions
 from fsel.training.search import fittest_so_far
-from fsel.utils.files import read_table
+from fsel.utils.files import File, Files, read_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -24,12 +23,12 @@ from fsel.workflow.tables import Table
 
 
 def pipeline_figure(
-    folder: str | Path,
-    splits: str | Path,
-    labels: Sequence[str | Path],
-    trajectories: str | Path,
-    figures: Sequence[str | Path],
-    numbers: str | Path,
+    folder: File,
+    splits: File,
+    labels: Files,
+    trajectories: File,
+    figures: Files,
+    numbers: File,
     *,
     coverages: Sequence[int],
     scene: str,
@@ -44,12 +43,10 @@ def pipeline_figure(
         splits: its splits at all coverage levels.
         labels: the searched subsets of each coverage level; the population of the widest is drawn.
         trajectories: of all scenes.
-        figures: paths; their endings choose the format.
         numbers: receives panel, coverage and, of `population`, generation, psnr, fitness, best; of
             `plan`, order, frame, x, y in world units.
         coverages: the levels.
         scene: its name among the trajectories.
-        facts: see `captions.note`.
     """
     searched = dict(zip(coverages, labels, strict=True))
     levels = sorted(searched)
@@ -86,7 +83,7 @@ def _drawn(experiment: Experiment) -> str:
     return inputs.with_labels(experiment)[0]
 
 
-def _files(experiment: Experiment) -> dict[str, Any]:
+def _files(experiment: Experiment) -> Values:
     scene = _drawn(experiment)
     folder = f"<results>/{experiment.trained}/{scene}"
     return {
@@ -100,7 +97,6 @@ def _files(experiment: Experiment) -> dict[str, Any]:
 TABLE = Table(
     pipeline_figure,
     outputs={"figures": inputs.figure_files("pipeline"), "numbers": "<figures>/pipeline.csv"},
-    message="Drawing the search and the labels of {params.scene}",
     inputs=_files,
     params=lambda experiment: {
         "coverages": experiment.config["coverages"],

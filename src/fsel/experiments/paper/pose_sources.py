@@ -6,24 +6,24 @@ import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.colmap.estimator import source_of
-from fsel.experiments import specs
+from fsel.experiments import scheme, specs
+from fsel.experiments.cells import cells_of
 from fsel.experiments.paper import pose_trials
-from fsel.experiments.paper.pose_trials import BOTH, EXACT
+from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT
+from fsel.experiments.specs import Scenes, Values
 from fsel.ingest.read import read_folder
 from fsel.metrics import Metrics, headings
 from fsel.report.captions import made_by
 from fsel.report.latex import difference, number, plain_table, tex
 from fsel.report.numbers import write_csv
-from fsel.report.summary import differences, draw_means, summarise
-from fsel.report.sweep import of_scenes
+from fsel.report.summary import differences, summarise
 from fsel.stages.describe import describe
-from fsel.utils.files import read_table, write_text
+from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
@@ -31,7 +31,7 @@ from fsel.workflow.refusal import refuse
 from fsel.workflow.requirements import check_poses
 from fsel.workflow.resources import Size
 from fsel.workflow.settings import Scene
-from fsel.workflow.tables import Job, Table
+from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
@@ -40,9 +40,9 @@ GIVEN, OTHER = "given", "other"
 
 
 def pair_poses(
-    source: str | Path,
-    given_folder: str | Path,
-    estimated_folder: str | Path,
+    source: File,
+    given_folder: File,
+    estimated_folder: File,
     *,
     poses: str | Mapping,
     model: str,
@@ -53,7 +53,6 @@ def pair_poses(
     """Two canonical captures of the frames that both sources place.
 
     Args:
-        source: folder as the dataset distributes it.
         given_folder, estimated_folder: receive the captures: the dataset's poses, the other ones.
         poses: the other source, as `fsel.ingest.read.read_folder` takes it.
         model: folder of a COLMAP model inside the source, for `poses="file"`.
@@ -86,11 +85,11 @@ def pair_poses(
 
 
 def pose_sources(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    table: File,
+    numbers: File,
     *,
-    scenes: Sequence[tuple[str, str]],
+    scenes: Scenes,
     names: Sequence[str],
     budgets: Sequence[int],
     metrics: Metrics,
@@ -99,18 +98,11 @@ def pose_sources(
     """The table "Robustness to estimated poses": ours on both sources, and their difference.
 
     Args:
-        evaluations: what `pose_trials.evaluate_estimated` wrote, one a scene.
-        table: receives LaTeX.
         numbers: receives method, source (the second less the first: `difference`), k, metric, mean,
             ci_low, ci_high, n of every selector.
-        scenes: dataset and scene of each file.
         names: of both sources, as the table prints them.
-        budgets: rows.
-        metrics: of a cell, in order; names, or name -> settings.
-        facts: see `captions.made_by`.
     """
-    measured = [_cells(item, metrics) for item in of_scenes(scenes, evaluations)]
-    cells = pd.concat(measured, ignore_index=True)
+    cells = _cells(scenes, evaluations, metrics, facts)
     means = summarise(cells, metrics).rename(columns={"dataset": "method", "method": "source"})
     gaps = differences(cells, [OTHER], metrics).rename(columns={"dataset": "of"})
     gaps = gaps.assign(method=gaps["of"], source="difference")[means.columns]
@@ -133,15 +125,13 @@ def pose_sources(
     write_text(plain_table(head, rows, caption=text, label="tab:vggtposes"), table)
 
 
-def _cells(item: Mapping, metrics: Metrics) -> pd.DataFrame:
+def _cells(scenes: Scenes, evaluations: Files, metrics: Metrics, facts: Mapping) -> pd.DataFrame:
     """Table of dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
-    table = read_table(item["path"])
-    tables = []
-    for (draw, change), part in table[table["scope"] == BOTH].groupby(["draw", "change"]):
-        means = draw_means(part, metrics)
-        means = means.assign(dataset=means["method"], method=GIVEN if change == EXACT else OTHER)
-        tables.append(means.assign(scene=f"{item['dataset']}/{item['scene']}", draw=draw))
-    return pd.concat(tables)
+    by = ["draw", "change", "scope"]
+    cells = cells_of(scenes, evaluations, metrics, facts, by)
+    cells = cells[cells["scope"] == BOTH]
+    sources = cells["change"].map({EXACT: GIVEN, ESTIMATED: OTHER})
+    return cells.assign(dataset=cells["method"], method=sources)
 
 
 def posed_twice(experiment: Experiment) -> list[Scene]:
@@ -187,7 +177,7 @@ def _names(experiment: Experiment) -> list[str]:
     return [f"{label}, {first}", other["label"] or source_of(other["poses"], other["model"])]
 
 
-def _source(experiment: Experiment) -> dict[str, Any]:
+def _source(experiment: Experiment) -> Values:
     raw = experiment.datasets.raw_capture
     return {"source": lambda wildcards: raw(wildcards.dataset, wildcards.scene)}
 
@@ -216,37 +206,19 @@ DESCRIBED = Job(
 )
 
 
-def _budgets(experiment: Experiment) -> list[int]:
-    budgets: list[int] = experiment.config["budgets"]
-    return budgets
-
-
-FILES = ("sources", "picks")
-TABLE = Table(
+TABLE = scheme.table_of(
     pose_sources,
-    outputs=inputs.table_files("{reconstructor}pose_sources"),
-    message="Writing what another source of poses costs",
-    inputs=lambda experiment: {
-        "evaluations": inputs.of_scenes(
-            posed_twice(experiment), "sources/{reconstructor}evaluation.parquet"
-        )
-    },
+    pose_trials.SOURCES,
+    scenes=posed_twice,
     params=lambda experiment: {
-        "scenes": posed_twice(experiment),
+        **specs.budgets(experiment),
         "names": _names(experiment),
-        "budgets": _budgets(experiment),
         "metrics": experiment.metrics,
-        "facts": specs.facts_about(experiment, specs.datasets_of(posed_twice(experiment))),
     },
     category="Paper",
     title="Two sources of poses",
     caption="The learned selector with two sources of poses for the same images, such as COLMAP's "
     "and a network's; both the selector and the reconstruction have them. Every other selector is "
     "in the csv.",
-    jobs=[
-        PAIRED,
-        DESCRIBED,
-        pose_trials.selecting("select_paired", *FILES, _budgets, "sources"),
-        pose_trials.evaluating("evaluate_paired", *FILES, "evaluation", lambda e: e.metrics),
-    ],
+    jobs=[PAIRED, DESCRIBED],
 )

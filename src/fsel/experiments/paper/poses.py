@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from fsel.experiments.paper import estimate_poses, pose_trials
 from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT, SELECTOR, SELECTORS
-from fsel.metrics import METRICS
+from fsel.experiments.specs import Scenes, Values
 from fsel.report import curves
 from fsel.report.captions import made_by, note
 from fsel.report.latex import difference, number, plain_table
@@ -18,7 +16,7 @@ from fsel.report.numbers import write_csv
 from fsel.report.summary import summarise
 from fsel.report.sweep import LEARNED, of_scenes
 from fsel.selector.policies import POLICIES
-from fsel.utils.files import read_table, write_text
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table
@@ -74,30 +72,27 @@ def _cells(item: Mapping) -> pd.DataFrame:
 
 
 def poses(
-    estimated: Sequence[str | Path],
-    noise: Sequence[str | Path],
-    errors: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
-    figures: Sequence[str | Path],
-    drawn: str | Path,
+    estimated: Files,
+    noise: Files,
+    errors: Files,
+    table: File,
+    numbers: File,
+    figures: Files,
+    drawn: File,
     *,
-    scenes: Sequence[tuple[str, str]],
+    scenes: Scenes,
     budgets: Sequence[int],
     facts: Mapping,
 ) -> None:
     """Given against estimated poses, and against noisy ones, for every selector.
 
     Args:
-        estimated, noise: what `evaluate_estimated` and `evaluate_noise` wrote, one a scene.
+        estimated, noise: evaluations of both kinds of trials, one a scene.
         errors: what `estimate_poses` wrote, one a scene.
         table: receives two LaTeX tables.
         numbers: receives captures (`registered` or `usual`) and what `changes` returns.
-        figures: PSNR against the noise; paths, their endings choose the format.
-        drawn: receives what the figure is made of.
-        scenes: dataset and scene of each file.
-        budgets: columns of the first table.
-        facts: see `captions.made_by`.
+        figures, drawn: receive PSNR against the noise, and what the figure is made of.
+        scenes, budgets, facts: of each file; columns of the first table; of the captions.
     """
     registered, usual = (changes(of_scenes(scenes, paths)) for paths in (estimated, noise))
     both = [registered.assign(captures="registered"), usual.assign(captures="usual")]
@@ -106,11 +101,16 @@ def poses(
     first = _estimated_table(registered, errors, budgets, facts)
     write_text(f"{first}\n{_noise_table(usual, facts)}", table)
     write_csv(usual, drawn)
-    _draw(usual, figures, facts)
+    marked = {name: PLAIN[name] for name in MARKED if name in set(usual["method"])}
+    text = (
+        f"K = {usual['k'].iloc[0]}; means over {usual['n'].max()} scenes, first draw; noise: root "
+        f"mean square of normal angles and offsets; grey: the other selectors. {note(facts)}"
+    )
+    curves.pose_noise(usual, marked, figures, text)
 
 
 def _estimated_table(
-    changed: pd.DataFrame, errors: Sequence[str | Path], budgets: Sequence[int], facts: Mapping
+    changed: pd.DataFrame, errors: Files, budgets: Sequence[int], facts: Mapping
 ) -> str:
     values = changed.set_index(["change", "scope", "method", "k"])
     middle = budgets[len(budgets) // 2]
@@ -133,7 +133,7 @@ def _estimated_table(
     return plain_table(head, rows, caption=text, label="tab:poses", groups=groups)
 
 
-def _registered(errors: Sequence[str | Path]) -> str:
+def _registered(errors: Files) -> str:
     """Say how many frames COLMAP placed, and how well."""
     tables = [read_table(path) for path in errors]
     every = pd.concat(tables)
@@ -185,27 +185,15 @@ def _gap(row: pd.Series, interval: bool = True) -> str:
     return difference(row["difference"], *bounds, interval=interval)
 
 
-def _draw(changed: pd.DataFrame, figures: Sequence[str | Path], facts: Mapping) -> None:
-    """PSNR against the noise in the poses."""
-    marked = {name: PLAIN[name] for name in MARKED if name in set(changed["method"])}
-    k, count = changed["k"].iloc[0], changed["n"].max()
-    text = (
-        f"K = {k}; means over {count} scenes, first draw; noise: root mean square of normal "
-        f"angles and offsets; grey: the other selectors. {note(facts)}"
-    )
-    curves.pose_noise(changed, marked, figures, text)
-
-
-def _measured(experiment: Experiment) -> dict[str, Any]:
+def _measured(experiment: Experiment) -> Values:
     scenes = inputs.first_scenes(experiment)
     return {
-        "estimated": inputs.of_scenes(scenes, "poses/{reconstructor}estimated.parquet"),
-        "noise": inputs.of_scenes(scenes, "poses/{reconstructor}noise.parquet"),
+        "estimated": pose_trials.ESTIMATES.measured(scenes),
+        "noise": pose_trials.NOISE.measured(scenes),
         "errors": inputs.of_scenes(scenes, "poses/errors.parquet"),
     }
 
 
-FILES = ("poses", "estimated_picks")
 TABLE = Table(
     poses,
     outputs={
@@ -213,7 +201,6 @@ TABLE = Table(
         "figures": inputs.figure_files("{reconstructor}pose_noise"),
         "drawn": "<figures>/{reconstructor}pose_noise.csv",
     },
-    message="Writing what inexact poses cost",
     inputs=_measured,
     params=lambda experiment: {
         "scenes": inputs.first_scenes(experiment),
@@ -225,11 +212,5 @@ TABLE = Table(
     caption="PSNR of every selector with given poses, with poses that COLMAP finds in the images, "
     "and with Gaussian noise in rotations and camera centres, seen by the selector alone or by "
     "the reconstruction too. Paired 95% intervals are in the csv.",
-    jobs=[
-        *estimate_poses.JOBS,
-        pose_trials.selecting("select_estimated", *FILES, pose_trials.budgets_tried, "poses"),
-        pose_trials.evaluating("evaluate_estimated", *FILES, "estimated", lambda _: METRICS),
-        pose_trials.NOISY_PICKED,
-        pose_trials.NOISY_EVALUATED,
-    ],
+    jobs=[*estimate_poses.JOBS, *pose_trials.ESTIMATES.jobs, *pose_trials.NOISE.jobs],
 )

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.data.split import Split
+from fsel.experiments import specs
 from fsel.experiments.paper import compared
+from fsel.experiments.specs import Values
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.metrics import Metrics, headings, units
-from fsel.report.captions import captures_of
+from fsel.report.captions import captures_of, printed
+from fsel.utils.programs.outcome import FINISHED, Unfinished
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES
-from fsel.utils.files import read_table, write_table, write_text
+from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.utils.programs.outcome import FINISHED, MEMORY, Unfinished
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
@@ -32,10 +33,10 @@ SEED = 0
 
 
 def evaluate_reconchoice(
-    folder: str | Path,
-    split: str | Path,
-    selections: str | Path,
-    evaluation: str | Path,
+    folder: File,
+    split: File,
+    selections: File,
+    evaluation: File,
     *,
     reconstruction: Mapping,
     metrics: Metrics,
@@ -46,35 +47,22 @@ def evaluate_reconchoice(
     """Quality, seconds and memory with the picks of ours and with all frames, each on its own.
 
     Args:
-        folder: a canonical capture.
         split, selections: split.parquet and what `select` wrote of one draw.
         evaluation: receives k (`ALL_FRAMES` for all), the metrics, fit_seconds, render_seconds,
             peak_bytes, device, outcome; numbers are NaN where a reconstruction did not finish.
-        reconstruction, metrics: the config's sections.
         budgets: whose picks are reconstructed.
         memory: bytes that one reconstruction may take.
-        config: digest of the parameters.
     """
     picks = read_table(selections)
     own = picks[(picks["method"] == METHOD) & (picks["seed"] == SEED)]
-    subsets = {k: own["frame"][own["k"] == k] for k in budgets}
-    subsets[ALL_FRAMES] = picks["frame"][picks["method"] == "all"]
+    subsets = {k: own["frame"][own["k"] == k].to_numpy(np.int64) for k in budgets}
+    subsets[ALL_FRAMES] = picks["frame"][picks["method"] == "all"].to_numpy(np.int64)
     targets = Split.load(split).targets
     rows = []
     for k, frames in subsets.items():
+        alone: Values = {"repeats": 1, "metrics": metrics, "memory": memory}
         try:
-            cost = measure_alone(
-                folder,
-                frames.to_numpy(np.int64),
-                targets,
-                reconstruction,
-                repeats=1,
-                metrics=metrics,
-                memory=memory,
-            )
-        except MemoryError as error:
-            logger.warning("%s", error)
-            cost = {"outcome": MEMORY}
+            cost = measure_alone(folder, frames, targets, reconstruction, **alone)
         except Unfinished as end:
             logger.warning("%s", end)
             cost = {"outcome": end.outcome}
@@ -82,19 +70,14 @@ def evaluate_reconchoice(
         logger.info("%s", rows[-1])
     columns = ["k", *metrics, "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
     table = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[1:-2], float))
-    column_units = {
-        **units(metrics),
-        "fit_seconds": "s",
-        "render_seconds": "s",
-        "peak_bytes": "bytes",
-    }
-    write_table(table, evaluation, units=column_units, config=config)
+    taken = {"fit_seconds": "s", "render_seconds": "s", "peak_bytes": "bytes"}
+    write_table(table, evaluation, units=units(metrics) | taken, config=config)
 
 
 def reconchoice(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    table: File,
+    numbers: File,
     *,
     reconstructors: Mapping[str, Mapping],
     metrics: Metrics,
@@ -108,9 +91,7 @@ def reconchoice(
             reconstructor, then of the next.
         table, numbers: receive LaTeX, and the columns of `choice_means`.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
-        metrics: of a cell, in order.
         memory: bytes that one reconstruction may take.
-        facts: see `captions.captures_of`.
     """
     scenes = len(evaluations) // len(reconstructors)
     means = pd.concat(
@@ -127,10 +108,7 @@ def reconchoice(
         for k in inputs
     ]
     head = ["Input", *["/".join(headings(metrics)), "s", "MB"] * len(reconstructors)]
-    groups = [
-        (rf"\texttt{{{tex(own['reconstructor'])}}} at {own['long_side']} pixels", 3)
-        for own in reconstructors.values()
-    ]
+    groups = [(printed(own), 3) for own in reconstructors.values()]
     text = (
         r"\textbf{Comparison across reconstructors.} The picks of ours (one training seed, first "
         f"draw of targets) and all observed frames of {scenes} scenes. Processor seconds of "
@@ -142,7 +120,7 @@ def reconchoice(
     write_text(made, table)
 
 
-def choice_means(evaluations: Sequence[str | Path], name: str, metrics: Metrics) -> pd.DataFrame:
+def choice_means(evaluations: Files, name: str, metrics: Metrics) -> pd.DataFrame:
     """Table of reconstructor, k, the metrics, seconds, peak_mb, n (scenes), device, outcome.
 
     Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
@@ -186,12 +164,6 @@ def _cells(means: pd.DataFrame, name: str, k: int, metrics: Metrics) -> list[str
     return [quality, f"{row['seconds']:.1f}", f"{row['peak_mb']:.0f}"]
 
 
-def _picked(experiment: Experiment) -> dict[str, Any]:
-    draw = f"{inputs.SCENE}/draw{{draw}}"
-    files = {name: f"{draw}/{name}.parquet" for name in ("split", "selections")}
-    return {**inputs.capture(), **files}
-
-
 def _memory(experiment: Experiment) -> int:
     return int(experiment.config["transfer"]["memory"])
 
@@ -200,7 +172,7 @@ EVALUATED = Job(
     evaluate_reconchoice,
     outputs={"evaluation": f"{inputs.SCENE}/draw{{draw}}/{{compared}}/reconchoice.parquet"},
     message="Measuring {wildcards.compared} on {wildcards.dataset}/{wildcards.scene}",
-    inputs=_picked,
+    inputs=lambda experiment: specs.of_draw("split", "selections"),
     params=lambda experiment: {
         "reconstruction": compared.of_wildcard(experiment, compared.CHOICE),
         "metrics": experiment.metrics,
@@ -213,7 +185,6 @@ EVALUATED = Job(
 TABLE = Table(
     reconchoice,
     outputs=inputs.table_files("reconchoice"),
-    message="Comparing reconstructors",
     inputs=lambda experiment: {"evaluations": compared.files(experiment, compared.CHOICE, [0])},
     params=lambda experiment: {
         "reconstructors": compared.described(experiment, compared.CHOICE),

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.experiments import specs
-from fsel.experiments.paper.costs import EVERY, MEASURED, mean_costs
+from fsel.experiments.paper.costs import MEASURED, mean_costs
+from fsel.experiments.specs import Values
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, number, plain_table
 from fsel.report.numbers import write_csv
@@ -18,7 +17,7 @@ from fsel.report.summary import ALL_FRAMES, differences, summarise
 from fsel.report.sweep import named, sweep_cells
 from fsel.stages.evaluate import evaluate
 from fsel.stages.select import select
-from fsel.utils.files import read_table, write_text
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -33,12 +32,12 @@ VARIANTS = {
 
 
 def time_quality(
-    evaluations: Sequence[str | Path],
-    variant: Sequence[str | Path],
-    costs: Sequence[str | Path],
-    times: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    variant: Files,
+    costs: Files,
+    times: Files,
+    table: File,
+    numbers: File,
     *,
     problems: Sequence[str],
     budgets: Sequence[int],
@@ -51,9 +50,6 @@ def time_quality(
             variant's, with those of the whole candidate pool, one a problem.
         costs, times: what `costs.measure_costs` wrote, one a scene.
         table, numbers: receive LaTeX, and the columns of `joined`.
-        problems: `dataset/scene/draw0` of each.
-        budgets: rows.
-        facts: see `captions.made_by`.
     """
     swept, further = (
         sweep_cells(named(problems, paths), facts=facts) for paths in (evaluations, variant)
@@ -87,11 +83,7 @@ def time_quality(
     write_text(made, table)
 
 
-def joined(
-    cells: pd.DataFrame,
-    costs: pd.DataFrame,
-    times: pd.DataFrame,
-) -> pd.DataFrame:
+def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
     """One row a method and budget.
 
     Args:
@@ -113,10 +105,8 @@ def joined(
     keys = list(zip(result["method"], result["k"], strict=True))
     result["leads"] = [bool(leads.get(key, False)) for key in keys]
     result["selection_s"] = [selecting.get(key, 0.0) for key in keys]
-    shared = costs[costs["method"] == "less_is_more"].set_index("step")
-    steps = [EVERY if k == ALL_FRAMES else str(k) for k in result["k"]]
-    result["reconstruction_s"] = shared.loc[steps, "seconds"].to_numpy()
-    result["peak_mb"] = shared.loc[steps, "peak_mb"].to_numpy()
+    result["reconstruction_s"] = costs.loc[result["k"], "seconds"].to_numpy()
+    result["peak_mb"] = costs.loc[result["k"], "peak_mb"].to_numpy()
     return result
 
 
@@ -143,14 +133,6 @@ def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
 SETTINGS = {"methods": ["all"], "proxies_free": False}  # the whole candidate pool: the last row
 
 
-def _picked(experiment: Experiment) -> dict[str, Any]:
-    return {
-        **specs.described_draws(experiment),
-        "features": inputs.of_draws(experiment, "features.parquet"),
-        "weights": inputs.scorer_files(experiment, "less_is_more_geometry")["weights"],
-    }
-
-
 PICKED = Job(
     select,
     name="select_geometry",
@@ -158,7 +140,10 @@ PICKED = Job(
         "selections": inputs.of_draws(experiment, "geometry_picks.parquet")
     },
     message="Selecting frames of {wildcards.dataset}/{wildcards.scene} by geometry",
-    inputs=_picked,
+    inputs=lambda experiment: {
+        **specs.of_draws(experiment, kinds=inputs.DESCRIBED, features="features.parquet"),
+        "weights": inputs.scorer_files(experiment, "less_is_more_geometry")["weights"],
+    },
     params=lambda experiment: {
         "budgets": experiment.config["budgets"],
         "seeds": experiment.draw_seeds,
@@ -174,17 +159,13 @@ EVALUATED = Job(
         "evaluations": inputs.of_draws(experiment, "{reconstructor}geometry.parquet")
     },
     message="Reconstructing {wildcards.dataset}/{wildcards.scene} from picks by geometry",
-    inputs=lambda experiment: {
-        **inputs.capture(),
-        "splits": inputs.of_draws(experiment, "split.parquet"),
-        "selections": inputs.of_draws(experiment, "geometry_picks.parquet"),
-    },
+    inputs=lambda experiment: specs.of_draws(experiment, selections="geometry_picks.parquet"),
     params=specs.measured,
     size=Size(4000, 180, "reconstruction"),
 )
 
 
-def _measured(experiment: Experiment) -> dict[str, Any]:
+def _measured(experiment: Experiment) -> Values:
     scenes, draws = inputs.held_out_scenes(experiment), range(experiment.config["draws"])
     return {
         "evaluations": inputs.of_scenes(scenes, "{reconstructor}evaluation.parquet", draws),
@@ -194,7 +175,7 @@ def _measured(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     scenes = inputs.joined(inputs.held_out_scenes(experiment))
     return {
         "problems": [f"{s}/draw{n}" for s in scenes for n in range(experiment.config["draws"])],
@@ -205,8 +186,6 @@ def _settings(experiment: Experiment) -> dict[str, Any]:
 
 TABLE = Table(
     time_quality,
-    outputs=inputs.table_files("{reconstructor}time_quality"),
-    message="Writing quality, runtime and memory",
     inputs=_measured,
     params=_settings,
     category="Paper",

@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.baselines import METHODS
-from fsel.data.capture import Capture
-from fsel.data.split import Split
-from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import measure, measured_units
 from fsel.experiments.paper import compared
+from fsel.experiments.specs import Values
 from fsel.metrics import Metrics, headings
-from fsel.reconstruct import reconstructor_of
-from fsel.report.captions import captures_of
-from fsel.report.latex import difference, number, plain_table, tex
+from fsel.report.captions import captures_of, printed
+from fsel.report.latex import difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import OUTCOME, summarise
 from fsel.report.summary import differences as paired
 from fsel.report.sweep import LEARNED, named, sweep_cells
-from fsel.utils.files import read_table, write_table, write_text
+from fsel.stages.evaluate import evaluate
+from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
-
-logger = logging.getLogger(__name__)
 
 BASELINES = ("random", "uniform", "fvs", "nerf_director", "dpp", "kmedoids", "cover", "nearest")
 OURS = ("less_is_more", "fsel")
@@ -41,42 +33,11 @@ SHOWN = {
 SEED = 0  # the one seed whose picks are reconstructed
 
 
-def evaluate_transfer(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    selections: Sequence[str | Path],
-    evaluations: Sequence[str | Path],
-    *,
-    reconstruction: Mapping,
-    metrics: Metrics,
-    budgets: Sequence[int],
-    config: str,
-) -> None:
-    """Reconstruct what some methods picked; nothing is selected anew.
-
-    Args:
-        folder: a canonical capture.
-        splits, selections: split.parquet and what `select` wrote, one a draw.
-        evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
-        reconstruction, metrics: the config's sections.
-        budgets: whose picks are reconstructed.
-        config: digest of the parameters.
-    """
-    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    for split, selected, path in zip(splits, selections, evaluations, strict=True):
-        picks = read_table(selected)
-        shown = picks["method"].isin(SHOWN) & picks["k"].isin(budgets) & (picks["seed"] == SEED)
-        evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets, metrics=metrics)
-        table = measure(evaluator, picks[shown])
-        write_table(table, path, units=measured_units(metrics), config=config)
-        logger.info("%s", path)
-
-
 def transfer(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
-    differences: str | Path,
+    evaluations: Files,
+    table: File,
+    numbers: File,
+    differences: File,
     *,
     problems: Sequence[str],
     reconstructors: Mapping[str, Mapping],
@@ -87,15 +48,13 @@ def transfer(
     """The table "Cross-reconstructor transfer of selected views".
 
     Args:
-        evaluations: what `evaluate_transfer` wrote: all problems of the first
+        evaluations: what `evaluate` wrote of the picks shown: all problems of the first
             reconstructor, then of the next.
         table, numbers: receive LaTeX, and reconstructor, method, k, metric, mean, ci_low, ci_high.
         differences: receives ours and fsel minus every other method, paired, with intervals.
         problems: `dataset/scene/draw0` of each evaluation of one reconstructor.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of rows each.
         budgets: one group of columns each.
-        metrics: of a cell, in order.
-        facts: see `captions.captures_of`.
     """
     count = len(problems)
     means: list[pd.DataFrame] = []
@@ -114,8 +73,7 @@ def transfer(
     write_csv(ahead, differences)
     rows = []
     for name, own in reconstructors.items():
-        heading = rf"\texttt{{{tex(own['reconstructor'])}}} at {own['long_side']} pixels"
-        rows.append([heading, *[""] * (3 * len(budgets))])
+        rows.append([printed(own), *[""] * (3 * len(budgets))])
         for method, label in SHOWN.items():
             rows.append([label, *_cells(every, ahead, method, name, budgets, metrics)])
     head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(budgets)]
@@ -156,10 +114,7 @@ def caption(
         reconstructors, facts: see `transfer`.
         scenes, problems: how many.
     """
-    names = ", ".join(
-        rf"\texttt{{{tex(own['reconstructor'])}}} at {own['long_side']} pixels"
-        for own in reconstructors.values()
-    )
+    names = ", ".join(map(printed, reconstructors.values()))
     return (
         r"\textbf{Cross-reconstructor transfer of selected views.} The same picks under each "
         f"reconstructor ({names}); nothing is selected anew for any. Right of each cell: PSNR (dB) "
@@ -169,7 +124,7 @@ def caption(
     )
 
 
-def _picked(experiment: Experiment) -> dict[str, Any]:
+def _picked(experiment: Experiment) -> Values:
     draws = compared.draws(experiment)
     files = {"splits": "split.parquet", "selections": "selections.parquet"}
     return {
@@ -178,7 +133,7 @@ def _picked(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     scenes = inputs.joined(inputs.held_out_scenes(experiment))
     return {
         "problems": [f"{scene}/draw{n}" for scene in scenes for n in compared.draws(experiment)],
@@ -190,7 +145,8 @@ def _settings(experiment: Experiment) -> dict[str, Any]:
 
 
 EVALUATED = Job(
-    evaluate_transfer,
+    evaluate,
+    name="evaluate_transfer",
     outputs=lambda experiment: {
         "evaluations": inputs.of_draws(
             experiment, "{compared}/transfer.parquet", compared.draws(experiment)
@@ -201,7 +157,11 @@ EVALUATED = Job(
     params=lambda experiment: {
         "reconstruction": compared.of_wildcard(experiment, compared.TRANSFER),
         "metrics": experiment.metrics,
-        "budgets": compared.budgets(experiment, "budgets"),
+        "only": {
+            "method": list(SHOWN),
+            "k": compared.budgets(experiment, "budgets"),
+            "seed": [SEED],
+        },
     },
     size=Size(4000, 120, "reconstruction"),
 )
@@ -212,7 +172,6 @@ TABLE = Table(
         **inputs.table_files("transfer"),
         "differences": "<tables>/transfer_differences.csv",
     },
-    message="Writing what the picks are worth under other reconstructors",
     inputs=lambda experiment: {
         "evaluations": compared.files(experiment, compared.TRANSFER, compared.draws(experiment))
     },

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from fsel.experiments.studies.true_depth import true_depth
 from fsel.metrics import score_views
 from fsel.reconstruct import RECONSTRUCTORS, Model
 from fsel.reconstruct.splats import SplatModel
+from fsel.utils.files import File
 
 REPEATS = 3  # the least of three times: other work on the machine only adds
 
@@ -42,13 +42,11 @@ class Bench:
 
 
 def bench_of(
-    folder: str | Path, split: str | Path, generated: Mapping | None, *, k: int, long_side: int
+    folder: File, split: File, generated: Mapping | None, *, k: int, long_side: int
 ) -> Bench:
     """The frames nearest to a draw's proxies, compared at its targets.
 
     Args:
-        folder: a canonical capture with its descriptors.
-        split: split.parquet of a draw.
         generated: keywords of `true_depth`; None where depth is not known.
         k: frames to reconstruct from.
         long_side: pixels at which images are compared.
@@ -71,7 +69,6 @@ def measure_cold(
 
     Args:
         bench: what from and where.
-        reconstruction: the config's section.
         changes: settings, or `long_side` of the images reconstructed from, that differ from it.
 
     Returns:

@@ -4,27 +4,24 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from fsel.data.capture import Capture
-from fsel.data.problem import Problem
 from fsel.data.split import Split, coverage_split
-from fsel.evaluation.measuring import Run, chance, picks_at, runs
-from fsel.experiments import specs
+from fsel.evaluation.measuring import chance
+from fsel.experiments import scheme, specs
+from fsel.experiments.specs import Scenes, Values
 from fsel.experiments.studies import budget_curves
 from fsel.experiments.studies.bench import Bench, measure_cold
 from fsel.report.captions import made_by
 from fsel.report.latex import plain_table, tex
 from fsel.report.numbers import write_csv
-from fsel.report.sweep import of_scenes
-from fsel.request.budget import Auto, find, most, view_shift
-from fsel.utils.files import read_table, write_table, write_text
-from fsel.workflow import inputs
+from fsel.request.budget import Auto, find, view_shift
+from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
@@ -38,116 +35,84 @@ VALUES = ["k", "psnr", "seconds", "bytes"]
 MEAN = "Mean"
 
 
-def select_budgets(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    weights: str | Path,
-    record: str | Path,
-    picks: str | Path,
+def trials(
+    capture: Capture, splits: Sequence[Split], *, coverages: Sequence[int], seed: int
+) -> Iterator[scheme.Trial]:
+    """Yield the experiment's draws (coverage 0), and requests of parts of the capture.
+
+    All observed frames are picked, in the order of `fsel`: fewer are the first of more.
+
+    Args:
+        coverages: per cent of the capture that further requests are drawn from.
+    """
+    requests = [(0, draw, split) for draw, split in enumerate(splits)]
+    requests += [(c, 0, coverage_split(capture, c, seed)) for c in coverages]
+    for coverage, draw, split in requests:
+        every = [len(split.candidates) + len(split.proxies)]
+        key = {"coverage": coverage, "draw": draw}
+        yield scheme.Trial(key, capture, split, every, chance(0))
+
+
+def evaluate_budgets(
+    folder: File,
+    splits: Files,
+    record: File,
+    picks: File,
+    evaluation: File,
     *,
     budgets: Sequence[int],
     coverages: Sequence[int],
     auto: Mapping,
     seed: int,
-    long_side: int,
-    config: str,
-) -> None:
-    """`fsel`'s picks: what the rules keep of them, and every fixed number.
-
-    Args:
-        folder: a canonical capture with its descriptors.
-        splits: split.parquet, one a draw of the experiment.
-        weights: the scorer.
-        record: what `fsel.experiments.studies.budget_curves.fit_budget` wrote.
-        picks: receives coverage (0: a draw of the experiment), draw, rule (`auto`, `memory`: the
-            same within a memory, `fixed`), k, order, frame.
-        budgets: fixed ones.
-        coverages: per cent of the capture that further requests are drawn from.
-        auto: the config's section.
-        seed: of those requests.
-        long_side: pixels of the images that are reconstructed from, whose memory counts.
-        config: digest of the parameters.
-    """
-    capture, (run,) = Capture.load(folder), runs([], [weights])
-    described = read_table(Path(folder) / "descriptors.parquet")
-    worth = np.array(json.loads(Path(record).read_text(encoding="utf-8"))["worth"])
-    size = capture.resized(long_side).size
-    rules = [Auto(auto["threshold"]), Auto(auto["threshold"], auto["memory"])]
-    tables = []
-    requests = [(0, draw, Split.load(path)) for draw, path in enumerate(splits)]
-    requests += [(coverage, 0, coverage_split(capture, coverage, seed)) for coverage in coverages]
-    for coverage, draw, split in requests:
-        problem = Problem.of(capture, split, described)
-        frames, kept = kept_of(problem, run, rules, max(budgets), worth, size)
-        rows = [*zip(RULES, kept, strict=True), *(("fixed", k) for k in budgets)]
-        for rule, k in rows:
-            head = {"coverage": coverage, "draw": draw, "rule": rule, "k": k}
-            tables.append(pd.DataFrame({**head, "order": range(k), "frame": frames[:k]}))
-        logger.info("%d %%, request %d: %s", coverage, draw, dict(zip(RULES, kept, strict=True)))
-    write_table(pd.concat(tables), picks, units={"coverage": "%"}, config=config)
-
-
-def kept_of(
-    problem: Problem,
-    run: Run,
-    rules: Sequence[Auto],
-    least: int,
-    worth: np.ndarray,
-    size: tuple[int, int],
-) -> tuple[np.ndarray, list[int]]:
-    """Picks in order, at least so many, and how many of them each rule keeps.
-
-    Args:
-        problem: the selection problem.
-        run: of a nested method.
-        rules: the budgets to find.
-        least: picks, where the pool has as many.
-        worth: see `fsel.request.budget.predicted`.
-        size: (width, height) of the images that are reconstructed from.
-    """
-    pool = problem.pool(run.method.pool)
-    shift = view_shift(problem.capture, pool, problem.targets)
-    count = max(most(shift, rule, worth) for rule in rules)
-    count = min(max(count, least), len(shift))
-    (picks,) = picks_at(problem, run, [count], chance(0))
-    rows = np.searchsorted(pool, picks.frames)
-    return picks.frames, [find(shift[rows], rule, size, worth).frames for rule in rules]
-
-
-def evaluate_budgets(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    picks: str | Path,
-    evaluation: str | Path,
-    *,
-    seed: int,
     reconstruction: Mapping,
     config: str,
 ) -> None:
-    """Measure what those picks are worth and cost, nothing being cached.
+    """Measure what the picks that each rule keeps are worth and cost, nothing being cached.
 
     Args:
-        folder: a canonical capture.
-        splits: split.parquet, one a draw of the experiment.
-        picks: what `select_budgets` wrote.
-        evaluation: receives coverage, draw, rule, k, psnr, seconds, bytes.
-        seed: of the requests beyond the experiment's draws.
-        reconstruction: the config's section.
-        config: digest of the parameters.
+        record: what `fsel.experiments.studies.budget_curves.fit_budget` wrote.
+        evaluation: receives coverage, draw, rule (`auto`, `memory`: the same within a memory,
+            `fixed`), k, psnr, seconds, bytes.
+        budgets: fixed ones.
+        coverages, seed: see `trials`.
     """
-    capture = Capture.load(folder)
+    capture, loaded = Capture.load(folder), [Split.load(path) for path in splits]
     small = capture.resized(reconstruction["long_side"])
-    rows = []
-    for (coverage, draw), part in read_table(picks).groupby(REQUEST, sort=False):
-        split = coverage_split(capture, coverage, seed) if coverage else Split.load(splits[draw])
-        costs: dict[int, dict] = {}
-        for (rule, k), kept in part.groupby(["rule", "k"], sort=False):
-            if k not in costs:  # fewer picks are the first of more
-                frames = kept["frame"].to_numpy(np.int64)
-                costs[k] = _cost(small, frames, split, reconstruction)
-            rows.append({"coverage": coverage, "draw": draw, "rule": rule, "k": k, **costs[k]})
-        logger.info("%d %%, request %d: %s", coverage, draw, costs)
+    worth = np.array(json.loads(Path(record).read_text(encoding="utf-8"))["worth"])
+    rules = [Auto(auto["threshold"]), Auto(auto["threshold"], auto["memory"])]
+    picked, rows = read_table(picks).set_index(REQUEST), []
+    for trial in trials(capture, loaded, coverages=coverages, seed=seed):
+        frames = picked.loc[tuple(trial.key.values()), "frame"].to_numpy(np.int64)
+        kept = kept_of(trial, frames, rules, worth, small.size)
+        costs = {
+            k: _cost(small, frames[:k], trial.split, reconstruction) for k in {*kept, *budgets}
+        }
+        named = [*zip(RULES, kept, strict=True), *(("fixed", k) for k in budgets)]
+        rows += [{**trial.key, "rule": rule, "k": k, **costs[k]} for rule, k in named]
+        logger.info("%s: %s", dict(trial.key), costs)
     write_table(pd.DataFrame(rows), evaluation, units=UNITS, config=config)
+
+
+def kept_of(
+    trial: scheme.Trial,
+    frames: np.ndarray,
+    rules: Sequence[Auto],
+    worth: np.ndarray,
+    size: tuple[int, int],
+) -> list[int]:
+    """Number of picks that each rule keeps.
+
+    Args:
+        trial: the request.
+        frames: all observed ones, in the order that they are picked.
+        rules: the budgets to find.
+        worth: see `fsel.request.budget.predicted`.
+        size: (width, height) of the images that are reconstructed from.
+    """
+    pool = np.sort(frames)
+    shift = view_shift(trial.capture, pool, trial.capture.view(trial.split.targets))
+    ordered = shift[np.searchsorted(pool, frames)]
+    return [find(ordered, rule, size, worth).frames for rule in rules]
 
 
 def _cost(small: Capture, picks: np.ndarray, split: Split, reconstruction: Mapping) -> dict:
@@ -159,11 +124,11 @@ def _cost(small: Capture, picks: np.ndarray, split: Split, reconstruction: Mappi
 
 
 def budget(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    table: File,
+    numbers: File,
     *,
-    scenes: Sequence[tuple[str, str]],
+    scenes: Scenes,
     datasets: Mapping[str, str],
     auto: Mapping,
     facts: Mapping,
@@ -171,19 +136,11 @@ def budget(
     """K, PSNR and seconds of both rules beside every fixed budget.
 
     Args:
-        evaluations: what `evaluate_budgets` wrote, one a scene.
-        table: receives LaTeX.
         numbers: receives request, rule, k, psnr, seconds and bytes.
-        scenes: dataset and scene of each.
-        datasets: name -> printed label.
-        auto: the config's section.
-        facts: see `captions.made_by`.
     """
     rows = pd.concat(
-        read_table(item["path"]).assign(
-            scene=f"{datasets[item['dataset']]}, {item['scene'].removeprefix('evaluation')}"
-        )
-        for item in of_scenes(scenes, evaluations)
+        read_table(path).assign(scene=f"{datasets[dataset]}, {scene.removeprefix('evaluation')}")
+        for (dataset, scene), path in zip(scenes, evaluations, strict=True)
     )
     drawn, sized = rows[rows["coverage"] == 0], rows[rows["coverage"] > 0]
     parts = {"draws": means(drawn, "scene")}
@@ -275,39 +232,35 @@ def _same(rows: pd.DataFrame) -> str:
     )
 
 
-def _picked(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     return {
-        **specs.described_draws(experiment),
-        "weights": experiment.fsel[0],
-        "record": budget_curves.RECORD,
-    }
-
-
-def _settings(experiment: Experiment) -> dict[str, Any]:
-    return {
-        **{key: experiment.config[key] for key in ("budgets", "coverages", "auto")},
+        "coverages": experiment.config["coverages"],
         "seed": specs.scene_seed(experiment, "budget"),
-        "long_side": experiment.reconstruction["long_side"],
     }
 
 
-PICKED = Job(
-    select_budgets,
-    outputs={"picks": f"{inputs.SCENE}/budgets_picks.parquet"},
-    message="Selecting adaptive and fixed numbers of frames of "
-    "{wildcards.dataset}/{wildcards.scene}",
-    inputs=_picked,
-    params=_settings,
-    size=Size(2000, 10, "capture"),
+TRIALS = scheme.Trials(
+    f"{__name__}:TRIALS",
+    "budgets",
+    trials,
+    settings=_settings,
+    methods=(),
+    weights=lambda experiment: experiment.fsel[:1],
+    splits=True,
 )
 
 EVALUATED = Job(
     evaluate_budgets,
-    outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}budgets.parquet"},
+    outputs={"evaluation": TRIALS.files["evaluation"]},
     message="Measuring adaptive and fixed budgets on {wildcards.dataset}/{wildcards.scene}",
-    inputs=lambda experiment: specs.picks_of_draws(experiment, "budgets_picks.parquet"),
+    inputs=lambda experiment: {
+        **specs.of_draws(experiment),
+        "record": budget_curves.RECORD,
+        "picks": TRIALS.files["picks"],
+    },
     params=lambda experiment: {
-        "seed": specs.scene_seed(experiment, "budget"),
+        **_settings(experiment),
+        **{key: experiment.config[key] for key in ("budgets", "auto")},
         "reconstruction": experiment.reconstruction_of,
     },
     size=Size(4000, 30, "reconstruction"),
@@ -315,13 +268,7 @@ EVALUATED = Job(
 
 TABLE = Table(
     budget,
-    outputs=inputs.table_files("{reconstructor}budget"),
-    message="Writing the adaptive budget's table",
-    inputs=lambda experiment: {
-        "evaluations": inputs.of_scenes(
-            experiment.evaluation_scenes, "{reconstructor}budgets.parquet"
-        )
-    },
+    inputs=lambda experiment: {"evaluations": TRIALS.measured(experiment.evaluation_scenes)},
     params=lambda experiment: {
         "scenes": experiment.evaluation_scenes,
         "datasets": experiment.labels(),
@@ -333,5 +280,5 @@ TABLE = Table(
     caption="Frames, PSNR and seconds of reconstruction where the number of frames is found "
     "(`-k auto`), with and without a bound on memory, beside fixed numbers; by scene, and by how "
     "much of the capture is asked for.",
-    jobs=[*budget_curves.JOBS, PICKED, EVALUATED],
+    jobs=[*budget_curves.JOBS, TRIALS.jobs[0], EVALUATED],
 )

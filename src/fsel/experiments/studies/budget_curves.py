@@ -4,109 +4,65 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from itertools import product
 
 import numpy as np
 import pandas as pd
 
 from fsel.data.capture import Capture
-from fsel.data.problem import Problem
 from fsel.data.split import coverage_split
-from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import PICK_UNITS, chance, measure, runs, select
-from fsel.experiments import specs
-from fsel.reconstruct import reconstructor_of
-from fsel.request.budget import enough, predicted, shifts, view_shift
-from fsel.utils.files import atomic, read_table, write_table, write_text
+from fsel.evaluation.measuring import chance
+from fsel.experiments import scheme, specs
+from fsel.experiments.specs import Scenes, Values
+from fsel.request.budget import shifts, view_shift
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
-from fsel.workflow.resources import Size
+from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
 COUNTS = (4, 6, 8, 10, 13, 16, 20, 25, 30, 40, 50, 60)  # frames reconstructed from
 REPEATS = 3  # requests of each coverage
-THRESHOLDS = (0.005, 0.01, 0.02, 0.03, 0.05, 0.1)  # dB a frame, compared on training scenes
 SHIFTS = ["first", "second", "third"]
-CURVE = ["scene", "coverage", "repeat"]
-UNITS = {"coverage": "%", "psnr": "dB"} | dict.fromkeys(SHIFTS, "fields of view")
+REQUEST = ["coverage", "repeat"]
+CURVE = ["dataset", "scene", *REQUEST]
 
 
-def select_curves(
-    folder: str | Path,
-    weights: str | Path,
-    picks: str | Path,
-    *,
-    coverages: Sequence[int],
-    seed: int,
-    config: str,
-) -> None:
-    """Select by `fsel` for requests of several sizes on one scene.
+def trials(capture: Capture, *, coverages: Sequence[int], seed: int) -> Iterator[scheme.Trial]:
+    """Yield requests of several sizes on one scene, at every number of frames that it has.
 
     Args:
-        folder: a canonical capture with its descriptors.
-        weights: the scorer.
-        picks: receives coverage, repeat and the columns of `fsel.evaluation.measuring.select`,
-            of the largest number of frames in `COUNTS` that the scene has.
         coverages: per cent of the capture that requests are drawn from.
-        seed: of the scene.
-        config: digest of the parameters.
     """
-    capture = Capture.load(folder)
-    described = read_table(Path(folder) / "descriptors.parquet")
-    contenders = runs([], [weights])
-    tables = []
-    for coverage in coverages:
-        for repeat in range(REPEATS):
-            split = coverage_split(capture, coverage, seed + repeat)
-            problem = Problem.of(capture, split, described)
-            k = max(k for k in COUNTS if k <= len(problem.observed))
-            chosen = select(problem, contenders, [k], chance(seed))
-            tables.append(chosen.assign(coverage=coverage, repeat=repeat))
-    write_table(pd.concat(tables), picks, units=PICK_UNITS, config=config)
+    for coverage, repeat in product(coverages, range(REPEATS)):
+        split = coverage_split(capture, coverage, seed + repeat)
+        most = len(split.candidates) + len(split.proxies)
+        budgets = [k for k in COUNTS if k <= most]
+        key = {"coverage": coverage, "repeat": repeat}
+        yield scheme.Trial(key, capture, split, budgets, chance(seed))
 
 
-def evaluate_curves(
-    folder: str | Path,
-    picks: str | Path,
-    curves: str | Path,
-    *,
-    seed: int,
-    reconstruction: Mapping,
-    config: str,
-) -> None:
-    """Measure what those requests reach with ever more frames.
+def curves(capture: Capture, picks: pd.DataFrame, evaluation: pd.DataFrame) -> pd.DataFrame:
+    """PSNR of every request of a scene against the mean shifts of its first picks.
 
     Args:
-        folder: a canonical capture.
-        picks: what `select_curves` wrote.
-        curves: receives coverage, repeat, k, psnr (NaN where nothing was reconstructed) and the
-            mean shifts of `fsel.request.budget.shifts`.
-        seed: of the scene.
-        reconstruction: the config's section.
-        config: digest of the parameters.
+        capture: the scene's.
+        picks, evaluation: what the jobs of `TRIALS` wrote of it.
+
+    Returns:
+        coverage, repeat, k, psnr, and the mean shifts of `fsel.request.budget.shifts`.
     """
-    capture = Capture.load(folder)
-    reconstructor = reconstructor_of(capture, reconstruction)
     tables = []
-    for (coverage, repeat), part in read_table(picks).groupby(CURVE[1:], sort=False):
-        targets = coverage_split(capture, coverage, seed + repeat).targets
-        frames = part["frame"].to_numpy(np.int64)
-        evaluator = Evaluator.on_frames(reconstructor, targets)
-        psnr = measure(evaluator, _beginnings(frames), ["k"]).groupby("k")["psnr"].mean()
-        means = shifts(view_shift(capture, frames, capture.view(targets)))
-        table = pd.DataFrame(means, columns=SHIFTS)
-        table = table.assign(coverage=coverage, repeat=repeat, k=table.index)
-        tables.append(table.assign(psnr=table["k"].map(psnr)))
-        logger.info("%d %%, request %d: %s", coverage, repeat, psnr.to_dict())
-    write_table(pd.concat(tables), curves, units=UNITS, config=config)
-
-
-def _beginnings(frames: np.ndarray) -> pd.DataFrame:
-    """The first of some picks, for each of `COUNTS` that there are: k, frame."""
-    counts = [k for k in COUNTS if k <= len(frames)]
-    return pd.concat([pd.DataFrame({"k": k, "frame": frames[:k]}) for k in counts])
+    for request, part in evaluation.groupby(REQUEST, sort=False):
+        own = picks[(picks[REQUEST] == list(request)).all(axis=1)]
+        frames = own["frame"][own["k"] == own["k"].max()].to_numpy(np.int64)
+        psnr = part.groupby("k")["psnr"].mean()
+        means = shifts(view_shift(capture, frames, capture.view(part["target"].unique())))
+        table = pd.DataFrame(means, columns=SHIFTS).loc[psnr.index].assign(psnr=psnr)
+        tables.append(table.reset_index().assign(**dict(zip(REQUEST, request, strict=True))))
+    return pd.concat(tables)
 
 
 def fit_worth(curves: pd.DataFrame) -> np.ndarray:
@@ -116,103 +72,34 @@ def fit_worth(curves: pd.DataFrame) -> np.ndarray:
     datasets weigh the same.
 
     Args:
-        curves: dataset, scene, coverage, repeat, k, psnr and mean shifts.
+        curves: dataset, scene, and the columns of `curves`.
     """
     from scipy.optimize import nnls  # here: every job imports this module
 
-    known = curves[curves["psnr"].notna()]
     columns = [*SHIFTS, "psnr"]
-    offset = known.groupby(["dataset", *CURVE])[columns].transform("mean")
-    weight = np.sqrt(1 / known.groupby("dataset")["psnr"].transform("size").to_numpy())
-    centred = (known[columns] - offset).to_numpy() * weight[:, None]
+    offset = curves.groupby(CURVE)[columns].transform("mean")
+    weight = np.sqrt(1 / curves.groupby("dataset")["psnr"].transform("size").to_numpy())
+    centred = (curves[columns] - offset).to_numpy() * weight[:, None]
     return nnls(-centred[:, :-1], centred[:, -1])[0]
 
 
-def compare_thresholds(curves: pd.DataFrame, thresholds: Sequence[float]) -> pd.DataFrame:
-    """Budgets found under each threshold beside one number of frames for all requests.
-
-    A dataset's requests are served by what was fitted to the others, where there are others.
-
-    Args:
-        curves: as in `fit_worth`.
-        thresholds: dB a frame.
-
-    Returns:
-        threshold, frames (mean), deviation (of the frames), psnr, fixed (PSNR of that mean number
-        of frames for every request) and lead (psnr - fixed); PSNR between `COUNTS` is interpolated,
-        and all datasets weigh the same.
-    """
-    sizes = curves.groupby("dataset")["k"].size()
-    budgets, weight, levels = [], [], []
-    last = int(curves.loc[curves["psnr"].notna()].groupby(["dataset", *CURVE])["k"].max().min())
-    frames = np.arange(last + 1)
-    for (dataset, *_), curve in curves.groupby(["dataset", *CURVE]):
-        others = curves[curves["dataset"] != dataset]
-        worth = fit_worth(others if len(others) else curves)
-        curve = curve.sort_values("k").iloc[: last + 1]
-        known = curve[curve["psnr"].notna()]
-        quality = predicted(curve[SHIFTS].to_numpy(), worth)
-        budgets.append([enough(quality, threshold) for threshold in thresholds])
-        levels.append(np.interp(frames, known["k"], known["psnr"]))
-        weight.append(1 / sizes[dataset])
-    return _beside_fixed(np.array(budgets), np.array(levels), np.array(weight), thresholds)
-
-
-def _beside_fixed(
-    budgets: np.ndarray, levels: np.ndarray, weight: np.ndarray, thresholds: Sequence[float]
-) -> pd.DataFrame:
-    """The table of `compare_thresholds`.
-
-    Args:
-        budgets: (R, L) frames of each request under each threshold.
-        levels: (R, n) PSNR of each request after 0, 1, ... frames.
-        weight: (R,) of the requests.
-        thresholds: L of them.
-    """
-    weight = weight / weight.sum()
-    everywhere = weight @ levels
-    rows = []
-    for threshold, frames in zip(thresholds, budgets.T, strict=True):
-        mean = float(weight @ frames)
-        psnr = float(weight @ levels[np.arange(len(levels)), frames])
-        fixed = float(np.interp(mean, np.arange(len(everywhere)), everywhere))
-        rows.append(
-            {
-                "threshold": threshold,
-                "frames": mean,
-                "deviation": float(np.sqrt(weight @ (frames - mean) ** 2)),
-                "psnr": psnr,
-                "fixed": fixed,
-                "lead": psnr - fixed,
-            }
-        )
-    return pd.DataFrame(rows)
-
-
 def fit_budget(
-    curves: Sequence[str | Path],
-    record: str | Path,
-    comparison: str | Path,
-    *,
-    scenes: Sequence[tuple[str, str]],
-    config: str,
+    folders: Files, picks: Files, evaluations: Files, record: File, *, scenes: Scenes, config: str
 ) -> None:
-    """Fit the prediction to all training scenes, and compare thresholds.
+    """Fit the prediction to all training scenes.
 
     Args:
-        curves: what `evaluate_curves` wrote, one a scene.
+        picks, evaluations: what the jobs of `TRIALS` wrote, one a scene.
         record: receives `worth` and where it comes from, as JSON.
-        comparison: receives the columns of `compare_thresholds`.
-        scenes: dataset and scene of each.
-        config: digest of the parameters.
     """
-    table = pd.concat(
-        read_table(path).assign(dataset=dataset, scene=scene)
-        for (dataset, scene), path in zip(scenes, curves, strict=True)
-    )
-    worth = fit_worth(table)
-    count = len(table.drop_duplicates(["dataset", *CURVE]))
-    made = f"least squares on {count} curves of PSNR against K of {len(curves)} scenes"
+    tables = []
+    for (dataset, scene), folder, *paths in zip(scenes, folders, picks, evaluations, strict=True):
+        table = curves(Capture.load(folder), *map(read_table, paths))
+        tables.append(table.assign(dataset=dataset, scene=scene))
+    every = pd.concat(tables)
+    worth = fit_worth(every)
+    count = len(every.drop_duplicates(CURVE))
+    made = f"least squares on {count} curves of PSNR against K of {len(scenes)} scenes"
     content = {
         "worth": worth.round(4).tolist(),
         "unit": "dB a field of view, of the closest, second and third frame",
@@ -220,51 +107,41 @@ def fit_budget(
         "remade by": "make weights",
     }
     write_text(json.dumps(content, indent=2) + "\n", record)
-    compared = compare_thresholds(table, THRESHOLDS)
-    with atomic(comparison) as temporary:
-        compared.to_csv(temporary, index=False, float_format="%.4f")
-    logger.info("%s: %s\n%s", made, worth, compared.to_string())
+    logger.info("%s: %s", made, worth)
 
 
-RECORD = "<results>/selector/budget.json"
-
-PICKED = Job(
-    select_curves,
-    outputs={"picks": f"{inputs.SCENE}/curves_picks.parquet"},
-    message="Selecting ever more frames of {wildcards.dataset}/{wildcards.scene}",
-    inputs=lambda experiment: {
-        **inputs.capture(inputs.DESCRIBED),
-        "weights": experiment.fsel[0],
-    },
-    params=lambda experiment: {
+TRIALS = scheme.Trials(
+    f"{__name__}:TRIALS",
+    "curves",
+    trials,
+    settings=lambda experiment: {
         "coverages": experiment.config["coverages"],
         "seed": specs.scene_seed(experiment, "budget"),
     },
-    size=Size(2000, 10, "capture"),
+    methods=(),
+    weights=lambda experiment: experiment.fsel[:1],
+    metrics=lambda experiment: ("psnr",),
+    minutes=30,
 )
 
-EVALUATED = Job(
-    evaluate_curves,
-    outputs={"curves": f"{inputs.SCENE}/curves.parquet"},
-    message="Reconstructing {wildcards.dataset}/{wildcards.scene} from ever more frames",
-    inputs=lambda experiment: specs.picks_of("curves_picks.parquet"),
-    params=lambda experiment: {
-        "seed": specs.scene_seed(experiment, "budget"),
-        "reconstruction": experiment.reconstruction,
-    },
-    size=Size(4000, 30, "reconstruction"),
-)
+RECORD = "<results>/selector/budget.json"
+
+
+def _fitted(experiment: Experiment) -> Values:
+    names = experiment.practised or inputs.with_labels(experiment)
+    return {
+        **inputs.captures(names),
+        "picks": inputs.of_problems(names, "curves_picks.parquet"),
+        "evaluations": inputs.of_problems(names, "curves.parquet"),
+    }
+
 
 FITTED = Job(
     fit_budget,
-    outputs={"record": RECORD, "comparison": "<results>/selector/budget.csv"},
+    outputs={"record": RECORD},
     message="Fitting what further frames bring",
-    inputs=lambda experiment: {
-        "curves": inputs.of_problems(
-            experiment.practised or inputs.with_labels(experiment), "curves.parquet"
-        )
-    },
+    inputs=_fitted,
     params=lambda experiment: {"scenes": [name.split("/") for name in experiment.practised]},
 )
 
-JOBS = (PICKED, EVALUATED, FITTED)
+JOBS = (*TRIALS.jobs, FITTED)

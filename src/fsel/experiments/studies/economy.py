@@ -6,7 +6,6 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -20,13 +19,13 @@ from fsel.experiments.studies.bench import (
     measure_model,
     measure_splats,
 )
-from fsel.experiments.studies.selection_time import timed
+from fsel.experiments.studies.selection_time import descriptor_seconds, timed
 from fsel.features.appearance import descriptors
-from fsel.images.sharpness import sharpness
 from fsel.reconstruct.splats import SplatSettings
 from fsel.reconstruct.splats.culling import seen_by
 from fsel.report.latex import MISSING, plain_table
-from fsel.utils.files import atomic, write_text
+from fsel.report.numbers import write_csv
+from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table
@@ -44,10 +43,10 @@ COSTS = ("primitives", "bytes", "seconds", "psnr")
 
 
 def economy(
-    folders: Sequence[str | Path],
-    splits: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    folders: Files,
+    splits: Files,
+    table: File,
+    numbers: File,
     *,
     generated: Sequence[Mapping | None],
     k: int,
@@ -57,13 +56,10 @@ def economy(
     """Switch off each saving in turn.
 
     Args:
-        folders: canonical captures with their descriptors.
-        splits: split.parquet of a draw, one a capture.
         table, numbers: receive LaTeX, and saving and primitives, bytes, seconds and psnr with it
             (`with_*`) and without it (`without_*`), means over the problems.
         generated: see `bench.bench_of`.
         k: frames reconstructed from.
-        reconstruction, appearance: the config's sections.
     """
     rows = []
     for folder, split, made in zip(folders, splits, generated, strict=True):
@@ -73,8 +69,7 @@ def economy(
         rows.append(_of_descriptors(place.capture, appearance))
         logger.info("%s: %d savings", folder, len(SAVINGS))
     means = pd.DataFrame(rows).groupby("saving", sort=False).mean().reset_index()
-    with atomic(numbers) as temporary:
-        means.to_csv(temporary, index=False, float_format="%.6f")
+    write_csv(means, numbers)
     write_text(_table(means, k), table)
 
 
@@ -106,11 +101,10 @@ def first_view(place: Bench) -> Bench:
 def _of_descriptors(capture: Capture, appearance: Mapping) -> dict:
     """A method that reads sharpness alone does without the appearance of every frame."""
     images = np.asarray(capture.images)
-    sharp = timed(lambda: sharpness(images))
+    seconds = descriptor_seconds(images, appearance)
     described = descriptors(images, appearance["kind"], appearance["weights"])
-    seconds = timed(lambda: descriptors(images, appearance["kind"], appearance["weights"]))
-    few = {"bytes": 8 * len(images), "seconds": sharp}
-    both = {"bytes": few["bytes"] + described.nbytes, "seconds": sharp + seconds}
+    few = {"bytes": 8 * len(images), "seconds": seconds["sharpness"]}
+    both = {"bytes": few["bytes"] + described.nbytes, "seconds": sum(seconds.values())}
     return {"saving": "descriptors"} | {
         f"{side}_{name}": cost.get(name, np.nan)
         for side, cost in (("with", few), ("without", both))
@@ -152,7 +146,6 @@ def _table(means: pd.DataFrame, k: int) -> str:
 TABLE = Table(
     economy,
     outputs=inputs.table_files("economy"),
-    message="Switching off each saving in turn",
     inputs=specs.evaluated_problems,
     params=lambda experiment: {
         "generated": specs.generated(experiment),

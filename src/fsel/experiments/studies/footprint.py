@@ -21,9 +21,11 @@ import numpy as np
 
 from fsel.data.capture import Capture, Views
 from fsel.metrics import Metrics, score_views
+from fsel.utils.programs.outcome import MEMORY, Unfinished
 from fsel.reconstruct import Model, Reconstructor, needs_gpu, reconstructor_of
 from fsel.reconstruct.memory import Peak
 from fsel.utils.programs.outcome import Unfinished
+from fsel.utils.files import File
 
 REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles
@@ -31,7 +33,7 @@ STATUS = Path("/proc/self/status")
 
 
 def measure_alone(
-    folder: str | Path,
+    folder: File,
     frames: np.ndarray,
     targets: np.ndarray,
     reconstruction: Mapping,
@@ -43,9 +45,7 @@ def measure_alone(
     """One reconstruction in a fresh process, so that no other's memory counts.
 
     Args:
-        folder: a canonical capture.
         frames: (K,) to reconstruct from; targets: (T,) to render.
-        reconstruction: the config's section.
         repeats: fresh reconstructors, of whose seconds the median is taken.
         metrics: keys of `fsel.metrics.REGISTERED`.
         memory: bytes that it may take beyond what the process holds before it; None for no limit.
@@ -57,8 +57,7 @@ def measure_alone(
         seconds by the clock, and the GPU's memory. device: `cpu`, or the GPU's name.
 
     Raises:
-        Unfinished: when the reconstruction does not finish.
-        MemoryError: when the memory does not suffice.
+        Unfinished: when the reconstruction does not finish, or the memory does not suffice.
         RuntimeError: when the process fails otherwise; its last output is in the message.
     """
     request = {
@@ -75,8 +74,8 @@ def measure_alone(
     if done.returncode:
         words = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
         full = done.returncode == -signal.SIGKILL or "MemoryError" in words
-        kind = MemoryError if full else RuntimeError
-        raise kind(f"{folder}: {len(frames)} frames: {words}")
+        message = f"{folder}: {len(frames)} frames: {words}"
+        raise Unfinished(MEMORY, message, done.stderr) if full else RuntimeError(message)
     answer = json.loads(done.stdout)
     if "outcome" in answer:
         raise Unfinished(answer["outcome"], f"{folder}: {len(frames)} frames", answer["log"])

@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,17 +17,19 @@ from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import measured
 from fsel.experiments import specs
+from fsel.experiments.specs import Values
 from fsel.experiments.studies.hard_cases import CASES
 from fsel.experiments.studies.selection_time import timed
 from fsel.reconstruct import reconstructor_of
 from fsel.reconstruct.splats import Splats
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, plain_table, tex
+from fsel.report.numbers import write_csv
 from fsel.selector import plain
 from fsel.selector.greedy import Prepared, greedy
 from fsel.selector.policies import POLICIES
 from fsel.selector.scorer import Network, Scorer
-from fsel.utils.files import atomic, read_table, write_text
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -93,22 +94,32 @@ def agreement(picks: np.ndarray, reference: np.ndarray) -> float:
     return float(np.isin(picks, reference).mean())
 
 
-def compare_arithmetic(
-    problem: Problem, scorers: Mapping[str, Scorer], k: int, evaluator: Evaluator
+def compared(
+    picks: Mapping[str, np.ndarray],
+    seconds: Mapping[str, float],
+    evaluator: Evaluator,
+    **place: str,
 ) -> list[dict]:
-    """One row a policy and arithmetic: agreement, PSNR in dB and its change, seconds."""
+    """One row an arithmetic: agreement with float64, PSNR in dB and its change, seconds."""
+    reference, rows = picks["float64"], []
+    before = _psnr(evaluator, reference)
+    for name, frames in picks.items():
+        after = _psnr(evaluator, frames)
+        row = place | {"arithmetic": name, "agreement": agreement(frames, reference)}
+        rows.append(row | {"psnr": after, "psnr_change": after - before, "seconds": seconds[name]})
+    return rows
+
+
+def compare_arithmetic(
+    problem: Problem, scorers: Mapping[str, Scorer], k: int, evaluator: Evaluator, **place: str
+) -> list[dict]:
+    """The rows of `compared` for every policy."""
     rows = []
     for policy, scorer in scorers.items():
-        compared = selections(problem, policy, scorer, k)
-        reference, _ = compared["float64"]
-        before = _psnr(evaluator, reference)
-        for name, (picks, loop) in compared.items():
-            share = agreement(picks, reference)
-            after = _psnr(evaluator, picks)
-            row = {"method": policy, "arithmetic": name, "agreement": share}
-            rows.append(
-                row | {"psnr": after, "psnr_change": after - before, "seconds": timed(loop)}
-            )
+        tried = selections(problem, policy, scorer, k)
+        picks = {name: frames for name, (frames, _) in tried.items()}
+        seconds = {name: timed(loop) for name, (_, loop) in tried.items()}
+        rows += compared(picks, seconds, evaluator, **place, method=policy)
     return rows
 
 
@@ -123,13 +134,13 @@ def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
         if case.make is not None:
             problem = case.make()
             evaluator = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
-            compared = compare_arithmetic(problem, scorers, k, evaluator)
-            rows += [{"part": HARD, "name": case.name, **row} for row in compared]
+            place = {"part": HARD, "name": case.name}
+            rows += compare_arithmetic(problem, scorers, k, evaluator, **place)
     return rows
 
 
 def trainings(
-    scenes: Scenes, trajectories: str | Path, **settings
+    scenes: Scenes, trajectories: File, **settings
 ) -> tuple[dict[str, Network], list[dict], dict[str, float]]:
     """Train on the same labels in both precisions: networks, loss curves, seconds."""
     import torch  # here: every job imports this module
@@ -161,14 +172,14 @@ def trainings(
 
 
 def precision(
-    folders: Sequence[str | Path],
-    splits: Sequence[str | Path],
-    weights: Sequence[str | Path],
-    trajectories: str | Path,
-    trained_folders: Sequence[str | Path],
-    trained_splits: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    folders: Files,
+    splits: Files,
+    weights: Files,
+    trajectories: File,
+    trained_folders: Files,
+    trained_splits: Files,
+    table: File,
+    numbers: File,
     *,
     labels: Sequence[str],
     problems: Sequence[str],
@@ -181,10 +192,7 @@ def precision(
     """Compare arithmetics on every scene, on hard cases, and in training.
 
     Args:
-        folders: canonical captures with their descriptors.
-        splits: split.parquet of a draw, one a capture.
         weights: one scorer of each policy.
-        trajectories: what `fsel.stages.order` wrote.
         trained_folders, trained_splits: captures of the labelled scenes, and their splits.
         table, numbers: receive LaTeX, and part, name, method, arithmetic, agreement, psnr,
             psnr_change, seconds, loss.
@@ -192,9 +200,6 @@ def precision(
         problems: `dataset/scene/draw0` of each capture.
         scenes: names of the labelled scenes.
         training: seed, epochs, learning_rate.
-        k: frames to pick.
-        reconstruction: the config's section.
-        facts: see `captions.made_by`.
     """
     loaded = [Scorer.load(path) for path in weights]
     scorers = {scorer.provenance["policy"]: scorer for scorer in loaded}
@@ -205,42 +210,23 @@ def precision(
         problem, targets = Problem.load(folder, split), Split.load(split).targets
         reconstructor = reconstructor_of(problem.capture, reconstruction)
         evaluator = Evaluator.on_frames(reconstructor, targets)
-        place = {"part": label, "name": name}
-        rows += [place | row for row in compare_arithmetic(problem, scorers, k, evaluator)]
-        place = {"part": TRAINING, "name": name}
-        retrained += [place | row for row in _retrained(problem, trained, seconds, k, evaluator)]
+        rows += compare_arithmetic(problem, scorers, k, evaluator, part=label, name=name)
+        picks = retrained_picks(problem, trained, k)
+        place = {"part": TRAINING, "name": name, "method": TRAINED}
+        retrained += compared(picks, seconds, evaluator, **place)
         logger.info("%s: %s", name, rows[-1])
     rows += [*hard_cases(scorers, min(k, FEW)), *retrained, *curves]
     result = pd.DataFrame(rows)[[*COLUMNS, "seconds", "loss"]]
-    with atomic(numbers) as temporary:
-        result.to_csv(temporary, index=False, float_format="%.6g")
+    write_csv(result, numbers, form="%.6g")
     write_text(_table(result, k, facts), table)
 
 
-def _retrained(
-    problem: Problem,
-    trained: Mapping[str, Network],
-    seconds: Mapping[str, float],
-    k: int,
-    evaluator: Evaluator,
-) -> list[dict]:
-    """Compare the picks of scorers trained in both precisions, with the same loop."""
+def retrained_picks(
+    problem: Problem, trained: Mapping[str, Network], k: int
+) -> dict[str, np.ndarray]:
+    """Precision of the training -> frames that its scorer picks, all by the same loop."""
     prepared = POLICIES[TRAINED].prepare(problem)
-    picks = {
-        name: prepared.pool[greedy(prepared, network, k)[0]] for name, network in trained.items()
-    }
-    psnr = {name: _psnr(evaluator, frames) for name, frames in picks.items()}
-    return [
-        {
-            "method": TRAINED,
-            "arithmetic": name,
-            "agreement": agreement(picks[name], picks["float64"]),
-            "psnr": psnr[name],
-            "psnr_change": psnr[name] - psnr["float64"],
-            "seconds": seconds[name],
-        }
-        for name in PRECISIONS
-    ]
+    return {n: prepared.pool[greedy(prepared, own, k)[0]] for n, own in trained.items()}
 
 
 def loss_gap(result: pd.DataFrame) -> float:
@@ -281,7 +267,7 @@ def _cell(value: float, form: str) -> str:
     return MISSING if np.isnan(value) else form.format(value)
 
 
-def _files(experiment: Experiment) -> dict[str, Any]:
+def _files(experiment: Experiment) -> Values:
     kinds = ["frames", "descriptors"]
     return {
         **specs.evaluated_problems(experiment),
@@ -292,7 +278,7 @@ def _files(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
+def _settings(experiment: Experiment) -> Values:
     config, labels = experiment.config, experiment.labels()
     training = {key: config["training"][key] for key in ("epochs", "learning_rate")}
     return {
@@ -309,7 +295,6 @@ def _settings(experiment: Experiment) -> dict[str, Any]:
 TABLE = Table(
     precision,
     outputs=inputs.table_files("precision"),
-    message="Comparing precisions",
     inputs=_files,
     params=_settings,
     size=Size(4000, 30, "reconstruction"),

@@ -7,8 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -21,11 +20,13 @@ from fsel.data.points import grouped_rows
 from fsel.data.problem import Problem
 from fsel.data.split import evaluation_split
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
+from fsel.experiments.specs import Values
 from fsel.features.appearance import descriptors
 from fsel.images.sharpness import sharpness
 from fsel.report.latex import plain_table, tex
+from fsel.report.numbers import write_csv
 from fsel.report.sweep import BASELINES, LEARNED
-from fsel.utils.files import atomic, write_text
+from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -132,10 +133,10 @@ def timed(run: Callable[[], object], repeats: int = REPEATS) -> float:
 
 
 def selection_time(
-    folder: str | Path,
-    weights: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    folder: File,
+    weights: Files,
+    table: File,
+    numbers: File,
     *,
     pools: Sequence[int],
     k: int,
@@ -149,18 +150,13 @@ def selection_time(
         weights: scorers of the learned methods; the first of each is timed.
         table, numbers: receive LaTeX, and method, k, pool, descriptors, selection in seconds.
         pools: frames that a baseline may pick.
-        k: frames to pick.
         targets: of each problem.
-        appearance: the config's section.
     """
     capture = Capture.load(folder)
     images = np.asarray(capture.images)
     described = descriptors(images, appearance["kind"], appearance["weights"])
     sharp = sharpness(images)
-    a_frame = {
-        "appearance": timed(lambda: descriptors(images, appearance["kind"], appearance["weights"])),
-        "sharpness": timed(lambda: sharpness(images)),
-    }
+    a_frame = descriptor_seconds(images, appearance)
     problems = [problem_of_size(capture, described, sharp, pool, targets) for pool in sorted(pools)]
     rows = []
     for pool, problem in zip(sorted(pools), problems, strict=True):
@@ -172,9 +168,17 @@ def selection_time(
             rows.append((run.method.name, k, pool, before, seconds))
             logger.info("%s of %d: %.4f + %.4f s", run.method.name, pool, before, seconds)
     result = pd.DataFrame(rows, columns=["method", "k", "pool", "descriptors", "selection"])
-    with atomic(numbers) as temporary:
-        result.to_csv(temporary, index=False, float_format="%.6f")
+    write_csv(result, numbers)
     write_text(_time_table(result, targets, appearance["kind"]), table)
+
+
+def descriptor_seconds(images: np.ndarray, appearance: Mapping) -> dict[str, float]:
+    """Seconds that the descriptors of (N, h, w, 3) images take: `appearance` and `sharpness`."""
+    kind, weights = appearance["kind"], appearance["weights"]
+    return {
+        "appearance": timed(lambda: descriptors(images, kind, weights)),
+        "sharpness": timed(lambda: sharpness(images)),
+    }
 
 
 def select_once(problem: Problem, run: Run, k: int) -> np.ndarray:
@@ -183,7 +187,7 @@ def select_once(problem: Problem, run: Run, k: int) -> np.ndarray:
     return picks.frames
 
 
-def _runs(weights: Sequence[str | Path]) -> list[Run]:
+def _runs(weights: Files) -> list[Run]:
     """One run of each method that selects: not `all`."""
     learned = [run for run in learned_runs(weights) if run.seed == 0]
     return [*(Run(METHODS[name], 0) for name in BASELINES), *learned]
@@ -217,7 +221,7 @@ def _milliseconds(*seconds: float) -> str:
     return " + ".join(texts)
 
 
-def _files(experiment: Experiment) -> dict[str, Any]:
+def _files(experiment: Experiment) -> Values:
     scene = inputs.joined(experiment.evaluation_scenes)[0]
     return {**inputs.capture(folder=f"<results>/{scene}"), "weights": experiment.scorers}
 
@@ -225,7 +229,6 @@ def _files(experiment: Experiment) -> dict[str, Any]:
 TABLE = Table(
     selection_time,
     outputs=inputs.table_files("selection_time"),
-    message="Timing every method",
     inputs=_files,
     params=lambda experiment: {
         **{key: experiment.config["timing"][key] for key in ("pools", "k")},

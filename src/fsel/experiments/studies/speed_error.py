@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from fsel.experiments.specs import Values
 from fsel.experiments.studies import speed_settings
 from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
+from fsel.report.numbers import write_csv
 from fsel.report.sweep import BASELINES, LEARNED, named, sweep_cells
 from fsel.selector.policies import POLICIES
 from fsel.training.search import fittest_so_far
-from fsel.utils.files import atomic, read_table, write_text
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table
@@ -25,15 +25,15 @@ STEP = 10  # evaluations between points of a curve
 
 
 def speed_error(
-    times: str | Path,
-    settings: str | Path,
-    evaluations: Sequence[str | Path],
-    oracles: Sequence[str | Path],
-    subsets: Sequence[str | Path],
-    labels: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
-    figures: Sequence[str | Path],
+    times: File,
+    settings: File,
+    evaluations: Files,
+    oracles: Files,
+    subsets: Files,
+    labels: Files,
+    table: File,
+    numbers: File,
+    figures: Files,
     *,
     problems: Sequence[str],
     k: int,
@@ -46,9 +46,6 @@ def speed_error(
         evaluations, oracles: what `fsel.stages.evaluate` and `search_oracle` wrote, one a problem.
         subsets, labels: searched subsets, of those problems and of training scenes.
         table, numbers: receive LaTeX, and the numbers of every panel.
-        figures: paths; their endings choose the format.
-        problems: `dataset/scene/draw0` of each.
-        k: budget of the search.
     """
     timed = pd.read_csv(times)
     timed = timed[timed["pool"] == timed["pool"].min()].set_index("method")
@@ -71,12 +68,11 @@ def speed_error(
     )
     every = pd.concat([methods, swept, curves], keys=["methods", "settings", "search"])
     every = every.droplevel(1).rename_axis("panel").reset_index()
-    with atomic(numbers) as temporary:
-        every.to_csv(temporary, index=False, float_format="%.6f")
+    write_csv(every, numbers)
     write_text(_tables(methods, swept, curves, f"{timed_k} of {pool} frames", k), table)
 
 
-def progress(subsets: Sequence[str | Path], labels: Sequence[str | Path]) -> pd.DataFrame:
+def progress(subsets: Files, labels: Files) -> pd.DataFrame:
     """Measure what stopping a search early costs.
 
     Args:
@@ -169,7 +165,7 @@ def _at(gaps: pd.Series, count: int) -> str:
     return f"{gaps[count]:.2f}" if count in gaps.index else MISSING
 
 
-def _files(experiment: Experiment) -> dict[str, Any]:
+def _files(experiment: Experiment) -> Values:
     problems = inputs.held_out_problems(experiment)
     return {
         "times": "<tables>/selection_time.csv",
@@ -187,7 +183,6 @@ TABLE = Table(
         **inputs.table_files("speed_error"),
         "figures": inputs.figure_files("speed_error"),
     },
-    message="Drawing speed against error",
     inputs=_files,
     params=lambda experiment: {
         "problems": inputs.held_out_problems(experiment),

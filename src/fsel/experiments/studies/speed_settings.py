@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 
 import pandas as pd
 
@@ -18,7 +17,8 @@ from fsel.experiments.studies.bench import (
     measure_splats,
 )
 from fsel.reconstruct.splats import SplatSettings
-from fsel.utils.files import atomic
+from fsel.report.numbers import write_csv
+from fsel.utils.files import File, Files
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job
 
@@ -31,9 +31,9 @@ RESOLUTION = (0.5, 0.75, 1.0, 1.5, 2.0)  # of the configured longer side
 
 
 def speed_settings(
-    folders: Sequence[str | Path],
-    splits: Sequence[str | Path],
-    numbers: str | Path,
+    folders: Files,
+    splits: Files,
+    numbers: File,
     *,
     generated: Sequence[Mapping | None],
     k: int,
@@ -42,13 +42,10 @@ def speed_settings(
     """Measure the reconstructor with one setting changed at a time.
 
     Args:
-        folders: canonical captures with their descriptors.
-        splits: split.parquet of a draw, one a capture.
         numbers: receives setting, value, default, and means over the problems of what
             `bench.measure_cold` returns, `seconds` being fit and rendering together.
         generated: see `bench.bench_of`.
         k: frames reconstructed from.
-        reconstruction: the config's section.
     """
     rows = []
     for folder, split, made in zip(folders, splits, generated, strict=True):
@@ -64,8 +61,7 @@ def speed_settings(
     table = pd.DataFrame(rows)
     table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
     means = table.groupby(["setting", "value", "default"], sort=False).mean().reset_index()
-    with atomic(numbers) as temporary:
-        means.to_csv(temporary, index=False, float_format="%.6f")
+    write_csv(means, numbers)
 
 
 def settings_of(
@@ -74,7 +70,6 @@ def settings_of(
     """(setting, printed value, whether it is the default, changes).
 
     Args:
-        reconstruction: the config's section.
         size: (width, height) of the stored images, which no variant enlarges.
     """
     usual = asdict(SplatSettings(**reconstruction["settings"]))

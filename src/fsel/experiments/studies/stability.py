@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-from pathlib import Path
 
 import pandas as pd
 
 from fsel.experiments.studies.hard_cases import CASES, observe
 from fsel.report.latex import plain_table, tex
-from fsel.utils.files import atomic, write_text
+from fsel.report.numbers import write_csv
+from fsel.utils.files import File, write_text
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table
@@ -17,7 +17,7 @@ from fsel.workflow.tables import Table
 logger = logging.getLogger(__name__)
 
 
-def stability(table: str | Path, numbers: str | Path) -> None:
+def stability(table: File, numbers: File) -> None:
     """Run every hard case.
 
     Args:
@@ -38,8 +38,7 @@ def stability(table: str | Path, numbers: str | Path) -> None:
         logger.info("%s: %s, error %.2g", case.name, finding.observed, finding.error)
     names = ["case", "expected", "observed", "error", "allowed", "holds"]
     result = pd.DataFrame(rows, columns=names)
-    with atomic(numbers) as temporary:
-        result.to_csv(temporary, index=False, float_format="%.3g")
+    write_csv(result, numbers, form="%.3g")
     write_text(_table(result), table)
 
 
@@ -70,7 +69,6 @@ def _table(result: pd.DataFrame) -> str:
 TABLE = Table(
     stability,
     outputs=inputs.table_files("stability"),
-    message="Running the hard cases",
     size=Size(2000),
     category="Numerics",
     title="Hard cases",

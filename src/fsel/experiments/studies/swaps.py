@@ -5,8 +5,6 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,9 +19,8 @@ from fsel.report.captions import captures_of
 from fsel.report.numbers import write_csv
 from fsel.report.statistics import of_places
 from fsel.request.swaps import problem_swaps, scoring
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
 from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
 
@@ -36,10 +33,10 @@ UNITS = {"seconds": "s of processor time", "estimate": "dB", METRIC: "dB"}
 
 
 def evaluate_swaps(
-    folder: str | Path,
-    split: str | Path,
-    selections: str | Path,
-    evaluation: str | Path,
+    folder: File,
+    split: File,
+    selections: File,
+    evaluation: File,
     *,
     reconstruction: Mapping,
     k: int,
@@ -49,14 +46,11 @@ def evaluate_swaps(
     """Swaps of the picks of `fsel`, measured on the targets as they go.
 
     Args:
-        folder: a canonical capture.
         split, selections: split.parquet and what `select` wrote of one draw.
         evaluation: receives tried, seconds, estimate (of the gain, by the swaps), psnr (of the
             targets).
         reconstruction: the config's section, of the reconstructor that measures.
-        k: budget of the picks.
         seed: of the swaps.
-        config: digest of the parameters.
     """
     problem = Problem.load(folder, split)
     picked = read_table(selections)
@@ -80,22 +74,11 @@ def evaluate_swaps(
     write_table(table, evaluation, units=UNITS, config=config)
 
 
-def swaps(
-    evaluations: Sequence[str | Path],
-    figures: Sequence[str | Path],
-    numbers: str | Path,
-    *,
-    k: int,
-    facts: Mapping,
-) -> None:
+def swaps(evaluations: Files, figures: Files, numbers: File, *, k: int, facts: Mapping) -> None:
     """Gain in PSNR on the targets against seconds, over scenes.
 
     Args:
-        evaluations: what `evaluate_swaps` wrote, one a scene.
-        figures: receive the figure, in the format of each one's ending.
         numbers: receives `gains`.
-        k: budget of the picks.
-        facts: see `captions.captures_of`.
     """
     means = gains([read_table(path) for path in evaluations])
     write_csv(means, numbers)
@@ -128,28 +111,18 @@ def gains(scenes: Sequence[pd.DataFrame]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=columns)
 
 
-def _measured(experiment: Experiment) -> dict[str, Any]:
-    return {
-        **inputs.capture(inputs.DESCRIBED),
-        "split": f"{inputs.SCENE}/draw0/split.parquet",
-        "selections": f"{inputs.SCENE}/draw0/selections.parquet",
-    }
-
-
-def _settings(experiment: Experiment) -> dict[str, Any]:
-    return {
-        "reconstruction": experiment.reconstruction_of,
-        "k": experiment.config["search"]["k"],
-        "seed": specs.scene_seed(experiment, "swaps"),
-    }
-
-
 MEASURED = Job(
     evaluate_swaps,
     outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}swaps.parquet"},
     message="Swapping picks of {wildcards.dataset}/{wildcards.scene}",
-    inputs=_measured,
-    params=_settings,
+    inputs=lambda experiment: specs.of_draw(
+        "split", "selections", draw="draw0", kinds=inputs.DESCRIBED
+    ),
+    params=lambda experiment: {
+        "reconstruction": experiment.reconstruction_of,
+        "k": experiment.config["search"]["k"],
+        "seed": specs.scene_seed(experiment, "swaps"),
+    },
     size=Size(4000, 30, "reconstruction"),
 )
 
@@ -159,7 +132,6 @@ TABLE = Table(
         "figures": inputs.figure_files("{reconstructor}swaps"),
         "numbers": "<tables>/{reconstructor}swaps.csv",
     },
-    message="Drawing what swaps gain",
     inputs=lambda experiment: {
         "evaluations": inputs.of_scenes(
             experiment.evaluation_scenes, "{reconstructor}swaps.parquet"

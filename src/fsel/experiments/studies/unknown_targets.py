@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,10 @@ import pandas as pd
 from fsel.data.capture import Capture, Views
 from fsel.data.problem import Problem
 from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import SELECTION, draw_chance, measure, picks_at, runs
+from fsel.evaluation.measuring import SELECTION, Chance, draw_chance, measure, runs, select
 from fsel.evaluation.methods import METHODS
 from fsel.experiments import specs
+from fsel.experiments.specs import Scenes
 from fsel.experiments.studies.beside import views_beside
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.report.captions import made_by
@@ -26,9 +27,8 @@ from fsel.report.statistics import of_places
 from fsel.report.sweep import place_of
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
-from fsel.utils.files import read_table, write_table, write_text
+from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
 
@@ -44,14 +44,15 @@ LABELS = {**{name: METHODS[name].label for name in COMPARED}, KNOWN: "fsel, know
 HELD, OFF = "held_out", "off_path"
 TITLES = {HELD: "held-out frames", OFF: "views off the path"}
 UNITS = {"psnr": "dB"}
+COLUMNS = ["views", "method", "k", "n", "psnr", "gain", "ci_low", "ci_high", "least", "most"]
 SPREAD = 0.8  # frames between the lines of a figure, so that intervals stand side by side
 THIN: dict[str, Any] = {"linewidth": 0.8, "markersize": 2.5, "elinewidth": 0.8}
 BOLD: dict[str, Any] = {"linewidth": 2.0, "markersize": 4, "elinewidth": 1.6, "zorder": 3}
 
 
 def evaluate_unknown_targets(
-    folder: str | Path,
-    evaluation: str | Path,
+    folder: File,
+    evaluation: File,
     *,
     generated: Mapping | None,
     budgets: Sequence[int],
@@ -62,14 +63,10 @@ def evaluate_unknown_targets(
     """Measure every method's picks where nobody says what will be rendered.
 
     Args:
-        folder: a canonical capture with its descriptors.
         evaluation: receives views (`held_out`, `off_path`), start, method, seed, k, psnr, ssim.
         generated: family, seed and frames of an embedded capture, whose views off the path are
             cast; None for others.
         budgets: frames to pick; those that a capture has not enough frames for are left out.
-        seed: of the scene.
-        reconstruction: the config's section.
-        config: digest of the parameters.
     """
     capture = Capture.load(folder)
     described = read_table(Path(folder) / "descriptors.parquet")
@@ -81,9 +78,10 @@ def evaluate_unknown_targets(
     for start in STARTS:
         held = np.arange(start, len(capture), EVERY)
         evaluator = _evaluator(reconstructor, held, beside)
-        picks = list(_picks(capture, described, held, budgets, seed, start))
-        evaluator.measure_together([frames for *_, frames in picks])
-        table = measure(evaluator, pd.concat(_rows(*each) for each in picks))
+        picks = picks_of(capture, described, held, budgets, draw_chance(seed, start))
+        subsets = picks.groupby([*SELECTION])["frame"]
+        evaluator.measure_together([frames.to_numpy() for _, frames in subsets])
+        table = measure(evaluator, picks)
         table["views"] = np.where(table["target"] < len(held), HELD, OFF)
         means = table.groupby(["views", *SELECTION])[["psnr", "ssim"]].mean().reset_index()
         tables.append(means.assign(start=start))
@@ -101,33 +99,23 @@ def _evaluator(
     return Evaluator(reconstructor, np.arange(len(views)), views, truth)
 
 
-def _rows(method: str, seed: int, k: int, frames: np.ndarray) -> pd.DataFrame:
-    return pd.DataFrame({"method": method, "seed": seed, "k": k, "frame": frames})
-
-
-def _picks(
+def picks_of(
     capture: Capture,
     described: pd.DataFrame,
     held: np.ndarray,
     budgets: Sequence[int],
-    seed: int,
-    start: int,
-) -> Iterator[tuple[str, int, int, np.ndarray]]:
-    """Yield method, seed, k and frames of the capture.
+    chance: Chance,
+) -> pd.DataFrame:
+    """Picks of every method at every budget that there are frames for, as of `measuring.select`.
 
     What is held out is not in what is selected from, but for `known`.
     """
     seen = np.setdiff1d(np.arange(len(capture)), held)
-    left, known = capture.subset(seen), described.iloc[seen]
     sizes = [k for k in budgets if k < len(seen)]
-    problem = _problem(left, None, known)
-    for run in runs([METHODS[name] for name in COMPARED]):
-        for made in picks_at(problem, run, sizes, draw_chance(seed, start)):
-            yield run.method.name, run.seed, made.k, seen[made.frames]
-    known_targets = _problem(capture, held, described)
-    (run,) = runs([METHODS["fsel"]])
-    for made in picks_at(known_targets, run, sizes, draw_chance(seed, start)):
-        yield KNOWN, 0, made.k, made.frames
+    problem = _problem(capture.subset(seen), None, described.iloc[seen])
+    picks = select(problem, runs([METHODS[name] for name in COMPARED]), sizes, chance)
+    told = select(_problem(capture, held, described), runs([METHODS["fsel"]]), sizes, chance)
+    return pd.concat([picks.assign(frame=seen[picks["frame"]]), told.assign(method=KNOWN)])
 
 
 def _problem(capture: Capture, held: np.ndarray | None, described: pd.DataFrame) -> Problem:
@@ -137,28 +125,23 @@ def _problem(capture: Capture, held: np.ndarray | None, described: pd.DataFrame)
 
 
 def unknown_targets(
-    evaluations: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
-    figures: Sequence[str | Path],
+    evaluations: Files,
+    table: File,
+    numbers: File,
+    figures: Files,
     *,
-    scenes: Sequence[tuple[str, str]],
+    scenes: Scenes,
     facts: Mapping,
 ) -> None:
     """PSNR without a request, by method and budget, with the difference from every n-th frame.
 
     Args:
-        evaluations: what `evaluate_unknown_targets` wrote, one a scene.
         table, numbers: receive LaTeX, and the columns of `compared`.
         figures: receive the differences against K.
-        scenes: dataset and scene of each.
-        facts: see `captions.made_by`.
     """
-    names = [f"{dataset}/{scene}" for dataset, scene in scenes]
-    places = [place_of(name, facts) for name in names]
     rows = pd.concat(
-        read_table(path).assign(scene=name, place=place)
-        for name, place, path in zip(names, places, evaluations, strict=True)
+        read_table(path).assign(scene=name, place=place_of(name, facts))
+        for name, path in zip(map("/".join, scenes), evaluations, strict=True)
     )
     gains = compared(rows)
     write_csv(gains, numbers)
@@ -184,21 +167,10 @@ def compared(rows: pd.DataFrame) -> pd.DataFrame:
         for method in [name for name in LABELS if name in cells]:
             gain = (cells[method] - cells[REFERENCE]).to_numpy()
             interval = of_places(gain)
-            out.append(
-                {
-                    "views": views,
-                    "method": method,
-                    "k": k,
-                    "n": len(cells),
-                    "psnr": cells[method].mean(),
-                    "gain": interval.mean,
-                    "ci_low": interval.low,
-                    "ci_high": interval.high,
-                    "least": gain.min(),
-                    "most": gain.max(),
-                }
-            )
-    return pd.DataFrame(out)
+            mean, low, high, *_ = interval
+            ends = gain.min(), gain.max()
+            out.append((views, method, k, len(cells), cells[method].mean(), mean, low, high, *ends))
+    return pd.DataFrame(out, columns=COLUMNS)
 
 
 def _table(gains: pd.DataFrame, views: str, facts: Mapping) -> str:
@@ -226,7 +198,7 @@ def _table(gains: pd.DataFrame, views: str, facts: Mapping) -> str:
     return plain_table(head, cells, caption=caption, label=f"tab:unknown_targets_{views}")
 
 
-def _draw(gains: pd.DataFrame, figures: Sequence[str | Path]) -> None:
+def _draw(gains: pd.DataFrame, figures: Files) -> None:
     kinds = [views for views in TITLES if (gains["views"] == views).any()]
     figure = new_figure((TEXT, 2.8))
     for axis, views in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
@@ -247,21 +219,17 @@ def _draw(gains: pd.DataFrame, figures: Sequence[str | Path]) -> None:
     save(figure, figures)
 
 
-def _settings(experiment: Experiment) -> dict[str, Any]:
-    return {
-        "generated": lambda wildcards: experiment.generated(wildcards.dataset, wildcards.scene),
-        "budgets": experiment.config["budgets"],
-        "seed": specs.scene_seed(experiment, "untold"),  # its former name: the draws stay
-        "reconstruction": experiment.reconstruction_of,
-    }
-
-
 EVALUATED = Job(
     evaluate_unknown_targets,
     outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}unknown_targets.parquet"},
     message="Selecting from {wildcards.dataset}/{wildcards.scene} for views that nobody states",
     inputs=lambda experiment: inputs.capture(inputs.DESCRIBED),
-    params=_settings,
+    params=lambda experiment: {
+        "generated": lambda wildcards: experiment.generated(wildcards.dataset, wildcards.scene),
+        "budgets": experiment.config["budgets"],
+        "seed": specs.scene_seed(experiment, "untold"),  # its former name: the draws stay
+        "reconstruction": experiment.reconstruction_of,
+    },
     size=Size(4000, 30, "reconstruction"),
 )
 
@@ -271,7 +239,6 @@ TABLE = Table(
         **inputs.table_files("{reconstructor}unknown_targets"),
         "figures": inputs.figure_files("{reconstructor}unknown_targets"),
     },
-    message="Writing what selections for unknown targets are worth",
     inputs=lambda experiment: {
         "evaluations": inputs.of_scenes(
             experiment.evaluation_scenes, "{reconstructor}unknown_targets.parquet"

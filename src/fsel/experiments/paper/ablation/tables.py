@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 
 import pandas as pd
 
 from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation import trials as ablation
 from fsel.experiments.paper.ablation.extras import EXTRAS
+from fsel.experiments.specs import Scenes
 from fsel.features.columns import FEATURES
 from fsel.report.captions import made_by
 from fsel.report.latex import difference, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
 from fsel.report.sweep import of_scenes
-from fsel.utils.files import read_table, write_text
-from fsel.workflow import inputs
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow.tables import Table
 
 OURS = "less_is_more"  # the scorer that others are compared with
@@ -46,22 +45,20 @@ MARK = r"$\bullet$"
 
 
 def feature_sweep(
-    evaluations: Sequence[str | Path],
-    trials: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    trials: Files,
+    table: File,
+    numbers: File,
     *,
-    scenes: Sequence[tuple[str, str]],
+    scenes: Scenes,
     cases: Mapping[str, Mapping],
     facts: Mapping,
 ) -> None:
     """PSNR of every feature configuration minus that of the first (paper, "Tested features").
 
     Args:
-        evaluations: what `trials.evaluate_trials` wrote, one a validation scene.
         trials: what `trials.trial` wrote, one a case.
         table, numbers: receive LaTeX, and the columns of `compare_trials`.
-        scenes: dataset and scene of each evaluation.
         cases: name -> its `shown` and `added`, in the table's order.
         facts: see `captions.made_by`; and `epochs` of the training.
     """
@@ -93,12 +90,12 @@ def feature_sweep(
 
 
 def scorer_arch(
-    evaluations: Sequence[str | Path],
-    trials: Sequence[str | Path],
-    table: str | Path,
-    numbers: str | Path,
+    evaluations: Files,
+    trials: Files,
+    table: File,
+    numbers: File,
     *,
-    scenes: Sequence[tuple[str, str]],
+    scenes: Scenes,
     labels: Mapping[str, str],
     facts: Mapping,
 ) -> None:
@@ -124,9 +121,7 @@ def scorer_arch(
     write_text(plain_table(head, rows, caption=text, label="tab:scorer_arch"), table)
 
 
-def trial_cells(
-    evaluations: Sequence[str | Path], scenes: Sequence[tuple[str, str]]
-) -> pd.DataFrame:
+def trial_cells(evaluations: Files, scenes: Scenes) -> pd.DataFrame:
     """Table of dataset (one for all), scene, draw, method, k, psnr: means over seeds; and seeds."""
     tables, keys = [], ["method", "draw", "k"]
     for item in of_scenes(scenes, evaluations):
@@ -138,11 +133,7 @@ def trial_cells(
     return pd.concat(tables, ignore_index=True)
 
 
-def compare_trials(
-    cells: pd.DataFrame,
-    trials: Mapping[str, str | Path],
-    reference: str,
-) -> pd.DataFrame:
+def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: str) -> pd.DataFrame:
     """Every trial beside a reference.
 
     Args:
@@ -195,8 +186,6 @@ def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
 
 FEATURE_SWEEP = Table(
     feature_sweep,
-    outputs=inputs.table_files("{reconstructor}feature_sweep"),
-    message="Writing what other features are worth",
     inputs=lambda experiment: ablation.trial_inputs(experiment, cases.FEATURES),
     params=lambda experiment: {
         "cases": cases.feature_cases(experiment),
@@ -213,8 +202,6 @@ FEATURE_SWEEP = Table(
 
 SCORER_ARCH = Table(
     scorer_arch,
-    outputs=inputs.table_files("{reconstructor}scorer_arch"),
-    message="Writing what other scorers are worth",
     inputs=lambda experiment: ablation.trial_inputs(experiment, cases.SCORERS),
     params=lambda experiment: {
         "labels": cases.scorer_labels(experiment),

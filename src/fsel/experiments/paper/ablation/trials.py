@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,11 +18,12 @@ from fsel.experiments.draws import measure_draws
 from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
+from fsel.experiments.specs import Values
 from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared
 from fsel.selector.policies import POLICIES
 from fsel.selector.rollout import follow, pick
-from fsel.utils.files import read_table, write_table
+from fsel.utils.files import File, Files, read_table, write_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -63,12 +63,12 @@ class Case:
 
 
 def trial(
-    folders: Sequence[str | Path],
-    splits: Sequence[str | Path],
-    trajectories: str | Path,
-    validation_folders: Sequence[str | Path],
-    validation_splits: Sequence[str | Path],
-    picks: str | Path,
+    folders: Files,
+    splits: Files,
+    trajectories: File,
+    validation_folders: Files,
+    validation_splits: Files,
+    picks: File,
     *,
     case: Mapping,
     scenes: Sequence[str],
@@ -83,7 +83,6 @@ def trial(
 
     Args:
         folders, splits: canonical captures of the labelled scenes, and their splits.
-        trajectories: what `fsel.stages.order` wrote.
         validation_folders: canonical captures of the validation scenes.
         validation_splits: split.parquet of every draw of each of them.
         picks: receives seed, dataset, scene, draw, picks, and of the training: parameters, loss
@@ -91,9 +90,7 @@ def trial(
         case: what to train, see `Case`.
         scenes: names of the labelled scenes.
         problems: `dataset/scene/draw0` of each of `validation_splits`.
-        k: frames to pick.
         seeds, epochs, learning_rate: of the training.
-        config: digest of the parameters.
     """
     from fsel.training.imitation import mean_cost  # here and below: torch is slow to import
 
@@ -143,12 +140,7 @@ def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tupl
 
 
 def trained(
-    case: Case,
-    data: Sequence[tuple[Steps, float]],
-    *,
-    seed: int,
-    epochs: int,
-    learning_rate: float,
+    case: Case, data: Sequence[tuple[Steps, float]], *, seed: int, epochs: int, learning_rate: float
 ) -> torch.nn.Module:
     """The case's scorer, fitted as `fsel.training.imitation.train` does; all kinds by one loop."""
     import torch
@@ -196,10 +188,10 @@ def _cost(network: torch.nn.Module, steps: Steps) -> tuple[torch.Tensor, torch.T
 
 
 def evaluate_trials(
-    folder: str | Path,
-    splits: Sequence[str | Path],
-    trials: Sequence[str | Path],
-    evaluation: str | Path,
+    folder: File,
+    splits: Files,
+    trials: Files,
+    evaluation: File,
     *,
     names: Sequence[str],
     dataset: str,
@@ -211,14 +203,11 @@ def evaluate_trials(
 
     Args:
         folder: its canonical capture.
-        splits: split.parquet, one a draw.
         trials: what `trial` wrote.
         evaluation: receives draw, method (the name), seed, k and the columns of
             `fsel.evaluation.measuring.measure`.
         names: of the trials.
         dataset, scene: which picks are its own.
-        reconstruction: the config's section.
-        config: digest of the parameters.
     """
     every = zip(names, trials, strict=True)
     picks = pd.concat([read_table(path).assign(method=name) for name, path in every])
@@ -236,7 +225,7 @@ def trial_files(experiment: Experiment, table: str) -> list[str]:
     return [f"<results>/trials/{table}/{name}.parquet" for name in names]
 
 
-def trial_inputs(experiment: Experiment, table: str) -> dict[str, Any]:
+def trial_inputs(experiment: Experiment, table: str) -> Values:
     """Collect what the table's function reads."""
     scenes = cases.scenes(experiment, table)
     return {
@@ -255,7 +244,7 @@ def facts(experiment: Experiment, table: str) -> Callable[[Any], dict[str, Any]]
 def jobs(table: str) -> list[Job]:
     """The rules that train and try a table's cases, and measure what they pick."""
 
-    def read(experiment: Experiment) -> dict[str, Any]:
+    def read(experiment: Experiment) -> Values:
         scenes = cases.scenes(experiment, table)
         draws, kinds = range(experiment.config["draws"]), ["frames", "descriptors"]
         return {
@@ -266,7 +255,7 @@ def jobs(table: str) -> list[Job]:
             "validation_splits": inputs.of_scenes(scenes, "split.parquet", draws),
         }
 
-    def settings(experiment: Experiment) -> dict[str, Any]:
+    def settings(experiment: Experiment) -> Values:
         every, config = cases.cases(experiment, table), experiment.config
         scenes = inputs.joined(cases.scenes(experiment, table))
         return {
@@ -294,8 +283,7 @@ def jobs(table: str) -> list[Job]:
         outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}{table}.parquet"},
         message=f"Reconstructing {{wildcards.dataset}}/{{wildcards.scene}} from picks of {table}",
         inputs=lambda experiment: {
-            **inputs.capture(),
-            "splits": inputs.of_draws(experiment, "split.parquet"),
+            **specs.of_draws(experiment),
             "trials": trial_files(experiment, table),
         },
         params=lambda experiment: {

@@ -1,0 +1,82 @@
+"""Cells of a table of trials, and rows in which those are bold that lead every other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from fsel.experiments.specs import Scenes
+from fsel.metrics import Metrics
+from fsel.report.latex import number
+from fsel.report.summary import differences, draw_means, leaders, summarise
+from fsel.report.sweep import place_of
+from fsel.utils.files import Files, read_table
+
+KEYS = ["dataset", "method", "k", "metric"]
+
+
+def cells_of(
+    scenes: Scenes,
+    evaluations: Files,
+    metrics: Metrics,
+    facts: Mapping,
+    by: Sequence[str] = ("draw",),
+) -> pd.DataFrame:
+    """One row a trial, method and budget: means over targets, then over seeds.
+
+    Args:
+        metrics: columns to read.
+        facts: see `fsel.report.sweep.place_of`.
+        by: columns of the trials.
+
+    Returns:
+        method, k, the metrics, dataset, scene (`dataset/scene`), place and the columns of `by`.
+    """
+    tables = []
+    for (dataset, scene), path in zip(scenes, evaluations, strict=True):
+        name = f"{dataset}/{scene}"
+        where = {"dataset": dataset, "scene": name, "place": place_of(name, facts)}
+        for key, part in read_table(path).groupby(list(by)):
+            columns = where | dict(zip(by, key, strict=True))
+            tables.append(draw_means(part, metrics).assign(**columns))
+    return pd.concat(tables, ignore_index=True)
+
+
+def with_leads(cells: pd.DataFrame, methods: Sequence[str], metrics: Metrics) -> pd.DataFrame:
+    """Means as of `summarise`, and `leads`: one of some methods is ahead of every other.
+
+    It is ahead where each paired 95 % interval excludes zero.
+    """
+    means = summarise(cells, metrics)
+    gaps = differences(cells, methods, metrics)
+    ahead = {(name, *key) for name, part in gaps.groupby("dataset") for key in leaders(part)}
+    keys = zip(*(means[key] for key in KEYS), strict=True)
+    return means.assign(leads=[key in ahead for key in keys])
+
+
+def led_rows(
+    means: pd.DataFrame,
+    labels: Mapping[str, str],
+    columns: Sequence[tuple[str, int]],
+    metrics: Metrics,
+) -> list[list[str]]:
+    """A row a method: its label, and for each dataset and budget a cell a metric.
+
+    Args:
+        means: see `with_leads`.
+        labels: method -> label, in order.
+        columns: dataset and budget of each group of cells.
+        metrics: of a group.
+    """
+    values = means.set_index(KEYS)
+    cells = [(dataset, k, metric) for dataset, k in columns for metric in metrics]
+    return [
+        [label, *(_cell(values.loc[(dataset, name, k, m)], m) for dataset, k, m in cells)]
+        for name, label in labels.items()
+    ]
+
+
+def _cell(row: pd.Series, metric: str) -> str:
+    text = number(row["mean"], metric)
+    return rf"\textbf{{{text}}}" if row["leads"] else text
