@@ -44,8 +44,8 @@ def main() -> None:
         psnr = score_views(pictures.astype(np.float32) / 255, rendered, None, ("psnr",))[:, 0]
         print(
             f"{Path(file).name}: {model.primitives} Gaussians, {len(page) / 1e6:.1f} MB without "
-            f"photos, first picture after {seconds:.1f} s, PSNR {psnr.min():.1f} to {psnr.max():.1f} dB, "
-            f"mean {psnr.mean():.1f} dB at {len(frames)} cameras",
+            f"photos, first picture after {seconds:.1f} s, PSNR {psnr.min():.1f} to "
+            f"{psnr.max():.1f} dB, mean {psnr.mean():.1f} dB at {len(frames)} cameras",
             flush=True,
         )
 

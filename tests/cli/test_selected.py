@@ -9,7 +9,7 @@ from small_captures import write_ring
 from fsel.cli import main, posing
 from fsel.cli.selected import as_written, record_of
 from fsel.ingest.lazy import open_capture
-from fsel.viewer import bundle
+from fsel.pages.viewer import bundle
 
 
 @pytest.fixture

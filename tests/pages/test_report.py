@@ -17,7 +17,7 @@ from fsel.cli.again import AGAINST, LISTS, without
 from fsel.pages.over_time import speeds
 from fsel.pages.report import LARGE, SHOWN, SIDE, WORLD, picture_side, with_view
 from fsel.pages.scene import _extent
-from fsel.viewer import bundle
+from fsel.pages.viewer import bundle
 
 MEASURE = """(() => {
 const all = (query) => [...document.querySelectorAll(query)];

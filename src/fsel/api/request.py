@@ -10,7 +10,7 @@ import numpy as np
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Method
-from fsel.health import Health
+from fsel.ingest.health import Health
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.frames import Wish

@@ -11,7 +11,7 @@ import numpy as np
 
 from fsel.data.subsets import evenly
 from fsel.export.record import Outcome, covered, reason, trials
-from fsel.health.findings import ALONE
+from fsel.ingest.health.findings import ALONE
 from fsel.pages.drawings import Line, line_chart
 from fsel.pages.over_time import over_time
 from fsel.pages.scene import scene_data
@@ -126,7 +126,7 @@ def with_view(text: str, view: str) -> str:
 
     Args:
         text: of a page.
-        view: element that `fsel.viewer.component` makes, named `view`.
+        view: element that `fsel.pages.viewer.component` makes, named `view`.
 
     Raises:
         ValueError: for what is no report, or one that another version wrote.

@@ -15,12 +15,11 @@ from fsel.experiments.specs import Values
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.metrics import Metrics, headings, units
 from fsel.report.captions import captures_of, printed
-from fsel.utils.programs.outcome import FINISHED, Unfinished
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES
 from fsel.utils.files import File, Files, read_table, write_table, write_text
-from fsel.utils.programs.outcome import FINISHED, MEMORY, Unfinished
+from fsel.utils.programs.outcome import FINISHED, Unfinished
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size

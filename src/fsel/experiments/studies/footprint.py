@@ -21,11 +21,10 @@ import numpy as np
 
 from fsel.data.capture import Capture, Views
 from fsel.metrics import Metrics, score_views
-from fsel.utils.programs.outcome import MEMORY, Unfinished
 from fsel.reconstruct import Model, Reconstructor, needs_gpu, reconstructor_of
 from fsel.reconstruct.memory import Peak
-from fsel.utils.programs.outcome import Unfinished
 from fsel.utils.files import File
+from fsel.utils.programs.outcome import MEMORY, Unfinished
 
 REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles
