@@ -151,7 +151,7 @@ def test_a_reconstructor_in_a_worker_equals_it_in_this_process(name, settings):
     focal = made.camera.params[0]
     cameras = np.tile([focal, focal, 16.0, 12.0], (16, 1))
     capture = Capture(made.names, made.world_to_camera, cameras, made.images, made.sequences)
-    serve = [sys.executable, "{recipes}/registered.py", name]
+    serve = ["{python}", "{recipes}/registered.py", name]
     serve += [f"{key}={value}" for key, value in settings.items()]
     served = External(capture, serve=serve, timeout=120)
     own = RECONSTRUCTORS[name](capture, **settings)

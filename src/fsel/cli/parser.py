@@ -85,7 +85,7 @@ def _add_poses(commands) -> None:
         metavar="COMMAND",
         action="append",
         help="program that finds the poses in the place of COLMAP's own mapper, in one argument, "
-        "such as 'python {recipes}/glomap.py {folder}'; several are run one after the other",
+        "such as '{python} {recipes}/glomap.py {folder}'; several are run one after the other",
     )
     add_video(command)
     add_skipping(command)

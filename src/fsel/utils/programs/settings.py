@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,8 +15,8 @@ from typing import ClassVar
 from fsel.utils.programs import nvml
 from fsel.utils.programs.command import Spent, environment, run
 
-FOLDER, RECIPES, HERE = "{folder}", "{recipes}", "{here}"
-PLACES = (FOLDER, RECIPES, HERE)
+FOLDER, RECIPES, HERE, PYTHON = "{folder}", "{recipes}", "{here}", "{python}"
+PLACES = (FOLDER, RECIPES, HERE, PYTHON)
 MARK = re.compile(r"\{[a-z_]+\}")
 
 
@@ -26,7 +27,7 @@ class Program(ABC):
     The commands are run as they are, without a shell, with the rights of whoever runs the workflow:
     a configuration is trusted as a script is. In their words `{folder}` stands for the folder that
     they run in, `{recipes}` for the scripts that come with this library, `{here}` for this
-    process's folder.
+    process's folder, `{python}` for its interpreter.
 
     Attributes:
         venv: folder of a virtual environment whose programs come first; null for none.
@@ -115,7 +116,7 @@ class Program(ABC):
 
     def _filled(self, word: str, folder: Path) -> str:
         """A word with the places filled in."""
-        places = {FOLDER: folder, RECIPES: self.recipes, HERE: Path.cwd()}
+        places = {FOLDER: folder, RECIPES: self.recipes, HERE: Path.cwd(), PYTHON: sys.executable}
         return MARK.sub(lambda match: str(places[match[0]]), word)
 
 
