@@ -43,7 +43,7 @@ if "datasets" not in config:
 experiment = perceptual.settled(
     Experiment.load(config, Path(workflow.basedir)), ask=workflow.is_main_process
 )
-tables = Tables(TABLES, experiment)
+tables = Tables(TABLES, experiment, asks=workflow.is_main_process)
 config["captions"] = tables.captions()
 if workflow.is_main_process:
     answer(sys.argv[1:], experiment, config)

@@ -51,7 +51,7 @@ def test_the_paper_leaves_out_what_cannot_be_made():
 def test_budgets_without_picks_are_refused():
     made = experiment(transfer={"reconstructions": [FIRST], "budgets": [5], "inputs": [5, 6]})
     with pytest.raises(Refusal, match=r"transfer\.inputs has \[6\]"):
-        compared.check(compared.CHOICE)(made)
+        compared.budgets(made, "inputs")
 
 
 def test_cases_are_those_of_the_lists():

@@ -272,6 +272,9 @@ NERFSTUDIO_FILES = {
 import json
 from pathlib import Path
 from types import SimpleNamespace
+from nerfstudio.utils.writer import EVENT_WRITERS
+
+ended = []
 
 def cli(union, args):
     assert union == "union" and args[0] == "nerfacto" and "nerfstudio-data" in args
@@ -280,7 +283,13 @@ def cli(union, args):
     assert len(scene["frames"]) == 3 and options["--steps"] == "5"
     model = SimpleNamespace(device="cpu", get_outputs_for_camera=lambda camera: camera.seen)
     model.eval = lambda: model
-    trainer = SimpleNamespace(setup=int, train=int, pipeline=SimpleNamespace(model=model))
+    loading = SimpleNamespace(terminate=lambda: ended.append("loading"), join=int)
+    writing = SimpleNamespace(close=lambda: ended.append("writing"))
+    def train():
+        assert len(ended) % 2 == len(EVENT_WRITERS) == 0
+        EVENT_WRITERS.append(SimpleNamespace(tb_writer=writing))
+    pipeline = SimpleNamespace(model=model, datamanager=SimpleNamespace(data_procs=[loading]))
+    trainer = SimpleNamespace(setup=int, train=train, pipeline=pipeline)
     manager = SimpleNamespace(datamanager=SimpleNamespace(data=None))
     return SimpleNamespace(set_timestamp=int, data=options["--data"], pipeline=manager,
                            machine=SimpleNamespace(seed=42), setup=lambda **ranks: trainer)
@@ -299,6 +308,7 @@ class Cameras:
         return self
 """,
     "nerfstudio/configs/method_configs.py": "AnnotatedBaseConfigUnion = 'union'",
+    "nerfstudio/utils/writer.py": "EVENT_WRITERS = []",
     "nerfstudio/scripts/train.py": "def _set_random_seed(seed): assert seed == 42",
 }
 
@@ -308,7 +318,9 @@ def test_nerfstudio_in_a_worker_renders_from_the_normalised_world(capture, tmp_p
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     serve = [sys.executable, "-c", FOUND.format(here=str(tmp_path)), "{recipes}/nerfstudio.py"]
-    images = reconstruct(capture, serve=[*serve, "serve", "nerfacto", "--steps", "5"])
+    words = [*serve, "serve", "nerfacto", "--steps", "5"]
+    reconstruct(capture, serve=words)
+    images = reconstruct(capture, serve=words)  # nothing of the first is there
     centers = capture.centers[[0, 3, 5]]
     middle = centers.mean(axis=0)
     unit = np.linalg.norm(centers - middle, axis=1).max()

@@ -7,7 +7,7 @@ from dry_runs import experiment
 
 from fsel.experiments import TABLES
 from fsel.workflow import inputs
-from fsel.workflow.refusal import Refusal, refuse
+from fsel.workflow.refusal import MissingProgram, Refusal, refuse
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table, Tables, report_labels
 
@@ -153,3 +153,22 @@ def test_every_table_of_the_registry_says_what_it_is():
         home = table.function.__module__
         assert home == TABLES.homes[name].partition(":")[0]
         assert home.split(".")[2] in ("paper", "studies")
+
+
+def test_programs_that_a_table_names_are_asked_for_with_it(made):
+    lines = ["transfer, mine: no program 'mine'"]
+
+    def lacking(made):
+        raise MissingProgram(lines, "get it")
+
+    table = Table(
+        draw, outputs={"table": "<tables>/a.tex"}, message="", category="Paper", programs=lacking
+    )
+    tables = Tables({"a": table, "b": table}, made)
+    with pytest.raises(Refusal, match="no program 'mine'\nHint: get it"):
+        tables.rules()[0].inputs["lib"](WILDCARDS)
+    with pytest.raises(Refusal, match="what is not here:\ntransfer, mine: no program 'mine'\nHint"):
+        tables.of_the_paper()
+    in_a_job = Tables({"a": table}, made, asks=False)
+    assert in_a_job.rules()[0].inputs["lib"] == (__name__, None, ())
+    assert in_a_job.of_the_paper() == ["<tables>/a.tex"]

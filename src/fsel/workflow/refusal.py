@@ -20,16 +20,29 @@ class Refusal(SystemExit):
 
 
 class MissingProgram(Refusal):
-    """A configuration that could be served where a reconstructor's programs were."""
+    """A configuration that could be served where reconstructors' programs were.
+
+    Args:
+        lines: what is not here.
+        hint: what helps.
+    """
+
+    def __init__(self, lines: list[str], hint: str) -> None:
+        super().__init__(_said("\n".join(lines), hint))
+        self.lines = lines
 
 
-def refuse(message: str, hint: str, kind: type[Refusal] = Refusal) -> NoReturn:
+def refuse(message: str, hint: str) -> NoReturn:
     """End the run with what is wrong and what helps.
 
     Raises:
-        Refusal: always, of the given kind.
+        Refusal: always.
     """
-    raise kind(f"config: {message}\nHint: {hint}")
+    raise Refusal(_said(message, hint))
+
+
+def _said(message: str, hint: str) -> str:
+    return f"config: {message}\nHint: {hint}"
 
 
 def failures(logs: Iterable[str]) -> str:

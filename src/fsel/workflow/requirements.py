@@ -40,7 +40,10 @@ def check(experiment: Experiment, tables: Tables, configfiles: Sequence[str]) ->
     check_scorers(experiment)
     datasets = experiment.datasets
     needed = experiment.trained in datasets.missing or not datasets.entries
-    if datasets.missing and (needed or not experiment.config["allow_missing"]):
+    refused = datasets.missing and (needed or not experiment.config["allow_missing"])
+    if others or refused:
+        others += tables.missing_programs()
+    if refused:
         count = len(datasets.missing) + len(datasets.entries)
         lines = [f"  {reason}" for reason in datasets.missing.values()]
         if others:
@@ -64,9 +67,8 @@ def check(experiment: Experiment, tables: Tables, configfiles: Sequence[str]) ->
 
 def check_reconstructors(named: Mapping[str, Section], where: str) -> None:
     """Refuse reconstructors that cannot work here, before any job."""
-    for name, section in named.items():
-        if lines := _missing_of(where, name, section):
-            refuse("\n".join(lines), PAGE, MissingProgram)
+    if lines := [line for own in named.items() for line in _missing_of(where, *own)]:
+        raise MissingProgram(lines, PAGE)
 
 
 def check_poses(where: str, poses: str | Section) -> None:

@@ -8,16 +8,17 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
 from fsel.utils.registry import Registry
 from fsel.workflow.experiment import Experiment, gpus_of
 from fsel.workflow.inputs import table_files
-from fsel.workflow.refusal import MissingProgram, Refusal
+from fsel.workflow.refusal import MissingProgram, Refusal, refuse
 from fsel.workflow.resources import Size
+from fsel.workflow.settings import PAGE
 
 Values = Mapping[str, Any]
 """Name -> value, or a function of the wildcards that returns it."""
@@ -93,6 +94,8 @@ class Table(Job):
             tables have is declared once.
         needs: what is asked of the experiment besides inputs and params, when it is found out
             whether the table can be made; each may refuse it.
+        programs: refuses an experiment whose programs for the table are not here; it is asked
+            before any job where the table is asked for.
         targets: experiment -> the paths that stand for it in `paper`; its first output by default.
     """
 
@@ -101,6 +104,7 @@ class Table(Job):
     category: str = "Tables"
     jobs: Sequence[Job] = ()
     needs: Sequence[Callable[[Experiment], object]] = ()
+    programs: Callable[[Experiment], object] = nothing
     targets: Callable[[Experiment], list[str]] | None = None
 
     def __post_init__(self) -> None:
@@ -169,10 +173,12 @@ class Tables:
     Attributes:
         entries: name -> table, those of the paper.
         experiment: the run's.
+        asks: whether programs must be here; in the jobs of a run they were asked for.
     """
 
     entries: Mapping[str, Table]
     experiment: Experiment
+    asks: bool = True
 
     def rules(self) -> list[Rule]:
         """The rules of all tables; those that several share once.
@@ -211,8 +217,11 @@ class Tables:
         module = job.place.partition(":")[0]
         # the package lists all tables; one does without the others
         apart = self.entries.homes.values() if isinstance(self.entries, Registry) else ()
+        library = experiment.library(module, reconstruction, apart)
         shown = {}
         if isinstance(job, Table):
+            if self.asks and job.programs is not nothing:
+                library = _asking(partial(job.programs, experiment), library)
             names = [name for name in SHOWN if name in outputs]
             shown = {
                 n: {"category": job.category, "labels": report_labels(job.title, n)} for n in names
@@ -220,7 +229,7 @@ class Tables:
         return Rule(
             job.rule,
             job.message,
-            {**inputs, "lib": experiment.library(module, reconstruction, apart)},
+            {**inputs, "lib": library},
             outputs,
             {**params, "job": job.place},
             resources,
@@ -236,13 +245,30 @@ class Tables:
         return captions | {f"{name}_further": text for name, text in captions.items()}
 
     def of_the_paper(self) -> list[str]:
-        """Paths of the paper's tables that can be made here; what cannot, and why, is printed."""
+        """Paths of the paper's tables that can be made here; what cannot, and why, is printed.
+
+        Raises:
+            Refusal: for programs that tables name and that are not here.
+        """
+        if lines := self.missing_programs():
+            refuse("\n".join(["tables of the paper name what is not here:", *lines]), PAGE)
         made, said = self.possible()
         if said:
             count = sum(table.category == PAPER for table in self.entries.values())
             head = f"paper: of {count} tables and figures, these cannot be made or are of less:"
             print("\n".join([head, *said]), file=sys.stderr)
         return made
+
+    def missing_programs(self) -> list[str]:
+        """List what the reconstructors of the paper's tables need and is not here."""
+        lines: list[str] = []
+        for table in self.entries.values():
+            try:
+                if self.asks and table.category == PAPER:
+                    table.programs(self.experiment)
+            except MissingProgram as missing:
+                lines += missing.lines
+        return list(dict.fromkeys(lines))
 
     def possible(self) -> tuple[list[str], list[str]]:
         """Paths of the paper's tables that stand-ins can make here, and what cannot be made."""
@@ -254,13 +280,22 @@ class Tables:
                 continue
             try:
                 for need in (table.inputs, table.params, *table.needs):
-                    with suppress(MissingProgram):  # stand-ins are in its place
-                        need(self.experiment)
+                    need(self.experiment)
                 made += table.paths(self.experiment)
             except Refusal as refusal:
                 reason = str(refusal).removeprefix("config: ").splitlines()[0]
                 said.append(f"  not made: {name}: {reason}")
         return made, said
+
+
+def _asking(ask: Callable[[], object], files: Any) -> Callable[[Any], Any]:
+    """The input function of some files, or of what a function returns, that asks first."""
+
+    def asked(wildcards: Any) -> Any:
+        ask()
+        return files(wildcards) if callable(files) else files
+
+    return asked
 
 
 def _place(job: Job, outputs: Values) -> str:

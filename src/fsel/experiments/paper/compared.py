@@ -21,12 +21,13 @@ def named(experiment: Experiment, table: str) -> dict[str, Section]:
     return reconstructors.named(given, f"{table}.reconstructions")
 
 
-def check(table: str) -> Callable[[Experiment], None]:
-    """A function that refuses a table's that cannot work here, and budgets without picks."""
+def programs(table: str) -> Callable[[Experiment], None]:
+    """A function that refuses a table's that cannot work here."""
 
     def checked(experiment: Experiment) -> None:
-        check_reconstructors(named(experiment, table), f"{table}.reconstructions")
-        budgets(experiment, "budgets" if table == TRANSFER else "inputs")
+        own = experiment.reconstructors.values()  # asked for already
+        further = {name: part for name, part in named(experiment, table).items() if part not in own}
+        check_reconstructors(further, f"{table}.reconstructions")
 
     return checked
 

@@ -196,5 +196,6 @@ TABLE = Table(
     caption="Quality, processor seconds and peak memory of each reconstructor with selected frames "
     "and with all.",
     jobs=[EVALUATED],
-    needs=[compared.check(compared.CHOICE)],
+    needs=[lambda experiment: compared.budgets(experiment, "inputs")],
+    programs=compared.programs(compared.CHOICE),
 )

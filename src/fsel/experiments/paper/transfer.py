@@ -181,5 +181,5 @@ TABLE = Table(
     caption="The same picks under other reconstructors: PSNR, SSIM and the perceptual metric, and "
     "paired differences of ours and of fsel to every other selector.",
     jobs=[EVALUATED],
-    needs=[compared.check(compared.TRANSFER)],
+    programs=compared.programs(compared.TRANSFER),
 )

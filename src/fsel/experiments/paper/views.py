@@ -141,7 +141,7 @@ def _figure(
         size=pictures.SIZE,
         category="Paper",
         jobs=[*pictures.JOBS, *jobs],
-        needs=[pictures.check],
+        programs=pictures.check,
         **words,
     )
 

@@ -109,6 +109,17 @@ def fit(folder, options):
     subprocess.run(["ns-train", *arguments(folder, options)], check=True)
 
 
+def stop(trainer, writers):
+    """End what outlives a trainer: processes that load images, and writers of its events."""
+    for process in getattr(trainer.pipeline.datamanager, "data_procs", ()):
+        process.terminate()
+        process.join()
+    for writer in writers:
+        if hasattr(writer, "tb_writer"):
+            writer.tb_writer.close()
+    writers.clear()  # a list of Nerfstudio's; the next trainer would write to them too
+
+
 def serve_method(options):
     """Serve a method: train as `ns-train` does, and render by the model's own function."""
     del sys.path[0]  # this file has the package's name
@@ -119,6 +130,7 @@ def serve_method(options):
     from nerfstudio.cameras.cameras import Cameras, CameraType
     from nerfstudio.configs.method_configs import AnnotatedBaseConfigUnion
     from nerfstudio.scripts.train import _set_random_seed
+    from nerfstudio.utils.writer import EVENT_WRITERS
 
     def fitted(subset):
         folder = Path(subset.folder)
@@ -128,7 +140,10 @@ def serve_method(options):
         _set_random_seed(config.machine.seed)
         trainer = config.setup(local_rank=0, world_size=1)
         trainer.setup()
-        trainer.train()
+        try:
+            trainer.train()
+        finally:
+            stop(trainer, EVENT_WRITERS)
         given = json.loads((folder / "transforms.json").read_text())["frames"]
         return trainer.pipeline.model.eval(), normalisation(given)
 
