@@ -1,4 +1,4 @@
-"""Cost of a reconstructor: seconds to load, to fit a subset, and to render a view."""
+"""Cost of a reconstructor: seconds to load, to fit a subset and to render a view, and memory."""
 
 from __future__ import annotations
 
@@ -23,16 +23,20 @@ class Cost:
         load: the first fit beyond later ones: a program's start, weights, compilation.
         fit: of a subset.
         render: of a view.
+        peak_bytes: the most memory that a fit took, as its model states it.
+        device: of that memory.
     """
 
     load: float
     fit: float
     render: float
+    peak_bytes: int
+    device: str
 
     @property
     def section(self) -> dict[str, float]:
         """The key `cost` of a reconstructor in the configuration, to two digits."""
-        return {key: float(f"{value:.2g}") for key, value in vars(self).items()}
+        return {key: float(f"{getattr(self, key):.2g}") for key in ("load", "fit", "render")}
 
 
 def measured_cost(capture: Capture, reconstruction: Mapping[str, Any], k: int, views: int) -> Cost:
@@ -53,7 +57,7 @@ def measured_cost(capture: Capture, reconstruction: Mapping[str, Any], k: int, v
         raise ValueError(f"{len(capture)} frames; {k} and {views} views need {k + views + FITS}")
     reconstructor = reconstructor_of(capture, reconstruction)
     seen = reconstructor.capture.view(np.arange(views))
-    fits, renders = [], []
+    fits, renders, peaks = [], [], []
     for at in range(FITS + 1):
         started = time.perf_counter()
         model = reconstructor.fit(np.arange(views + at, views + at + k))
@@ -61,5 +65,6 @@ def measured_cost(capture: Capture, reconstruction: Mapping[str, Any], k: int, v
         model.render(seen)
         fits.append(fitted - started)
         renders.append((time.perf_counter() - fitted) / views)
-    fit = float(np.median(fits[1:]))
-    return Cost(max(fits[0] - fit, 0.0), fit, float(np.median(renders[1:])))
+        peaks.append(model.peak_bytes)
+    fit, render = float(np.median(fits[1:])), float(np.median(renders[1:]))
+    return Cost(max(fits[0] - fit, 0.0), fit, render, max(peaks), model.device)
