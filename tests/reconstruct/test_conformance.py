@@ -7,7 +7,7 @@ import sys
 import pytest
 from jsonschema import Draft202012Validator
 
-from fsel.cli import main
+from fsel.cli import main, worker
 from fsel.reconstruct.external.conformance import CHECKS, SCHEMA, Checks
 from fsel.reconstruct.external.settings import ExternalSettings
 from fsel.reconstruct.external.worker import Worker
@@ -143,13 +143,20 @@ def test_the_command_measures_costs(tmp_path, capsys):
     arguments = ["reconstruct", "--cost", "-k", "4", "--views", "2", "--json"]
     assert main([*arguments, "--", *program(fit="time.sleep(0.05)")]) == 0
     cost = json.loads(capsys.readouterr().out)["cost"]["external"]
-    assert list(cost) == ["load", "fit", "render"]
+    assert list(cost) == ["load", "fit", "render", "peak_bytes", "device"]
     assert 0.05 <= cost["fit"] < 1
     assert cost["load"] > 0.05  # an interpreter and NumPy
     recipe = tmp_path / "two.yaml"
     recipe.write_text("reconstruction: [{name: splats}, {name: splats, as: again, long_side: 32}]")
     assert main([*arguments, "--recipe", str(recipe)]) == 0
     assert list(json.loads(capsys.readouterr().out)["cost"]) == ["splats", "again"]
+
+
+def test_the_command_says_which_package_it_lacks(monkeypatch, capsys):
+    monkeypatch.setattr(worker, "find_spec", lambda package: None)
+    assert main(["reconstruct", "--check-worker", "--", "true"]) == 1
+    said = "fsel: --check-worker needs jsonschema. Hint: pip install 'fsel[workflow]'\n"
+    assert capsys.readouterr().err == said
 
 
 @pytest.mark.parametrize(

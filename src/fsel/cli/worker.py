@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,10 @@ def run(args: argparse.Namespace, console: Console) -> None:
         raise ValueError("--venv and --gpu go with a program; a recipe states its own")
     if args.check_worker and args.recipe:
         raise ValueError("--check-worker takes a program, not --recipe")
+    for option, package in (("check_worker", "jsonschema"), ("recipe", "yaml")):
+        if getattr(args, option) and find_spec(package) is None:
+            name = option.replace("_", "-")
+            raise ValueError(f"--{name} needs {package}. Hint: pip install 'fsel[workflow]'")
     if args.check_worker:
         _check(args, console)
     else:

@@ -26,7 +26,7 @@ PROTOCOL = 1
 HELPER = Path(__file__).parent / "helper"  # goes on the program's path
 LONGEST = 1 << 20  # bytes of an answer
 NAMED = 80  # letters of a program's command in messages
-GRACE = 5.0  # seconds to end by itself when its input ends
+GRACE = 15.0  # seconds to end by itself when its input ends: of torch on a busy machine
 NEEDS = ("points", "files", "capture")
 PIXELS = ("float32", "uint8")
 
