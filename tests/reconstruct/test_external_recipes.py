@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 import torch
 import yaml
+from plyfile import PlyData
 from scipy.spatial.transform import Rotation
-from selection_problems import around, numbered
+from selection_problems import around, numbered, pointed
 from small_captures import ring
 
 from fsel.data.geometry import invert_pose
@@ -313,19 +314,30 @@ class Cameras:
 }
 
 
-def test_nerfstudio_in_a_worker_renders_from_the_normalised_world(capture, tmp_path):
+def test_nerfstudio_in_a_worker_trains_and_renders_in_the_normalised_world(capture, tmp_path):
     for name, text in NERFSTUDIO_FILES.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     serve = [sys.executable, "-c", FOUND.format(here=str(tmp_path)), "{recipes}/nerfstudio.py"]
-    words = [*serve, "serve", "nerfacto", "--steps", "5"]
-    reconstruct(capture, serve=words)
-    images = reconstruct(capture, serve=words)  # nothing of the first is there
+    reconstructor = External(pointed(capture), serve=[*serve, "nerfacto", "--steps", "5"])
+    reconstructor.fit(FRAMES)
+    model = reconstructor.fit(FRAMES)  # nothing of the first is there
+    images = model.render(capture.view(TARGETS))
     centers = capture.centers[[0, 3, 5]]
     middle = centers.mean(axis=0)
     unit = np.linalg.norm(centers - middle, axis=1).max()
     wanted = np.clip((capture.centers[TARGETS] - middle) / unit / 4 + 0.5, 0, 1)
     np.testing.assert_allclose(images[:, 5, 5], wanted, atol=1e-6)
+    data = model.arrays.folder / "nerfstudio"
+    content = json.loads((data / "transforms.json").read_text())
+    placed = np.array([frame["transform_matrix"] for frame in content["frames"]])[:, :3, 3]
+    np.testing.assert_allclose(placed, (centers - middle) / unit, atol=1e-12)
+    assert content["test_filenames"] == [f"images/{row:06d}.png" for row in range(3)]
+    assert (data / content["test_filenames"][0]).is_file()
+    points = PlyData.read(data / content["ply_file_path"])["vertex"]
+    assert points["red"].dtype == np.uint8
+    found = np.stack([points[axis] for axis in "xyz"], axis=1) * unit + middle
+    np.testing.assert_allclose(found, pointed(capture).points.xyz[[0, 3]], atol=1e-5)
 
 
 @pytest.mark.skipif(
@@ -346,23 +358,6 @@ def test_nerfbaselines_trains_and_renders(capture):
     # the method wrote the camera into the first pixels
     np.testing.assert_allclose(images[:, 0, 0, 0] * 10 - 5, capture.centers[TARGETS, 1], atol=0.05)
     np.testing.assert_allclose(images[:, 0, 1, 0] * 100, capture.intrinsics[TARGETS, 0], atol=0.5)
-
-
-def test_the_scene_for_nerfstudio_is_normalised_by_the_selected_cameras(capture, tmp_path):
-    model = External(capture, render=["true"], workspace=str(tmp_path)).fit(FRAMES)
-    recipes = Path(sys.modules["fsel.reconstruct.external"].__file__).parent / "recipes"
-    (tmp_path / "ns-train").write_text("#!/bin/sh\nexit 0\n")
-    (tmp_path / "ns-train").chmod(0o755)
-    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
-    command = [sys.executable, str(recipes / "nerfstudio.py"), "fit", str(model.folder), "nerfacto"]
-    subprocess.run(command, check=True, env={**os.environ, "PATH": path})
-    data = model.folder / "nerfstudio" / "data"
-    content = json.loads((data / "transforms.json").read_text())
-    found = np.array([frame["transform_matrix"] for frame in content["frames"]])[:, :3, 3]
-    centers = capture.centers[[0, 3, 5]]
-    away = centers - centers.mean(axis=0)
-    np.testing.assert_allclose(found, away / np.linalg.norm(away, axis=1).max(), atol=1e-12)
-    assert content["test_filenames"] == [f"images/{row:06d}.png" for row in range(3)]
 
 
 @pytest.mark.skipif(
