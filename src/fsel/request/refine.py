@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from fsel.request.patience import Trial
+
 SETTINGS: dict[str, dict[str, Any]] = {
     "splats": {},
     "gaussians": {"steps": 150, "gaussians": 2000, "background": "mean"},
-    "radiance_field": {},
+    "radiance_field": {"sides": (24, 48), "steps": (80, 80), "rays": 512},
 }
-"""Reconstructors that may score swaps, and their settings at 64 pixels."""
+"""Reconstructors that may score swaps, and their settings at 64 pixels: a second a subset."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +28,17 @@ class Swapped:
         gain: mean PSNR of the targets over what the picks at the start give, dB; an estimate.
         tried: subsets reconstructed, the start included.
         reconstructor: by which the gain is scored.
+        fresh: where nobody says what will be rendered, what `splats` and `gaussians` say of the
+            swapped picks on frames that scored no swap; None before, or where no swap was better.
+        kept: whether that confirms them; else `picks` are those of the start again.
     """
 
     picks: np.ndarray
     gain: float
     tried: int
     reconstructor: str = "splats"
+    fresh: Trial | None = None
+    kept: bool = True
 
 
 @dataclass(frozen=True)
