@@ -121,19 +121,21 @@ def test_the_command_says_what_swaps_gained(ring, tmp_path, capsys):
     said = capsys.readouterr().out
     record = record_of(tmp_path / "out")
     assert record["refined"]["tried"] >= 1
-    assert record["refined"]["reconstructor"] == "splats"
+    assert record["refined"]["reconstructor"] == "gaussians"
     gain, tried = (record["refined"][what] for what in ("gain", "tried"))
-    assert f"{gain:+.2f} dB by splats in {tried} reconstructed" in said
+    assert f"{gain:+.2f} dB by gaussians in {tried} reconstructed" in said
     fresh = record["refined"]["fresh"]
     assert ("frames that scored no swap" in said) == (fresh is not None)
     assert record["refined"]["kept"] is not ("swapped back" in said)
 
 
 def test_swaps_are_scored_by_the_reconstructor_that_is_named(ring, tmp_path, capsys):
-    asked = ("-k", 4, "--refine", "0.1s", "--reconstructor", "gaussians", "-o", tmp_path / "out")
-    assert select(ring, *asked) == 0
-    assert "dB by gaussians in" in capsys.readouterr().out
-    assert record_of(tmp_path / "out")["refined"]["reconstructor"] == "gaussians"
+    asked = ("-k", 4, "--refine", "0.1s", "-o", tmp_path / "out", "--force")
+    assert select(ring, *asked, "--targets", "every:8") == 0
+    assert "dB by splats in" in capsys.readouterr().out
+    assert select(ring, *asked, "--reconstructor", "splats") == 0
+    assert "dB by splats in" in capsys.readouterr().out
+    assert record_of(tmp_path / "out")["refined"]["reconstructor"] == "splats"
     with pytest.raises(ValueError, match="refine is 'external'; allowed: splats, gaussians"):
         Refine(1.0, reconstructor="external")
     assert select(ring, "-k", 4, "--reconstructor", "splats", "-o", tmp_path / "no") == 1

@@ -50,17 +50,18 @@ class Refine:
         progress: is given the best so far and the seconds gone, after every subset; False ends
             the swaps.
         reconstructor: by which swaps are scored, a key of `SETTINGS`: picks that it prefers need
-            not be better for another.
+            not be better for another. None: `gaussians` where nobody says what will be rendered,
+            see docs/results/refine.md; else `splats`.
     """
 
     seconds: float
     progress: Callable[[Swapped, float], bool] = lambda best, gone: True
-    reconstructor: str = "splats"
+    reconstructor: str | None = None
 
     def __post_init__(self) -> None:
         if not self.seconds > 0:
             raise ValueError(f"refine is {self.seconds} s; allowed: more than 0")
-        if self.reconstructor not in SETTINGS:
+        if self.reconstructor is not None and self.reconstructor not in SETTINGS:
             raise ValueError(
                 f"the reconstructor of refine is {self.reconstructor!r}; allowed: "
                 f"{', '.join(SETTINGS)}"

@@ -117,7 +117,7 @@ def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> S
     if len(picks) < LEAST_PICKS:
         raise ValueError(f"refine: {counted(len(picks), 'pick')}; allowed: {LEAST_PICKS} or more")
     started = None
-    name = refine.reconstructor
+    name = refine.reconstructor or ("gaussians" if problem.whole else "splats")
     reconstructor = reconstructor_of(problem.capture, scoring(name))
     best = Swapped(picks, 0.0, 0, name)
     for best in problem_swaps(reconstructor, problem, picks, np.random.default_rng(seed)):
