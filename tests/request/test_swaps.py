@@ -41,7 +41,7 @@ def test_without_a_free_frame_the_start_is_kept():
 
 @pytest.fixture
 def ring(tmp_path):
-    write_ring(tmp_path / "ring", frames=20)
+    write_ring(tmp_path / "ring", frames=24)
     return tmp_path / "ring"
 
 
@@ -75,8 +75,38 @@ def test_the_time_of_swaps_runs_once_the_first_reconstruction_has_compiled(ring,
 
     monkeypatch.setattr(swapping, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
     monkeypatch.setattr(swapping, "problem_swaps", slowly)
-    problem = SimpleNamespace(capture=fsel.read_capture(ring, long_side=32))
+    problem = SimpleNamespace(capture=fsel.read_capture(ring, long_side=32), whole=False)
     assert swapping.refined(problem, np.arange(3), Refine(3.0), 0).tried == 1 + 4
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_swaps_that_fresh_frames_do_not_confirm_are_taken_back(ring, monkeypatch, better):
+    capture = fsel.read_capture(ring, long_side=32)
+    problem = SimpleNamespace(capture=capture, whole=True, observed=np.arange(24))
+    before, after = np.array([12, 0, 6]), np.array([12, 0, 7])
+    seeds = []
+
+    def small_fits(of, frames, selections):
+        assert of is capture
+        assert not np.isin(frames, before).any()
+        assert [own.tolist() for own in selections.values()] == [[0, 6, 12], [0, 7, 12]]
+
+        def score(picks, seed):
+            seeds.append(seed)
+            ahead = 7 in picks and (better or seed is None)  # else by `splats` alone
+            return np.tile([20.0 + ahead, 0.5], (len(frames), 1))
+
+        return score
+
+    monkeypatch.setattr(swapping, "small_fits", small_fits)
+    found = swapping.confirmed(problem, before, Swapped(after, 2.0, 9))
+    assert found.kept is better
+    assert found.picks.tolist() == (after if better else before).tolist()
+    assert found.fresh.gain == pytest.approx(1.0 if better else 0.5)
+    assert found.gain == 2.0
+    assert 0 not in seeds  # of the fits that scored the swaps
+    nothing = Swapped(before[::-1], 0.0, 9)
+    assert swapping.confirmed(problem, before, nothing) is nothing
 
 
 def test_no_time_and_too_few_picks_are_refused(ring):
@@ -91,16 +121,21 @@ def test_the_command_says_what_swaps_gained(ring, tmp_path, capsys):
     said = capsys.readouterr().out
     record = record_of(tmp_path / "out")
     assert record["refined"]["tried"] >= 1
-    assert record["refined"]["reconstructor"] == "splats"
+    assert record["refined"]["reconstructor"] == "gaussians"
     gain, tried = (record["refined"][what] for what in ("gain", "tried"))
-    assert f"{gain:+.2f} dB by splats in {tried} reconstructed" in said
+    assert f"{gain:+.2f} dB by gaussians in {tried} reconstructed" in said
+    fresh = record["refined"]["fresh"]
+    assert ("frames that scored no swap" in said) == (fresh is not None)
+    assert record["refined"]["kept"] is not ("swapped back" in said)
 
 
 def test_swaps_are_scored_by_the_reconstructor_that_is_named(ring, tmp_path, capsys):
-    asked = ("-k", 4, "--refine", "0.1s", "--reconstructor", "gaussians", "-o", tmp_path / "out")
-    assert select(ring, *asked) == 0
-    assert "dB by gaussians in" in capsys.readouterr().out
-    assert record_of(tmp_path / "out")["refined"]["reconstructor"] == "gaussians"
+    asked = ("-k", 4, "--refine", "0.1s", "-o", tmp_path / "out", "--force")
+    assert select(ring, *asked, "--targets", "every:8") == 0
+    assert "dB by splats in" in capsys.readouterr().out
+    assert select(ring, *asked, "--reconstructor", "splats") == 0
+    assert "dB by splats in" in capsys.readouterr().out
+    assert record_of(tmp_path / "out")["refined"]["reconstructor"] == "splats"
     with pytest.raises(ValueError, match="refine is 'external'; allowed: splats, gaussians"):
         Refine(1.0, reconstructor="external")
     assert select(ring, "-k", 4, "--reconstructor", "splats", "-o", tmp_path / "no") == 1

@@ -54,8 +54,9 @@ class Selection:
         budget: how k was found, where it was to be found.
         tried: what was tried on the capture's own frames, where nothing but k was stated.
         cover: how often the picks see the sparse points, where a cover was stated.
-        swapped: what swaps changed and gained, where swaps were wanted. Then fewer picks are no
-            longer the selection at a smaller budget, and a frame that was swapped in has no score.
+        swapped: what swaps changed and gained, and whether they were kept, where swaps were wanted.
+            Then fewer picks are no longer the selection at a smaller budget, and a frame that was
+            swapped in has no score.
         held_out: (F,) int64 frames that are targets, and were never to be selected.
     """
 
@@ -131,8 +132,8 @@ def select(
         k_center: whether `fsel` shall leave no frame farther from its picks than three times what
             the best cover by k frames reaches, see `fsel.request.cover`. It goes with k alone.
         refine: seconds in which swaps are tried that real reconstructions of the capture score, see
-            `fsel.request.swaps`; the more, the better the picks. Or `fsel.Refine`, to watch or end
-            them.
+            `fsel.request.swaps`; without targets they are kept where frames that scored none of
+            them confirm it. Or `fsel.Refine`, to watch or end them.
         sharpness: (N,) of every frame, where it is known already, or what measures it of some;
             else it is measured of the capture's images; for methods that read it.
         descriptors: (N, D) of every frame, where they are known already, or what measures them of

@@ -106,11 +106,7 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
     if outcome.selection.cover is not None:
         console.say("cover", record.covered(outcome.selection.cover))
     if swapped is not None:
-        console.say(
-            "refined",
-            f"{swapped.gain:+.2f} dB by {swapped.reconstructor} in "
-            f"{counted(swapped.tried, 'reconstructed subset')}",
-        )
+        console.say("refined", record.swapped(swapped))
     picked = len(outcome.selection.names)
     name = method.name if tried is None else tried.kept
     console.say("picked", f"{counted(picked, 'frame')} by {name}, service {reached:.1%}")

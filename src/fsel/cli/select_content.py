@@ -12,7 +12,8 @@ from fsel.cli.options import OPENING
 from fsel.data.problem import Method
 from fsel.export import record
 from fsel.ingest.lazy import LazyCapture
-from fsel.request.patience import Tried
+from fsel.request.patience import Trial, Tried
+from fsel.request.refine import Swapped
 from fsel.selector.policies import Learned
 from fsel.selector.scorer import Linear
 
@@ -34,7 +35,6 @@ def selection_content(
         seconds: of each step.
     """
     targets, budget = outcome.targets, outcome.selection.budget
-    swapped = outcome.selection.swapped
     return {
         "capture": {
             "folder": str(Path(args.capture).resolve()),
@@ -54,13 +54,7 @@ def selection_content(
         "settings": _settings(args, method),
         "tried": _tried(outcome.selection.tried),
         "cover": None if outcome.selection.cover is None else asdict(outcome.selection.cover),
-        "refined": None
-        if swapped is None
-        else {
-            "gain": round(swapped.gain, 4),
-            "tried": swapped.tried,
-            "reconstructor": swapped.reconstructor,
-        },
+        "refined": _refined(outcome.selection.swapped),
         "budget": None if budget is None else asdict(budget) | {"reason": record.reason(budget)},
         "scorer": _scorer(method),
         "versions": record.versions(),
@@ -80,19 +74,27 @@ def _tried(tried: Tried | None) -> dict | None:
     """Describe what was tried on the capture's own frames, over every n-th frame."""
     if tried is None:
         return None
-    selections = [
-        {
-            "name": trial.name,
-            "gain": _finite(trial.gain),
-            "least": _finite(trial.least),
-            "error": _finite(trial.error),
-            "ssim": _finite(trial.ssim),
-            "validation": trial.validation,
-            "fits": trial.fits,
-        }
-        for trial in tried.trials
-    ]
+    selections = [_trial(trial) for trial in tried.trials]
     return {"kept": tried.kept, "fits": tried.fits, "cut": tried.cut, "selections": selections}
+
+
+def _refined(swapped: Swapped | None) -> dict | None:
+    """Describe what swaps gained, and what frames that scored none of them say."""
+    if swapped is None:
+        return None
+    return {
+        "gain": round(swapped.gain, 4),
+        "tried": swapped.tried,
+        "reconstructor": swapped.reconstructor,
+        "kept": swapped.kept,
+        "fresh": None if swapped.fresh is None else _trial(swapped.fresh),
+    }
+
+
+def _trial(trial: Trial) -> dict:
+    """Describe a selection that was compared with another."""
+    scores = {name: _finite(getattr(trial, name)) for name in ("gain", "least", "error", "ssim")}
+    return {"name": trial.name, **scores, "validation": trial.validation, "fits": trial.fits}
 
 
 def _finite(value: float) -> float | None:

@@ -74,7 +74,7 @@ def refine_of(args: argparse.Namespace) -> Refine | None:
         return None
     if args.geometry_only:
         raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
-    return Refine(args.refine, reconstructor=args.reconstructor or Refine.reconstructor)
+    return Refine(args.refine, reconstructor=args.reconstructor)
 
 
 def patience_of(

@@ -62,7 +62,7 @@ def add_select(commands) -> None:
     command.add_argument(
         "--reconstructor",
         choices=tuple(SETTINGS),
-        help="what scores the swaps of --refine: splats (by default), or what the picks are for",
+        help="what scores the swaps of --refine: splats by default, gaussians without --targets",
     )
     _add_budget(command)
     add_request(command)

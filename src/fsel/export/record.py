@@ -23,6 +23,7 @@ from fsel.request.cover import Cover
 from fsel.request.focus import Focus
 from fsel.request.patience import Tried
 from fsel.request.problem import request_problem
+from fsel.request.refine import Swapped
 from fsel.request.targets import ALL, MOST_VIEWS, Targets
 from fsel.selector.standing import Standing, standing
 from fsel.utils.wording import counted
@@ -262,6 +263,20 @@ def trials(tried: Tried) -> str:
         f"frames, {counted(tried.fits, 'fit')}{cut}; kept: {tried.kept}. dB over every n-th frame "
         f"({tried.trials[0].name}): {scores}"
     )
+
+
+def swapped(swapped: Swapped) -> str:
+    """Describe what swaps gained, in words."""
+    gained = (
+        f"{swapped.gain:+.2f} dB by {swapped.reconstructor} in "
+        f"{counted(swapped.tried, 'reconstructed subset')}"
+    )
+    fresh = swapped.fresh
+    if fresh is None:
+        return gained
+    verdict = "kept" if swapped.kept else "not sure enough: swapped back"
+    others = f"{fresh.validation} frames that scored no swap"
+    return f"{gained}; {fresh.gain:+.2f} dB by splats and gaussians on {others}: {verdict}"
 
 
 def _part(share: float) -> str:

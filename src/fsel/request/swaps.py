@@ -2,7 +2,9 @@
 
 Not in the paper. Its search (section 3.4) scores subsets on frames that no subset may hold, before
 any capture is met. Here the capture is at hand, and every observed frame may be picked, see
-`fsel.request.estimated_gain`.
+`fsel.request.estimated_gain`. Where nobody says what will be rendered, swaps are kept only where
+frames that scored none of them confirm it by two reconstructors, as in `fsel.request.trials`. What
+this gains is in docs/results/refine.md.
 """
 
 from __future__ import annotations
@@ -18,8 +20,10 @@ from fsel.data.problem import Problem
 from fsel.data.subsets import subset_key
 from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.request.estimated_gain import EstimatedGain
+from fsel.request.patience import Patience
 from fsel.request.refine import SETTINGS, Refine, Swapped
-from fsel.request.unpicked_gain import UnpickedGain
+from fsel.request.trials import Race, small_fits
+from fsel.request.unpicked_gain import UnpickedGain, halves
 from fsel.utils.wording import counted
 
 SHARE = 0.5  # of the swaps that bring a neighbour in capture order of the frame that leaves
@@ -28,6 +32,7 @@ REGION = 8  # frames nearest to each target, which the other swaps bring
 LEAST_PICKS = 3  # without a validation frame that is picked, two are left to reconstruct from
 SIDE = 64  # pixels
 TRIES = 20  # proposals for each pick, in a row, that were met before: then the search ends
+BEGAN, AFTER = "began with", "swapped"
 
 
 def swaps(
@@ -75,7 +80,8 @@ def problem_swaps(
 ) -> Iterator[Swapped]:
     """Swap a problem's picks among its observed frames, scored on those near its targets.
 
-    Where nobody said what will be rendered, they are scored on all frames that are not picked.
+    Where nobody said what will be rendered, they are scored on half of the frames that are not
+    picked.
 
     Args:
         reconstructor: bound to the problem's capture, at the reconstruction size.
@@ -84,7 +90,7 @@ def problem_swaps(
         rng: the only source of chance.
     """
     if problem.whole:
-        unpicked = UnpickedGain(reconstructor, problem, picks)
+        unpicked = UnpickedGain(reconstructor, halves(problem.observed, picks), picks)
         return swaps(unpicked, picks, problem.observed, problem.observed, rng)
     gain = EstimatedGain(reconstructor, problem, picks)
     region = np.unique(gain.nearest[:, :REGION])
@@ -111,7 +117,7 @@ def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> S
     if len(picks) < LEAST_PICKS:
         raise ValueError(f"refine: {counted(len(picks), 'pick')}; allowed: {LEAST_PICKS} or more")
     started = None
-    name = refine.reconstructor
+    name = refine.reconstructor or ("gaussians" if problem.whole else "splats")
     reconstructor = reconstructor_of(problem.capture, scoring(name))
     best = Swapped(picks, 0.0, 0, name)
     for best in problem_swaps(reconstructor, problem, picks, np.random.default_rng(seed)):
@@ -120,7 +126,34 @@ def refined(problem: Problem, picks: np.ndarray, refine: Refine, seed: int) -> S
         gone = time.perf_counter() - started
         if not refine.progress(best, gone) or gone > refine.seconds:
             break
-    return best
+    return confirmed(problem, picks, best) if problem.whole else best
+
+
+def confirmed(problem: Problem, picks: np.ndarray, swapped: Swapped) -> Swapped:
+    """Take swaps back, unless frames that scored none of them confirm them.
+
+    The picks before and after are reconstructed with new seeds and compared as selections that are
+    tried, see `fsel.request.trials`.
+
+    Args:
+        problem: of a whole capture.
+        picks: (K,) before any swap.
+        swapped: what swaps made of them.
+    """
+    if subset_key(swapped.picks) == subset_key(picks):
+        return swapped
+    fresh = halves(problem.observed, picks)[1]
+    selections = {BEGAN: np.sort(picks), AFTER: np.sort(swapped.picks)}
+    score = small_fits(problem.capture, fresh, selections)
+
+    def anew(frames: np.ndarray, seed: int | None) -> np.ndarray:
+        return score(frames, None if seed is None else seed + 1)  # swaps are scored with seed 0
+
+    outcome = Race(anew, selections, fresh).run(1, Patience(float("inf")))
+    kept = outcome.kept == AFTER
+    return replace(
+        swapped, picks=swapped.picks if kept else picks, fresh=outcome.trials[1], kept=kept
+    )
 
 
 def _swapped(

@@ -1,48 +1,77 @@
-"""Gain of picks on the frames that are not picked, where the whole capture is to be rendered."""
+"""Gain of picks on frames that are not picked, where the whole capture is to be rendered.
+
+Every second of them scores swaps; the others say afterwards whether the swaps were worth it. Eight
+of each are never picked.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fsel.data.problem import Problem
 from fsel.data.subsets import evenly
 from fsel.metrics import score_views
 from fsel.reconstruct import Reconstructor
+from fsel.request.trials import LEAST_VALIDATION
 
-VALIDATION = 96  # frames at most, on which picks are scored
+VALIDATION = 96  # frames at most of each half
+LEAST = 2 * LEAST_VALIDATION + 2  # frames that are not picked, so that one of each half may be
 METRIC = ("psnr",)
 
 
-class UnpickedGain:
-    """Mean gain in PSNR over some first picks, on observed frames that neither holds.
+def halves(observed: np.ndarray, picks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Frames that are not picked, every second one: those that score swaps, and the others.
 
     Args:
-        reconstructor: bound to the problem's capture, at the reconstruction size.
-        problem: whose observed frames are the validation frames.
+        observed: (P,) all frames, ascending.
+        picks: (K,) the first picks.
+
+    Returns:
+        (J,) and (J',) frames, ascending, 96 at most.
+
+    Raises:
+        ValueError: for fewer than 18 frames that are not picked.
+    """
+    free = np.setdiff1d(observed, picks)
+    if len(free) < LEAST:
+        raise ValueError(
+            f"{len(free)} of {len(observed)} frames are not picked, on which swaps are scored and "
+            f"confirmed; allowed: {LEAST} or more. Hint: fewer picks, or --targets"
+        )
+    scoring, others = free[::2], free[1::2]
+    return scoring[evenly(len(scoring), VALIDATION)], others[evenly(len(others), VALIDATION)]
+
+
+class UnpickedGain:
+    """Mean gain in PSNR over some first picks, on validation frames that neither holds.
+
+    Args:
+        reconstructor: bound to a capture, at the reconstruction size.
+        frames: (J,) the validation frames, and (J',) those that confirm swaps, ascending; none of
+            the first picks, so that no frame is scored on itself.
         picks: (K,) the first picks.
 
     Attributes:
-        frames: (J,) int64 the validation frames, ascending; none of the first picks, so that no
-            frame is scored on itself.
-        base: (J,) PSNR of each by the first picks.
-
-    Raises:
-        ValueError: where every frame is picked.
+        base: (J,) PSNR of each validation frame by the first picks.
     """
 
-    def __init__(self, reconstructor: Reconstructor, problem: Problem, picks: np.ndarray) -> None:
-        free = np.setdiff1d(problem.observed, picks)
-        if not len(free):
-            raise ValueError("every frame is picked: none is left to score swaps on")
-        self.frames = free[evenly(len(free), VALIDATION)]
+    def __init__(
+        self,
+        reconstructor: Reconstructor,
+        frames: tuple[np.ndarray, np.ndarray],
+        picks: np.ndarray,
+    ) -> None:
+        self.frames, self._others = frames
         self._reconstructor = reconstructor
         self._images = np.asarray(reconstructor.capture.images[self.frames])
         self.base = self._psnr(picks, np.arange(len(self.frames)))
 
     def __call__(self, picks: np.ndarray) -> float:
-        """Gain in dB of (K,) distinct picks on the validation frames that are not among them."""
+        """Gain in dB of (K,) distinct picks on the validation frames that are not among them.
+
+        It is -inf where the picks leave fewer than eight frames of a half.
+        """
         rows = np.flatnonzero(~np.isin(self.frames, picks))
-        if not len(rows):
+        if min(len(rows), len(np.setdiff1d(self._others, picks))) < LEAST_VALIDATION:
             return -np.inf
         return float((self._psnr(picks, rows) - self.base[rows]).mean())
 
