@@ -11,8 +11,8 @@ from fsel.colmap import features, runs, xfeat_weights
 from fsel.colmap.runs import Part, Work, work_of
 from fsel.experiments.paper.pose_errors import pose_errors
 from fsel.ingest.read import read_folder
-from fsel.programs.outcome import MissingRequirement
 from fsel.utils import packages
+from fsel.utils.programs.outcome import MissingRequirement
 
 COUNT, FOCAL, SIZE = 8, 300.0, (320, 240)
 

@@ -11,7 +11,7 @@ import numpy as np
 from fsel.colmap import xfeat, xfeat_weights
 from fsel.colmap.bindings import pycolmap
 from fsel.images import files as image_files
-from fsel.programs.outcome import MissingRequirement
+from fsel.utils.programs.outcome import MissingRequirement
 
 SIFT, XFEAT = "sift", "xfeat"
 KINDS = (SIFT, XFEAT)
