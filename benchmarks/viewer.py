@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 import fsel
-from fsel import viewer
 from fsel.data.subsets import evenly
 from fsel.metrics import score_views
+from fsel.pages import viewer
 from fsel.reconstruct import ply
 from fsel.reconstruct.gaussians import GaussianModel
 

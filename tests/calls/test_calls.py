@@ -134,12 +134,30 @@ def test_a_video_has_its_poses_found_as_by_the_command(ring, monkeypatch, tmp_pa
         (("ring", 5, np.zeros((2, 3, 4))), "target 0.*determinant 0"),
         (("ring", 5, None, 7), r"method is 7 \(int\); expected a key of fsel\.METHODS"),
         (("ring", 5, None, "unifrom"), "Hint: did you mean 'uniform'"),
+        (("ring", 5, None, None, "x"), r"seed is 'x' \(str\); expected a whole number"),
     ],
 )
 def test_wrong_arguments_say_what_was_expected(arguments, said, ring):
     first = ring if arguments[0] == "ring" else arguments[0]
     with pytest.raises((TypeError, ValueError), match=said):
         fsel.select(first, *arguments[1:])
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda ring: fsel.select(ring, 5, weights=3), r"weights is 3 \(int\); expected a file"),
+        (lambda ring: fsel.select(ring, 5, patience="x"), r"patience is 'x' \(str\); .* seconds"),
+        (lambda ring: fsel.select(ring, 5, refine="x"), r"refine is 'x' \(str\); .* seconds"),
+        (lambda ring: fsel.select(ring, 5, never=3), r"frames is 3 \(int\); expected names or num"),
+        (lambda ring: fsel.read_capture(3), r"path is 3 \(int\); expected a folder"),
+        (lambda ring: fsel.bad_frames(3), r"path is 3 \(int\); expected a folder"),
+        (lambda ring: fsel.read_capture(ring, long_side="x"), "long_side is 'x' .* of pixels"),
+    ],
+)
+def test_wrong_options_say_what_was_expected(call, said, ring):
+    with pytest.raises(TypeError, match=said):
+        call(ring)
 
 
 def test_targets_as_poses_names_numbers_or_a_mask(capture):
@@ -169,6 +187,10 @@ def test_fit_and_evaluate_take_names(capture):
         fsel.fit("ring", [0, 1])
     with pytest.raises(TypeError, match=r"frames is .*; expected names or numbers of the 24"):
         fsel.fit(capture, [0.5, 1.5])
+    with pytest.raises(TypeError, match=r"frames is 'every:8' \(str\); expected names or numbers"):
+        fsel.evaluate(capture, by_name, "every:8")
+    with pytest.raises(TypeError, match=r"model is 3 \(int\); expected what fsel.fit returned"):
+        fsel.evaluate(capture, 3, [0, 8])
 
 
 def test_what_is_printed_is_short(capture):

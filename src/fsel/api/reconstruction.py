@@ -76,9 +76,12 @@ def evaluate(
 
     Raises:
         ValueError, FileNotFoundError, ImportError: for an unknown metric, or what one refuses.
+        TypeError: for what is no capture, no model or no frames.
     """
     from fsel.metrics import METRICS, checked, score_views
 
+    if not hasattr(model, "render"):
+        raise unexpected("model", model, "what fsel.fit returned")
     chosen = METRICS if metrics is None else checked(metrics)
     frames = _frames(capture, targets)
     truth = np.asarray(capture.images[frames])
@@ -90,7 +93,7 @@ def _frames(capture: Capture, frames: ArrayLike) -> np.ndarray:
     """(n,) int64 distinct frames by name or number, of what must be a capture."""
     if not isinstance(capture, Capture):
         raise unexpected("capture", capture, "a Capture. Hint: fsel.read_capture(folder)")
-    found = frames_of(capture, np.asarray(frames))
+    found = frames_of(capture, frames)
     if len(found) < np.size(frames) and np.asarray(frames).dtype != bool:
         raise ValueError(f"frames are repeated: {np.size(frames)} are named, {len(found)} distinct")
     return found

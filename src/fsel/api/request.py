@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from numbers import Integral
-from typing import TYPE_CHECKING
+from pathlib import Path
+from types import NoneType
 
 import numpy as np
 
@@ -19,10 +20,7 @@ from fsel.request.patience import Patience
 from fsel.request.targets import ALL, Request, Targets, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import RENAMED, Learned
-from fsel.utils.wording import counted, unexpected
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from fsel.utils.wording import check_type, counted, unexpected
 
 LEAST_FRAMES = 3
 AUTO = "auto"
@@ -51,8 +49,8 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
         if weights is not None:
             raise ValueError(f"{weights}: weights go with the name of a method, not with {method}")
         return method
-    if not isinstance(method, str | None):
-        raise unexpected("method", method, "a key of fsel.METHODS, or a Method")
+    check_type("method", method, (str, NoneType), "a key of fsel.METHODS, or a Method")
+    check_type("weights", weights, (str, Path, NoneType), "a file")
     if weights is not None and method not in RENAMED:
         return pretrained.own(weights, method)
     name = pretrained.DEFAULT if method is None else method

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
+from numbers import Integral
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,7 +36,7 @@ from fsel.request.problem import request_problem
 from fsel.request.refine import Refine, Swapped
 from fsel.request.targets import Request, Targets
 from fsel.selector.policies import Learned, Ranked
-from fsel.utils.wording import counted, listed
+from fsel.utils.wording import check_type, counted, listed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -157,6 +158,7 @@ def select(
         >>> chosen.export("garden20")
     """
     named = not (method is None and weights is None)
+    check_type("seed", seed, Integral, "a whole number")
     method = method_of(method, weights)
     opened = None
     if isinstance(capture, LazyCapture):

@@ -46,10 +46,10 @@ NOTE = (
     "see; n-th: as many frames evenly spaced."
 )
 STARRED = "*: beyond chance, by the paired 95 % interval over held-out frames."
-FINE = "gaussians"  # what trainers of Gaussians confirm
+COARSE = "splats"  # whose order others need not confirm
 ORDER = (
     " On ten captures it and trained Gaussians agreed in 32 of 48 cases on which of two selections "
-    f"is better. Hint: --reconstructor {FINE} asks them."
+    "is better. Hint: --reconstructor gaussians asks them."
 )
 Picks = dict[Cell, list[np.ndarray]]
 Scores = dict[Cell, np.ndarray]
@@ -209,7 +209,7 @@ def _compared(
     return Compared(
         source=capture.source,
         how=f"Reconstructed and compared by {args.reconstructor} at {width}x{height} pixels."
-        + ("" if args.reconstructor == FINE else ORDER),
+        + (ORDER if args.reconstructor == COARSE else ""),
         names=tuple(capture.names[i] for i in held_out),
         metrics=tuple(metrics),
         scores={key: values.mean(axis=0) for key, values in scores.items()},

@@ -19,6 +19,7 @@ from fsel.ingest.validate import sample, validated
 from fsel.layouts import LAYOUTS
 from fsel.layouts.contract import Layout, RawCapture
 from fsel.utils.limits import MAX_ERROR
+from fsel.utils.wording import check_type
 
 LONG_SIDE = 128  # pixels of the images that descriptors are made from
 
@@ -142,6 +143,7 @@ def open_capture(
         FileNotFoundError: when the folder or its model is not there.
         ValueError: for an unknown layout, or files that contradict themselves.
     """
+    check_type("path", path, (str, Path), "a folder")
     folder = Path(path)
     known, raw = read_raw(folder, layout)
     return opened(known, raw, folder, long_side, max_error, skip_unreadable=skip_unreadable)

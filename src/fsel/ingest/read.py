@@ -6,6 +6,7 @@ import logging
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from fsel.ingest.validate import validated
 from fsel.layouts import LAYOUTS, bare, colmap
 from fsel.layouts.contract import Layout, RawCapture
 from fsel.utils.limits import MAX_ERROR
+from fsel.utils.wording import check_type
 
 log = logging.getLogger(__name__)
 
@@ -106,6 +108,8 @@ def read_folder(
         FileNotFoundError: when the folder, its model or its images are not there.
         ValueError: for an unknown choice, or files that contradict themselves.
     """
+    check_type("path", path, (str, Path), "a folder")
+    check_type("long_side", long_side, Integral, "a whole number of pixels")
     folder = Path(path)
     work = Work() if isinstance(poses, str) else work_of(poses)
     if isinstance(poses, str):

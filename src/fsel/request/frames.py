@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,12 +12,15 @@ from fsel.data.capture import Capture
 from fsel.utils.parsing import read_text, slashed
 from fsel.utils.wording import counted, unexpected
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 Wish = None | str | Path | Sequence[str] | Sequence[int] | np.ndarray
 
 
 def frames_wished(capture: Capture, wish: Wish) -> np.ndarray:
     """(n,) int64 frames of a list, which may be empty, or a file of them."""
-    if wish is None or (not isinstance(wish, str | Path) and len(wish) == 0):
+    if wish is None or (not isinstance(wish, str | Path) and np.size(wish) == 0):
         return np.empty(0, np.int64)
     if isinstance(wish, str | Path):
         path = Path(wish)
@@ -37,9 +40,7 @@ def named_in(path: Path, capture: Capture) -> np.ndarray:
     return _numbers(capture, [name for name in names if name], path)
 
 
-def frames_of(
-    capture: Capture, frames: Sequence[Any] | np.ndarray, what: str = "frames"
-) -> np.ndarray:
+def frames_of(capture: Capture, frames: ArrayLike, what: str = "frames") -> np.ndarray:
     """(n,) int64 frames by name or number, or as a mask of all, each once, in their order.
 
     Raises:

@@ -6,8 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
+
+from fsel.utils.wording import check_type
 
 DEFAULT = 10.0  # seconds, where nobody says what will be rendered
 
@@ -81,5 +84,6 @@ class Patience:
     progress: Callable[[int, int, float], bool] = lambda made, planned, gone: True
 
     def __post_init__(self) -> None:
+        check_type("patience", self.seconds, Real, "seconds")
         if not self.seconds >= 0:
             raise ValueError(f"patience is {self.seconds} s; allowed: 0 or more")

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from fsel.request.patience import Trial
+from fsel.utils.wording import check_type
 
 SETTINGS: dict[str, dict[str, Any]] = {
     "splats": {},
@@ -59,6 +61,7 @@ class Refine:
     reconstructor: str | None = None
 
     def __post_init__(self) -> None:
+        check_type("refine", self.seconds, Real, "seconds")
         if not self.seconds > 0:
             raise ValueError(f"refine is {self.seconds} s; allowed: more than 0")
         if self.reconstructor is not None and self.reconstructor not in SETTINGS:

@@ -16,6 +16,15 @@ def listed(names: Sequence[str], shown: int = 3) -> str:
     return ", ".join([*names[:shown], *(["..."] if len(names) > shown else [])])
 
 
+def check_type(name: str, value: object, kinds: type | tuple[type, ...], expected: str) -> None:
+    """Refuse an argument of another type than those allowed, which never are bool.
+
+    Arguments are those of `unexpected`.
+    """
+    if not isinstance(value, kinds) or isinstance(value, bool):
+        raise unexpected(name, value, expected)
+
+
 def unexpected(name: str, value: object, expected: str) -> TypeError:
     """Make the refusal of an argument of a wrong type.
 
