@@ -38,7 +38,7 @@ def fetched(place):
 
 
 def data_of(page):
-    (found,) = re.findall(r"<script type='application/json' id='view-data'>(.*?)</script>", page)
+    (found,) = re.findall(r'<script type="application/json" id="view-data">(.*?)</script>', page)
     return json.loads(found)
 
 

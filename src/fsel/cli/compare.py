@@ -23,7 +23,7 @@ from fsel.data.subsets import evenly, subset_key
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
 from fsel.images.film import captioned
-from fsel.images.previews import sharpness_among
+from fsel.images.previews import jpeg, sharpness_among
 from fsel.ingest.health.findings import BLURRED
 from fsel.metrics import Metrics
 from fsel.pages.compare import comparison
@@ -215,16 +215,13 @@ def _compared(
         scores={key: values.mean(axis=0) for key, values in scores.items()},
         used={key: len(picks[key][0]) for key in scores},
         shown=tuple(drawn.tolist()),
-        truth=[_jpeg(np.asarray(capture.images[frame])) for frame in held_out[drawn]],
-        renders={key: [_jpeg(image) for image in images] for key, images in renders.items()},
+        truth=[jpeg(np.asarray(capture.images[frame]), QUALITY) for frame in held_out[drawn]],
+        renders={
+            key: [jpeg(image, QUALITY) for image in images] for key, images in renders.items()
+        },
         blurred=unsharp,
         shape=width / height,
     )
-
-
-def _jpeg(image: np.ndarray) -> bytes:
-    bgr = np.ascontiguousarray(image[..., ::-1])
-    return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
 
 
 class _Keeping:

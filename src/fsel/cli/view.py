@@ -18,7 +18,7 @@ from fsel.export.forms import CLOUD
 from fsel.export.record import RECORD
 from fsel.images.previews import in_turn, jpeg, reduced
 from fsel.pages import viewer
-from fsel.pages.report import REPORT, SIDE, picture_side, with_view
+from fsel.pages.report import REPORT, SIDE, adds, picture_side, with_view
 from fsel.pages.viewer.bundle import script
 from fsel.reconstruct import ply
 from fsel.utils.outputs import staged
@@ -128,7 +128,7 @@ def _cameras(names: Sequence[str], pictures: Sequence[bytes], record: dict) -> l
     def told(name: str) -> tuple[str, str]:
         if name in picked:
             entry = picked[name]
-            return "pick", f"pick {entry['order']} of {len(picked)}, adds {entry['adds']:.1%}"
+            return "pick", f"pick {entry['order']} of {len(picked)}: {adds(entry)}"
         if name in held:
             return "held", "held out"
         state = "bad" if name in bad else "left" if record else "frame"

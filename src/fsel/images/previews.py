@@ -84,9 +84,10 @@ def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> l
     return in_turn(shrink, files)
 
 
-def jpeg(image: np.ndarray) -> bytes:
-    """A JPEG file of an (h, w, 3) RGB image in 0..255, as small as pages want it."""
-    return cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1].tobytes()
+def jpeg(image: np.ndarray, quality: int = 82) -> bytes:
+    """A JPEG file of an (h, w, 3) RGB image in 0..255, by default as small as pages want it."""
+    options = [cv2.IMWRITE_JPEG_QUALITY, quality]
+    return cv2.imencode(".jpg", np.ascontiguousarray(image[..., ::-1]), options)[1].tobytes()
 
 
 def shrunk(file: image_files.Image, longest: int, side: int) -> np.ndarray:

@@ -23,15 +23,16 @@ def document(title: str, sources: Iterable[str], body: Iterable[str]) -> str:
     texts = {name: (ROOM / name).read_text(encoding="utf-8") for name in ("base.css", *sources)}
     styles = "".join(text for name, text in texts.items() if name.endswith(".css"))
     scripts = [f"<script>{text}</script>" for name, text in texts.items() if name.endswith(".js")]
-    parts = [
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{escape(title)}</title><style>{styles}</style></head><body>",
-        *body,
-        *scripts,
-        "</body></html>",
-    ]
-    return "\n".join(parts)
+    return "\n".join([head(title, styles), *body, *scripts, "</body></html>"])
+
+
+def head(title: str, styles: str) -> str:
+    """A page until its body begins, with a title in plain text and CSS."""
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title><style>{styles}</style></head><body>"
+    )
 
 
 def data(name: str, content: object) -> str:

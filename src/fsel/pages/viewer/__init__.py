@@ -5,10 +5,8 @@ from __future__ import annotations
 import base64
 import gzip
 import io
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from html import escape
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from fsel.data.capture import Capture
 from fsel.data.geometry import upwards
 from fsel.data.points import SparsePoints
 from fsel.data.subsets import evenly
+from fsel.pages.shell import data, head, source
 from fsel.pages.viewer.bundle import WEB, script
 from fsel.reconstruct import ply
 from fsel.reconstruct.gaussians.render import NEAREST
@@ -118,7 +117,7 @@ def scene(
         "points": None,
     }
     if cloud is not None:
-        inside = {} if url else {"packed": _text(packed(cloud, origin))}
+        inside = {} if url else {"packed": base64.b64encode(packed(cloud, origin)).decode()}
         scene["model"] = {"url": url, **inside}
     elif points is not None:
         some = evenly(len(points.xyz), MOST_POINTS)
@@ -159,7 +158,7 @@ def _cameras(capture: Capture, cameras: Sequence[Camera], origin: np.ndarray) ->
     return [
         asdict(camera)
         | {
-            "picture": camera.picture and f"data:image/jpeg;base64,{_text(camera.picture)}",
+            "picture": camera.picture and source(camera.picture),
             "pose": pose.ravel().round(8).tolist(),
             "intrinsics": intrinsics.round(4).tolist(),
             "size": capture.size,
@@ -168,39 +167,21 @@ def _cameras(capture: Capture, cameras: Sequence[Camera], origin: np.ndarray) ->
     ]
 
 
-def _text(content: bytes) -> str:
-    return base64.b64encode(content).decode("ascii")
-
-
-def component(content: dict, identifier: str = "view") -> str:
-    """An element that shows a scene, for a page that gives it a height; JavaScript finds it as
-    `window[identifier]`, which can `fly(index)` and `leave()`.
-
-    Args:
-        content: see `scene`.
-        identifier: of the element, once in a page.
+def component(content: dict) -> str:
+    """An element that shows a scene, for a page that gives `#view` a height; JavaScript finds it as
+    `view`, which can `fly(index)` and `leave()`. For the content see `scene`.
     """
-    data = json.dumps(content, separators=(",", ":")).replace("</", "<\\/")
     style = (WEB / "viewer.css").read_text(encoding="utf-8")
-    shown = f"JSON.parse(document.getElementById('{identifier}-data').textContent)"
-    mounted = f"fselViewer.mount(document.getElementById('{identifier}'), {shown})"
+    find = "document.getElementById"
+    mounted = f"fselViewer.mount({find}('view'), JSON.parse({find}('view-data').textContent))"
     return (
-        f"<style>{style}</style><div id='{identifier}'></div><script>{script()}</script>"
-        f"<script type='application/json' id='{identifier}-data'>{data}</script>"
-        f"<script>window['{identifier}'] = {mounted};</script>"
+        f"<style>{style}</style><div id='view'></div><script>{script()}</script>"
+        f"{data('view-data', content)}"
+        f"<script>window.view = {mounted};</script>"
     )
 
 
 def page(title: str, content: dict) -> str:
     """A page of one scene, which opens from disk; see `scene`."""
-    return "\n".join(
-        [
-            "<!doctype html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f"<title>{escape(title)}</title>",
-            "<style>html, body, #view { height: 100%; margin: 0; }</style></head><body>",
-            component(content),
-            "</body></html>",
-        ]
-    )
+    whole = "html, body, #view { height: 100%; margin: 0; }"
+    return "\n".join([head(title, whole), component(content), "</body></html>"])
