@@ -99,8 +99,8 @@ def _cost(args: argparse.Namespace, console: Console) -> None:
         except Unfinished as error:
             raise ValueError(f"{name}: {error.outcome}: {error}") from error
         costs[name] = cost.section
-        told = ", ".join(f"{key}: {value:g}" for key, value in cost.section.items())
-        console.say(name, f"cost: {{{told}}}")
+        stated = ", ".join(f"{key}: {value:g}" for key, value in cost.section.items())
+        console.say(name, f"cost: {{{stated}}}")
     size = "x".join(map(str, capture.resized(sections[0]["long_side"]).size))
     console.say("measured", f"{args.k} frames and {args.views} views of {size}, {capture.source}")
     console.give({"cost": costs})
