@@ -233,6 +233,6 @@ def test_patterns_keep_the_braces_that_are_not_theirs():
     assert inputs.of_draws(experiment(), "t.parquet", [3]) == [
         "<results>/{dataset}/{scene}/draw3/t.parquet"
     ]
-    assert inputs.captures(["a/b"], ["images"], "large/", "given_") == {
-        "given_images": ["<results>/a/b/large/images.npy"]
+    assert inputs.captures(["a/b"], ["images"], "given_") == {
+        "given_images": ["<results>/a/b/images.npy"]
     }

@@ -53,13 +53,13 @@ class Selected(Nerfstudio):
     config: FselConfig
 
     def _generate_dataparser_outputs(self, split: str = "train") -> DataparserOutputs:
-        asked, chosen = self.config, copy(self.config)
-        chosen.data = selection(asked) / SPLIT
+        given, chosen = self.config, copy(self.config)
+        chosen.data = selection(given) / SPLIT
         self.config = chosen
         try:
             return super()._generate_dataparser_outputs(split)
         finally:
-            self.config = asked
+            self.config = given
 
 
 def selection(config: FselConfig) -> Path:
@@ -76,8 +76,8 @@ def selection(config: FselConfig) -> Path:
     source = config.data.resolve()
     files = [source] if source.is_file() else sorted(p for p in source.rglob("*") if p.is_file())
     stamps = [(str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in files]
-    asked = {name: getattr(config, name) for name in ("k", "targets", "method", "seed")}
-    folder = cache() / "nerfstudio" / digest(asked | {"side": config.long_side, "files": stamps})
+    settings = {name: getattr(config, name) for name in ("k", "targets", "method", "seed")}
+    folder = cache() / "nerfstudio" / digest(settings | {"side": config.long_side, "files": stamps})
     folder.parent.mkdir(parents=True, exist_ok=True)
     with locked(folder.with_suffix(".lock")):
         if not folder.is_dir():

@@ -272,8 +272,8 @@ def _table(compared: Compared, rows: list[dict]) -> str:
         shares = "".join(f"  {row[name]:6.1%}" for name in SERVED if known)
         line = f"{cell[0]:4d}  {cell[1]:{wide}}  {columns(row, compared.metrics)}{shares}"
         gaps = [compared.ahead(k, cell[1]) for k in budgets if cell[1] != first]
-        told = [f"{gap.mean:+.2f}{'*' if gap.excludes_zero else ''}" for gap in gaps]
-        lines.append(f"{line}  {' / '.join(told)}".rstrip())
+        cells = [f"{gap.mean:+.2f}{'*' if gap.excludes_zero else ''}" for gap in gaps]
+        lines.append(f"{line}  {' / '.join(cells)}".rstrip())
     notes = [NOTE] if known else []
     starred = [STARRED] if any("*" in line for line in lines) else []
     return "\n".join([*lines, *notes, *starred, compared.how, verdict(compared), ""])

@@ -56,7 +56,7 @@ def add_select(commands) -> None:
         "--refine",
         type=duration,
         metavar="TIME",
-        help="then try swaps of the picks for so long, as 10s or 2m, judged by reconstructions of "
+        help="then try swaps of the picks for so long, as 10s or 2m, scored by reconstructions of "
         "this capture; Ctrl-C keeps the best so far",
     )
     command.add_argument(

@@ -104,9 +104,9 @@ def _cost(args: argparse.Namespace, console: Console) -> None:
         except Unfinished as error:
             raise ValueError(f"{name}: {error.outcome}: {error}") from error
         costs[name] = cost.section | {"peak_bytes": cost.peak_bytes, "device": cost.device}
-        told = ", ".join(f"{key}: {value:g}" for key, value in cost.section.items())
+        stated = ", ".join(f"{key}: {value:g}" for key, value in cost.section.items())
         memory = f"{cost.peak_bytes / 1e6:.0f} MB of {cost.device}"
-        console.say(name, f"cost: {{{told}}}, {memory} at its highest")
+        console.say(name, f"cost: {{{stated}}}, {memory} at its highest")
     size = "x".join(map(str, capture.resized(sections[0]["long_side"]).size))
     console.say("measured", f"{args.k} frames and {args.views} views of {size}, {capture.source}")
     console.give({"cost": costs})

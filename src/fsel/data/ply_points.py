@@ -11,7 +11,7 @@ import numpy as np
 from plyfile import PlyData, PlyParseError
 
 from fsel.data.geometry import MOST_LENGTH
-from fsel.data.points import RawPoints
+from fsel.data.points import NO_POINTS, RawPoints
 from fsel.utils.parsing import regular
 
 PLACE, COLOUR = ("x", "y", "z"), ("red", "green", "blue")
@@ -58,13 +58,7 @@ def read(path: Path) -> RawPoints:
         raise ValueError(f"{path}: no .ply file of points: {error}") from error
     for row in np.flatnonzero(~(np.abs(xyz) < MOST_LENGTH).all(axis=1))[:1]:
         raise ValueError(f"{path}: point {row} lies at {xyz[row].tolist()}, not finite")
-    return RawPoints(
-        xyz=xyz,
-        rgb=rgb,
-        track_point=np.empty(0, np.int64),
-        track_frame=np.empty(0, np.int64),
-        track_xy=np.empty((0, 2)),
-    )
+    return replace(NO_POINTS, xyz=xyz, rgb=rgb)
 
 
 def _colours(vertices: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -27,7 +27,11 @@ class SparsePoints:
     track_point: np.ndarray
     track_frame: np.ndarray
 
-    def seen_from(self, frames: np.ndarray, count: int) -> SparsePoints:
+    def observed(self, rows: np.ndarray) -> Self:
+        """The same points with some of the observations, by number or (L,) bool."""
+        return replace(self, track_point=self.track_point[rows], track_frame=self.track_frame[rows])
+
+    def seen_from(self, frames: np.ndarray, count: int) -> Self:
         """The same points as some frames see them, which are numbered in the given order.
 
         Args:
@@ -36,12 +40,8 @@ class SparsePoints:
         """
         place = np.full(count, -1)
         place[frames] = np.arange(len(frames))
-        seen = place[self.track_frame] >= 0
-        return replace(
-            self,
-            track_point=self.track_point[seen],
-            track_frame=place[self.track_frame[seen]],
-        )
+        seen = self.observed(place[self.track_frame] >= 0)
+        return replace(seen, track_frame=place[seen.track_frame])
 
 
 def grouped_rows(keys: np.ndarray, count: int) -> list[np.ndarray]:
@@ -96,6 +96,30 @@ class RawPoints(SparsePoints):
     track_xy: np.ndarray
     error: np.ndarray | None = None
 
+    def observed(self, rows: np.ndarray) -> Self:
+        """The same points with some of the observations, by number or (L,) bool."""
+        return replace(super().observed(rows), track_xy=self.track_xy[rows])
+
+    def subset(self, chosen: np.ndarray) -> Self:
+        """Some of the points, (M,) bool, with their observations."""
+        seen = self.observed(chosen[self.track_point])
+        return replace(
+            seen,
+            xyz=self.xyz[chosen],
+            rgb=self.rgb[chosen],
+            track_point=(np.cumsum(chosen) - 1)[seen.track_point],
+            error=None if self.error is None else self.error[chosen],
+        )
+
     def without_pixels(self) -> SparsePoints:
         """The points without the places in the images that they were seen at."""
         return SparsePoints(self.xyz, self.rgb, self.track_point, self.track_frame)
+
+
+NO_POINTS = RawPoints(
+    xyz=np.empty((0, 3)),
+    rgb=np.empty((0, 3), np.uint8),
+    track_point=np.empty(0, np.int64),
+    track_frame=np.empty(0, np.int64),
+    track_xy=np.empty((0, 2)),
+)

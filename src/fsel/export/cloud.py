@@ -9,7 +9,7 @@ import numpy as np
 
 from fsel.colmap.camera import Camera
 from fsel.colmap.undistortion import is_straight, straight
-from fsel.data.points import RawPoints, grouped_rows
+from fsel.data.points import NO_POINTS, RawPoints, grouped_rows
 from fsel.ingest import sfm
 from fsel.ingest.lazy import LazyCapture, open_images
 from fsel.layouts.contract import RawCapture
@@ -18,13 +18,6 @@ SEEN, ALL, NONE = "seen", "all", "none"
 POINTS = (SEEN, ALL, NONE)
 LEAST_TRACK = 2  # picked frames that see a point: fewer could not have triangulated it
 MATCHED_SIDE = 800  # pixels of images that are matched, where points must be made
-NO_POINTS = RawPoints(
-    xyz=np.empty((0, 3)),
-    rgb=np.empty((0, 3), np.uint8),
-    track_point=np.empty(0, np.int64),
-    track_frame=np.empty(0, np.int64),
-    track_xy=np.empty((0, 2)),
-)
 
 
 def cloud_of(
@@ -50,39 +43,10 @@ def cloud_of(
     if points == ALL:
         return sparse
     if not len(sparse.track_point):
-        return kept(sparse, _held(opened.raw.subset(picks), sparse.xyz) >= LEAST_TRACK)
+        return sparse.subset(_held(opened.raw.subset(picks), sparse.xyz) >= LEAST_TRACK)
     chosen = np.isin(sparse.track_frame, np.searchsorted(frames, picks))
     seen = np.bincount(sparse.track_point[chosen], minlength=len(sparse.xyz))
-    return kept(sparse, seen >= LEAST_TRACK)
-
-
-def kept(points: RawPoints, chosen: np.ndarray) -> RawPoints:
-    """Some of the points, (M,) bool, with their tracks."""
-    number = np.cumsum(chosen) - 1
-    rows = chosen[points.track_point]
-    return RawPoints(
-        xyz=points.xyz[chosen],
-        rgb=points.rgb[chosen],
-        track_point=number[points.track_point[rows]],
-        track_frame=points.track_frame[rows],
-        track_xy=points.track_xy[rows],
-        error=None if points.error is None else points.error[chosen],
-    )
-
-
-def as_seen_by(points: RawPoints, rows: list[int]) -> RawPoints:
-    """All the points, with their tracks in the given frames alone, which are renumbered."""
-    place = np.full(int(points.track_frame.max(initial=-1)) + 1 + len(rows), -1)
-    for at, row in enumerate(rows):
-        if row < len(place):
-            place[row] = at
-    chosen = place[points.track_frame] >= 0
-    return replace(
-        points,
-        track_point=points.track_point[chosen],
-        track_frame=place[points.track_frame[chosen]],
-        track_xy=points.track_xy[chosen],
-    )
+    return sparse.subset(seen >= LEAST_TRACK)
 
 
 def straightened(points: RawPoints, cameras: Sequence[Camera]) -> RawPoints:
@@ -102,12 +66,7 @@ def straightened(points: RawPoints, cameras: Sequence[Camera]) -> RawPoints:
             # not so for numbers that are not finite
             within = (xy[rows] >= 0) & (xy[rows] <= (camera.width, camera.height))
             shown[rows] = within.all(axis=1)
-    return replace(
-        points,
-        track_point=points.track_point[shown],
-        track_frame=points.track_frame[shown],
-        track_xy=xy[shown],
-    )
+    return replace(points, track_xy=xy).observed(shown)
 
 
 def _held(raw: RawCapture, xyz: np.ndarray) -> np.ndarray:

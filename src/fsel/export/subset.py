@@ -146,7 +146,7 @@ def _written(
         cameras=[cameras[i] for i in frames],
         stated=[(raw.cameras[i].width, raw.cameras[i].height) for i in frames],
         world_to_camera=raw.world_to_camera[frames],
-        points=cloud.as_seen_by(points, [used.index(i) for i in frames]),
+        points=points.seen_from(np.searchsorted(used, frames), len(used)),
         masked=masked,
     )
 

@@ -15,7 +15,7 @@ from fsel.images.previews import Progress, in_silence
 from fsel.images.sharpness import variance_of_laplacian
 
 ENDINGS = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".3gp")
-MOST = 300  # frames that a video is thinned to unless told otherwise
+MOST = 300  # frames that a video is thinned to by default
 LEAST = 100  # and, of a short one, so many if it has them
 RATE = 4.0  # of them a second: a person walks some 35 cm between two
 FEWEST = 3
@@ -26,7 +26,7 @@ PANORAMA = (
     "v360=e:flat:h_fov=90:v_fov=90:yaw=0 front.mp4` and yaw=90, 180 and -90, and give these videos"
 )
 SEAM = 2.0  # of a panorama: its ends differ by so much more than neighbouring columns, at most
-BLANK = 0.5  # grey levels between columns, below which nothing is told
+BLANK = 0.5  # grey levels between columns, below which nothing is said
 
 Spans = Sequence[tuple[float, float]]
 """Pairs of seconds, from and to."""

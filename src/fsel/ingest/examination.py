@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import cv2
 import numpy as np
 
 from fsel.data.geometry import pose_distance
-from fsel.data.points import RawPoints, grouped_rows
+from fsel.data.points import NO_POINTS, RawPoints, grouped_rows
 from fsel.images.matching import choose_pairs
 from fsel.images.previews import Progress, in_silence, in_turn, shrunk
 from fsel.ingest.agreement import epipolar_errors, matches_of, reprojection_errors
@@ -27,7 +26,6 @@ BLOCK = 1000  # frames whose distances from all others are in memory at once
 THUMBNAIL = 96  # pixels of the longer side of images that are compared as wholes
 MOST_POINTS = 200  # of each frame, those in the longest tracks, that colors are compared at
 BURNT = 0.3  # share of the pixels clipped to white above that of the frames beside
-NOWHERE = np.empty((0, 2))
 PIXELS = "pixels of reprojection error, {:.0%} of its points fit"
 OFF_PATH = "times as far off the path beside it as a smooth one may lie"
 SHOWN = 0.5  # share of a frame's points that others must see to show what it shows
@@ -133,9 +131,7 @@ class _Placed:
 
     def __init__(self, opened: LazyCapture) -> None:
         self.opened = opened
-        nothing = np.empty(0, np.int64)
-        none = RawPoints(np.empty((0, 3)), np.empty((0, 3), np.uint8), nothing, nothing, NOWHERE)
-        self.points = opened.points or none
+        self.points = opened.points or NO_POINTS
         self.rows = grouped_rows(self.points.track_frame, len(opened.capture))
 
     @cached_property
@@ -266,10 +262,4 @@ def _longest(points: RawPoints, rows: list[np.ndarray]) -> RawPoints:
     for row in rows:
         seen = points.track_point[row]
         chosen[seen[np.argsort(-length[seen], kind="stable")[:MOST_POINTS]]] = True
-    kept = chosen[points.track_point]
-    return replace(
-        points,
-        track_point=points.track_point[kept],
-        track_frame=points.track_frame[kept],
-        track_xy=points.track_xy[kept],
-    )
+    return points.observed(chosen[points.track_point])

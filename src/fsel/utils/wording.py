@@ -11,9 +11,9 @@ def counted(count: int, thing: str) -> str:
     return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
 
 
-def listed(names: Sequence[str], shown: int = 3) -> str:
+def listed(names: Sequence[str]) -> str:
     """`a, b, c, ...`: the first names."""
-    return ", ".join([*names[:shown], *(["..."] if len(names) > shown else [])])
+    return ", ".join([*names[:3], *(["..."] if len(names) > 3 else [])])
 
 
 def check_type(name: str, value: object, kinds: type | tuple[type, ...], expected: str) -> None:

@@ -61,22 +61,16 @@ def capture(kinds: Sequence[str] = CAPTURE, folder: str = SCENE, prefix: str = "
     return {f"{prefix}{kind}": f"{folder}/{FILES[kind]}" for kind in kinds}
 
 
-def captures(
-    scenes: Iterable[str], kinds: Sequence[str] = CAPTURE, folder: str = "", prefix: str = ""
-) -> Paths:
+def captures(scenes: Iterable[str], kinds: Sequence[str] = CAPTURE, prefix: str = "") -> Paths:
     """Name -> files of several canonical captures, one a scene.
 
     Args:
         scenes: dataset/scene of each.
         kinds: keys of `FILES`.
-        folder: within the scene's, with a slash at its end.
         prefix: of the names, with an underscore at its end.
     """
     names = list(scenes)
-    return {
-        f"{prefix}{kind}": [f"<results>/{name}/{folder}{FILES[kind]}" for name in names]
-        for kind in kinds
-    }
+    return {f"{prefix}{kind}": [f"<results>/{n}/{FILES[kind]}" for n in names] for kind in kinds}
 
 
 def of_draws(experiment: Experiment, name: str, draws: Iterable[int] | None = None) -> list[str]:

@@ -25,7 +25,7 @@ from fsel.colmap.bindings import pycolmap
 from fsel.colmap.model import build_model, write_capture_model
 from fsel.data.capture import Capture, Views
 from fsel.data.geometry import invert_pose
-from fsel.data.points import SparsePoints, grouped_rows
+from fsel.data.points import NO_POINTS, grouped_rows
 from fsel.utils.programs.outcome import MISSING, SIZE, Unfinished
 
 RENDERINGS, CLOUD = "renderings", "sparse_pc.ply"
@@ -113,10 +113,7 @@ def _write_model(folder: Path, capture: Capture, names: list[str]) -> bool:
     Returns:
         Whether there are points.
     """
-    none = np.empty(0, np.int64)
-    points = capture.points or SparsePoints(
-        np.empty((0, 3)), np.empty((0, 3), np.uint8), none, none
-    )
+    points = capture.points or NO_POINTS
     rows_of = grouped_rows(points.track_frame, len(capture))
     seen = [points.track_point[rows] for rows in rows_of]
     width, height = capture.size
