@@ -114,9 +114,13 @@ def evaluated_problems(experiment: Experiment) -> Values:
     }
 
 
-def generated(experiment: Experiment) -> list[Values | None]:
-    """List what made each evaluation scene, None for real ones."""
-    return [experiment.generated(*scene) for scene in experiment.evaluation_scenes]
+def benched(experiment: Experiment) -> Values:
+    """Return what made each evaluation scene, and frames and reconstructor of a bench."""
+    return {
+        "generated": [experiment.generated(*scene) for scene in experiment.evaluation_scenes],
+        "k": experiment.config["search"]["k"],
+        "reconstruction": experiment.reconstruction,
+    }
 
 
 def filmed_anew(experiment: Experiment, folder: str) -> Callable[[Any], str]:

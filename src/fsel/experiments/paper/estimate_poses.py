@@ -138,14 +138,19 @@ POSED = Job(
     size=Size(4000, 60, "capture"),
 )
 
-DESCRIBED = Job(
-    describe,
-    name="describe_posed",
-    outputs={"descriptors": f"{inputs.SCENE}/poses/given/descriptors.parquet"},
-    message="Describing the frames of {wildcards.dataset}/{wildcards.scene} that are placed",
-    inputs=lambda experiment: inputs.capture(inputs.BARE, f"{inputs.SCENE}/poses/given"),
-    params=lambda experiment: experiment.config["appearance"],
-    size=Size(2000, 30, "capture"),
-)
 
-JOBS = (FILMED, POSED, DESCRIBED)
+def describing(name: str, folder: str) -> Job:
+    """The rule of a name that describes the frames of a capture in a folder of the scene's."""
+    place = f"{inputs.SCENE}/{folder}"
+    return Job(
+        describe,
+        name=name,
+        outputs={"descriptors": f"{place}/descriptors.parquet"},
+        message=f"Describing {{wildcards.dataset}}/{{wildcards.scene}}, {folder}",
+        inputs=lambda experiment: inputs.capture(inputs.BARE, place),
+        params=lambda experiment: experiment.config["appearance"],
+        size=Size(2000, 30, "capture"),
+    )
+
+
+JOBS = (FILMED, POSED, describing("describe_posed", "poses/given"))

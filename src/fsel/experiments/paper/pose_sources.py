@@ -13,7 +13,7 @@ import pandas as pd
 from fsel.colmap.estimator import source_of
 from fsel.experiments import scheme, specs
 from fsel.experiments.cells import cells_of
-from fsel.experiments.paper import pose_trials
+from fsel.experiments.paper import estimate_poses, pose_trials
 from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT
 from fsel.experiments.specs import Scenes, Values
 from fsel.ingest.read import read_folder
@@ -22,7 +22,6 @@ from fsel.report.captions import made_by
 from fsel.report.latex import difference, number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
-from fsel.stages.describe import describe
 from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.datasets import kinds_of
@@ -195,17 +194,6 @@ PAIRED = Job(
     size=Size(4000, 240),
 )
 
-DESCRIBED = Job(
-    describe,
-    name="describe_paired",
-    outputs={"descriptors": f"{inputs.SCENE}/sources/given/descriptors.parquet"},
-    message="Describing the frames of {wildcards.dataset}/{wildcards.scene} that both place",
-    inputs=lambda experiment: inputs.capture(inputs.BARE, f"{inputs.SCENE}/sources/given"),
-    params=lambda experiment: experiment.config["appearance"],
-    size=Size(2000, 30, "capture"),
-)
-
-
 TABLE = scheme.table_of(
     pose_sources,
     pose_trials.SOURCES,
@@ -220,5 +208,5 @@ TABLE = scheme.table_of(
     caption="The learned selector with two sources of poses for the same images, such as COLMAP's "
     "and a network's; both the selector and the reconstruction have them. Every other selector is "
     "in the csv.",
-    jobs=[PAIRED, DESCRIBED],
+    jobs=[PAIRED, estimate_poses.describing("describe_paired", "sources/given")],
 )

@@ -148,9 +148,7 @@ TABLE = Table(
     outputs=inputs.table_files("economy"),
     inputs=specs.evaluated_problems,
     params=lambda experiment: {
-        "generated": specs.generated(experiment),
-        "k": experiment.config["search"]["k"],
-        "reconstruction": experiment.reconstruction,
+        **specs.benched(experiment),
         "appearance": experiment.config["appearance"],
     },
     size=Size(4000, 60, "reconstruction"),

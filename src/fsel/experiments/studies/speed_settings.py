@@ -92,10 +92,6 @@ JOB = Job(
     outputs={"numbers": "<results>/speed_settings.csv"},
     message="Measuring the reconstructor's settings",
     inputs=specs.evaluated_problems,
-    params=lambda experiment: {
-        "generated": specs.generated(experiment),
-        "k": experiment.config["search"]["k"],
-        "reconstruction": experiment.reconstruction,
-    },
+    params=specs.benched,
     size=Size(4000, 60, "reconstruction"),
 )

@@ -12,9 +12,10 @@ import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
-from fsel.evaluation.measuring import SELECTION, measured_units
+from fsel.data.split import Split
+from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.measuring import measure, measured_units
 from fsel.experiments import specs
-from fsel.experiments.draws import measure_draws
 from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
@@ -215,8 +216,11 @@ def evaluate_trials(
     picks = picks.assign(k=picks["picks"].map(len), frame=picks["picks"]).explode("frame")
     reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
     picks["draw"] = picks["draw"].str.removeprefix("draw").astype(int)
-    table = measure_draws(reconstructor, splits, picks, ["draw", *SELECTION])
-    write_table(table, evaluation, units=measured_units(), config=config)
+    tables = []
+    for draw, part in picks.groupby("draw"):
+        targets = Split.load(splits[int(draw)]).targets
+        tables.append(measure(Evaluator.on_frames(reconstructor, targets), part).assign(draw=draw))
+    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
 
 
 def trial_files(experiment: Experiment, table: str) -> list[str]:
