@@ -1,6 +1,7 @@
 """Feed-forward models through `ffgs`, on the CPU: placement, order, frames, refusals."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from feed_forward_toy import Toy, ToyProcessor
 
 from fsel.data.geometry import invert_pose
 from fsel.reconstruct import check_needs, reconstructor_of
+from fsel.reconstruct.external import External
+from fsel.reconstruct.external.worker import close_all
 from fsel.reconstruct.feed_forward import FeedForward
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.normalisation import Frame
@@ -216,3 +219,28 @@ def test_a_gpu_that_is_not_there_is_refused(tmp_path):
         ValueError, match=r"device is cuda, and torch .* finds no GPU. Hint: device"
     ):
         check_needs({"name": "feed_forward", "settings": settings})
+
+
+# runs a recipe where the toy is registered
+REGISTERED = """
+import runpy, sys
+sys.path.append({here!r})
+import feed_forward_toy
+sys.argv = sys.argv[1:]
+runpy.run_path(sys.argv[0], run_name="__main__")
+"""
+
+
+def test_a_model_in_a_worker_renders_the_same(tmp_path):
+    capture = ring_capture()
+    model = save_toy(tmp_path, capture, world_gaussians(3))
+    text = REGISTERED.format(here=str(Path(__file__).parents[1]))
+    words = ["{python}", "-c", text, "{recipes}/registered.py", "feed_forward", f"model={model}"]
+    served, own = (
+        External(capture, serve=[*words, "device=cpu"]),
+        FeedForward(capture, model=model, device="cpu"),
+    )
+    views, frames = capture.view([4, 7]), np.array([0, 3, 6])
+    images = served.fit(frames).render(views)
+    close_all()
+    np.testing.assert_array_equal(images, own.fit(frames).render(views))
