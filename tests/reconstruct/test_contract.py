@@ -2,6 +2,7 @@
 
 import mmap
 import re
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -61,6 +62,15 @@ def test_what_is_missing_is_named(monkeypatch):
             check_needs({"name": "absent", "settings": {}})
     finally:
         del RECONSTRUCTORS.homes["absent"]
+
+
+def test_a_torchvision_for_another_torch_is_named(tmp_path, monkeypatch):
+    said = "operator torchvision::nms does not exist"
+    (tmp_path / "ffgs.py").write_text(f"raise RuntimeError({said!r})")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "ffgs", raising=False)
+    with pytest.raises(ValueError, match=f"ffgs does not work here .{said}.*Hint"):
+        check_needs({"name": "feed_forward", "settings": {}})
 
 
 @pytest.mark.parametrize("name", OWN)

@@ -24,7 +24,7 @@ def package() -> ModuleType:
     try:
         import ffgs
         import ffgs.zoo
-    except ImportError as error:
+    except (ImportError, RuntimeError) as error:  # the latter of torchvision
         raise ImportError(
             f"the package ffgs does not work here ({error}). Hint: pip install "
             "'fsel[feed_forward]', with the torchvision that belongs to the installed torch"
