@@ -36,6 +36,7 @@ def main(examples, strategy="default", *given):
         runner = simple_trainer.Runner(0, 0, 1, config)
         runner.trainset.indices = np.arange(len(subset.images))  # it would hold every n-th out
         runner.train()
+        runner.writer.close()  # a thread and a file of its events
         return Trained(runner)
 
     @torch.no_grad()
