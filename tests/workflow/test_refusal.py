@@ -10,6 +10,7 @@ Error in rule ingest:
     log: {folder}/a.log (check log file(s) for error details)
 Error in rule label:
     log: {folder}/c.log (check log file(s) for error details)
+    log: {folder}/d.log (check log file(s) for error details)
     log: {folder}/gone.log (check log file(s) for error details)
 """
 
@@ -19,6 +20,7 @@ def test_each_failed_job_says_its_last_line_once(tmp_path):
         "run": RUN.format(folder=tmp_path),
         "a": "Traceback (most recent call last):\nValueError: room: 80 frames\n",
         "b": "2026-11-23 12:53:52,942 ERROR fsel: b.parquet: is damaged\n",
+        "d": "fsel.outcome.Unfinished: frames [3, 5]\nin fit\nCUDA error: assert\n",
         "c": "2026-11-23 12:53:52,942 INFO fsel: done in 3.0 s, 2.0 s of the processor\n",
     }
     for name, text in logs.items():
@@ -28,4 +30,6 @@ def test_each_failed_job_says_its_last_line_once(tmp_path):
         f"  ({tmp_path}/a.log)",
         "fsel: b.parquet: is damaged",
         f"  ({tmp_path}/b.log)",
+        "fsel: frames [3, 5]: CUDA error: assert",
+        f"  ({tmp_path}/d.log)",
     ]

@@ -9,6 +9,7 @@ from typing import NoReturn
 
 FAILED = re.compile(r"^ +log: (\S+) \(check log", re.M)  # in Snakemake's log, of a job that failed
 HEAD = re.compile(r"^\S+ \S+ ERROR fsel: |^[\w.]*(Error|Exception): ")  # of what the job said last
+SUBSET = re.compile(r"^[\w.]+\.Unfinished: (.*)")  # what of, before the program's own last lines
 
 
 class Refusal(SystemExit):
@@ -56,5 +57,6 @@ def failures(logs: Iterable[str]) -> str:
     for path in map(Path, FAILED.findall(told)):
         lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
         if lines and " INFO fsel: done in " not in lines[-1]:  # tried again, and done
-            said[path] = HEAD.sub("", lines[-1])
+            found = [m[1] for m in map(SUBSET.match, lines[:-1]) if m]
+            said[path] = ": ".join([*found[-1:], HEAD.sub("", lines[-1])])
     return "\n".join(f"fsel: {text}\n  ({path})" for path, text in said.items())
