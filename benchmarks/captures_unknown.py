@@ -322,7 +322,7 @@ def _resampled(gains: pd.Series) -> str:
     """Interval by bootstrap, which takes no gain as normal, and how many captures are ahead."""
     differ = gains[gains != 0]
     if not len(differ):
-        return "| 0 / 0 "
+        return "| 0 / 0"
     found = bootstrap((gains.to_numpy(),), np.mean, n_resamples=9999, rng=0)
     low, high = found.confidence_interval
     ahead = int((differ > 0).sum())
