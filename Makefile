@@ -36,6 +36,7 @@ ROWS = results/captures_unknown.jsonl
 MADE = results/captures_made.jsonl
 captures: .venv/installed
 	$(CAPTURES) measure --rows $(ROWS)
+	$(CAPTURES) measure --starts 1 5 --budgets 10 15 --methods "the rule alone" tried --rows $(ROWS)
 	$(CAPTURES) measure --made --budgets 10 --rows $(MADE)
 	$(CAPTURES) page --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
