@@ -11,7 +11,7 @@ import numpy as np
 
 from fsel.colmap.bindings import pycolmap
 from fsel.colmap.model import write_binary
-from fsel.colmap.runs import MIN_PLACED, Part, Work
+from fsel.colmap.runs import Part, Work
 from fsel.data.geometry import upright
 from fsel.images import video
 from fsel.ingest import sfm
@@ -104,9 +104,7 @@ def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
         usual += ", as of a slower walk"
     usual += "; or --features xfeat"
     paths = ", ".join(str(source.path) for source in sources)
-    return ValueError(
-        f"{paths}: {error.said}; at least {MIN_PLACED} are needed: {error.cause or usual}"
-    )
+    return ValueError(f"{paths}: {error.said}: {error.cause or usual}")
 
 
 def _raw(sources: Sequence[Source], taken: Taken, folder: Path) -> tuple[RawCapture, list[Part]]:
