@@ -102,7 +102,6 @@ def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
     usual = f"the {several} show too little in common. Hint: more images that overlap each other"
     if several == "videos":
         usual += ", as of a slower walk"
-    usual += "; or --features xfeat"
     paths = ", ".join(str(source.path) for source in sources)
     return ValueError(f"{paths}: {error.said}: {error.cause or usual}")
 
