@@ -1,8 +1,9 @@
 """SIFT and XFeat (Potje et al. 2024) for poses: frames placed, errors, seconds of the processor.
 
-    OMP_NUM_THREADS=1 python benchmarks/features.py CAPTURE... --frames 60 --dim 1 0.06
+    OMP_NUM_THREADS=1 python benchmarks/features.py CAPTURE... --frames 24 --step 3 --dim 1 0.2 0.06
 
-Evenly spaced frames of captures are placed as those of a video are. `--dim` multiplies the light,
+Every so many frames of captures are placed as those of a video are. `fixed` is SIFT whose threshold
+does not follow the images' contrast. `--dim` multiplies the light,
 with the noise of a sensor (2 grey levels) and 8 bits after it. Errors are against the captures' own
 poses after the best similarity: median (greatest) degrees, and of centres per cent of the scene.
 """
@@ -17,9 +18,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fsel.colmap.features import KINDS
+from fsel.colmap import features, runs
 from fsel.colmap.runs import Part, Work
-from fsel.data.subsets import evenly
 from fsel.experiments.paper.pose_errors import pose_errors
 from fsel.images import files as image_files
 from fsel.ingest import sfm
@@ -27,6 +27,7 @@ from fsel.ingest.read import read_raw
 from fsel.layouts.contract import RawCapture
 
 NOISE = 2.0
+LIT = {"fixed": 0, features.SIFT: runs.LIT, features.XFEAT: runs.LIT}
 
 
 def dimmed(raw: RawCapture, folder: Path, dim: float) -> RawCapture:
@@ -47,7 +48,8 @@ def dimmed(raw: RawCapture, folder: Path, dim: float) -> RawCapture:
 def measured(raw: RawCapture, kind: str) -> str:
     """Cells of a table: frames that are placed, their errors, and seconds."""
     started = time.process_time()
-    work = Work(parts=[Part(range(len(raw.names)), ordered=True)], features=kind)
+    runs.LIT, used = LIT[kind], features.SIFT if kind == "fixed" else kind
+    work = Work(parts=[Part(range(len(raw.names)), ordered=True)], features=used)
     try:
         found = sfm.reconstruct(raw, work=work)
         given = raw.world_to_camera[[raw.names.index(name) for name in found.names]]
@@ -62,18 +64,20 @@ def measured(raw: RawCapture, kind: str) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("captures", type=Path, nargs="+")
-    parser.add_argument("--frames", type=int, default=60)
+    parser.add_argument("--frames", type=int, default=24)
+    parser.add_argument("--step", type=int, default=3)
+    parser.add_argument("--kinds", nargs="+", choices=LIT, default=list(LIT))
     parser.add_argument("--dim", type=float, nargs="+", default=[1.0], help="factors of the light")
     options = parser.parse_args()
     print("| capture | light | features | placed | degrees | centres, % | s |")
     print("|---|---|---|---|---|---|---|")
     for source in options.captures:
         _, raw = read_raw(source)
-        raw = raw.subset(evenly(len(raw.names), options.frames), "")
+        raw = raw.subset(list(range(len(raw.names)))[:: options.step][: options.frames], "")
         for dim in options.dim:
             with TemporaryDirectory() as folder:
                 seen = dimmed(raw, Path(folder), dim)
-                for kind in KINDS:
+                for kind in options.kinds:
                     cells = measured(seen, kind)
                     print(f"| {source.name} | {dim:g} | {kind} | {cells} |", flush=True)
 

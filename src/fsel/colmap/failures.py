@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -9,6 +10,9 @@ import numpy as np
 
 from fsel.colmap.bindings import pycolmap
 from fsel.data.subsets import evenly
+from fsel.images import files as image_files
+from fsel.images.matching import match
+from fsel.images.previews import reduced
 
 FEW = 100  # features of an image, below which two images seldom share enough
 INLIERS = 15  # of a verified pair
@@ -17,9 +21,10 @@ TURNS = 0.9  # share of the pairs that a rotation explains
 MOVED = 0.02  # of the longer side, of pairs that tell whether a picture slides
 RIGID = 0.0025  # of the longer side, left of 90 % of the matches where they move as a whole
 PAIRS, SAMPLE = 10, 200  # least, and most, pairs that tell it
+AHEAD, SIDE = 8, 640  # frames from one to the other of a pair, and pixels of its longer side
 DARK = (
     "its images show few features (the median is {count:.0f}): too dark, too blurred or without "
-    "texture. Hint: more light, a slower walk, or --features xfeat"
+    "texture. Hint: more light, a slower walk; or --features xfeat, whose poses are rougher"
 )
 STANDS = "the camera does not move. Hint: walk around what is to be seen"
 ROTATES = "the camera turns on the spot. Hint: walk sideways, so that near things shift"
@@ -59,19 +64,32 @@ def slides(database: Path) -> bool:
     COLMAP tries for minutes to place such images, and what it places has no depth. Real scenes are
     far from it: under a drone, 0.5 % of the longer side is left where 0.15 % is of one picture.
     """
-    pairs = [pair for pair in _verified(database) if _far(pair)]
-    left = []
-    for at in evenly(len(pairs), SAMPLE):
-        one, other, _ = pairs[at]
-        similar, _ = cv2.estimateAffinePartial2D(one, other, method=cv2.LMEDS)
-        moved = one if similar is None else one @ similar[:, :2].T + similar[:, 2]
-        left.append(np.percentile(np.hypot(*(moved - other).T), 90))
+    pairs = [(one, other) for one, other, _ in _verified(database) if _far(one, other)]
+    left = [_left(*pairs[at]) for at in evenly(len(pairs), SAMPLE)]
     return len(left) >= PAIRS and float(np.median(left)) < RIGID
 
 
-def _far(pair: tuple[np.ndarray, np.ndarray, bool]) -> bool:
-    one, other, _ = pair
+def slides_at_once(frames: Sequence[image_files.Image]) -> bool:
+    """Say the same of frames in order by ten pairs of them, in seconds; false where one differs."""
+    if len(frames) < AHEAD + PAIRS:
+        return False
+    for at in evenly(len(frames) - AHEAD, PAIRS):
+        images = [reduced(image_files.load(frames[i]), SIDE) for i in (at, at + AHEAD)]
+        one, other = (places / SIDE for places in match(*images))
+        if not len(one) or not _far(one, other) or _left(one, other) > RIGID:
+            return False
+    return True
+
+
+def _far(one: np.ndarray, other: np.ndarray) -> bool:
     return float(np.median(np.hypot(*(one - other).T))) > MOVED
+
+
+def _left(one: np.ndarray, other: np.ndarray) -> float:
+    """What 90 % of the matches differ by, at most, from a move of the picture as a whole."""
+    similar, _ = cv2.estimateAffinePartial2D(one, other, method=cv2.LMEDS)
+    moved = one if similar is None else one @ similar[:, :2].T + similar[:, 2]
+    return float(np.percentile(np.hypot(*(moved - other).T), 90))
 
 
 def _verified(database: Path) -> list[tuple[np.ndarray, np.ndarray, bool]]:

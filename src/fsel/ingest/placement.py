@@ -11,7 +11,7 @@ import numpy as np
 
 from fsel.colmap.bindings import pycolmap
 from fsel.colmap.model import write_binary
-from fsel.colmap.runs import MIN_PLACED, Part, Work
+from fsel.colmap.runs import Part, Work
 from fsel.data.geometry import upright
 from fsel.images import video
 from fsel.ingest import sfm
@@ -102,11 +102,8 @@ def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
     usual = f"the {several} show too little in common. Hint: more images that overlap each other"
     if several == "videos":
         usual += ", as of a slower walk"
-    usual += "; or --features xfeat"
     paths = ", ".join(str(source.path) for source in sources)
-    return ValueError(
-        f"{paths}: {error.said}; at least {MIN_PLACED} are needed: {error.cause or usual}"
-    )
+    return ValueError(f"{paths}: {error.said}: {error.cause or usual}")
 
 
 def _raw(sources: Sequence[Source], taken: Taken, folder: Path) -> tuple[RawCapture, list[Part]]:

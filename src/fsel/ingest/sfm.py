@@ -13,7 +13,7 @@ import numpy as np
 
 from fsel.colmap.bindings import pycolmap
 from fsel.colmap.camera import Camera
-from fsel.colmap.failures import SLIDES, cause, slides
+from fsel.colmap.failures import SLIDES, cause, slides, slides_at_once
 from fsel.colmap.model import write_binary
 from fsel.colmap.observations import observed, points_of
 from fsel.colmap.runs import (
@@ -206,6 +206,7 @@ def place(
         log.info("%s placed %d of %d frames", work.who, placed, len(names))
         if placed < MIN_PLACED:
             said = f"{work.who} placed {placed} of {len(names)} frames"
+            said += f"; at least {MIN_PLACED} are needed"
             raise NotPlaced(raw.images[0], said, "" if work.by else cause(folder / DATABASE))
         model = max(models, key=lambda model: model.num_reg_images())
         rows = matched(names, [image.name for image in model.images.values()])
@@ -226,12 +227,14 @@ def _mapped(
 ) -> list[pycolmap.Reconstruction]:
     """The models that COLMAP's incremental mapper builds in a folder."""
     database = folder / DATABASE
+    said = f"COLMAP cannot place its {len(names)} frames"
+    if len(work.parts) == 1 and work.parts[0].ordered and slides_at_once(raw.images):
+        raise NotPlaced(raw.images[0], said, SLIDES)
     extract(database, folder / "images", names, work, one_camera=not known_cameras)
     if known_cameras:
         _state(dict(zip(names, raw.cameras, strict=True)), database)
     match(database, names, work)
     if slides(database):
-        said = f"COLMAP was not asked to place {len(names)} frames"
         raise NotPlaced(raw.images[0], said, SLIDES)
     begun = start and _put(start, dict(zip(raw.names, names, strict=True)), folder / "begun")
     models = build(
