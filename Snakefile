@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(workflow.basedir, "src")))
 from fsel.experiments import TABLES
 from fsel.experiments.answers import answer
 from fsel.workflow import inputs, perceptual, requirements, work
-from fsel.workflow.artefacts import check_artefacts
+from fsel.workflow.artefacts import check_artefacts, copies
 from fsel.workflow.cluster import start_on_slurm
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.machine import IMAGE, check_image, prepare
@@ -96,10 +96,10 @@ onstart:
                 workflow.executor_settings.jobname_prefix or "",
             )
         jobs = list(workflow.dag.needrun_jobs())
-        check_artefacts(
-            [path for job in jobs for path in job.input],
-            [path for job in jobs for path in job.output],
-        )
+        outputs = [path for job in jobs for path in job.output]
+        check_artefacts([path for job in jobs for path in job.input], outputs)
+        if workflow.executor_plugin.name != "touch" and (note := copies(outputs)):
+            print(note, file=sys.stderr)
         perceptual.fetch(experiment)
 
 

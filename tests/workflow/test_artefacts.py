@@ -5,6 +5,7 @@ import os
 from dry_runs import forked
 
 from fsel.utils.checksums import write
+from fsel.workflow.artefacts import copies
 
 WORKFLOW = """
 from fsel.workflow.artefacts import check_artefacts
@@ -47,3 +48,14 @@ def test_a_damaged_input_is_refused_before_outputs_are_removed(tmp_path):
     done = snakemake(tmp_path, "--force", "made.npy")
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "made.npy").read_text() == "anew\n"
+
+
+def test_results_of_another_checkout_are_told_before_they_are_made_again(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "made.npy").write_text("whole")
+    assert copies(["missing.npy"]) == ""
+    assert "1 result of another checkout, as made.npy" in copies(["missing.npy", "made.npy"])
+    (tmp_path / ".snakemake" / "metadata").mkdir(parents=True)
+    assert "--touch" in copies(["made.npy"])
+    (tmp_path / ".snakemake" / "metadata" / "bWFkZS5ucHk=").write_text("{}")
+    assert copies(["made.npy"]) == ""

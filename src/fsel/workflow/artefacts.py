@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from fsel.utils.checksums import damages, remade
+from fsel.utils.wording import counted
 from fsel.workflow.refusal import Refusal
+
+NOTES = Path(".snakemake/metadata")  # how files were made, by Snakemake
 
 
 def check_artefacts(inputs: Iterable[str], outputs: Iterable[str]) -> None:
@@ -20,3 +24,18 @@ def check_artefacts(inputs: Iterable[str], outputs: Iterable[str]) -> None:
     damaged = damages(set(inputs) - set(outputs))
     if damaged:
         raise Refusal("\n".join([*damaged.values(), remade(damaged, "the options of this run")]))
+
+
+def copies(outputs: Iterable[str]) -> str:
+    """Say that outputs which are made again came from another checkout; empty where none did.
+
+    Args:
+        outputs: of the jobs ahead.
+    """
+    there = sorted(path for path in outputs if Path(path).exists())
+    if not there or any(NOTES.glob("*")):
+        return ""
+    return (
+        f"config: {counted(len(there), 'result')} of another checkout, as {there[0]}, made again. "
+        "Hint: to keep them, end this run, copy them anew, and give the command with --touch once"
+    )
