@@ -13,7 +13,7 @@ from browsing import decoded, pictures
 from small_captures import write_ring
 
 from fsel.cli import main, view
-from fsel.pages import report
+from fsel.pages import shown
 from fsel.pages.viewer import bundle
 from fsel.reconstruct import ply
 
@@ -84,7 +84,7 @@ def test_what_is_left_out_as_bad_is_told_from_duplicates_that_may_be_picked():
 
 
 def test_many_photos_are_smaller(made, monkeypatch):
-    monkeypatch.setattr(report, "LARGE", 6)  # of 24, so that each has half the side
+    monkeypatch.setattr(shown, "LARGE", 6)  # of 24, so that each has half the side
     arguments = ["view", str(made / "ring"), "--long-side", "60"]
     assert main([*arguments, "-o", str(made / "page.html")]) == 0
     found = pictures((made / "page.html").read_text())

@@ -6,7 +6,7 @@ import argparse
 import shlex
 from collections.abc import Sequence
 
-from fsel.pages.report import Commands
+from fsel.pages.shown import Commands
 
 LISTS = {"--always": 1, "--never": 1, "--force": 0}
 AGAINST = {

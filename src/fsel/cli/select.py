@@ -34,7 +34,8 @@ from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.images.previews import check_pixels, sharpness_of_files, thumbnails
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture
-from fsel.pages.report import REPORT, Shown, frames_shown, page, picture_side
+from fsel.pages.report import REPORT, page
+from fsel.pages.shown import Shown, frames_shown, picture_side
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.hidden import behind

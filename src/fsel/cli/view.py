@@ -18,7 +18,8 @@ from fsel.export.forms import CLOUD
 from fsel.export.record import RECORD
 from fsel.images.previews import in_turn, jpeg, reduced
 from fsel.pages import viewer
-from fsel.pages.report import REPORT, SIDE, adds, picture_side, with_view
+from fsel.pages.report import REPORT, with_view
+from fsel.pages.shown import SIDE, adds, picture_side
 from fsel.pages.viewer.bundle import script
 from fsel.reconstruct import ply
 from fsel.utils.outputs import staged

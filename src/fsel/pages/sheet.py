@@ -7,7 +7,7 @@ from io import BytesIO
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from fsel.pages.report import Shown, cards_of
+from fsel.pages.shown import Shown, cards_of
 
 CELL, TEXT, EDGE = 120, 16, 4  # pixels of a picture's longer side, a line of text, a coloured edge
 MOST_ACROSS = 16
