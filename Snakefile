@@ -18,7 +18,7 @@ from fsel.workflow.experiment import Experiment
 from fsel.workflow.machine import IMAGE, check_image, prepare
 from fsel.workflow.refusal import failures
 from fsel.workflow.resources import Size
-from fsel.workflow.tables import Tables, report_labels
+from fsel.workflow.rules import Tables, report_labels
 
 prepare()
 # the settings are not there where the rules are only read

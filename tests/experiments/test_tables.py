@@ -7,7 +7,7 @@ from fsel.experiments import TABLES
 from fsel.experiments.paper import compared, estimate_poses
 from fsel.experiments.paper.ablation import cases
 from fsel.workflow.refusal import Refusal
-from fsel.workflow.tables import Tables
+from fsel.workflow.rules import Tables
 
 FIRST = {"name": "splats", "long_side": 48}
 SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}

@@ -5,7 +5,7 @@ from dry_runs import ROOT, SMOKE, experiment, with_dataset
 
 from fsel.workflow import requirements
 from fsel.workflow.refusal import Refusal
-from fsel.workflow.tables import Tables
+from fsel.workflow.rules import Tables
 
 SHIPPED = ROOT / "src" / "fsel" / "selector" / "weights"
 FIRST = {"name": "splats", "long_side": 48}

@@ -18,8 +18,8 @@ from fsel.utils.programs.outcome import MissingRequirement
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import MissingProgram, refuse
+from fsel.workflow.rules import Tables
 from fsel.workflow.settings import PAGE
-from fsel.workflow.tables import Tables
 
 STAND_INS = Path("config", "stand_ins.yaml")
 

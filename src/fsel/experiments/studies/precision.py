@@ -211,7 +211,8 @@ def precision(
         reconstructor = reconstructor_of(problem.capture, reconstruction)
         evaluator = Evaluator.on_frames(reconstructor, targets)
         rows += compare_arithmetic(problem, scorers, k, evaluator, part=label, name=name)
-        picks = retrained_picks(problem, trained, k)
+        made = POLICIES[TRAINED].prepare(problem)
+        picks = {n: made.pool[greedy(made, own, k)[0]] for n, own in trained.items()}
         place = {"part": TRAINING, "name": name, "method": TRAINED}
         retrained += compared(picks, seconds, evaluator, **place)
         logger.info("%s: %s", name, rows[-1])
@@ -219,14 +220,6 @@ def precision(
     result = pd.DataFrame(rows)[[*COLUMNS, "seconds", "loss"]]
     write_csv(result, numbers, form="%.6g")
     write_text(_table(result, k, facts), table)
-
-
-def retrained_picks(
-    problem: Problem, trained: Mapping[str, Network], k: int
-) -> dict[str, np.ndarray]:
-    """Precision of the training -> frames that its scorer picks, all by the same loop."""
-    prepared = POLICIES[TRAINED].prepare(problem)
-    return {n: prepared.pool[greedy(prepared, own, k)[0]] for n, own in trained.items()}
 
 
 def loss_gap(result: pd.DataFrame) -> float:

@@ -1,19 +1,26 @@
-"""Cases that the tables of features and scorers compare, and their scenes."""
+"""Cases that the tables of features and scorers compare, their scenes, and their rules."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from fsel.experiments import specs
+from fsel.experiments.paper.ablation.trials import evaluate_trials, trial
+from fsel.experiments.specs import Values
+from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import refuse
+from fsel.workflow.resources import Size
 from fsel.workflow.schema import complete, read_schema
 from fsel.workflow.settings import Scene
+from fsel.workflow.tables import Job
 
 FEATURES, SCORERS = "feature_sweep", "scorer_arch"  # the two tables
 BUDGETS = {FEATURES: 30, SCORERS: 20}  # the paper's
@@ -87,3 +94,88 @@ def scenes(experiment: Experiment, table: str) -> list[Scene]:
             "features and scorers are compared on them unless trials.scenes says otherwise",
         )
     return every
+
+
+@dataclass(frozen=True)
+class Trained:
+    """The rules that train and try a table's cases, and measure what they pick.
+
+    Attributes:
+        table: `FEATURES` or `SCORERS`.
+    """
+
+    table: str
+
+    @property
+    def jobs(self) -> list[Job]:
+        """Both rules."""
+        name = self.table
+        trained = Job(
+            trial,
+            name=f"trial_{name}",
+            outputs={"picks": f"<results>/trials/{name}/{{trial}}.parquet"},
+            message=f"Training {name} {{wildcards.trial}} and selecting with it",
+            inputs=self._read,
+            params=self._settings,
+            size=Size(4000, 120),
+        )
+        evaluated = Job(
+            evaluate_trials,
+            name=f"evaluate_{name}",
+            outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}{name}.parquet"},
+            message=f"Reconstructing {{wildcards.dataset}}/{{wildcards.scene}} for {name}",
+            inputs=lambda experiment: {
+                **specs.of_draws(experiment),
+                "trials": self._files(experiment),
+            },
+            params=lambda experiment: {
+                "names": list(cases(experiment, name)),
+                "reconstruction": experiment.reconstruction_of,
+            },
+            size=Size(4000, 60, "reconstruction"),
+        )
+        return [trained, evaluated]
+
+    def inputs(self, experiment: Experiment) -> Values:
+        """Collect what the table's function reads."""
+        name = f"{{reconstructor}}{self.table}.parquet"
+        measured = inputs.of_scenes(scenes(experiment, self.table), name)
+        return {"evaluations": measured, "trials": self._files(experiment)}
+
+    def told(self, experiment: Experiment) -> Values:
+        """Return the scenes, and the facts of the table's caption."""
+        chosen = scenes(experiment, self.table)
+        facts = specs.facts_about(experiment, specs.datasets_of(chosen))
+        epochs = experiment.config["trials"]["epochs"]
+        return {
+            "scenes": chosen,
+            "facts": lambda wildcards: {**facts(wildcards), "epochs": epochs},
+        }
+
+    def _files(self, experiment: Experiment) -> list[str]:
+        """The picks of every case."""
+        names = cases(experiment, self.table)
+        return [f"<results>/trials/{self.table}/{name}.parquet" for name in names]
+
+    def _read(self, experiment: Experiment) -> Values:
+        chosen = scenes(experiment, self.table)
+        draws, kinds = range(experiment.config["draws"]), ["frames", "descriptors"]
+        return {
+            **inputs.captures(inputs.labelled(experiment), kinds),
+            **inputs.captures(inputs.joined(chosen), kinds, prefix="validation_"),
+            "trajectories": "<results>/trajectories.parquet",
+            "splits": inputs.of_labelled(experiment, "splits"),
+            "validation_splits": inputs.of_scenes(chosen, "split.parquet", draws),
+        }
+
+    def _settings(self, experiment: Experiment) -> Values:
+        every, config = cases(experiment, self.table), experiment.config
+        named = inputs.joined(scenes(experiment, self.table))
+        return {
+            "case": lambda wildcards: every[wildcards.trial],
+            "k": experiment.budget_near(BUDGETS[self.table]),
+            "scenes": list(experiment.labelled),
+            "problems": [f"{scene}/draw{n}" for scene in named for n in range(config["draws"])],
+            "learning_rate": config["training"]["learning_rate"],
+            **{key: config["trials"][key] for key in ("seeds", "epochs")},
+        }

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import pandas as pd
 
 from fsel.experiments.paper.ablation import cases
-from fsel.experiments.paper.ablation import trials as ablation
 from fsel.experiments.paper.ablation.extras import EXTRAS
 from fsel.experiments.specs import Scenes
 from fsel.features.columns import FEATURES
@@ -186,31 +185,29 @@ def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
 
 FEATURE_SWEEP = Table(
     feature_sweep,
-    inputs=lambda experiment: ablation.trial_inputs(experiment, cases.FEATURES),
+    inputs=cases.Trained(cases.FEATURES).inputs,
     params=lambda experiment: {
         "cases": cases.feature_cases(experiment),
-        "scenes": cases.scenes(experiment, cases.FEATURES),
-        "facts": ablation.facts(experiment, cases.FEATURES),
+        **cases.Trained(cases.FEATURES).told(experiment),
     },
     category="Paper",
     title="Tested features",
     caption="PSNR on validation scenes of the paper's scorer trained on every feature "
     "configuration that the paper lists, minus that with all 18 features, with paired 95% "
     "intervals.",
-    jobs=ablation.jobs(cases.FEATURES),
+    jobs=cases.Trained(cases.FEATURES).jobs,
 )
 
 SCORER_ARCH = Table(
     scorer_arch,
-    inputs=lambda experiment: ablation.trial_inputs(experiment, cases.SCORERS),
+    inputs=cases.Trained(cases.SCORERS).inputs,
     params=lambda experiment: {
         "labels": cases.scorer_labels(experiment),
-        "scenes": cases.scenes(experiment, cases.SCORERS),
-        "facts": ablation.facts(experiment, cases.SCORERS),
+        **cases.Trained(cases.SCORERS).told(experiment),
     },
     category="Paper",
     title="Scorer architectures",
     caption="PSNR on validation scenes of every scorer architecture that the paper lists, minus "
     "that of its own perceptron, with paired 95% intervals; and numbers of parameters.",
-    jobs=ablation.jobs(cases.SCORERS),
+    jobs=cases.Trained(cases.SCORERS).jobs,
 )

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -15,20 +15,13 @@ from fsel.data.problem import Problem
 from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import measure, measured_units
-from fsel.experiments import specs
-from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
-from fsel.experiments.specs import Values
 from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared
 from fsel.selector.policies import POLICIES
 from fsel.selector.rollout import follow, pick
 from fsel.utils.files import File, Files, read_table, write_table
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job
 
 if TYPE_CHECKING:
     import torch  # a third of the time of a short job
@@ -221,79 +214,3 @@ def evaluate_trials(
         targets = Split.load(splits[int(draw)]).targets
         tables.append(measure(Evaluator.on_frames(reconstructor, targets), part).assign(draw=draw))
     write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)
-
-
-def trial_files(experiment: Experiment, table: str) -> list[str]:
-    """The picks of every case of a table."""
-    names = cases.cases(experiment, table)
-    return [f"<results>/trials/{table}/{name}.parquet" for name in names]
-
-
-def trial_inputs(experiment: Experiment, table: str) -> Values:
-    """Collect what the table's function reads."""
-    scenes = cases.scenes(experiment, table)
-    return {
-        "evaluations": inputs.of_scenes(scenes, f"{{reconstructor}}{table}.parquet"),
-        "trials": trial_files(experiment, table),
-    }
-
-
-def facts(experiment: Experiment, table: str) -> Callable[[Any], dict[str, Any]]:
-    """Return the function that gives the facts of the table's caption."""
-    told = specs.facts_about(experiment, specs.datasets_of(cases.scenes(experiment, table)))
-    epochs = experiment.config["trials"]["epochs"]
-    return lambda wildcards: {**told(wildcards), "epochs": epochs}
-
-
-def jobs(table: str) -> list[Job]:
-    """The rules that train and try a table's cases, and measure what they pick."""
-
-    def read(experiment: Experiment) -> Values:
-        scenes = cases.scenes(experiment, table)
-        draws, kinds = range(experiment.config["draws"]), ["frames", "descriptors"]
-        return {
-            **inputs.captures(inputs.labelled(experiment), kinds),
-            **inputs.captures(inputs.joined(scenes), kinds, prefix="validation_"),
-            "trajectories": "<results>/trajectories.parquet",
-            "splits": inputs.of_labelled(experiment, "splits"),
-            "validation_splits": inputs.of_scenes(scenes, "split.parquet", draws),
-        }
-
-    def settings(experiment: Experiment) -> Values:
-        every, config = cases.cases(experiment, table), experiment.config
-        scenes = inputs.joined(cases.scenes(experiment, table))
-        return {
-            "case": lambda wildcards: every[wildcards.trial],
-            "k": experiment.budget_near(cases.BUDGETS[table]),
-            "scenes": list(experiment.labelled),
-            "problems": [f"{scene}/draw{n}" for scene in scenes for n in range(config["draws"])],
-            "learning_rate": config["training"]["learning_rate"],
-            "seeds": config["trials"]["seeds"],
-            "epochs": config["trials"]["epochs"],
-        }
-
-    trained = Job(
-        trial,
-        name=f"trial_{table}",
-        outputs={"picks": f"<results>/trials/{table}/{{trial}}.parquet"},
-        message=f"Training {table} {{wildcards.trial}} and selecting with it",
-        inputs=read,
-        params=settings,
-        size=Size(4000, 120),
-    )
-    evaluated = Job(
-        evaluate_trials,
-        name=f"evaluate_{table}",
-        outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}{table}.parquet"},
-        message=f"Reconstructing {{wildcards.dataset}}/{{wildcards.scene}} from picks of {table}",
-        inputs=lambda experiment: {
-            **specs.of_draws(experiment),
-            "trials": trial_files(experiment, table),
-        },
-        params=lambda experiment: {
-            "names": list(cases.cases(experiment, table)),
-            "reconstruction": experiment.reconstruction_of,
-        },
-        size=Size(4000, 60, "reconstruction"),
-    )
-    return [trained, evaluated]

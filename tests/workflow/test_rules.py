@@ -9,7 +9,8 @@ from fsel.experiments import TABLES
 from fsel.workflow import inputs
 from fsel.workflow.refusal import MissingProgram, Refusal, refuse
 from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job, Table, Tables, report_labels
+from fsel.workflow.rules import Tables, report_labels
+from fsel.workflow.tables import Job, Table
 
 WILDCARDS = SimpleNamespace(dataset="d", scene="s", reconstructor="")
 
