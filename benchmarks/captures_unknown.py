@@ -275,6 +275,7 @@ def _each(table: pd.DataFrame) -> pd.DataFrame:
 
 def _head(table: pd.DataFrame) -> str:
     starts, shape = table[table["method"] == TRIED].groupby("k")["start"], SETTINGS["gaussians"]
+    told = table[table["method"] == TOLD]["start"].unique()
     held = "; ".join(
         f"{', '.join(map(str, first))} (K = {', '.join(map(str, part.index))})"
         for first, part in starts.unique().map(sorted).map(tuple).to_frame().groupby("start")
@@ -288,7 +289,8 @@ def _head(table: pd.DataFrame) -> str:
         "\n\n"
         f"One frame in {EVERY} is held out, in turn from frame {held} on; picks of the others are "
         "scored on them. Nobody states them to the rule alone (`--patience 0`) and to what is "
-        "tried (`fsel select -k`); `fsel` with targets known is told of them. By `gaussians` "
+        "tried (`fsel select -k`); `fsel` with targets known is told of them, from frame "
+        f"{', '.join(map(str, sorted(told)))} on alone. By `gaussians` "
         f"({LONG_SIDE} pixels, {shape['steps']} steps, {shape['gaussians']:,} Gaussians) and "
         "`splats`. Differences are from every n-th frame; intervals are 95 % by Student's t over "
         "captures, each the mean of its hold-outs and seeds. It takes their gains as normal, so "

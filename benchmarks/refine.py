@@ -29,7 +29,7 @@ from captures_unknown import EVERY, LONG_SIDE, SETTINGS, ruled, scored, tried
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
-from fsel.data.subsets import evenly, subset_key
+from fsel.data.subsets import subset_key
 from fsel.ingest.read import read_capture
 from fsel.reconstruct import reconstructor_of
 from fsel.request.problem import request_problem
@@ -40,7 +40,6 @@ from fsel.request.targets import targets_of
 
 TRUTH = "gaussians"
 VIEWS = ("unknown", "known")
-FRESH = ("gain", "least", "ssim", "error", "validation")
 CELL = ["capture", "start", "k", "views", "judge", "seconds"]
 
 
@@ -61,51 +60,44 @@ def climbed(
     return found
 
 
+def begun(
+    capture: Capture, held: np.ndarray, k: int, views: str
+) -> tuple[Problem, np.ndarray, np.ndarray]:
+    """Make the problem, name its frames by those of the whole capture, and pick without swaps."""
+    if views == "known":
+        part, frames, targets = capture, np.arange(len(capture)), held
+        picks = ruled(capture, k, held)
+    else:
+        frames, targets = np.setdiff1d(np.arange(len(capture)), held), None
+        part = capture.subset(frames)
+        picks = tried(part, k)[0]
+    problem = request_problem(part, targets_of(part, targets), np.zeros(len(part)), None, None)
+    return problem, frames, picks
+
+
 def rows(
     capture: Capture, cell: dict[str, object], judges: Sequence[str], asked: argparse.Namespace
 ) -> Iterator[dict[str, object]]:
     """Yield one row a judge and limit of seconds."""
-    held, k = np.arange(cell["start"], len(capture), EVERY), cell["k"]
-    seen = np.setdiff1d(np.arange(len(capture)), held)
-    if cell["views"] == "known":
-        part, frames, targets, began = (
-            capture,
-            np.arange(len(capture)),
-            held,
-            ruled(capture, k, held),
-        )
-    else:
-        part, frames, targets = capture.subset(seen), seen, None
-        began = tried(part, k)[0]
-    problem = request_problem(part, targets_of(part, targets), np.zeros(len(part)), None, None)
+    held = np.arange(cell["start"], len(capture), EVERY)
+    problem, frames, before = begun(capture, held, cell["k"], cell["views"])
 
     @cache
-    def worth(picks: tuple[int, ...]) -> np.ndarray:
-        found = [scored(capture, TRUTH, at, np.array(picks), held) for at in range(asked.seeds)]
-        return np.mean(found, axis=0)
+    def worth(picks: tuple[int, ...]) -> float:
+        found = [scored(capture, TRUTH, at, np.array(picks), held)[0] for at in range(asked.seeds)]
+        return float(np.mean(found))
 
-    def of(picks: np.ndarray) -> np.ndarray:
-        return worth(subset_key(frames[picks]))
-
-    even, before = worth(subset_key(seen[evenly(len(seen), k)])), of(began)
     for judge in judges:
-        for limit, swapped in climbed(problem, began, judge, asked.seconds).items():
-            kept = confirmed(problem, began, swapped) if problem.whole else swapped
-            swaps, ssim = of(swapped.picks) - before
+        for limit, swapped in climbed(problem, before, judge, asked.seconds).items():
+            kept = confirmed(problem, before, swapped) if problem.whole else swapped
+            after, start = subset_key(frames[swapped.picks]), subset_key(frames[before])
             yield {
                 "judge": judge,
                 "seconds": limit,
                 "tried": swapped.tried,
-                "estimate": swapped.gain,
+                "shown": round(swapped.gain, 5),
+                "swaps": round(worth(after) - worth(start), 5),
                 "kept": kept.kept,
-                "swaps": swaps,
-                "swaps_ssim": ssim,
-                "began": (before - even)[0],
-                "over": (of(kept.picks) - even)[0],
-                "fresh": None
-                if kept.fresh is None
-                else [getattr(kept.fresh, name) for name in FRESH],
-                "picks": frames[swapped.picks].tolist(),
             }
 
 
@@ -151,21 +143,23 @@ def _head(table: pd.DataFrame) -> str:
         f"{SETTINGS[TRUTH]['gaussians']:,} Gaussians, two seeds) over that of the picks before any "
         "swap, dB. With views unknown: of all swaps / of what is kept, which is 0 where frames "
         "that scored no swap do not confirm them; the swaps begin with what `fsel select -k` "
-        "keeps after trying. Two fits of one selection differ by about 0.5 dB.\n"
+        "keeps after trying. `shown` is the mean gain on the frames that scored the swaps. Two "
+        "fits of one selection differ by about 0.5 dB.\n"
     )
 
 
 def _table(part: pd.DataFrame) -> str:
     """One row a judge, budget and limit of seconds; a column a capture."""
     names = sorted(part["capture"].unique())
-    lines = ["| K | judge | seconds | subsets | " + " | ".join([*names, "mean", "worst"]) + " |"]
-    lines.append("|---" * (len(names) + 6) + "|")
+    heads = ["K", "judge", "seconds", "subsets", "shown", *names, "mean", "worst"]
+    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
     for (k, judge, seconds), cell in part.groupby(["k", "judge", "seconds"]):
-        gains = cell.assign(kept=cell["swaps"] * cell["kept"])
+        gains = cell.assign(kept=cell["swaps"].where(cell["kept"], 0.0))
         gains = gains.groupby("capture")[["swaps", "kept"]].mean().reindex(names)
         outcomes = [gains.loc[name] for name in names] + [gains.mean(), gains.min()]
         lines.append(
             f"| {k} | `{judge}` | {seconds:g} | {cell['tried'].median():.0f} | "
+            f"{cell['shown'].mean():+.2f} | "
             f"{' | '.join(_pair(pair, part) for pair in outcomes)} |"
         )
     return "\n".join(lines) + "\n"
