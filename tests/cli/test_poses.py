@@ -290,12 +290,15 @@ def test_settings_and_files_tell_one_cache_from_another(tmp_path):
     shutil.copy(one, other)
     wide, close = Sampling(10), Sampling(20)
     asked = [([one], wide), ([one], close), ([other], wide), ([one, other], wide)]
-    keys = [posing._digest([Source(path) for path in paths], how, None) for paths, how in asked]
-    keys += [posing._digest([Source(one)], wide, Estimator(by=[word])) for word in "ab"]
-    assert len(set(keys)) == 6
-    assert posing._digest([Source(one)], Sampling(10), None) == keys[0]
+    keys = [
+        posing._digest([Source(path) for path in paths], how, None, "sift") for paths, how in asked
+    ]
+    keys += [posing._digest([Source(one)], wide, Estimator(by=[word]), "sift") for word in "ab"]
+    keys.append(posing._digest([Source(one)], wide, None, "xfeat"))
+    assert len(set(keys)) == 7
+    assert posing._digest([Source(one)], Sampling(10), None, "sift") == keys[0]
     one.write_bytes(b"another video")
-    assert posing._digest([Source(one)], wide, None) != keys[0]
+    assert posing._digest([Source(one)], wide, None, "sift") != keys[0]
 
 
 def test_a_demonstration_is_a_capture_and_its_video(cache, tmp_path, capsys, monkeypatch):
