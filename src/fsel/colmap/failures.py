@@ -86,7 +86,7 @@ def _far(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 def _left(one: np.ndarray, other: np.ndarray) -> float:
-    """What 90 % of the matches differ by, at most, from a move of the picture as a whole."""
+    """Difference of 90 % of the matches, at most, from a move of the picture as a whole."""
     similar, _ = cv2.estimateAffinePartial2D(one, other, method=cv2.LMEDS)
     moved = one if similar is None else one @ similar[:, :2].T + similar[:, 2]
     return float(np.percentile(np.hypot(*(moved - other).T), 90))
