@@ -75,7 +75,7 @@ def slides_at_once(frames: Sequence[image_files.Image]) -> bool:
         return False
     for at in evenly(len(frames) - AHEAD, PAIRS):
         images = [reduced(image_files.load(frames[i]), SIDE) for i in (at, at + AHEAD)]
-        one, other = (places / SIDE for places in match(*images))
+        one, other = (places / max(images[0].shape) for places in match(*images))
         if not len(one) or not _far(one, other) or _left(one, other) > RIGID:
             return False
     return True
