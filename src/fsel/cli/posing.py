@@ -100,9 +100,6 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
             three can be placed.
     """
     by, kind = estimator(args), args.features or features.SIFT
-    if kind == features.XFEAT and not features.fetched():
-        console.say("features", "fetching the weights of XFeat, once")
-    features.check(kind)
     sources = _sources(args, console)
     films = sum(source.filmed for source in sources)
     sampling = video.Sampling(args.video_frames, args.rate)
@@ -113,6 +110,9 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
         if not (place / FOUND).is_file():
+            if kind == features.XFEAT and not features.fetched():
+                console.say("features", "fetching the weights of XFeat, once")
+            features.check(kind)
             work = Work(place / "matching", cores(), watch=console.bar, by=by, features=kind)
             _find(sources, sampling, place, console, work)
     report = json.loads((place / FOUND).read_text(encoding="utf-8"))
