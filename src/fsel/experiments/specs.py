@@ -82,6 +82,11 @@ def evaluation_scenes(experiment: Experiment) -> Scenes:
     return experiment.evaluation_scenes
 
 
+def draws(experiment: Experiment) -> range:
+    """The draws of targets."""
+    return range(experiment.config["draws"])
+
+
 def budgets(experiment: Experiment) -> Values:
     """The budgets of the sweep."""
     return {"budgets": experiment.config["budgets"]}

@@ -97,7 +97,7 @@ def test_every_pass_is_held_out_once(tmp_path):
     pd.testing.assert_frame_equal(once, again)
     output = tmp_path / "measured.parquet"
     settings = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr", "gmsd"]}
-    TRIALS.evaluate([tmp_path], picks[0], output, **asked, **settings)
+    TRIALS.evaluate([tmp_path], picks[:1], output, **asked, **settings)
     table = pd.read_parquet(output)
     assert "gmsd" in table
     assert "ssim" not in table

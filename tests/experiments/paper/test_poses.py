@@ -59,7 +59,7 @@ def estimated(given, found, folder, draws):
     picks, output = folder / "p.parquet", folder / "m.parquet"
     asked = {"settings": {"draws": draws, **DRAWN}, "config": "c"}
     ESTIMATES.select([given, found], given / "descriptors.parquet", [], picks, **asked)
-    ESTIMATES.evaluate([given, found], picks, output, **asked, **MEASURED)
+    ESTIMATES.evaluate([given, found], [picks], output, **asked, **MEASURED)
     return pd.read_parquet(output)
 
 
@@ -72,7 +72,7 @@ def test_the_selector_s_noise_leaves_the_reconstruction_alone(scene, tmp_path):
         NOISE.select([scene], scene / "descriptors.parquet", [], path, **asked)
         found.append(pd.read_parquet(path).drop(columns="seconds"))
     pd.testing.assert_frame_equal(*found)
-    NOISE.evaluate([scene], picks, output, **asked, **MEASURED)
+    NOISE.evaluate([scene], [picks], output, **asked, **MEASURED)
     table = pd.read_parquet(output)
     assert set(table["method"]) == set(SELECTORS)
     exact = psnr(table, change="none")

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 
 from fsel.baselines import METHODS
 from fsel.data.capture import Capture
@@ -60,11 +61,12 @@ def object_split(capture: Capture, draw: int, seed: int, targets: int) -> Split:
     return evaluation_split(capture, draw, seed, targets, showing)
 
 
-def around_object(problem: Problem) -> Problem:
+def around_object(capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
     """The problem, the object's centre being every view's reference point.
 
     The centre is found from the masks of frames that may be used, never from the targets'.
     """
+    problem = Problem.of(capture, split, described)
     return replace(problem, focus=from_capture(problem.capture, problem.observed).center)
 
 
@@ -80,7 +82,7 @@ def trials(
     small = capture.resized(long_side)
     for draw in range(draws):
         split, chance = object_split(small, draw, seed, targets), draw_chance(seed, draw)
-        yield scheme.Trial({"draw": draw}, capture, split, [k], chance, change=around_object)
+        yield scheme.Trial({"draw": draw}, capture, split, [k], chance, problem=around_object)
 
 
 def objectcentric(

@@ -51,13 +51,13 @@ def trials(
                 split,
                 budgets,
                 chance(seed),
-                change=_pooled(setting),
+                problem=_pooled(setting),
                 entered=_entered(setting),
             )
 
 
-def _pooled(setting: str) -> Callable[[Problem], Problem]:
-    return lambda problem: replace(problem, proxies_free=setting != "candidates")
+def _pooled(setting: str) -> Callable[..., Problem]:
+    return lambda *given: replace(Problem.of(*given), proxies_free=setting != "candidates")
 
 
 def _entered(setting: str) -> Callable[[list[Run]], list[Run]]:
@@ -136,9 +136,8 @@ TRIALS = scheme.Trials(
     "candidate_pools",
     trials,
     settings=lambda experiment: {**specs.budgets(experiment), "seeds": experiment.draw_seeds},
-    methods=(),
     weights=lambda experiment: [*experiment.weights("less_is_more"), *experiment.fsel],
-    splits=True,
+    draws=specs.draws,
     metrics=lambda experiment: METRICS,
     minutes=120,
 )

@@ -1,5 +1,7 @@
 """Cost of one reconstruction, measured in a process of its own (Linux).
 
+Evaluations of one process share caches, and the memory that they hold.
+
 `python -m fsel.experiments.studies.footprint` reads a request as JSON from its input and prints
 the answer.
 """

@@ -1,4 +1,8 @@
-"""Worth of arithmetic: float64, float32 and the compiled loop; training in either."""
+"""Worth of arithmetic: float64, float32 and the compiled loop; training in either.
+
+What is compared are loops inside one method, no methods, and they are timed without its features:
+picks are made here, and measured by the evaluator that all experiments have.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +18,13 @@ import pandas as pd
 from fsel.data.capture import Views
 from fsel.data.problem import Problem
 from fsel.data.split import Split
-from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.evaluator import Evaluator, evaluators
 from fsel.evaluation.measuring import measured
 from fsel.experiments import specs
 from fsel.experiments.specs import Values
 from fsel.experiments.studies.hard_cases import CASES
+from fsel.experiments.studies.hard_cases.case import on_frames
 from fsel.experiments.studies.selection_time import timed
-from fsel.reconstruct import reconstructor_of
-from fsel.reconstruct.splats import Splats
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, plain_table, tex
 from fsel.report.numbers import write_csv
@@ -133,7 +136,7 @@ def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
     for case in CASES.values():
         if case.make is not None:
             problem = case.make()
-            evaluator = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
+            evaluator = on_frames(problem.capture, problem.proxies)
             place = {"part": HARD, "name": case.name}
             rows += compare_arithmetic(problem, scorers, k, evaluator, **place)
     return rows
@@ -208,8 +211,7 @@ def precision(
     rows, retrained = [], []
     for label, name, folder, split in zip(labels, problems, folders, splits, strict=True):
         problem, targets = Problem.load(folder, split), Split.load(split).targets
-        reconstructor = reconstructor_of(problem.capture, reconstruction)
-        evaluator = Evaluator.on_frames(reconstructor, targets)
+        evaluator = evaluators(reconstruction)(problem.capture, targets)
         rows += compare_arithmetic(problem, scorers, k, evaluator, part=label, name=name)
         made = POLICIES[TRAINED].prepare(problem)
         picks = {n: made.pool[greedy(made, own, k)[0]] for n, own in trained.items()}

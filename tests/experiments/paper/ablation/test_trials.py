@@ -12,6 +12,7 @@ import yaml
 from fsel.data.capture import Capture
 from fsel.data.split import Split, coverage_split
 from fsel.evaluation.evaluator import Evaluator
+from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.architectures import MODULES
 from fsel.experiments.paper.ablation.extras import EXTRAS
 from fsel.experiments.paper.ablation.tables import (
@@ -21,7 +22,7 @@ from fsel.experiments.paper.ablation.tables import (
     scorer_arch,
     trial_cells,
 )
-from fsel.experiments.paper.ablation.trials import evaluate_trials, trial
+from fsel.experiments.paper.ablation.trials import try_case
 from fsel.features.columns import FEATURES
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
@@ -160,13 +161,14 @@ def labelled(tmp_path_factory):
 def tried(labelled, output, seeds=2, k=4, **case):
     _, folder, splits = labelled
     settings = {"module": "perceptron", "settings": {"width": 64}, "shown": FEATURES, "added": None}
-    trial(
+    try_case(
         [folder],
         [folder / "splits.parquet"],
         folder / "trajectories.parquet",
         [folder],
         splits,
         output,
+        trial=output.stem,
         case=settings | case,
         scenes=["s"],
         problems=[f"d/v/draw{n}" for n in range(len(splits))],
@@ -193,10 +195,9 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_every_kind_of_case_picks_candidates(labelled, tmp_path, case):
     table = tried(labelled, tmp_path / "t.parquet", seeds=1, **CASES[case])
-    assert table["draw"].tolist() == ["draw0", "draw1"]
-    for row, path in zip(table.itertuples(), labelled[2], strict=True):
-        picks = np.array(row.picks)
-        assert len(set(row.picks)) == 4
+    assert table["draw"].tolist() == [0] * 4 + [1] * 4
+    for (_, picks), path in zip(table.groupby("draw")["frame"], labelled[2], strict=True):
+        assert len(set(picks)) == 4
         assert np.isin(picks, Split.load(path).candidates).all()
     assert np.isfinite(table["loss"]).all()
     assert table["agreement"].between(0, 1).all()
@@ -204,7 +205,7 @@ def test_every_kind_of_case_picks_candidates(labelled, tmp_path, case):
 
 def test_a_trial_repeats_itself_and_seeds_differ(labelled, tmp_path):
     first, second = (tried(labelled, tmp_path / f"{i}.parquet") for i in range(2))
-    pd.testing.assert_frame_equal(first, second)
+    pd.testing.assert_frame_equal(first.drop(columns="method"), second.drop(columns="method"))
     by_seed = first.groupby("seed")["loss"].first()
     assert by_seed[0] != by_seed[1]
 
@@ -216,9 +217,10 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
         paths[name] = tmp_path / f"{name}.parquet"
         tried(labelled, paths[name], seeds=1)
     output = tmp_path / "measured.parquet"
-    evaluate_trials(
-        folder, splits, [*paths.values()], output, names=[*paths], dataset="d", scene="v",
-        reconstruction=RECONSTRUCTION, config="x",
+    every = cases.SCORER_ARCH.trials
+    every.evaluate(
+        [folder], [*paths.values()], output, splits=splits, config="x", metrics=METRICS,
+        settings={"dataset": "d", "scene": "v"}, reconstruction=RECONSTRUCTION,
     )  # fmt: skip
     table = pd.read_parquet(output)
     assert table["k"].unique().tolist() == [4]
@@ -226,10 +228,10 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
     assert len(found) == 4
     reconstructor = reconstructor_of(capture, RECONSTRUCTION)
     for draw, path in enumerate(splits):
-        picks = pd.read_parquet(paths["a"]).loc[draw, "picks"]
+        picks = pd.read_parquet(paths["a"]).query("draw == @draw")["frame"].to_numpy()
         evaluate = Evaluator.on_frames(reconstructor, Split.load(path).targets)
         np.testing.assert_allclose(
-            found.loc[("a", draw), list(METRICS)].astype(float), evaluate(np.array(picks))
+            found.loc[("a", draw), list(METRICS)].astype(float), evaluate(picks)
         )
         assert found.loc[("b", draw), "psnr"] == found.loc[("a", draw), "psnr"]
 

@@ -56,7 +56,7 @@ def feature_sweep(
     """PSNR of every feature configuration minus that of the first (paper, "Tested features").
 
     Args:
-        trials: what `trials.trial` wrote, one a case.
+        trials: what `trials.try_case` wrote, one a case.
         table, numbers: receive LaTeX, and the columns of `compare_trials`.
         cases: name -> its `shown` and `added`, in the table's order.
         facts: see `captions.made_by`; and `epochs` of the training.
@@ -137,7 +137,7 @@ def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: s
 
     Args:
         cells: see `trial_cells`.
-        trials: name -> what `trials.trial` wrote, in order.
+        trials: name -> what `trials.try_case` wrote, in order.
         reference: name of a trial.
 
     Returns:
@@ -185,29 +185,29 @@ def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
 
 FEATURE_SWEEP = Table(
     feature_sweep,
-    inputs=cases.Trained(cases.FEATURES).inputs,
+    inputs=cases.FEATURE_SWEEP.inputs,
     params=lambda experiment: {
         "cases": cases.feature_cases(experiment),
-        **cases.Trained(cases.FEATURES).told(experiment),
+        **cases.FEATURE_SWEEP.told(experiment),
     },
     category="Paper",
     title="Tested features",
     caption="PSNR on validation scenes of the paper's scorer trained on every feature "
     "configuration that the paper lists, minus that with all 18 features, with paired 95% "
     "intervals.",
-    jobs=cases.Trained(cases.FEATURES).jobs,
+    jobs=cases.FEATURE_SWEEP.jobs,
 )
 
 SCORER_ARCH = Table(
     scorer_arch,
-    inputs=cases.Trained(cases.SCORERS).inputs,
+    inputs=cases.SCORER_ARCH.inputs,
     params=lambda experiment: {
         "labels": cases.scorer_labels(experiment),
-        **cases.Trained(cases.SCORERS).told(experiment),
+        **cases.SCORER_ARCH.told(experiment),
     },
     category="Paper",
     title="Scorer architectures",
     caption="PSNR on validation scenes of every scorer architecture that the paper lists, minus "
     "that of its own perceptron, with paired 95% intervals; and numbers of parameters.",
-    jobs=cases.Trained(cases.SCORERS).jobs,
+    jobs=cases.SCORER_ARCH.jobs,
 )
