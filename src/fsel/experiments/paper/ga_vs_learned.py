@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from fsel.experiments import scheme, specs
+from fsel.experiments.cells import GAP, against
 from fsel.experiments.specs import Scenes, Values
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, difference, number, plain_table
 from fsel.report.numbers import write_csv
-from fsel.report.summary import differences, summarise
 from fsel.report.sweep import named, of_scenes, sweep_cells
 from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
@@ -94,15 +94,10 @@ def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
     cells = cells[cells["method"].isin(ROWS)]
     common = cells[cells["method"] == SEARCH][["dataset", "scene", "draw"]]
     cells = cells.merge(common, on=["dataset", "scene", "draw"])
-    means = summarise(cells, ["psnr"])
-    others = [name for name in ROWS if name != SEARCH]
-    gaps = differences(cells, others, ["psnr"])
-    gaps = gaps[gaps["reference"] == SEARCH].set_index("method")
-    bounds = {"mean": "difference", "ci_low": "difference_low", "ci_high": "difference_high"}
-    result = means.set_index("method").join(gaps.rename(columns=bounds)[list(bounds.values())])
+    result = against(cells, SEARCH)
     scenes = cells.groupby(["method", "scene"])["psnr"].mean().unstack("scene")
     result["ahead"] = (scenes > scenes.loc[SEARCH]).sum(axis=1)
-    order = ["k", "mean", "ci_low", "ci_high", *bounds.values(), "ahead", "n"]
+    order = ["k", "mean", "ci_low", "ci_high", *GAP, "ahead", "n"]
     return result.loc[list(ROWS), order].rename_axis("method").reset_index()
 
 
@@ -126,8 +121,7 @@ def _rows(result: pd.DataFrame) -> list[list[str]]:
     for name, row in result.set_index("method").iterrows():
         cells = [MISSING, MISSING]
         if name != SEARCH:
-            gap = difference(row["difference"], row["difference_low"], row["difference_high"])
-            cells = [gap, f"{row['ahead']:.0f} of {row['n']:.0f}"]
+            cells = [difference(*row[GAP]), f"{row['ahead']:.0f} of {row['n']:.0f}"]
         rows.append([ROWS[name], number(row["mean"], "psnr"), *cells])
     return rows
 

@@ -12,6 +12,7 @@ import yaml
 from fsel.data.capture import Capture
 from fsel.data.split import Split, coverage_split
 from fsel.evaluation.evaluator import Evaluator
+from fsel.experiments.cells import cells_of
 from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.architectures import MODULES
 from fsel.experiments.paper.ablation.extras import EXTRAS
@@ -20,7 +21,6 @@ from fsel.experiments.paper.ablation.tables import (
     compare_trials,
     feature_sweep,
     scorer_arch,
-    trial_cells,
 )
 from fsel.experiments.paper.ablation.trials import try_case
 from fsel.features.columns import FEATURES
@@ -253,8 +253,8 @@ def results(folder, psnr: dict) -> tuple[list, dict]:
         measured.append(path)
     for i, name in enumerate(psnr):
         trials[name] = folder / f"trial-{name}.parquet"
-        rows = {"parameters": [1000 + i] * 2, "loss": [4.0, 5.0], "agreement": [0.1, 0.2]}
-        pd.DataFrame(rows).to_parquet(trials[name])
+        rows = {"seed": [0, 1], "parameters": [1000 + i] * 2, "loss": [4.0, 5.0]}
+        pd.DataFrame(rows).assign(agreement=[0.1, 0.2]).to_parquet(trials[name])
     return measured, trials
 
 
@@ -277,9 +277,8 @@ def test_differences_to_the_reference_by_hand(tmp_path):
         "rnn": shifted(-1.0, 0.0, 1.0, 2.0),
     }
     measured, trials = results(tmp_path, psnr)
-    table = compare_trials(trial_cells(measured, SCENES), trials, "less_is_more").set_index(
-        "method"
-    )
+    table = compare_trials(cells_of(SCENES, measured, ["psnr"], FACTS), trials, "less_is_more")
+    table = table.set_index("method")
     assert list(table.index) == ["wider", "less_is_more", "rnn"]
     np.testing.assert_allclose(table["mean"], [21.0, 20.0, 20.5])
     np.testing.assert_allclose(table["difference"], [1.0, np.nan, 0.5])
