@@ -77,10 +77,17 @@ class Trial:
     beside: Beside | None = None
 
 
-def every_draw(capture: Capture, splits: Sequence[Split], **key: Any) -> Iterator[Trial]:
-    """Yield a trial a draw, of picks that are there; `key` is what tells the scene's."""
+def every_draw(
+    capture: Capture,
+    splits: Sequence[Split],
+    *,
+    budgets: Sequence[int] = (),
+    problem: Callable[[Capture, Split, pd.DataFrame], Problem] = Problem.of,
+    **key: Any,
+) -> Iterator[Trial]:
+    """Yield a trial a draw; `budgets` where methods without chance select, `key` is the scene's."""
     for draw, split in enumerate(splits):
-        yield Trial({**key, "draw": draw}, capture, split)
+        yield Trial({**key, "draw": draw}, capture, split, budgets, problem=problem)
 
 
 def as_written(picks: Files) -> pd.DataFrame:

@@ -6,7 +6,7 @@ import pytest
 
 from fsel.data.capture import Capture
 from fsel.evaluation.evaluator import Evaluator
-from fsel.experiments.paper.costs import mean_costs
+from fsel.experiments.paper.costs import cost_means
 from fsel.experiments.paper.time_quality import VARIANTS, _row, joined
 from fsel.experiments.studies.footprint import footprint, measure_alone
 from fsel.features.columns import FEATURES
@@ -51,8 +51,9 @@ def costs_of(folder) -> pd.DataFrame:
     for scene, (seconds, peak) in {"a": (1.0, 4e6), "b": (3.0, 8e6)}.items():
         rows = [(10, seconds, 0.5, peak), (ALL_FRAMES, 9.0, 0.5, 1e8)]
         columns = ["k", "fit_seconds", "render_seconds", "peak_bytes"]
-        pd.DataFrame(rows, columns=columns).to_parquet(folder / f"{scene}.parquet")
-    return mean_costs([folder / "a.parquet", folder / "b.parquet"])
+        table = pd.DataFrame(rows, columns=columns).assign(device="cpu", outcome="")
+        table.to_parquet(folder / f"{scene}.parquet")
+    return cost_means([folder / "a.parquet", folder / "b.parquet"])
 
 
 def test_costs_are_means_over_scenes(tmp_path):

@@ -7,7 +7,8 @@ from evaluation_files import FACTS, written
 
 from fsel.data.capture import Capture
 from fsel.data.split import Split
-from fsel.experiments.paper.reconchoice import choice_means, evaluate_reconchoice, reconchoice
+from fsel.experiments.paper.costs import cost_means
+from fsel.experiments.paper.reconchoice import evaluate_reconchoice, reconchoice
 from fsel.experiments.paper.transfer import SHOWN, transfer
 from fsel.report.numbers import read_csv
 from fsel.report.summary import ALL_FRAMES
@@ -139,9 +140,9 @@ def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
     fits = choice(tmp_path, [(22.0, 3.0, 8e6), (24.0, 5.0, 1e7)])
     nan = float("nan")
     full = choice(tmp_path, [(22.0, 3.5, 8e6), (nan, nan, nan)])
-    means = choice_means(full, "x", ["psnr"])
+    means = cost_means(full, ["psnr"])
     assert means["outcome"].tolist() == ["", "out of memory"]
-    assert np.isnan(means["psnr"][1])
+    assert np.isnan(means["psnr"][ALL_FRAMES])
     told = {
         "reconstructors": RECONSTRUCTORS,
         "metrics": ["psnr"],
