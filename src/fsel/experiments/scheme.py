@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -123,7 +124,7 @@ class Trials:
     of: Callable[..., Iterator[Trial]]
     settings: Callable[[Experiment], Mapping[str, Any]] = nothing
     methods: Sequence[str] = ()
-    weights: Callable[[Experiment], list[str]] = specs.all_scorers
+    weights: Callable[[Experiment], list[str]] = attrgetter("scorers")
     picks: Callable[[Experiment], list[str]] | None = None
     read: Callable[[Files], pd.DataFrame] = as_written
     by: Sequence[str] = SELECTION
@@ -131,7 +132,7 @@ class Trials:
     folder: str = ""
     draws: Callable[[Experiment], Iterable[int]] | None = None
     masked: bool = False
-    metrics: Callable[[Experiment], Metrics] = specs.metrics
+    metrics: Callable[[Experiment], Metrics] = attrgetter("metrics")
     minutes: int = 60
 
     def select(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from fsel.metrics import Metrics
 from fsel.workflow import inputs
 from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
@@ -65,21 +64,6 @@ def of_draws(
     names = {"splits": "split.parquet", **names}
     files = {key: inputs.of_draws(experiment, name) for key, name in names.items()}
     return {**inputs.capture(kinds), **files}
-
-
-def all_scorers(experiment: Experiment) -> list[str]:
-    """The scorers of every learned and fixed selector."""
-    return experiment.scorers
-
-
-def metrics(experiment: Experiment) -> Metrics:
-    """The tables' metrics."""
-    return experiment.metrics
-
-
-def evaluation_scenes(experiment: Experiment) -> Scenes:
-    """The evaluation scenes of all datasets."""
-    return experiment.evaluation_scenes
 
 
 def draws(experiment: Experiment) -> range:

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from fsel.baselines import METHODS
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import Split, evaluation_split
@@ -21,17 +20,14 @@ from fsel.metrics import Metrics, headings, inside
 from fsel.report.captions import made_by
 from fsel.report.latex import plain_table, tex
 from fsel.report.numbers import write_csv
-from fsel.report.sweep import LEARNED
+from fsel.report.sweep import LABELS
 from fsel.request.focus import from_capture
 from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 
 UNTRAINED = (*BASELINES, "nearest")
 TRAINED = ("less_is_more", "fsel")
-SHOWN = {
-    **{name: METHODS[name].label for name in UNTRAINED},
-    **{name: LEARNED[name] for name in TRAINED},
-}
+SHOWN = {name: LABELS[name] for name in (*UNTRAINED, *TRAINED)}
 LEAST = 0.02  # share of the image that the object fills in a view that is asked for
 
 

@@ -74,12 +74,10 @@ def reconchoice(
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
         memory: bytes that one reconstruction may take.
     """
-    scenes = len(evaluations) // len(reconstructors)
-    parts = {
-        name: cost_means(evaluations[at * scenes : (at + 1) * scenes], metrics)
-        for at, name in enumerate(reconstructors)
-    }
+    each = compared.of_each(evaluations, reconstructors)
+    parts = {name: cost_means(own, metrics) for name, own in each.items()}
     means = pd.concat(parts, names=["reconstructor"]).reset_index()
+    scenes = means["n"].max()
     write_csv(means, numbers)
     inputs = list(dict.fromkeys(means["k"]))
     rows = [

@@ -25,7 +25,7 @@ from fsel.features.appearance import descriptors
 from fsel.images.sharpness import sharpness
 from fsel.report.latex import plain_table, tex
 from fsel.report.numbers import write_csv
-from fsel.report.sweep import BASELINES, LEARNED
+from fsel.report.sweep import BASELINES, LABELS
 from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
@@ -34,7 +34,6 @@ from fsel.workflow.tables import Table
 
 logger = logging.getLogger(__name__)
 
-LABELS = {**BASELINES, **LEARNED}
 ENOUGH = 1.0  # seconds of measured runs after which a method is not run again
 REPEATS = 5
 

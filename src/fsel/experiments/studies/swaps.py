@@ -80,19 +80,13 @@ def gains(scenes: Sequence[pd.Series]) -> pd.DataFrame:
     Args:
         scenes: PSNR by `BY`; a scene whose swaps are exhausted keeps its last row.
     """
-    tables = [scene.reset_index().set_index("tried") for scene in scenes]
-    whole = [table.reindex(TRIED).ffill() for table in tables]
-    rows = []
-    for tried in TRIED:
-        here = pd.DataFrame([scene.loc[tried] for scene in whole])
-        gain = np.array([scene[METRIC][tried] - scene[METRIC][TRIED[0]] for scene in whole])
-        interval = of_places(gain)
-        spent = here[["seconds", "estimate"]].mean()
-        rows.append(
-            (tried, *spent, interval.mean, interval.low, interval.high, gain.min(), interval.n)
-        )
-    columns = ["tried", "seconds", "estimate", "gain", "ci_low", "ci_high", "least", "n"]
-    return pd.DataFrame(rows, columns=columns)
+    tables = [scene.reset_index().set_index("tried").reindex(TRIED).ffill() for scene in scenes]
+    gain = np.array([table[METRIC] - table[METRIC].iloc[0] for table in tables]).T
+    means = pd.concat(tables).groupby(level="tried")[["seconds", "estimate"]].mean()
+    intervals = [of_places(row) for row in gain]
+    means[["gain", "ci_low", "ci_high", "p", "n"]] = intervals
+    columns = ["seconds", "estimate", "gain", "ci_low", "ci_high", "least", "n"]
+    return means.assign(least=gain.min(axis=1))[columns].reset_index()
 
 
 SWAPPED = Job(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache, partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -210,7 +211,7 @@ TRIALS = scheme.Trials(
 TABLE = scheme.table_of(
     unknown_targets,
     TRIALS,
-    scenes=specs.evaluation_scenes,
+    scenes=attrgetter("evaluation_scenes"),
     outputs={
         **inputs.table_files("{reconstructor}unknown_targets"),
         "figures": inputs.figure_files("{reconstructor}unknown_targets"),
