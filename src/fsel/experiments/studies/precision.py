@@ -104,13 +104,18 @@ def compared(
     **place: str,
 ) -> list[dict]:
     """One row an arithmetic: agreement with float64, PSNR in dB and its change, seconds."""
-    reference, rows = picks["float64"], []
-    before = _psnr(evaluator, reference)
-    for name, frames in picks.items():
-        after = _psnr(evaluator, frames)
-        row = place | {"arithmetic": name, "agreement": agreement(frames, reference)}
-        rows.append(row | {"psnr": after, "psnr_change": after - before, "seconds": seconds[name]})
-    return rows
+    psnr = {name: float(measured(evaluator, own)["psnr"].mean()) for name, own in picks.items()}
+    return [
+        {
+            **place,
+            "arithmetic": name,
+            "agreement": agreement(frames, picks["float64"]),
+            "psnr": psnr[name],
+            "psnr_change": psnr[name] - psnr["float64"],
+            "seconds": seconds[name],
+        }
+        for name, frames in picks.items()
+    ]
 
 
 def compare_arithmetic(
@@ -124,10 +129,6 @@ def compare_arithmetic(
         seconds = {name: timed(loop) for name, (_, loop) in tried.items()}
         rows += compared(picks, seconds, evaluator, **place, method=policy)
     return rows
-
-
-def _psnr(evaluator: Evaluator, frames: np.ndarray) -> float:
-    return float(measured(evaluator, frames)["psnr"].mean())
 
 
 def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
