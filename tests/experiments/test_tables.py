@@ -1,5 +1,7 @@
 """The tables' specs: every one becomes a rule, under every reconstructor, or says why not."""
 
+import re
+
 import pytest
 from dry_runs import ROOT, changed, dry_run, experiment, planned
 
@@ -22,6 +24,14 @@ def test_evaluation_tables_take_every_reconstructor():
         path = next(iter(table.written(made).values()))
         path = path if isinstance(path, str) else path[0]
         assert ("{reconstructor}" in path) == (name not in ONCE), name
+
+
+def test_what_is_measured_is_measured_by_the_scheme():
+    """The others time a reconstruction, draw its images, or swap picks by it."""
+    folder = ROOT / "src" / "fsel" / "experiments"
+    own = re.compile(r"reconstructor_of\(|RECONSTRUCTORS|Evaluator[.(]|checked_select")
+    found = {path.stem for path in folder.rglob("*.py") if own.search(path.read_text())}
+    assert found == {"bench", "footprint", "pictures", "swaps"}
 
 
 def test_a_table_has_the_name_of_its_rule():

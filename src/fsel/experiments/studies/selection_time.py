@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from fsel.baselines import METHODS
 from fsel.data.capture import Capture
 from fsel.data.geometry import poses_at
-from fsel.data.points import grouped_rows
+from fsel.data.points import SparsePoints
 from fsel.data.problem import Problem
 from fsel.data.split import evaluation_split
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
@@ -81,21 +81,17 @@ def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
         intrinsics=capture.intrinsics[nearest],
         images=cast(np.ndarray, _Repeated(capture.images, nearest)),
         sequences=tuple(capture.sequences[i] for i in nearest),
-        points=_tracked(capture, nearest),
+        points=None if capture.points is None else _tracked(capture.points, nearest),
         masks=None,
     )
     return dense, nearest
 
 
-def _tracked(capture: Capture, nearest: np.ndarray):
+def _tracked(points: SparsePoints, nearest: np.ndarray) -> SparsePoints:
     """The sparse points, every new frame seeing what its old one saw."""
-    points = capture.points
-    if points is None:
-        return None
-    rows = grouped_rows(points.track_frame, len(capture))
-    seen = [points.track_point[rows[i]] for i in nearest]
-    frame = np.repeat(np.arange(len(nearest)), [len(part) for part in seen])
-    return replace(points, track_point=np.concatenate(seen), track_frame=frame)
+    tracks = pd.DataFrame({"old": points.track_frame, "point": points.track_point})
+    seen = pd.DataFrame({"old": nearest, "new": range(len(nearest))}).merge(tracks, on="old")
+    return replace(points, track_point=seen["point"].to_numpy(), track_frame=seen["new"].to_numpy())
 
 
 def problem_of_size(
