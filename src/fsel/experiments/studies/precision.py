@@ -7,6 +7,7 @@ picks are made here, and measured by the evaluator that all experiments have.
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -161,17 +162,12 @@ def trainings(
     train(*sets, **{**settings, "epochs": 0})  # what torch does once is not timed
     networks, curves, seconds = {}, [], {}
     for name in PRECISIONS:
-        dtype = getattr(torch, name)
-
-        def run(name=name, dtype=dtype) -> None:
-            arrays, log = train(*sets, dtype=dtype, **settings)
-            networks[name] = Network(arrays)
-            for row in log.itertuples():
-                place = {"part": LOSS, "name": f"{row.split} epoch {row.epoch}"}
-                place |= {"method": TRAINED, "arithmetic": name}
-                curves.append(place | {"loss": row.loss, "agreement": row.agreement})
-
-        seconds[name] = timed(run, repeats=1)
+        started = time.perf_counter()
+        arrays, log = train(*sets, dtype=getattr(torch, name), **settings)
+        networks[name], seconds[name] = Network(arrays), time.perf_counter() - started
+        place = {"part": LOSS, "method": TRAINED, "arithmetic": name}
+        log["name"] = log["split"] + " epoch " + log["epoch"].astype(str)
+        curves += log[["name", "loss", "agreement"]].assign(**place).to_dict("records")
     return networks, curves, seconds
 
 
