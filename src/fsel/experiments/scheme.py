@@ -43,8 +43,6 @@ from fsel.workflow.tables import Job, Table, nothing
 
 logger = logging.getLogger(__name__)
 
-UNUSED = chance(0)  # where nothing is selected
-
 
 @dataclass(frozen=True)
 class Trial:
@@ -68,8 +66,8 @@ class Trial:
     key: Mapping[str, Any]
     capture: Capture
     split: Split
-    budgets: Sequence[int] = ()
-    chance: Chance = UNUSED
+    budgets: Sequence[int]
+    chance: Chance
     problem: Callable[[Capture, Split, pd.DataFrame], Problem] = Problem.of
     entered: Callable[[list[Run]], list[Run]] | None = None
     scopes: Mapping[str, Capture] | None = None
@@ -88,12 +86,7 @@ def every_draw(
 ) -> Iterator[Trial]:
     """Yield a trial a draw; `budgets` where methods without chance select, `key` is the scene's."""
     for draw, split in enumerate(splits):
-        yield Trial({**key, "draw": draw}, capture, split, budgets, problem=problem)
-
-
-def as_written(picks: Files) -> pd.DataFrame:
-    """Picks of several files that have the trials' columns."""
-    return pd.concat(map(read_table, picks))
+        yield Trial({**key, "draw": draw}, capture, split, budgets, chance(0), problem)
 
 
 @dataclass(frozen=True)
@@ -108,7 +101,7 @@ class Trials:
         methods: those without training, keys of `fsel.baselines.METHODS`.
         weights: experiment -> scorers of the learned methods.
         picks: experiment -> files of picks that another rule makes; None for `select`.
-        read: those files -> picks.
+        read: those files -> picks with the trials' columns, which the files have without it.
         by: columns that tell one selection of a trial from another.
         captures: folders of the captures within the scene's, with a slash at their end; the first
             holds descriptors, and the files are written to it or above it.
@@ -126,7 +119,7 @@ class Trials:
     methods: Sequence[str] = ()
     weights: Callable[[Experiment], list[str]] = attrgetter("scorers")
     picks: Callable[[Experiment], list[str]] | None = None
-    read: Callable[[Files], pd.DataFrame] = as_written
+    read: Callable[[Files], pd.DataFrame] | None = None
     by: Sequence[str] = SELECTION
     captures: Sequence[str] = ("",)
     folder: str = ""
@@ -182,12 +175,13 @@ class Trials:
         """Measure what the picks are worth on each trial's targets.
 
         Args:
-            picks: what `read` takes.
+            picks: what `read` takes, or of `select`.
             evaluation: receives the trials' columns and those of
                 `fsel.evaluation.measuring.measure`.
             folders, splits, settings, config: as of `select`.
         """
-        picked, tables = self.read(picks), []
+        picked = self.read(picks) if self.read else pd.concat(map(read_table, picks))
+        tables = []
         evaluator = evaluators(reconstruction, metrics, self.masked)
         for trial in self._trials(folders, splits, settings):
             own = (picked[list(trial.key)] == list(trial.key.values())).all(axis=1)
