@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from described_scene import filmed
 
 from fsel.data.capture import Capture
 from fsel.evaluation.evaluator import Evaluator
@@ -13,7 +14,6 @@ from fsel.features.columns import FEATURES
 from fsel.reconstruct import reconstructor_of
 from fsel.report.latex import plain_table
 from fsel.report.summary import ALL_FRAMES
-from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 SHARPNESS = FEATURES.index("sharpness")
@@ -22,10 +22,7 @@ SHARPNESS = FEATURES.index("sharpness")
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scene")
-    made = record("dl3dv", 3, frames=40, width=32, height=24)
-    focal = made.camera.params[0]
-    camera = np.tile([focal, focal, 16.0, 12.0], (40, 1))
-    Capture(made.names, made.world_to_camera, camera, made.images, made.sequences).save(folder)
+    filmed().save(folder)
     return folder
 
 

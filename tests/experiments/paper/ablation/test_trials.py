@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from described_scene import filmed
 
-from fsel.data.capture import Capture
 from fsel.data.split import Split, coverage_split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.experiments.cells import cells_of
@@ -29,7 +29,6 @@ from fsel.reconstruct import reconstructor_of
 from fsel.stages.features import features
 from fsel.stages.order import order
 from fsel.stages.split import split
-from fsel.synthesis import record
 
 ROOT = Path(__file__).resolve().parents[4]
 SCORERS = yaml.safe_load((ROOT / "config" / "scorers.yaml").read_text())
@@ -121,10 +120,7 @@ def test_every_feature_has_a_symbol():
 def labelled(tmp_path_factory):
     """A capture with two coverage levels' labels, drawn at random, and two draws of targets."""
     folder = tmp_path_factory.mktemp("trials")
-    made = record("dl3dv", 3, frames=40, width=32, height=24)
-    focal = made.camera.params[0]
-    camera = np.tile([focal, focal, 16.0, 12.0], (40, 1))
-    capture = Capture(made.names, made.world_to_camera, camera, made.images, made.sequences)
+    capture = filmed()
     capture.save(folder)
     rng = np.random.default_rng(0)
     described = rng.normal(size=(len(capture), 8))
