@@ -40,14 +40,15 @@ def test_a_table_has_the_name_of_its_rule():
 
 def test_a_further_reconstructor_measures_the_same_picks(tmp_path):
     config = changed(tmp_path, reconstruction=[FIRST, SECOND])
-    targets = [
-        f"results/smoke/tables/gaussians/{name}.tex"
-        for name in ("candidate_pools", "ga_vs_learned", "feature_sweep", "poses", "budget")
-    ]
+    names = ["candidate_pools", "ga_vs_learned", "feature_sweep", "scorer_arch", "poses", "budget"]
+    targets = [f"results/smoke/tables/gaussians/{n}.tex" for n in (*names, "unknown_targets")]
+    targets.append("results/smoke/tables/gaussians/swaps.csv")
     rules = planned(dry_run(tmp_path, config, *targets))
     assert rules["evaluate_candidate_pools"] == rules["select_candidate_pools"] == 2
     assert rules["evaluate_searched"] == rules["search_oracle"] == 1
     assert rules["evaluate_noise"] == rules["select_noise"] == 2
+    assert rules["evaluate_unknown_targets"] == rules["select_unknown_targets"] == 2
+    assert rules["evaluate_swaps"] == rules["swap"] == 2
 
 
 def test_the_paper_leaves_out_what_cannot_be_made():
