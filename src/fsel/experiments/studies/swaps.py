@@ -27,6 +27,7 @@ logger = logging.getLogger(__name__)
 METHOD = "fsel"
 TRIED = (1, 25, 50, 100, 200, 300, 450, 600)  # subsets, when the picks so far are measured
 METRIC = "psnr"
+BOUNDS = {"mean": "gain", "low": "ci_low", "high": "ci_high"}
 BY = ["tried", "seconds", "estimate"]
 UNITS = {"seconds": "s of processor time", "estimate": "dB"}
 
@@ -83,10 +84,9 @@ def gains(scenes: Sequence[pd.Series]) -> pd.DataFrame:
     tables = [scene.reset_index().set_index("tried").reindex(TRIED).ffill() for scene in scenes]
     gain = np.array([table[METRIC] - table[METRIC].iloc[0] for table in tables]).T
     means = pd.concat(tables).groupby(level="tried")[["seconds", "estimate"]].mean()
-    intervals = [of_places(row) for row in gain]
-    means[["gain", "ci_low", "ci_high", "p", "n"]] = intervals
-    columns = ["seconds", "estimate", "gain", "ci_low", "ci_high", "least", "n"]
-    return means.assign(least=gain.min(axis=1))[columns].reset_index()
+    intervals = pd.DataFrame(map(of_places, gain), index=means.index).rename(columns=BOUNDS)
+    means = means.join(intervals).assign(least=gain.min(axis=1)).reset_index()
+    return means[[*BY, *BOUNDS.values(), "least", "n"]]
 
 
 SWAPPED = Job(
