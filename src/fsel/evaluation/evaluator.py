@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsel.data.capture import Views
+from fsel.data.capture import Capture, Views
 from fsel.data.subsets import subset_key
 from fsel.metrics import METRICS, Metrics, checked, score_views
-from fsel.reconstruct import FitsMany, Model, Reconstructor
+from fsel.reconstruct import FitsMany, Model, Reconstructor, reconstructor_of
 from fsel.utils.programs.outcome import FINISHED, RANGE, Unfinished
 
 logger = logging.getLogger(__name__)
@@ -43,6 +44,8 @@ class Measured(NamedTuple):
 
 
 COSTS = Measured._fields[1:]
+Beside = Callable[[Capture], tuple[Views, np.ndarray]]
+"""Capture at the size that is compared -> further views, and (V, h, w, 3) uint8 their images."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Evaluator:
 
     Attributes:
         reconstructor: bound to the capture; its caches serve every subset.
-        frames: (T,) int64 the frames to render.
+        frames: (T,) int64 the frames to render; below zero for views that are of none.
         views: their poses.
         truth: (T, h, w, 3) uint8 their images, at the reconstruction size.
         masks: (T, h, w) bool, the pixels that count; None for all.
@@ -160,3 +163,35 @@ class Evaluator:
             model.peak_bytes,
             model.device,
         )
+
+
+def evaluators(
+    reconstruction: Mapping[str, Any], metrics: Metrics = METRICS, masked: bool = False
+) -> Callable[..., Evaluator]:
+    """A function of capture, targets and `Beside` that keeps what it made for the last two.
+
+    What subsets, draws and trials of a capture share is made once.
+
+    Args:
+        reconstruction: the config's section: name, long_side, settings.
+        metrics, masked: see `Evaluator.on_frames`.
+    """
+
+    @lru_cache(2)
+    def bound(capture: Capture) -> Reconstructor:
+        return reconstructor_of(capture, reconstruction)
+
+    @lru_cache(2)
+    def made(capture: Capture, targets: tuple[int, ...], beside: Beside | None) -> Evaluator:
+        own = Evaluator.on_frames(bound(capture), np.array(targets), masked, metrics)
+        if beside is None:
+            return own
+        views, truth = beside(own.reconstructor.capture)
+        frames = np.append(own.frames, -1 - np.arange(len(views)))
+        both = np.concatenate([own.truth, truth])
+        return replace(own, frames=frames, views=own.views.joined(views), truth=both, _known={})
+
+    def of(capture: Capture, targets: np.ndarray, beside: Beside | None = None) -> Evaluator:
+        return made(capture, tuple(targets.tolist()), beside)
+
+    return of

@@ -175,8 +175,10 @@ def measure(
         The columns of `by`, in order of their values; then `measured`'s.
     """
     parts: list[dict[str, Any]] = []
-    for key, part in picks.groupby(list(by)):
-        rows = _rows(evaluator, part["frame"].to_numpy(np.int64))
+    subsets = {key: part.to_numpy(np.int64) for key, part in picks.groupby(list(by))["frame"]}
+    evaluator.measure_together(list(subsets.values()))
+    for key, subset in subsets.items():
+        rows = _rows(evaluator, subset)
         first = next(iter(evaluator.metrics))
         logger.info("%s: %s %.3f", key, first, rows[first].mean())
         same = {name: [value] * len(evaluator.frames) for name, value in zip(by, key, strict=True)}

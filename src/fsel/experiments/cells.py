@@ -14,6 +14,7 @@ from fsel.report.sweep import place_of
 from fsel.utils.files import Files, read_table
 
 KEYS = ["dataset", "method", "k", "metric"]
+GAP = ["difference", "difference_low", "difference_high"]
 
 
 def cells_of(
@@ -53,6 +54,22 @@ def with_leads(cells: pd.DataFrame, methods: Sequence[str], metrics: Metrics) ->
     ahead = {(name, *key) for name, part in gaps.groupby("dataset") for key in leaders(part)}
     keys = zip(*(means[key] for key in KEYS), strict=True)
     return means.assign(leads=[key in ahead for key in keys])
+
+
+def against(cells: pd.DataFrame, reference: str) -> pd.DataFrame:
+    """Mean PSNR of every method at one budget, and its paired difference to that of one method.
+
+    Args:
+        cells: of one dataset and budget.
+        reference: the method.
+
+    Returns:
+        k, mean, ci_low, ci_high, n, and `GAP` (NaN for the reference itself) by method.
+    """
+    gaps = differences(cells, cells["method"].unique().tolist(), ["psnr"])
+    gaps = gaps[gaps["reference"] == reference].set_index("method")[["mean", "ci_low", "ci_high"]]
+    gaps.columns = pd.Index(GAP)
+    return summarise(cells, ["psnr"]).set_index("method").join(gaps)
 
 
 def led_rows(

@@ -7,9 +7,9 @@ same for all, and so is the way from what they write to a table's cells and to i
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,13 @@ from fsel.baselines import METHODS
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import Split
-from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.evaluator import Beside, evaluators
 from fsel.evaluation.measuring import (
     PICK_UNITS,
+    SELECTION,
     Chance,
     Run,
+    chance,
     learned_runs,
     measure,
     measured_units,
@@ -33,19 +35,13 @@ from fsel.evaluation.measuring import (
 from fsel.experiments import specs
 from fsel.experiments.specs import Scenes, Values
 from fsel.metrics import Metrics
-from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.utils.files import File, Files, read_table, write_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job, Table
+from fsel.workflow.tables import Job, Table, nothing
 
 logger = logging.getLogger(__name__)
-
-
-def unchanged(problem: Problem) -> Problem:
-    """The problem as it is."""
-    return problem
 
 
 @dataclass(frozen=True)
@@ -58,11 +54,13 @@ class Trial:
         split: of its frames.
         budgets: frames to pick.
         chance: of the methods.
-        change: of the problem, by the experiment.
+        problem: capture, split and descriptors of its frames -> the problem.
         entered: runs of the learned methods -> all runs; None for those of the experiment.
         scopes: value of the column `scope` -> capture to reconstruct; None for `capture` alone,
             without the column.
         frames: (n,) their numbers in the capture on disk, where they are others.
+        whole: the capture on disk, where it is reconstructed and `split` is of its frames.
+        beside: further views, see `fsel.evaluation.evaluator.evaluators`.
     """
 
     key: Mapping[str, Any]
@@ -70,10 +68,25 @@ class Trial:
     split: Split
     budgets: Sequence[int]
     chance: Chance
-    change: Callable[[Problem], Problem] = unchanged
+    problem: Callable[[Capture, Split, pd.DataFrame], Problem] = Problem.of
     entered: Callable[[list[Run]], list[Run]] | None = None
     scopes: Mapping[str, Capture] | None = None
     frames: np.ndarray | None = None
+    whole: Capture | None = None
+    beside: Beside | None = None
+
+
+def every_draw(
+    capture: Capture,
+    splits: Sequence[Split],
+    *,
+    budgets: Sequence[int] = (),
+    problem: Callable[[Capture, Split, pd.DataFrame], Problem] = Problem.of,
+    **key: Any,
+) -> Iterator[Trial]:
+    """Yield a trial a draw; `budgets` where methods without chance select, `key` is the scene's."""
+    for draw, split in enumerate(splits):
+        yield Trial({**key, "draw": draw}, capture, split, budgets, chance(0), problem)
 
 
 @dataclass(frozen=True)
@@ -87,10 +100,13 @@ class Trials:
         settings: experiment -> name -> value, or a function of the wildcards that returns it.
         methods: those without training, keys of `fsel.baselines.METHODS`.
         weights: experiment -> scorers of the learned methods.
+        picks: experiment -> files of picks that another rule makes; None for `select`.
+        read: those files -> picks with the trials' columns, which the files have without it.
+        by: columns that tell one selection of a trial from another.
         captures: folders of the captures within the scene's, with a slash at their end; the first
             holds descriptors, and the files are written to it or above it.
         folder: where the files are written, within the scene's, with a slash at its end.
-        splits: whether `of` takes the splits of the experiment's draws.
+        draws: experiment -> the draws whose splits `of` takes; None where it takes none.
         masked: whether metrics are taken inside the masks alone.
         metrics: experiment -> metrics.
         minutes: of an evaluation.
@@ -99,14 +115,17 @@ class Trials:
     home: str
     name: str
     of: Callable[..., Iterator[Trial]]
-    settings: Callable[[Experiment], Values]
-    methods: Sequence[str]
-    weights: Callable[[Experiment], list[str]] = specs.all_scorers
+    settings: Callable[[Experiment], Mapping[str, Any]] = nothing
+    methods: Sequence[str] = ()
+    weights: Callable[[Experiment], list[str]] = attrgetter("scorers")
+    picks: Callable[[Experiment], list[str]] | None = None
+    read: Callable[[Files], pd.DataFrame] | None = None
+    by: Sequence[str] = SELECTION
     captures: Sequence[str] = ("",)
     folder: str = ""
-    splits: bool = False
+    draws: Callable[[Experiment], Iterable[int]] | None = None
     masked: bool = False
-    metrics: Callable[[Experiment], Metrics] = specs.metrics
+    metrics: Callable[[Experiment], Metrics] = attrgetter("metrics")
     minutes: int = 60
 
     def select(
@@ -132,7 +151,7 @@ class Trials:
         every = [*runs([METHODS[name] for name in self.methods]), *learned]
         for trial in self._trials(folders, splits, settings):
             rows = table if trial.frames is None else table.iloc[trial.frames]
-            problem = trial.change(Problem.of(trial.capture, trial.split, rows))
+            problem = trial.problem(trial.capture, trial.split, rows)
             entered = every if trial.entered is None else trial.entered(learned)
             chosen = select(problem, entered, trial.budgets, trial.chance)
             if trial.frames is not None:
@@ -144,7 +163,7 @@ class Trials:
     def evaluate(
         self,
         folders: Files,
-        picks: File,
+        picks: Files,
         evaluation: File,
         *,
         splits: Files = (),
@@ -156,19 +175,22 @@ class Trials:
         """Measure what the picks are worth on each trial's targets.
 
         Args:
+            picks: what `read` takes, or of `select`.
             evaluation: receives the trials' columns and those of
                 `fsel.evaluation.measuring.measure`.
             folders, splits, settings, config: as of `select`.
         """
-        picked, tables = read_table(picks), []
-        evaluator = _evaluators(reconstruction, metrics, self.masked)
+        picked = self.read(picks) if self.read else pd.concat(map(read_table, picks))
+        tables = []
+        evaluator = evaluators(reconstruction, metrics, self.masked)
         for trial in self._trials(folders, splits, settings):
             own = (picked[list(trial.key)] == list(trial.key.values())).all(axis=1)
-            part, frames = picked[own], trial.frames
+            part, frames = picked[own], None if trial.whole else trial.frames
             if frames is not None:
                 part = part.assign(frame=np.searchsorted(frames, part["frame"]))
-            for scope, capture in (trial.scopes or {"": trial.capture}).items():
-                table = measure(evaluator(capture, trial.split.targets), part)
+            for scope, capture in (trial.scopes or {"": trial.whole or trial.capture}).items():
+                on_targets = evaluator(capture, trial.split.targets, trial.beside)
+                table = measure(on_targets, part, self.by)
                 if frames is not None:
                     table["target"] = frames[table["target"]]
                 columns = {"scope": scope} if trial.scopes else {}
@@ -178,7 +200,7 @@ class Trials:
 
     def _trials(self, folders: Files, splits: Files, settings: Mapping) -> Iterator[Trial]:
         loaded = [Capture.load(folder) for folder in folders]
-        drawn = [[Split.load(path) for path in splits]] if self.splits else []
+        drawn = [[Split.load(path) for path in splits]] if self.draws else []
         return self.of(*loaded, *drawn, **settings)
 
     @property
@@ -190,7 +212,7 @@ class Trials:
 
     @property
     def jobs(self) -> list[Job]:
-        """The rules that select and evaluate."""
+        """The rules that select, unless another one does, and evaluate."""
         picked = Job(
             self.select,
             name=f"select_{self.name}",
@@ -211,7 +233,10 @@ class Trials:
             home=f"{self.home}.evaluate",
             outputs={"evaluation": self.files["evaluation"]},
             message=f"Reconstructing {{wildcards.dataset}}/{{wildcards.scene}} for {self.name}",
-            inputs=lambda experiment: {**self._read(experiment), "picks": self.files["picks"]},
+            inputs=lambda experiment: {
+                **self._read(experiment),
+                "picks": self.picks(experiment) if self.picks else [self.files["picks"]],
+            },
             params=lambda experiment: {
                 "settings": self._settings(experiment),
                 "reconstruction": experiment.reconstruction_of,
@@ -219,11 +244,13 @@ class Trials:
             },
             size=Size(4000, self.minutes, "reconstruction"),
         )
-        return [picked, measured]
+        return [measured] if self.picks else [picked, measured]
 
     def _read(self, experiment: Experiment) -> Values:
         kinds = [*inputs.CAPTURE, "masks"] if self.masked else inputs.CAPTURE
-        draws = {"splits": inputs.of_draws(experiment, "split.parquet")} if self.splits else {}
+        draws: Values = {}
+        if self.draws:
+            draws["splits"] = inputs.of_draws(experiment, "split.parquet", self.draws(experiment))
         names = {kind: inputs.FILES[kind] for kind in kinds}
         scene = inputs.SCENE
         return draws | {k: [f"{scene}/{at}{n}" for at in self.captures] for k, n in names.items()}
@@ -240,28 +267,12 @@ class Trials:
         return inputs.of_scenes(scenes, name)
 
 
-def _evaluators(
-    reconstruction: Mapping, metrics: Metrics, masked: bool
-) -> Callable[[Capture, np.ndarray], Evaluator]:
-    """A function of capture and targets that keeps the last two: what trials share is made once."""
-
-    @lru_cache(2)
-    def bound(capture: Capture) -> Reconstructor:
-        return reconstructor_of(capture, reconstruction)
-
-    @lru_cache(2)
-    def made(capture: Capture, targets: tuple[int, ...]) -> Evaluator:
-        return Evaluator.on_frames(bound(capture), np.array(targets), masked, metrics)
-
-    return lambda capture, targets: made(capture, tuple(targets.tolist()))
-
-
 def table_of(
     function: Callable[..., None],
     trials: Trials,
     *,
     scenes: Callable[[Experiment], Scenes],
-    params: Callable[[Experiment], Values],
+    params: Callable[[Experiment], Mapping[str, Any]] = nothing,
     jobs: Sequence[Job] = (),
     **words: Any,
 ) -> Table:

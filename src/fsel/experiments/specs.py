@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from fsel.metrics import Metrics
 from fsel.workflow import inputs
 from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
@@ -67,19 +66,9 @@ def of_draws(
     return {**inputs.capture(kinds), **files}
 
 
-def all_scorers(experiment: Experiment) -> list[str]:
-    """The scorers of every learned and fixed selector."""
-    return experiment.scorers
-
-
-def metrics(experiment: Experiment) -> Metrics:
-    """The tables' metrics."""
-    return experiment.metrics
-
-
-def evaluation_scenes(experiment: Experiment) -> Scenes:
-    """The evaluation scenes of all datasets."""
-    return experiment.evaluation_scenes
+def draws(experiment: Experiment) -> range:
+    """The draws of targets."""
+    return range(experiment.config["draws"])
 
 
 def budgets(experiment: Experiment) -> Values:

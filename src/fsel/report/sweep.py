@@ -16,6 +16,9 @@ from fsel.utils.files import read_table
 
 BASELINES = {name: method.label for name, method in {**PAPER, **FURTHER}.items()}
 LEARNED = {name: rf"\textbf{{{policy.label}}}" for name, policy in POLICIES.items()}
+LABELS = {**BASELINES, **LEARNED}
+PLAIN = {**BASELINES, **{name: policy.label for name, policy in POLICIES.items()}}
+"""Labels for figures: no command of LaTeX."""
 REFERENCES = {
     protocol.NAME: protocol.LABEL,
     "search": r"\textit{Genetic search}",
@@ -85,7 +88,7 @@ def sweep_cells(
             be left out.
         by_seed: one row a seed, with the column seed.
     """
-    order = {name: i for i, name in enumerate([*BASELINES, *LEARNED, *REFERENCES])}
+    order = {name: i for i, name in enumerate([*LABELS, *REFERENCES])}
     tables = []
     for item in evaluations:
         table = draw_means(read_table(item["path"]), metrics, by_seed=by_seed)
@@ -103,7 +106,7 @@ def sweep_cells(
 def row_groups(cells: pd.DataFrame, budgets: Sequence[int]) -> list[dict[str, str]]:
     """Method -> label of the rows between two rules, for methods with a number to print."""
     shown = set(cells["method"][cells["k"].isin([*budgets, ALL_FRAMES])])
-    labels = {**BASELINES, **LEARNED, **REFERENCES}
+    labels = LABELS | REFERENCES
     groups = (PAPER, FURTHER, LEARNED, REFERENCES)
     rows = [{name: labels[name] for name in group if name in shown} for group in groups]
     return [group for group in rows if group]

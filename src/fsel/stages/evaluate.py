@@ -9,9 +9,8 @@ from types import MappingProxyType
 from fsel.data.capture import Capture
 from fsel.data.split import Split
 from fsel.evaluation import measuring
-from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.evaluator import evaluators
 from fsel.metrics import Metrics
-from fsel.reconstruct import reconstructor_of
 from fsel.utils.files import File, Files, read_table, write_table
 
 NOTHING: Mapping[str, Sequence] = MappingProxyType({})
@@ -40,13 +39,12 @@ def evaluate(
         only: column -> values of the picks that are reconstructed; all without it.
     """
     units = measuring.measured_units(metrics)
-    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
+    capture, evaluator = Capture.load(folder), evaluators(reconstruction, metrics)
     for split, picked, path in zip(splits, selections, evaluations, strict=True):
         logger.info("%s", picked)
         targets = Split.load(split).targets
-        evaluator = Evaluator.on_frames(reconstructor, targets, metrics=metrics)
         picks = read_table(picked)
         for column, values in only.items():
             picks = picks[picks[column].isin(values)]
-        table = measuring.measure(evaluator, picks)
+        table = measuring.measure(evaluator(capture, targets), picks)
         write_table(table, path, units=units, config=config)

@@ -3,17 +3,17 @@
 import numpy as np
 import pandas as pd
 import pytest
+from described_scene import filmed
 
 from fsel.data.capture import Capture
 from fsel.evaluation.evaluator import Evaluator
-from fsel.experiments.paper.costs import mean_costs
+from fsel.experiments.paper.costs import cost_means
 from fsel.experiments.paper.time_quality import VARIANTS, _row, joined
 from fsel.experiments.studies.footprint import footprint, measure_alone
 from fsel.features.columns import FEATURES
 from fsel.reconstruct import reconstructor_of
 from fsel.report.latex import plain_table
 from fsel.report.summary import ALL_FRAMES
-from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 SHARPNESS = FEATURES.index("sharpness")
@@ -22,10 +22,7 @@ SHARPNESS = FEATURES.index("sharpness")
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scene")
-    made = record("dl3dv", 3, frames=40, width=32, height=24)
-    focal = made.camera.params[0]
-    camera = np.tile([focal, focal, 16.0, 12.0], (40, 1))
-    Capture(made.names, made.world_to_camera, camera, made.images, made.sequences).save(folder)
+    filmed().save(folder)
     return folder
 
 
@@ -51,8 +48,9 @@ def costs_of(folder) -> pd.DataFrame:
     for scene, (seconds, peak) in {"a": (1.0, 4e6), "b": (3.0, 8e6)}.items():
         rows = [(10, seconds, 0.5, peak), (ALL_FRAMES, 9.0, 0.5, 1e8)]
         columns = ["k", "fit_seconds", "render_seconds", "peak_bytes"]
-        pd.DataFrame(rows, columns=columns).to_parquet(folder / f"{scene}.parquet")
-    return mean_costs([folder / "a.parquet", folder / "b.parquet"])
+        table = pd.DataFrame(rows, columns=columns).assign(device="cpu", outcome="")
+        table.to_parquet(folder / f"{scene}.parquet")
+    return cost_means([folder / "a.parquet", folder / "b.parquet"])
 
 
 def test_costs_are_means_over_scenes(tmp_path):

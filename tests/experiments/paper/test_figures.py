@@ -14,7 +14,6 @@ from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.experiments.paper.pictures import (
     STRONGEST,
-    frames_named,
     picks_of,
     resolved,
     spaced,
@@ -84,14 +83,6 @@ def test_the_strongest_baseline_is_none_that_has_a_column_and_not_the_control():
     assert resolved([STRONGEST], table, 9) == ["uniform"]
     with pytest.raises(ValueError, match="at a budget of 7"):
         resolved([STRONGEST], table, 7)
-
-
-def test_frames_are_found_by_name_in_a_capture_that_lost_some():
-    capture = random_capture(6)
-    names = [capture.names[i] for i in (4, 0, 5)]
-    assert frames_named(capture.subset(np.array([0, 4, 5])), names).tolist() == [1, 0, 2]
-    with pytest.raises(ValueError, match="'nobody'"):
-        frames_named(capture, ["nobody"])
 
 
 def test_drawn_views_are_spread_and_a_single_one_is_the_middle():

@@ -4,7 +4,12 @@ import numpy as np
 import pandas as pd
 from evaluation_files import FACTS, written
 
-from fsel.experiments.paper.ga_vs_learned import compare_with_search, ga_vs_learned
+from fsel.experiments.paper.ga_vs_learned import (
+    SUBSET,
+    compare_with_search,
+    ga_vs_learned,
+    searched_subsets,
+)
 
 
 def searched_cells() -> pd.DataFrame:
@@ -50,13 +55,14 @@ def test_average_subsets_are_means_over_what_a_search_met(tmp_path):
         # of two targets each; the second subset is the fittest of the genetic search
         rows = [("search", 0, 1, 9.0), ("search", 0, 1, 11.0), ("search", 1, 0, 20.0)]
         rows += [("search", 1, 0, 20.0), ("random_search", 2, 0, 12.0)]
-        table = pd.DataFrame(rows, columns=["method", "number", "rank", "psnr"])
+        table = pd.DataFrame(rows, columns=["method", "number", "rank", "psnr"]).assign(draw=0)
         path = tmp_path / f"{scene}.searched"
         table.to_parquet(path)
         searched.append(path)
     outputs = tmp_path / "t.tex", tmp_path / "t.csv"
     problems, paths = written(tmp_path, values)
-    settings = {"problems": problems, "k": 20, "facts": FACTS}
+    scenes = [("d", "s0"), ("d", "s1")]
+    settings = {"problems": problems, "scenes": scenes, "k": 20, "facts": FACTS}
     ga_vs_learned(paths, searched, *outputs, **settings)
     means = pd.read_csv(outputs[1]).set_index("method")["mean"]
     assert means[["average_search", "average_random"]].tolist() == [15.0, 12.0]
@@ -64,3 +70,15 @@ def test_average_subsets_are_means_over_what_a_search_met(tmp_path):
     text = outputs[0].read_text()
     assert "reconstruct 2 subsets" in text
     assert "2 of 2" in next(line for line in text.splitlines() if "Ours" in line)
+
+
+def test_a_subset_is_known_by_its_row_in_its_draw(tmp_path):
+    """Beyond the stored ones every subset has rank -1."""
+    paths = [tmp_path / "0.parquet", tmp_path / "1.parquet"]
+    for path in paths:
+        rows = {"method": "search", "rank": [0, -1, -1], "subset": [[1, 2], [1, 3], [2, 3]]}
+        pd.DataFrame(rows).to_parquet(path)
+    picks = searched_subsets(paths)
+    subsets = picks.groupby(["draw", *SUBSET])["frame"].agg(list)
+    assert subsets.loc[1, "search", 2, -1] == [2, 3]
+    assert len(subsets) == 6

@@ -137,7 +137,7 @@ def test_every_method_is_measured_on_every_draw(stored, tmp_path):
     once, again = (pd.read_parquet(path).drop(columns="seconds") for path in picks)
     pd.testing.assert_frame_equal(once, again)
     further = {"reconstruction": RECONSTRUCTION, "metrics": METRICS}
-    TRIALS.evaluate([folder], picks[0], output, **asked, **further)
+    TRIALS.evaluate([folder], picks[:1], output, **asked, **further)
     table = pd.read_parquet(output)
     assert set(table["method"]) == set(UNTRAINED)
     assert set(table["draw"]) == {0, 1}

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from described_scene import filmed, save_described
 from matplotlib.figure import Figure
 
 from fsel.data.capture import Capture
@@ -14,8 +15,6 @@ from fsel.experiments.paper.pose_trials import ESTIMATES, NOISE, SELECTORS
 from fsel.experiments.paper.poses import MARKED, changes, poses
 from fsel.ingest import sfm
 from fsel.metrics import METRICS
-from fsel.stages.describe import describe
-from fsel.synthesis import record
 
 DRAWN = {"targets": 3, "split_seed": 2, "budgets": [4], "seed": 1}
 MEASURED = {
@@ -31,20 +30,10 @@ FACTS = {
 }
 
 
-def filmed():
-    made = record("dl3dv", 3, frames=24, width=32, height=24)
-    focal = made.camera.params[0]
-    camera = np.tile([focal, focal, 16.0, 12.0], (24, 1))
-    return Capture(made.names, made.world_to_camera, camera, made.images, made.sequences)
-
-
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     """A small canonical capture, described."""
-    folder = tmp_path_factory.mktemp("scene")
-    filmed().save(folder)
-    describe(folder, folder / "descriptors.parquet", kind="lab_hog", weights=None, config="c")
-    return folder
+    return save_described(filmed(24), tmp_path_factory.mktemp("scene"))
 
 
 def psnr(table, **chosen):
@@ -59,7 +48,7 @@ def estimated(given, found, folder, draws):
     picks, output = folder / "p.parquet", folder / "m.parquet"
     asked = {"settings": {"draws": draws, **DRAWN}, "config": "c"}
     ESTIMATES.select([given, found], given / "descriptors.parquet", [], picks, **asked)
-    ESTIMATES.evaluate([given, found], picks, output, **asked, **MEASURED)
+    ESTIMATES.evaluate([given, found], [picks], output, **asked, **MEASURED)
     return pd.read_parquet(output)
 
 
@@ -72,7 +61,7 @@ def test_the_selector_s_noise_leaves_the_reconstruction_alone(scene, tmp_path):
         NOISE.select([scene], scene / "descriptors.parquet", [], path, **asked)
         found.append(pd.read_parquet(path).drop(columns="seconds"))
     pd.testing.assert_frame_equal(*found)
-    NOISE.evaluate([scene], picks, output, **asked, **MEASURED)
+    NOISE.evaluate([scene], [picks], output, **asked, **MEASURED)
     table = pd.read_parquet(output)
     assert set(table["method"]) == set(SELECTORS)
     exact = psnr(table, change="none")
@@ -98,7 +87,7 @@ def test_two_sets_of_poses_that_are_one_make_no_difference(scene, tmp_path):
 
 
 def test_estimated_poses_are_those_that_the_reconstruction_renders(scene, tmp_path):
-    found = filmed()
+    found = filmed(24)
     # COLMAP's own world: turned, shifted and scaled, which nothing may notice
     turn = np.array([(0.0, 0, 1), (1, 0, 0), (0, 1, 0)])
     turned = found.world_to_camera[:, :, :3] @ turn.T
@@ -112,7 +101,7 @@ def test_estimated_poses_are_those_that_the_reconstruction_renders(scene, tmp_pa
 
 def test_both_captures_hold_the_frames_that_were_placed(tmp_path, monkeypatch):
     whole = replace(
-        filmed(), images=np.random.default_rng(0).integers(0, 255, (24, 24, 32, 3), "u1")
+        filmed(24), images=np.random.default_rng(0).integers(0, 255, (24, 24, 32, 3), "u1")
     )
     kept = np.setdiff1d(np.arange(12), [3, 7])
 

@@ -3,16 +3,16 @@
 import numpy as np
 import pandas as pd
 import pytest
+from described_scene import filmed
 from evaluation_files import FACTS, written
 
-from fsel.data.capture import Capture
 from fsel.data.split import Split
-from fsel.experiments.paper.reconchoice import choice_means, evaluate_reconchoice, reconchoice
+from fsel.experiments.paper.costs import cost_means
+from fsel.experiments.paper.reconchoice import evaluate_reconchoice, reconchoice
 from fsel.experiments.paper.transfer import SHOWN, transfer
 from fsel.report.numbers import read_csv
 from fsel.report.summary import ALL_FRAMES
 from fsel.stages.evaluate import evaluate
-from fsel.synthesis import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 RECONSTRUCTORS = {
@@ -25,13 +25,11 @@ RECONSTRUCTORS = {
 def scene(tmp_path_factory):
     """A small capture, a split and picks that no method of the library would make."""
     folder = tmp_path_factory.mktemp("scene")
-    made = record("dl3dv", 3, frames=20, width=32, height=24)
-    focal = made.camera.params[0]
-    camera = np.tile([focal, focal, 16.0, 12.0], (20, 1))
-    Capture(made.names, made.world_to_camera, camera, made.images, made.sequences).save(folder)
+    capture = filmed(20)
+    capture.save(folder)
     candidates = np.setdiff1d(np.arange(20), [1, 9, 2, 10])
     split = Split(np.array([1, 9]), np.array([2, 10]), candidates, candidates)
-    split.table(made.names).to_parquet(folder / "split.parquet")
+    split.table(capture.names).to_parquet(folder / "split.parquet")
     rows = [(m, s, 3, i) for m in ("fvs", "less_is_more") for s in (0, 1) for i in (3 + s, 7, 13)]
     rows += [("fvs", 0, 4, i) for i in (3, 5, 7, 13)] + [("sharpest", 0, 3, i) for i in (3, 4, 5)]
     rows += [("all", 0, 16, i) for i in candidates]
@@ -139,9 +137,9 @@ def test_one_scene_out_of_memory_is_said_and_not_averaged_away(tmp_path):
     fits = choice(tmp_path, [(22.0, 3.0, 8e6), (24.0, 5.0, 1e7)])
     nan = float("nan")
     full = choice(tmp_path, [(22.0, 3.5, 8e6), (nan, nan, nan)])
-    means = choice_means(full, "x", ["psnr"])
+    means = cost_means(full, ["psnr"])
     assert means["outcome"].tolist() == ["", "out of memory"]
-    assert np.isnan(means["psnr"][1])
+    assert np.isnan(means["psnr"][ALL_FRAMES])
     told = {
         "reconstructors": RECONSTRUCTORS,
         "metrics": ["psnr"],

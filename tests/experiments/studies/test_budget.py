@@ -80,7 +80,7 @@ def test_from_a_capture_to_the_table(scene, tmp_path):
     known = {"settings": {"coverages": [25, 60], "seed": 0}, "config": "c"}
     TRIALS.select([scene], scene / "descriptors.parquet", [weights], picks, **known)
     measuring = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr"]}
-    TRIALS.evaluate([scene], picks, curves, **known, **measuring)
+    TRIALS.evaluate([scene], [picks], curves, **known, **measuring)
     table = pd.read_parquet(curves)
     tried = table.groupby(["coverage", "repeat"])["k"].unique()
     assert all(list(counts) == list(COUNTS[:9]) for counts in tried)  # 4 to 30 of 31

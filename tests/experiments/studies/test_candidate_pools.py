@@ -47,7 +47,7 @@ def test_each_block_keeps_to_its_pool(tmp_path):
     reconstruction = {"name": "splats", "long_side": 32, "settings": {}}
     output = tmp_path / "pools.parquet"
     measuring = {"reconstruction": reconstruction, "metrics": ["psnr"]}
-    TRIALS.evaluate([folder], picks, output, **asked, **measuring)
+    TRIALS.evaluate([folder], [picks], output, **asked, **measuring)
     measured = pd.read_parquet(output)
     assert len(measured) == len(found) / 4 * len(roles.targets)
 

@@ -4,13 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fsel.experiments.studies.swaps import TRIED, gains, swaps
+from fsel.experiments.studies.swaps import BY, TRIED, gains, swaps
 from fsel.report.numbers import read_csv
 
 
 def scene(psnr, tried=TRIED):
-    """What `evaluate_swaps` writes: a second a subset, and targets of some PSNR."""
-    return pd.DataFrame({"tried": tried, "seconds": tried, "estimate": 0.5, "psnr": psnr})
+    """PSNR of the targets as it is measured, a second a subset."""
+    rows = {"tried": tried, "seconds": tried, "estimate": 0.5, "psnr": psnr}
+    return pd.DataFrame(rows).set_index(BY)["psnr"]
 
 
 def test_gains_are_over_the_start_of_each_scene():
@@ -32,7 +33,7 @@ def test_a_scene_without_further_swaps_keeps_its_last_picks():
 def test_the_figure_has_its_numbers_beside_it(tmp_path):
     files = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
     for at, path in enumerate(files):
-        scene(20 + at * np.arange(len(TRIED))).to_parquet(path)
+        scene(20 + at * np.arange(len(TRIED))).reset_index().to_parquet(path)
     facts = {"embedded": ["X"], "real": []}
     figures = [tmp_path / "swaps.png", tmp_path / "swaps.pdf"]
     swaps(files, figures, tmp_path / "swaps.csv", k=20, facts=facts)

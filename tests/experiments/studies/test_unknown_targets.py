@@ -6,14 +6,9 @@ import pytest
 from described_scene import write_scene
 
 from fsel.data.capture import Capture
-from fsel.evaluation.measuring import draw_chance
 from fsel.experiments.studies import beside
 from fsel.experiments.studies import unknown_targets as protocol
-from fsel.experiments.studies.unknown_targets import (
-    compared,
-    evaluate_unknown_targets,
-    unknown_targets,
-)
+from fsel.experiments.studies.unknown_targets import TRIALS, compared, scores_of, unknown_targets
 
 GENERATED = {"family": "dl3dv", "seed": 3, "recorded": 40}  # what write_scene records
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
@@ -50,22 +45,20 @@ def test_what_is_held_out_is_not_picked_and_what_is_written_becomes_a_table(
     monkeypatch.setattr(protocol, "COMPARED", ("uniform", "fsel"))
     monkeypatch.setattr(protocol, "STARTS", (3,))
     monkeypatch.setattr(protocol, "BESIDE", 2)
-    known, held = pd.read_parquet(scene / "descriptors.parquet"), np.arange(3, 40, 8)
-    picks = protocol.picks_of(Capture.load(scene), known, held, [4, 40], draw_chance(1, 3))
-    assert not set(picks["frame"]) & set(held)
-    picked = picks.groupby(["method", "k"], sort=False)["frame"].nunique()
-    assert picked.to_dict() == {("uniform", 4): 4, ("fsel", 4): 4, ("known", 4): 4}
-    evaluate_unknown_targets(
-        scene,
-        tmp_path / "unknown_targets.parquet",
-        generated=GENERATED,
-        budgets=[4, 40],
-        seed=1,
-        reconstruction=RECONSTRUCTION,
-        config="c",
+    settings = {"generated": GENERATED, "budgets": [4, 40], "seed": 1}
+    files = tmp_path / "picks.parquet", tmp_path / "unknown_targets.parquet"
+    TRIALS.select(
+        [scene], scene / "descriptors.parquet", [], files[0], settings=settings, config=""
     )
-    rows = pd.read_parquet(tmp_path / "unknown_targets.parquet")
+    picks, held = pd.read_parquet(files[0]), np.arange(3, 40, 8)
+    assert not set(picks["frame"]) & set(held)
+    picked = picks.groupby(["method", "known", "k"], sort=False)["frame"].nunique()
+    assert picked.to_dict() == {("uniform", 0, 4): 4, ("fsel", 0, 4): 4, ("fsel", 1, 4): 4}
+    measured = {"reconstruction": RECONSTRUCTION, "metrics": ["psnr"], "config": ""}
+    TRIALS.evaluate([scene], files[:1], files[1], settings=settings, **measured)
+    rows = scores_of("dl3dv/evaluation0", files[1], FACTS)
     assert sorted(set(rows["views"])) == ["held_out", "off_path"]
+    assert sorted(set(rows["method"])) == ["fsel", "known", "uniform"]
     assert len(rows) == 2 * 3
     unknown_targets(
         [tmp_path / "unknown_targets.parquet"],

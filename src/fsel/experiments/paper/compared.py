@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from fsel.utils.files import Files
 from fsel.workflow import inputs, reconstructors
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.reconstructors import Section
@@ -68,6 +69,13 @@ def budgets(experiment: Experiment, key: str) -> list[int]:
 def draws(experiment: Experiment) -> range:
     """The draws that are measured."""
     return range(min(experiment.config["draws"], experiment.config["transfer"]["draws"]))
+
+
+def of_each(evaluations: Files, names: Iterable[str]) -> dict[str, Files]:
+    """Name -> its part of `files`."""
+    every = list(names)
+    count = len(evaluations) // len(every)
+    return {name: evaluations[at * count :][:count] for at, name in enumerate(every)}
 
 
 def files(experiment: Experiment, table: str, draws: Iterable[int]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,8 +16,10 @@ from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
 from fsel.experiments import specs
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.experiments.studies.selection_time import descriptor_seconds, select_once, timed
+from fsel.metrics import Metrics
 from fsel.report.summary import ALL_FRAMES
 from fsel.utils.files import File, Files, read_table, write_table
+from fsel.utils.programs.outcome import FINISHED, Unfinished
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -25,11 +28,56 @@ from fsel.workflow.tables import Job
 logger = logging.getLogger(__name__)
 
 VARIANTS = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry")
-UNITS = {
-    "fit_seconds": "s, of the processor",
-    "render_seconds": "s, of the processor",
-    "peak_bytes": "bytes",
-}
+UNITS = {"fit_seconds": "s", "render_seconds": "s", "peak_bytes": "bytes"}
+ENDED = ["device", "outcome"]
+
+
+def costs_alone(
+    folder: File,
+    subsets: Mapping[int, np.ndarray],
+    targets: np.ndarray,
+    reconstruction: Mapping,
+    metrics: Metrics = ("psnr",),
+    **limits: Any,
+) -> pd.DataFrame:
+    """Quality, seconds and memory of reconstructions, each in a process of its own.
+
+    Args:
+        subsets: k (`ALL_FRAMES` for all) -> frames.
+        targets, metrics, limits: see `measure_alone`.
+
+    Returns:
+        k, the metrics, the columns of `UNITS`, device, outcome; numbers are NaN where a
+        reconstruction did not finish.
+    """
+    rows = []
+    for k, frames in subsets.items():
+        try:
+            cost = measure_alone(folder, frames, targets, reconstruction, metrics=metrics, **limits)
+        except Unfinished as end:
+            logger.warning("%s", end)
+            cost = {"outcome": end.outcome}
+        rows.append({"k": k, "device": "", "outcome": FINISHED, **cost})
+        logger.info("%s", rows[-1])
+    numbers = [*metrics, *UNITS]
+    table = pd.DataFrame(rows, columns=["k", *numbers, *ENDED])
+    return table.astype(dict.fromkeys(numbers, float))
+
+
+def cost_means(costs: Files, metrics: Metrics = ()) -> pd.DataFrame:
+    """Table by k of the metrics, seconds (fit and rendering), peak_mb, n (scenes), device, outcome.
+
+    Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
+
+    Args:
+        costs: `costs_alone`, one a scene.
+    """
+    table = pd.concat([read_table(path) for path in costs])
+    table["seconds"] = table["fit_seconds"] + table["render_seconds"]
+    table["peak_mb"] = table["peak_bytes"] / 1e6
+    groups = table.groupby("k", sort=False)
+    means = groups[[*metrics, "seconds", "peak_mb"]].agg(lambda values: values.mean(skipna=False))
+    return means.assign(n=groups.size(), **{name: groups[name].max() for name in ENDED})
 
 
 def measure_costs(
@@ -48,20 +96,16 @@ def measure_costs(
 
     Args:
         weights: one scorer of each variant: ours, and ours denied some features.
-        costs: receives k (`ALL_FRAMES` for all candidates) and the columns of `UNITS`.
+        costs: receives `costs_alone`, `ALL_FRAMES` being all candidates.
         times: receives variant, k, seconds: descriptors of all observed frames, where the variant
             reads them, and the selection.
     """
     problem, targets = Problem.load(folder, split), Split.load(split).targets
     variants = {run.method.name: run for run in learned_runs(weights)}
     picks = picks_at(problem, variants[VARIANTS[0]], budgets, chance(0))
-    chosen = {made.k: made.frames for made in picks} | {ALL_FRAMES: problem.candidates}
-    rows = []
-    for k, frames in chosen.items():
-        cost = measure_alone(folder, frames, targets, reconstruction)
-        rows.append({"k": k, **{name: cost[name] for name in UNITS}})
-        logger.info("%s", rows[-1])
-    write_table(pd.DataFrame(rows), costs, units=UNITS, config=config)
+    subsets = {made.k: made.frames for made in picks} | {ALL_FRAMES: problem.candidates}
+    measured = costs_alone(folder, subsets, targets, reconstruction)
+    write_table(measured, costs, units=UNITS, config=config)
     seconds = selection_seconds(problem, variants, budgets, appearance)
     write_table(seconds, times, units={"seconds": "s"}, config=config)
 
@@ -79,18 +123,6 @@ def selection_seconds(
             select_once(problem, run, k)  # compiles
             rows.append((name, k, before + timed(partial(select_once, problem, run, k))))
     return pd.DataFrame(rows, columns=["variant", "k", "seconds"])
-
-
-def mean_costs(costs: Files) -> pd.DataFrame:
-    """Table by k of seconds (fit and rendering) and peak_mb: means over scenes.
-
-    Args:
-        costs: what `measure_costs` wrote, one a scene.
-    """
-    table = pd.concat([read_table(path) for path in costs])
-    table["seconds"] = table["fit_seconds"] + table["render_seconds"]
-    table["peak_mb"] = table["peak_bytes"] / 1e6
-    return table.groupby("k")[["seconds", "peak_mb"]].mean()
 
 
 def _first_scorers(experiment: Experiment) -> list[str]:

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fsel.baselines import METHODS
 from fsel.data.capture import Capture
 from fsel.data.geometry import pose_distance
 from fsel.data.split import Split
@@ -19,14 +18,14 @@ from fsel.metrics import Metrics, headings
 from fsel.report.captions import made_by
 from fsel.report.latex import plain_table
 from fsel.report.numbers import write_csv
-from fsel.report.sweep import LEARNED
+from fsel.report.sweep import LABELS, LEARNED
 from fsel.utils.files import File, Files, write_text
 from fsel.utils.seeds import name_seed
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 
 BASELINES = ("random", "uniform", "fvs", "nerf_director", "dpp", "kmedoids", "cover")
-SHOWN = {**{name: METHODS[name].label for name in BASELINES}, **LEARNED}
+SHOWN = {name: LABELS[name] for name in (*BASELINES, *LEARNED)}
 ROOMS = "crosscapture"  # one set of measurements whatever the dataset: each room counts once
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -114,16 +114,24 @@ def _settings(experiment: Experiment) -> Values:
     }
 
 
-FILMED = Job(
-    generate,
-    name="generate_large",
-    outputs={"folder": f"{inputs.SCENE}/poses/data"},
-    message="Generating {wildcards.dataset}/{wildcards.scene} with large images",
-    params=lambda experiment: {
-        **inputs.embedded(experiment),
-        **{key: experiment.config["inexact_poses"][key] for key in ("frames", "width", "height")},
+def filming(name: str, folder: str, size: Callable[[Experiment], Values]) -> Job:
+    """The rule of a name that films an embedded capture anew into a folder of the scene's."""
+    return Job(
+        generate,
+        name=name,
+        outputs={"folder": f"{inputs.SCENE}/{folder}"},
+        message=f"Generating {{wildcards.dataset}}/{{wildcards.scene}} with images in {folder}",
+        params=lambda experiment: {**inputs.embedded(experiment), **size(experiment)},
+        size=Size(2000),
+    )
+
+
+FILMED = filming(
+    "generate_large",
+    "poses/data",
+    lambda experiment: {
+        key: experiment.config["inexact_poses"][key] for key in ("frames", "width", "height")
     },
-    size=Size(2000),
 )
 
 POSED = Job(

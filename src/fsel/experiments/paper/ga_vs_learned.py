@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.split import Split
-from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import measure, measured_units
-from fsel.experiments import specs
-from fsel.experiments.specs import Values
-from fsel.reconstruct import reconstructor_of
+from fsel.experiments import scheme, specs
+from fsel.experiments.cells import GAP, against
+from fsel.experiments.specs import Scenes, Values
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, difference, number, plain_table
 from fsel.report.numbers import write_csv
-from fsel.report.summary import differences, summarise
-from fsel.report.sweep import named, sweep_cells
-from fsel.utils.files import File, Files, read_table, write_table, write_text
+from fsel.report.sweep import named, of_scenes, sweep_cells
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job, Table
-
-logger = logging.getLogger(__name__)
+from fsel.workflow.tables import Table
 
 SEARCH = "search"
 PROBLEM = ["dataset", "scene", "draw"]
@@ -41,29 +32,16 @@ ROWS = {
 }
 
 
-def evaluate_searched(
-    folder: File,
-    split: File,
-    subsets: File,
-    evaluation: File,
-    *,
-    reconstruction: Mapping,
-    config: str,
-) -> None:
-    """Measure every subset that the searches met on the held-out targets.
+def searched_subsets(draws: Files) -> pd.DataFrame:
+    """Subsets that the searches met, as picks: draw, method, number (of the row), rank, frame.
 
     Args:
-        subsets: what `fsel.stages.search_oracle` wrote.
-        evaluation: receives method, number (row in `subsets`), rank (0: the fittest on the
-            proxies) and the columns of `fsel.evaluation.measuring.measured`.
+        draws: what `fsel.stages.search_oracle` wrote, one a draw; rank 0 is the fittest on the
+            proxies.
     """
-    table = read_table(subsets)
-    picks = table[["method", "rank"]].assign(number=range(len(table)), frame=table["subset"])
-    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    evaluator = Evaluator.on_frames(reconstructor, Split.load(split).targets)
-    measured = measure(evaluator, picks.explode("frame"), SUBSET)
-    write_table(measured, evaluation, units=measured_units(), config=config)
-    logger.info("%d subsets\n%s", len(table), measured.groupby("method")["psnr"].describe())
+    tables = [read_table(path).assign(draw=draw) for draw, path in enumerate(draws)]
+    picks = pd.concat([table.assign(number=range(len(table))) for table in tables])
+    return picks[["draw", *SUBSET]].assign(frame=picks["subset"]).explode("frame")
 
 
 def ga_vs_learned(
@@ -73,21 +51,23 @@ def ga_vs_learned(
     numbers: File,
     *,
     problems: Sequence[str],
+    scenes: Scenes,
     k: int,
     facts: Mapping,
 ) -> None:
     """Average subset, random search, search and selectors, all scored on the targets.
 
     Args:
-        searched: what `evaluate_searched` wrote, one a problem.
+        searched: what the job of `TRIALS` wrote, one a scene.
+        scenes: of each of `searched`.
         table, numbers: receive LaTeX, and the columns of `compare_with_search`.
     """
     swept = sweep_cells(named(problems, evaluations), facts=facts)
-    subsets = pd.concat([_subset_means(item) for item in named(problems, searched)])
+    subsets = pd.concat([_subset_means(item) for item in of_scenes(scenes, searched)])
     cells = pd.concat([_search_cells(subsets).assign(k=k), swept[swept["k"] == k]])
     result = compare_with_search(cells)
     write_csv(result, numbers)
-    tried = len(subsets[subsets["method"] == SEARCH]) / len(searched)
+    tried = len(subsets[subsets["method"] == SEARCH]) / len(subsets[PROBLEM].drop_duplicates())
     text = (
         rf"\textbf{{Comparison with the genetic search}}, $K{{=}}{k}$, held-out scenes: "
         f"${result['n'].iloc[0]}$. The searches each reconstruct {tried:.0f} subsets a scene and "
@@ -114,22 +94,18 @@ def compare_with_search(cells: pd.DataFrame) -> pd.DataFrame:
     cells = cells[cells["method"].isin(ROWS)]
     common = cells[cells["method"] == SEARCH][["dataset", "scene", "draw"]]
     cells = cells.merge(common, on=["dataset", "scene", "draw"])
-    means = summarise(cells, ["psnr"])
-    others = [name for name in ROWS if name != SEARCH]
-    gaps = differences(cells, others, ["psnr"])
-    gaps = gaps[gaps["reference"] == SEARCH].set_index("method")
-    bounds = {"mean": "difference", "ci_low": "difference_low", "ci_high": "difference_high"}
-    result = means.set_index("method").join(gaps.rename(columns=bounds)[list(bounds.values())])
+    result = against(cells, SEARCH)
     scenes = cells.groupby(["method", "scene"])["psnr"].mean().unstack("scene")
     result["ahead"] = (scenes > scenes.loc[SEARCH]).sum(axis=1)
-    order = ["k", "mean", "ci_low", "ci_high", *bounds.values(), "ahead", "n"]
+    order = ["k", "mean", "ci_low", "ci_high", *GAP, "ahead", "n"]
     return result.loc[list(ROWS), order].rename_axis("method").reset_index()
 
 
 def _subset_means(item: Mapping) -> pd.DataFrame:
-    """PSNR of every subset of a problem's searches: dataset, scene, draw, method, rank, psnr."""
-    means = read_table(item["path"]).groupby(SUBSET)["psnr"].mean().reset_index()
-    return means.assign(**{key: item[key] for key in PROBLEM})
+    """PSNR of every subset of a scene's searches: dataset, scene, draw, method, rank, psnr."""
+    means = read_table(item["path"]).groupby(["draw", *SUBSET])["psnr"].mean().reset_index()
+    draw = "draw" + means["draw"].astype(str)
+    return means.assign(dataset=item["dataset"], scene=item["scene"], draw=draw)
 
 
 def _search_cells(subsets: pd.DataFrame) -> pd.DataFrame:
@@ -145,34 +121,42 @@ def _rows(result: pd.DataFrame) -> list[list[str]]:
     for name, row in result.set_index("method").iterrows():
         cells = [MISSING, MISSING]
         if name != SEARCH:
-            gap = difference(row["difference"], row["difference_low"], row["difference_high"])
-            cells = [gap, f"{row['ahead']:.0f} of {row['n']:.0f}"]
+            cells = [difference(*row[GAP]), f"{row['ahead']:.0f} of {row['n']:.0f}"]
         rows.append([ROWS[name], number(row["mean"], "psnr"), *cells])
     return rows
+
+
+def _draws(experiment: Experiment) -> range:
+    """The draws that are searched."""
+    return range(experiment.config["oracle"]["draws"])
+
+
+TRIALS = scheme.Trials(
+    f"{__name__}:TRIALS",
+    "searched",
+    scheme.every_draw,
+    picks=lambda experiment: inputs.of_draws(experiment, "subsets.parquet", _draws(experiment)),
+    read=searched_subsets,
+    by=SUBSET,
+    draws=_draws,
+    metrics=lambda experiment: ("psnr",),
+)
 
 
 def _compared(experiment: Experiment) -> Values:
     problems = inputs.held_out_problems(experiment)
     return {
         "evaluations": inputs.of_problems(problems, "{reconstructor}evaluation.parquet"),
-        "searched": inputs.of_problems(problems, "{reconstructor}searched.parquet"),
+        "searched": TRIALS.measured(inputs.held_out_scenes(experiment)),
     }
 
-
-SEARCHED = Job(
-    evaluate_searched,
-    outputs={"evaluation": f"{inputs.SCENE}/draw{{draw}}/{{reconstructor}}searched.parquet"},
-    message="Scoring the searched subsets of {wildcards.dataset}/{wildcards.scene} on the targets",
-    inputs=lambda experiment: specs.of_draw("split", "subsets"),
-    params=lambda experiment: {"reconstruction": experiment.reconstruction_of},
-    size=Size(4000, 60, "reconstruction"),
-)
 
 TABLE = Table(
     ga_vs_learned,
     inputs=_compared,
     params=lambda experiment: {
         "problems": inputs.held_out_problems(experiment),
+        "scenes": inputs.held_out_scenes(experiment),
         "k": experiment.config["search"]["k"],
         "facts": specs.facts_of_trained(experiment),
     },
@@ -180,5 +164,5 @@ TABLE = Table(
     title="Comparison with the search",
     caption="The selectors beside the genetic search, random search of equal budget and the "
     "searches' average subsets, all scored on the held-out targets.",
-    jobs=[SEARCHED],
+    jobs=TRIALS.jobs,
 )

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 
-from fsel.baselines import METHODS
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import Split, evaluation_split
@@ -20,17 +20,14 @@ from fsel.metrics import Metrics, headings, inside
 from fsel.report.captions import made_by
 from fsel.report.latex import plain_table, tex
 from fsel.report.numbers import write_csv
-from fsel.report.sweep import LEARNED
+from fsel.report.sweep import LABELS
 from fsel.request.focus import from_capture
 from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 
 UNTRAINED = (*BASELINES, "nearest")
 TRAINED = ("less_is_more", "fsel")
-SHOWN = {
-    **{name: METHODS[name].label for name in UNTRAINED},
-    **{name: LEARNED[name] for name in TRAINED},
-}
+SHOWN = {name: LABELS[name] for name in (*UNTRAINED, *TRAINED)}
 LEAST = 0.02  # share of the image that the object fills in a view that is asked for
 
 
@@ -60,11 +57,12 @@ def object_split(capture: Capture, draw: int, seed: int, targets: int) -> Split:
     return evaluation_split(capture, draw, seed, targets, showing)
 
 
-def around_object(problem: Problem) -> Problem:
+def around_object(capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
     """The problem, the object's centre being every view's reference point.
 
     The centre is found from the masks of frames that may be used, never from the targets'.
     """
+    problem = Problem.of(capture, split, described)
     return replace(problem, focus=from_capture(problem.capture, problem.observed).center)
 
 
@@ -80,7 +78,7 @@ def trials(
     small = capture.resized(long_side)
     for draw in range(draws):
         split, chance = object_split(small, draw, seed, targets), draw_chance(seed, draw)
-        yield scheme.Trial({"draw": draw}, capture, split, [k], chance, change=around_object)
+        yield scheme.Trial({"draw": draw}, capture, split, [k], chance, problem=around_object)
 
 
 def objectcentric(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -12,14 +11,16 @@ from fsel.baselines import METHODS, PAPER
 from fsel.data.capture import Capture
 from fsel.data.subsets import evenly
 from fsel.experiments import specs
+from fsel.experiments.paper.estimate_poses import filming
 from fsel.experiments.specs import Values
+from fsel.experiments.studies.footprint import fit_and_render
 from fsel.metrics import METRICS, score_views
-from fsel.reconstruct import reconstructor_of
+from fsel.reconstruct import needs_gpu, reconstructor_of
 from fsel.report.numbers import write_csv
 from fsel.report.plan import plan_positions
 from fsel.report.views import Shown, draw
+from fsel.request.frames import frames_of
 from fsel.selector.policies import POLICIES
-from fsel.stages.generate import generate
 from fsel.stages.ingest import ingest
 from fsel.utils.files import File, Files
 from fsel.workflow import inputs, reconstructors
@@ -54,21 +55,6 @@ def strongest_baseline(evaluation: pd.DataFrame, k: int, but: Sequence[str]) -> 
 def resolved(methods: Sequence[str], evaluation: pd.DataFrame, k: int) -> list[str]:
     """The methods, `STRONGEST` replaced by the name of the strongest that is not among them."""
     return [strongest_baseline(evaluation, k, methods) if m == STRONGEST else m for m in methods]
-
-
-def frames_named(capture: Capture, names: Sequence[str]) -> np.ndarray:
-    """(K,) int64 numbers of frames in a capture that may hold others, larger or fewer.
-
-    Raises:
-        ValueError: for a name that the capture does not have.
-    """
-    number = {name: i for i, name in enumerate(capture.names)}
-    if missing := [name for name in names if name not in number]:
-        raise ValueError(
-            f"{capture.source}: no frames {missing[:3]}, which were selected. Hint: the capture "
-            "was read with another setting than the one that frames were selected from"
-        )
-    return np.array([number[name] for name in names], np.int64)
 
 
 def draw_views(
@@ -106,7 +92,7 @@ def draw_views(
     tiny.fit(targets[:WARM_FRAMES]).render(tiny.capture.view(targets[:1]))
     columns, tables = [], []
     for method in resolved(methods, evaluation, k):
-        frames = frames_named(capture, picks_of(picked, method, k))
+        frames = frames_of(capture, picks_of(picked, method, k))
         rendered, scores, seconds = render_cold(capture, frames, targets, reconstruction)
         cost = f"{len(frames)} frames, {seconds:.1f} s"
         title = f"{LABELS[method]}\n{cost}\nmean {scores[:, 0].mean():.2f} dB"
@@ -142,15 +128,13 @@ def render_cold(
 
     Returns:
         (T, h, w, 3) float32 views, (T, 3) metrics as `METRICS`, and the processor's seconds of
-        fitting and rendering.
+        fitting and rendering; of a GPU by the clock.
     """
-    reconstructor = reconstructor_of(capture, reconstruction)
+    reconstructor, gpu = reconstructor_of(capture, reconstruction), needs_gpu(reconstruction)
     views = reconstructor.capture.view(targets)
-    started = time.process_time()
-    rendered = reconstructor.fit(np.sort(frames)).render(views)
-    seconds = time.process_time() - started
+    rendered, _, *seconds = fit_and_render(reconstructor, np.sort(frames), views, gpu)
     truth = np.asarray(reconstructor.capture.images[targets])
-    return rendered, score_views(rendered, truth), seconds
+    return rendered, score_views(rendered, truth), sum(seconds)
 
 
 def _table(
@@ -213,7 +197,7 @@ def facts(experiment: Experiment, names: Sequence[str]) -> Values:
     return {**experiment.facts(names), **reconstructors.described(own["name"], own)}
 
 
-def _filmed_size(experiment: Experiment) -> dict[str, int]:
+def _filmed_size(experiment: Experiment) -> Values:
     """Width and height of embedded captures that are filmed anew."""
     size = {side: experiment.config["embedded"][side] for side in ("width", "height")}
     scale = section(experiment)["long_side"] / max(size.values())
@@ -221,14 +205,7 @@ def _filmed_size(experiment: Experiment) -> dict[str, int]:
 
 
 FOLDER = f"{inputs.SCENE}/pictures"
-FILMED = Job(
-    generate,
-    name="generate_pictures",
-    outputs={"folder": f"{FOLDER}/data"},
-    message="Generating {wildcards.dataset}/{wildcards.scene} with images for pictures",
-    params=lambda experiment: {**inputs.embedded(experiment), **_filmed_size(experiment)},
-    size=Size(2000),
-)
+FILMED = filming("generate_pictures", "pictures/data", _filmed_size)
 
 READ = Job(
     ingest,

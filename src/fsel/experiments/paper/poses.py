@@ -7,24 +7,19 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from fsel.experiments.paper import estimate_poses, pose_trials
-from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT, SELECTOR, SELECTORS
+from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT, SELECTOR
 from fsel.experiments.specs import Scenes, Values
 from fsel.report import curves
 from fsel.report.captions import made_by, note
 from fsel.report.latex import difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import summarise
-from fsel.report.sweep import LEARNED, of_scenes
-from fsel.selector.policies import POLICIES
+from fsel.report.sweep import LABELS, PLAIN, of_scenes
 from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table
 
-LABELS = {name: method.label for name, method in SELECTORS.items()} | LEARNED
-PLAIN = {name: method.label for name, method in SELECTORS.items()} | {
-    name: policy.label for name, policy in POLICIES.items()
-}
 MARKED = ("uniform", "fvs", "kmedoids", "cover", "nearest", "untrained", "less_is_more", "fsel")
 PLACE = {name: at for at, name in enumerate(LABELS)}
 CASE = ["change", "level", "scope"]

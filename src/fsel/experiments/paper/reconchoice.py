@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -11,21 +10,17 @@ import pandas as pd
 from fsel.data.split import Split
 from fsel.experiments import specs
 from fsel.experiments.paper import compared
-from fsel.experiments.specs import Values
-from fsel.experiments.studies.footprint import measure_alone
+from fsel.experiments.paper.costs import UNITS, cost_means, costs_alone
 from fsel.metrics import Metrics, headings, units
 from fsel.report.captions import captures_of, printed
 from fsel.report.latex import number, plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES
 from fsel.utils.files import File, Files, read_table, write_table, write_text
-from fsel.utils.programs.outcome import FINISHED, Unfinished
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
-
-logger = logging.getLogger(__name__)
 
 METHOD = "less_is_more"
 SEED = 0
@@ -47,30 +42,17 @@ def evaluate_reconchoice(
 
     Args:
         split, selections: split.parquet and what `select` wrote of one draw.
-        evaluation: receives k (`ALL_FRAMES` for all), the metrics, fit_seconds, render_seconds,
-            peak_bytes, device, outcome; numbers are NaN where a reconstruction did not finish.
+        evaluation: receives `costs_alone`.
         budgets: whose picks are reconstructed.
         memory: bytes that one reconstruction may take.
     """
     picks = read_table(selections)
-    own = picks[(picks["method"] == METHOD) & (picks["seed"] == SEED)]
-    subsets = {k: own["frame"][own["k"] == k].to_numpy(np.int64) for k in budgets}
+    own = picks.query("method == @METHOD and seed == @SEED").groupby("k")["frame"]
+    subsets = {k: own.get_group(k).to_numpy(np.int64) for k in budgets}
     subsets[ALL_FRAMES] = picks["frame"][picks["method"] == "all"].to_numpy(np.int64)
-    targets = Split.load(split).targets
-    rows = []
-    for k, frames in subsets.items():
-        alone: Values = {"repeats": 1, "metrics": metrics, "memory": memory}
-        try:
-            cost = measure_alone(folder, frames, targets, reconstruction, **alone)
-        except Unfinished as end:
-            logger.warning("%s", end)
-            cost = {"outcome": end.outcome}
-        rows.append({"k": k, "device": "", "outcome": FINISHED, **cost})
-        logger.info("%s", rows[-1])
-    columns = ["k", *metrics, "fit_seconds", "render_seconds", "peak_bytes", "device", "outcome"]
-    table = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[1:-2], float))
-    taken = {"fit_seconds": "s", "render_seconds": "s", "peak_bytes": "bytes"}
-    write_table(table, evaluation, units=units(metrics) | taken, config=config)
+    targets, alone = Split.load(split).targets, {"repeats": 1, "memory": memory}
+    table = costs_alone(folder, subsets, targets, reconstruction, metrics, **alone)
+    write_table(table, evaluation, units=units(metrics) | UNITS, config=config)
 
 
 def reconchoice(
@@ -88,15 +70,14 @@ def reconchoice(
     Args:
         evaluations: what `evaluate_reconchoice` wrote: all scenes of the first
             reconstructor, then of the next.
-        table, numbers: receive LaTeX, and the columns of `choice_means`.
+        table, numbers: receive LaTeX, and reconstructor, k and the columns of `cost_means`.
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
         memory: bytes that one reconstruction may take.
     """
-    scenes = len(evaluations) // len(reconstructors)
-    means = pd.concat(
-        choice_means(evaluations[at * scenes : (at + 1) * scenes], name, metrics)
-        for at, name in enumerate(reconstructors)
-    )
+    each = compared.of_each(evaluations, reconstructors)
+    parts = {name: cost_means(own, metrics) for name, own in each.items()}
+    means = pd.concat(parts, names=["reconstructor"]).reset_index()
+    scenes = means["n"].max()
     write_csv(means, numbers)
     inputs = list(dict.fromkeys(means["k"]))
     rows = [
@@ -117,30 +98,6 @@ def reconchoice(
     )
     made = plain_table(head, rows, caption=text, label="tab:reconchoice", groups=groups)
     write_text(made, table)
-
-
-def choice_means(evaluations: Files, name: str, metrics: Metrics) -> pd.DataFrame:
-    """Table of reconstructor, k, the metrics, seconds, peak_mb, n (scenes), device, outcome.
-
-    Means are NaN where a reconstruction of a scene did not finish; the outcome says why.
-
-    Args:
-        evaluations: of one reconstructor, one a scene.
-        name: of the reconstructor.
-        metrics: their columns.
-    """
-    table = pd.concat([read_table(path) for path in evaluations])
-    table["seconds"] = table["fit_seconds"] + table["render_seconds"]
-    table["peak_mb"] = table["peak_bytes"] / 1e6
-    groups = table.groupby("k", sort=False)
-    columns = [*metrics, "seconds", "peak_mb"]
-    means = groups[columns].agg(lambda values: values.mean(skipna=False))
-    means["n"] = groups.size()
-    means["device"] = groups["device"].max()
-    means["outcome"] = groups["outcome"].max()
-    means = means.reset_index()
-    means.insert(0, "reconstructor", name)
-    return means
 
 
 def _on_gpus(means: pd.DataFrame) -> str:

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
 
-from fsel.experiments import specs
-from fsel.experiments.paper.costs import MEASURED, mean_costs
-from fsel.experiments.specs import Values
+from fsel.data.capture import Capture
+from fsel.data.problem import Problem
+from fsel.data.split import Split
+from fsel.experiments import scheme, specs
+from fsel.experiments.cells import cells_of
+from fsel.experiments.paper.costs import MEASURED, cost_means
+from fsel.experiments.specs import Scenes, Values
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import ALL_FRAMES, differences, summarise
 from fsel.report.sweep import named, sweep_cells
-from fsel.stages.evaluate import evaluate
-from fsel.stages.select import select
 from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job, Table
+from fsel.workflow.tables import Table
 
 ALL = "all"
 VARIANTS = {
@@ -40,24 +43,28 @@ def time_quality(
     numbers: File,
     *,
     problems: Sequence[str],
+    scenes: Scenes,
     budgets: Sequence[int],
     facts: Mapping,
 ) -> None:
     """PSNR, seconds and memory of ours and its variants at every budget, and of the whole pool.
 
     Args:
-        evaluations, variant: what `fsel.stages.evaluate` wrote of the sweep's selections and of the
-            variant's, with those of the whole candidate pool, one a problem.
+        evaluations: what `fsel.stages.evaluate` wrote of the sweep's selections, one a problem.
+        variant: what the jobs of `TRIALS` wrote, one a scene.
         costs, times: what `costs.measure_costs` wrote, one a scene.
         table, numbers: receive LaTeX, and the columns of `joined`.
     """
-    swept, further = (
-        sweep_cells(named(problems, paths), facts=facts) for paths in (evaluations, variant)
-    )
+    swept = sweep_cells(named(problems, evaluations), facts=facts)
     swept = swept[swept["method"] != ALL]  # which is of P and O; the variant's is of P
+    further = cells_of(scenes, variant, ["psnr"], facts)
+    swept["scene"], swept["draw"] = (
+        swept["dataset"] + "/" + swept["scene"],
+        swept["draw"].str.removeprefix("draw").astype(int),
+    )
     cells = pd.concat([swept, further], ignore_index=True)
     cells = cells[cells["method"].isin([*VARIANTS, ALL])]
-    result = joined(cells, mean_costs(costs), pd.concat(map(read_table, times)))
+    result = joined(cells, cost_means(costs), pd.concat(map(read_table, times)))
     write_csv(result, numbers)
     text = (
         r"\textbf{Quality, runtime and memory per scene}, scenes: "
@@ -88,7 +95,7 @@ def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.
 
     Args:
         cells: dataset, scene, draw, method, k, psnr of one dataset.
-        costs: see `costs.mean_costs`.
+        costs: see `costs.cost_means`.
         times: variant, k, seconds; one row a scene.
 
     Returns:
@@ -130,57 +137,41 @@ def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
     return [title, *quality, *seconds[0], fit, *seconds[1], peak]
 
 
-SETTINGS = {"methods": ["all"], "proxies_free": False}  # the whole candidate pool: the last row
+def from_candidates(capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
+    """The problem in which no method may pick proxies: its whole pool is the last row."""
+    return replace(Problem.of(capture, split, described), proxies_free=False)
 
 
-PICKED = Job(
-    select,
-    name="select_geometry",
-    outputs=lambda experiment: {
-        "selections": inputs.of_draws(experiment, "geometry_picks.parquet")
-    },
-    message="Selecting frames of {wildcards.dataset}/{wildcards.scene} by geometry",
-    inputs=lambda experiment: {
-        **specs.of_draws(experiment, kinds=inputs.DESCRIBED, features="features.parquet"),
-        "weights": inputs.scorer_files(experiment, "less_is_more_geometry")["weights"],
-    },
-    params=lambda experiment: {
-        "budgets": experiment.config["budgets"],
-        "seeds": experiment.draw_seeds,
-        **SETTINGS,
-    },
-    size=Size(2000, 30, "capture"),
-)
-
-EVALUATED = Job(
-    evaluate,
-    name="evaluate_geometry",
-    outputs=lambda experiment: {
-        "evaluations": inputs.of_draws(experiment, "{reconstructor}geometry.parquet")
-    },
-    message="Reconstructing {wildcards.dataset}/{wildcards.scene} from picks by geometry",
-    inputs=lambda experiment: specs.of_draws(experiment, selections="geometry_picks.parquet"),
-    params=specs.measured,
-    size=Size(4000, 180, "reconstruction"),
+TRIALS = scheme.Trials(
+    f"{__name__}:TRIALS",
+    "geometry",
+    partial(scheme.every_draw, problem=from_candidates),
+    settings=specs.budgets,
+    methods=[ALL],
+    weights=lambda experiment: inputs.scorer_files(experiment, "less_is_more_geometry")["weights"],
+    draws=specs.draws,
+    metrics=lambda experiment: ("psnr",),
+    minutes=180,
 )
 
 
 def _measured(experiment: Experiment) -> Values:
-    scenes, draws = inputs.held_out_scenes(experiment), range(experiment.config["draws"])
+    scenes, draws = inputs.held_out_scenes(experiment), specs.draws(experiment)
     return {
         "evaluations": inputs.of_scenes(scenes, "{reconstructor}evaluation.parquet", draws),
-        "variant": inputs.of_scenes(scenes, "{reconstructor}geometry.parquet", draws),
+        "variant": TRIALS.measured(scenes),
         "costs": inputs.of_scenes(scenes, "{reconstructor}costs.parquet"),
         "times": inputs.of_scenes(scenes, "{reconstructor}times.parquet"),
     }
 
 
 def _settings(experiment: Experiment) -> Values:
-    scenes = inputs.joined(inputs.held_out_scenes(experiment))
+    scenes = inputs.held_out_scenes(experiment)
     return {
-        "problems": [f"{s}/draw{n}" for s in scenes for n in range(experiment.config["draws"])],
-        "budgets": experiment.config["budgets"],
+        "problems": [f"{d}/{s}/draw{n}" for d, s in scenes for n in specs.draws(experiment)],
+        "scenes": scenes,
         "facts": specs.facts_of_trained(experiment),
+        **specs.budgets(experiment),
     }
 
 
@@ -192,6 +183,6 @@ TABLE = Table(
     title="Quality, runtime and memory",
     caption="PSNR, selection and reconstruction seconds and measured peak memory of ours, without "
     "appearance, and without appearance and sharpness, at every budget and with all frames.",
-    jobs=[PICKED, EVALUATED, MEASURED],
+    jobs=[*TRIALS.jobs, MEASURED],
     needs=[inputs.with_labels],
 )

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from fsel.baselines import METHODS
-from fsel.experiments.paper import compared
+from fsel.experiments.paper import compared, crosscapture
 from fsel.experiments.specs import Values
 from fsel.metrics import Metrics, headings
 from fsel.report.captions import captures_of, printed
@@ -16,7 +15,7 @@ from fsel.report.latex import difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import OUTCOME, summarise
 from fsel.report.summary import differences as paired
-from fsel.report.sweep import LEARNED, named, sweep_cells
+from fsel.report.sweep import LABELS, named, sweep_cells
 from fsel.stages.evaluate import evaluate
 from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
@@ -24,12 +23,9 @@ from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
 
-BASELINES = ("random", "uniform", "fvs", "nerf_director", "dpp", "kmedoids", "cover", "nearest")
+BASELINES = (*crosscapture.BASELINES, "nearest")
 OURS = ("less_is_more", "fsel")
-SHOWN = {
-    **{name: METHODS[name].label for name in BASELINES},
-    **{name: LEARNED[name] for name in OURS},
-}
+SHOWN = {name: LABELS[name] for name in (*BASELINES, *OURS)}
 SEED = 0  # the one seed whose picks are reconstructed
 
 
@@ -56,19 +52,16 @@ def transfer(
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of rows each.
         budgets: one group of columns each.
     """
-    count = len(problems)
-    means: list[pd.DataFrame] = []
-    gaps: list[pd.DataFrame] = []
-    for at, name in enumerate(reconstructors):
-        paths = evaluations[at * count : (at + 1) * count]
-        cells = sweep_cells(named(problems, paths), metrics, facts=facts)
-        for result, tables in (
-            (summarise(cells, metrics), means),
-            (paired(cells, list(OURS), metrics), gaps),
-        ):
-            result.insert(0, "reconstructor", name)
-            tables.append(result.drop(columns="dataset"))
-    every, ahead = pd.concat(means), pd.concat(gaps)
+    each = compared.of_each(evaluations, reconstructors)
+    cells = {
+        name: sweep_cells(named(problems, own), metrics, facts=facts) for name, own in each.items()
+    }
+    means = {name: summarise(own, metrics) for name, own in cells.items()}
+    gaps = {name: paired(own, list(OURS), metrics) for name, own in cells.items()}
+    every, ahead = (
+        pd.concat(tables, names=["reconstructor"]).reset_index(0).drop(columns="dataset")
+        for tables in (means, gaps)
+    )
     write_csv(every, numbers)
     write_csv(ahead, differences)
     rows = []
@@ -78,7 +71,7 @@ def transfer(
             rows.append([label, *_cells(every, ahead, method, name, budgets, metrics)])
     head = ["Selector", *["/".join(headings(metrics)), "ours $-$", "fsel $-$"] * len(budgets)]
     groups = [(rf"$K{{=}}{k}$", 3) for k in budgets]
-    text = caption(reconstructors, len({p.rpartition("/")[0] for p in problems}), count, facts)
+    text = caption(reconstructors, problems, facts)
     made = plain_table(head, rows, caption=text, label="tab:transferwopt", groups=groups)
     write_text(made, table)
 
@@ -105,22 +98,16 @@ def _cells(
             yield "" if ours == method else difference(*paired.loc[(name, ours, k)])
 
 
-def caption(
-    reconstructors: Mapping[str, Mapping], scenes: int, problems: int, facts: Mapping
-) -> str:
-    """Say which captures and reconstructors made the table, in LaTeX.
-
-    Args:
-        reconstructors, facts: see `transfer`.
-        scenes, problems: how many.
-    """
+def caption(reconstructors: Mapping[str, Mapping], problems: Sequence[str], facts: Mapping) -> str:
+    """Say which captures and reconstructors made the table, in LaTeX; arguments of `transfer`."""
+    scenes = len({problem.rpartition("/")[0] for problem in problems})
     names = ", ".join(map(printed, reconstructors.values()))
     return (
         r"\textbf{Cross-reconstructor transfer of selected views.} The same picks under each "
         f"reconstructor ({names}); nothing is selected anew for any. Right of each cell: PSNR (dB) "
         "of ours and of fsel minus the row's, paired, with 95\\% intervals, bold where they "
-        f"exclude zero. Means over {scenes} scenes, {problems} draws of targets in all, and one "
-        f"seed of the methods that have several. Captures: {captures_of(facts)}."
+        f"exclude zero. Means over {scenes} scenes, {len(problems)} draws of targets in all, and "
+        f"one seed of the methods that have several. Captures: {captures_of(facts)}."
     )
 
 

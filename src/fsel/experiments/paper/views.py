@@ -11,9 +11,10 @@ import pandas as pd
 from fsel.data.capture import Capture
 from fsel.experiments import specs
 from fsel.experiments.paper import crosscapture, pictures
-from fsel.experiments.paper.pictures import draw_views, frames_named
+from fsel.experiments.paper.pictures import draw_views
 from fsel.experiments.specs import Values
 from fsel.report.captions import note
+from fsel.request.frames import frames_of
 from fsel.utils.files import File, Files, read_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
@@ -43,7 +44,7 @@ def qualitative(
         numbers, methods, views, k: see `pictures.draw_views`.
     """
     capture, roles = Capture.load(folder), read_table(split)
-    targets = frames_named(capture, roles[roles["role"] == "target"]["name"].tolist())
+    targets = frames_of(capture, roles[roles["role"] == "target"]["name"].tolist())
     evaluation = pd.concat([read_table(path) for path in evaluations])
     picked = read_table(selections).query("seed == 0")
     shown: Values = {"methods": methods, "views": views, "k": k, "reconstruction": reconstruction}
@@ -79,7 +80,7 @@ def real_world(
     held_out = next(name for name in capture.sequences if name in passes)
     measured = every.query("held_out == @held_out")
     names = read_table(selected_from)["name"]
-    targets = frames_named(capture, names[np.unique(measured["target"])].tolist())
+    targets = frames_of(capture, names[np.unique(measured["target"])].tolist())
     # of a sequence split, no held-out pass is selected from
     rest = set(capture.sequences) - passes or set(capture.sequences) - {held_out}
     others = [n for n, of in zip(capture.names, capture.sequences, strict=True) if of in rest]

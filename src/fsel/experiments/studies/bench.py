@@ -1,9 +1,13 @@
-"""Cost of a setting of the reconstructor, and its worth against exact depth."""
+"""Cost of a setting of the reconstructor, and its worth against exact depth.
+
+Seconds are those of one reconstruction with nothing cached, which no evaluator gives: it shares
+what subsets have in common.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +21,7 @@ from fsel.experiments.studies.true_depth import true_depth
 from fsel.metrics import score_views
 from fsel.reconstruct import RECONSTRUCTORS, Model
 from fsel.reconstruct.splats import SplatModel
-from fsel.utils.files import File
+from fsel.utils.files import Files
 
 REPEATS = 3  # the least of three times: other work on the machine only adds
 
@@ -41,25 +45,31 @@ class Bench:
     depth: np.ndarray | None
 
 
-def bench_of(
-    folder: File, split: File, generated: Mapping | None, *, k: int, long_side: int
-) -> Bench:
-    """The frames nearest to a draw's proxies, compared at its targets.
+def benches(
+    folders: Files,
+    splits: Files,
+    generated: Sequence[Mapping | None],
+    k: int,
+    reconstruction: Mapping,
+) -> Iterator[Bench]:
+    """Yield the frames nearest to each draw's proxies, compared at its targets, all compiled.
 
     Args:
         generated: keywords of `true_depth`; None where depth is not known.
         k: frames to reconstruct from.
-        long_side: pixels at which images are compared.
     """
-    posed, targets = Problem.load(folder, split), Split.load(split).targets
-    small = posed.capture.resized(long_side)
-    return Bench(
-        capture=posed.capture,
-        picks=np.sort(nearest(posed, posed.observed, k)),
-        views=small.view(targets),
-        truth=np.asarray(small.images[targets]),
-        depth=None if generated is None else true_depth(small, targets, **generated),
-    )
+    for folder, split, made in zip(folders, splits, generated, strict=True):
+        posed, targets = Problem.load(folder, split), Split.load(split).targets
+        small = posed.capture.resized(reconstruction["long_side"])
+        bench = Bench(
+            capture=posed.capture,
+            picks=np.sort(nearest(posed, posed.observed, k)),
+            views=small.view(targets),
+            truth=np.asarray(small.images[targets]),
+            depth=None if made is None else true_depth(small, targets, **made),
+        )
+        measure_cold(bench, reconstruction)  # compiles
+        yield bench
 
 
 def measure_cold(

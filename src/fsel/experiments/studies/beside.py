@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import PurePath
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fsel.data.capture import Capture, Views
 from fsel.data.geometry import camera_centers, moved_aside, pixel_rays
-from fsel.experiments.studies.true_depth import unit_of
+from fsel.experiments.studies.true_depth import recording_of
 from fsel.synthesis.caster import Caster
-from fsel.synthesis.record import clear_shot
 from fsel.synthesis.sensor import GAMMA, to_world
 
 ASIDE = 0.12  # of the cameras' reach: standard deviation of a view's shift along each axis
@@ -21,34 +20,26 @@ SAMPLES = (-0.25, 0.25)  # of a pixel, in both directions
 ATTEMPTS = 2000
 
 
-def views_beside(
-    capture: Capture, count: int, *, family: str, seed: int, recorded: int
-) -> tuple[Views, np.ndarray]:
+def views_beside(capture: Capture, count: int, **generated: Any) -> tuple[Views, np.ndarray]:
     """Views shifted and turned from frames of an embedded capture, and what they truly show.
 
     No view lies behind a surface as seen from its frame. Exposure is the scene's own, and there is
     no noise: the frames' drift of exposure costs every selection alike.
 
     Args:
-        capture: as ingested, at the size that is compared.
+        capture, generated: see `true_depth.recording_of`; at the size that is compared.
         count: how many views.
-        family, seed, recorded: of its generation: family, seed and number of frames.
 
     Returns:
         The views, in the capture's world, and their (count, h, w, 3) uint8 images.
 
     Raises:
-        ValueError: when the capture is not of that recording.
         RuntimeError: when the scene leaves no room beside the path.
     """
-    shot, caster, _ = clear_shot(family, seed, recorded)
-    rows = {name: i for i, name in enumerate(shot.names)}
-    order = [rows[str(PurePath(name).with_suffix(""))] for name in capture.names]
-    metric = shot.poses(np.zeros(recorded))[order]
+    caster, metric, unit = recording_of(capture, **generated)
     centers = camera_centers(metric)
-    unit = unit_of(capture, centers)
     reach = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(generated["seed"])
     poses, shown = [], []
     for _ in range(ATTEMPTS):
         frame = int(rng.integers(len(capture)))

@@ -244,9 +244,8 @@ TRIALS = scheme.Trials(
     "budgets",
     trials,
     settings=_settings,
-    methods=(),
     weights=lambda experiment: experiment.fsel[:1],
-    splits=True,
+    draws=specs.draws,
 )
 
 EVALUATED = Job(

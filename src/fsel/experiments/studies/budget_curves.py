@@ -118,7 +118,6 @@ TRIALS = scheme.Trials(
         "coverages": experiment.config["coverages"],
         "seed": specs.scene_seed(experiment, "budget"),
     },
-    methods=(),
     weights=lambda experiment: experiment.fsel[:1],
     metrics=lambda experiment: ("psnr",),
     minutes=30,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from operator import attrgetter
 from typing import cast
 
 import pandas as pd
@@ -21,7 +22,7 @@ from fsel.report.captions import made_by
 from fsel.report.latex import difference, number, plain_table
 from fsel.report.numbers import write_csv
 from fsel.report.summary import differences, summarise
-from fsel.report.sweep import BASELINES, LEARNED
+from fsel.report.sweep import LABELS
 from fsel.selector.policies import POLICIES, Learned
 from fsel.utils.files import File, Files, write_text
 
@@ -51,13 +52,13 @@ def trials(
                 split,
                 budgets,
                 chance(seed),
-                change=_pooled(setting),
+                problem=_pooled(setting),
                 entered=_entered(setting),
             )
 
 
-def _pooled(setting: str) -> Callable[[Problem], Problem]:
-    return lambda problem: replace(problem, proxies_free=setting != "candidates")
+def _pooled(setting: str) -> Callable[..., Problem]:
+    return lambda *given: replace(Problem.of(*given), proxies_free=setting != "candidates")
 
 
 def _entered(setting: str) -> Callable[[list[Run]], list[Run]]:
@@ -118,7 +119,7 @@ def _block(
     """A heading, the baselines, and ours with its distance to the strongest of them."""
     part = means[means["dataset"] == setting].set_index(["method", "k"])["mean"]
     less = gaps[gaps["dataset"] == setting].set_index(["reference", "k"])
-    labels = {name: label for name, label in {**BASELINES, **LEARNED}.items() if name in part}
+    labels = {name: label for name, label in LABELS.items() if name in part}
     others = [name for name in labels if name != OURS.name]
     rows = [[rf"\textit{{{SETTINGS[setting]}}}", *[""] * len(budgets)]]
     for name in others:
@@ -136,9 +137,8 @@ TRIALS = scheme.Trials(
     "candidate_pools",
     trials,
     settings=lambda experiment: {**specs.budgets(experiment), "seeds": experiment.draw_seeds},
-    methods=(),
     weights=lambda experiment: [*experiment.weights("less_is_more"), *experiment.fsel],
-    splits=True,
+    draws=specs.draws,
     metrics=lambda experiment: METRICS,
     minutes=120,
 )
@@ -146,7 +146,7 @@ TRIALS = scheme.Trials(
 TABLE = scheme.table_of(
     candidate_pools,
     TRIALS,
-    scenes=specs.evaluation_scenes,
+    scenes=attrgetter("evaluation_scenes"),
     params=specs.budgets,
     category="Paper",
     title="Equal candidate pools",

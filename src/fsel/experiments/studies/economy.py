@@ -14,7 +14,7 @@ from fsel.data.capture import Capture
 from fsel.experiments import specs
 from fsel.experiments.studies.bench import (
     Bench,
-    bench_of,
+    benches,
     measure_cold,
     measure_model,
     measure_splats,
@@ -58,16 +58,14 @@ def economy(
     Args:
         table, numbers: receive LaTeX, and saving and primitives, bytes, seconds and psnr with it
             (`with_*`) and without it (`without_*`), means over the problems.
-        generated: see `bench.bench_of`.
+        generated: see `bench.benches`.
         k: frames reconstructed from.
     """
     rows = []
-    for folder, split, made in zip(folders, splits, generated, strict=True):
-        place = bench_of(folder, split, made, k=k, long_side=reconstruction["long_side"])
-        measure_cold(place, reconstruction)  # compiles
+    for place in benches(folders, splits, generated, k, reconstruction):
         rows += _of_reconstruction(place, reconstruction)
         rows.append(_of_descriptors(place.capture, appearance))
-        logger.info("%s: %d savings", folder, len(SAVINGS))
+        logger.info("%r: %d savings", place.capture, len(SAVINGS))
     means = pd.DataFrame(rows).groupby("saving", sort=False).mean().reset_index()
     write_csv(means, numbers)
     write_text(_table(means, k), table)
@@ -103,20 +101,18 @@ def _of_descriptors(capture: Capture, appearance: Mapping) -> dict:
     images = np.asarray(capture.images)
     seconds = descriptor_seconds(images, appearance)
     described = descriptors(images, appearance["kind"], appearance["weights"])
-    few = {"bytes": 8 * len(images), "seconds": seconds["sharpness"]}
-    both = {"bytes": few["bytes"] + described.nbytes, "seconds": sum(seconds.values())}
-    return {"saving": "descriptors"} | {
-        f"{side}_{name}": cost.get(name, np.nan)
-        for side, cost in (("with", few), ("without", both))
-        for name in COSTS
-    }
+    kept = 8 * len(images)
+    few = {"bytes": kept, "seconds": seconds["sharpness"]}
+    both = {"bytes": kept + described.nbytes, "seconds": sum(seconds.values())}
+    return _row("descriptors", few, both)
 
 
 def _row(saving: str, with_it: Mapping, without: Mapping) -> dict:
     row = {"saving": saving}
     for side, cost in (("with", with_it), ("without", without)):
-        seconds = cost["fit_seconds"] + cost["render_seconds"]
-        row |= {f"{side}_{name}": {**cost, "seconds": seconds}[name] for name in COSTS}
+        if "fit_seconds" in cost:
+            cost = {**cost, "seconds": cost["fit_seconds"] + cost["render_seconds"]}
+        row |= {f"{side}_{name}": cost.get(name, np.nan) for name in COSTS}
     return row
 
 

@@ -1,5 +1,7 @@
 """Cost of one reconstruction, measured in a process of its own (Linux).
 
+Evaluations of one process share caches, and the memory that they hold.
+
 `python -m fsel.experiments.studies.footprint` reads a request as JSON from its input and prints
 the answer.
 """
@@ -91,7 +93,7 @@ def footprint(
     memory: int | None = None,
 ) -> dict[str, Any]:
     """Measure in this process what `measure_alone` returns."""
-    capture = Capture.load(folder)
+    capture, chosen = Capture.load(folder), np.array(frames)
     views = capture.resized(reconstruction["long_side"]).view(np.array(targets))
     reconstructor_of(capture, reconstruction).fit(np.array(targets[:WARM])).render(views)
     reconstructor = reconstructor_of(capture, reconstruction)
@@ -102,11 +104,13 @@ def footprint(
         most = 1024 * _kilobytes("VmData") + memory
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     peak = Peak()
-    rendered, model, *seconds = _run(reconstructor, frames, views, gpu)
+    rendered, model, *seconds = fit_and_render(reconstructor, chosen, views, gpu)
     taken = model.peak_bytes if gpu else max(peak.bytes, model.peak_bytes)
     runs = [seconds]
     for _ in range(repeats - 1):
-        _, _, *seconds = _run(reconstructor_of(capture, reconstruction), frames, views, gpu)
+        _, _, *seconds = fit_and_render(
+            reconstructor_of(capture, reconstruction), chosen, views, gpu
+        )
         runs.append(seconds)
     fitting, rendering = np.median(runs, axis=0)
     scores = score_views(rendered, truth, None, metrics)
@@ -119,12 +123,12 @@ def footprint(
     }
 
 
-def _run(
-    reconstructor: Reconstructor, frames: list[int], views: Views, gpu: bool
+def fit_and_render(
+    reconstructor: Reconstructor, frames: np.ndarray, views: Views, gpu: bool
 ) -> tuple[np.ndarray, Model, float, float]:
     """The rendered views, the model, and the seconds of fitting and of rendering."""
     started = _clock(gpu)
-    model = reconstructor.fit(np.array(frames))
+    model = reconstructor.fit(frames)
     fitted = _clock(gpu)
     rendered = model.render(views)
     return rendered, model, fitted - started, _clock(gpu) - fitted

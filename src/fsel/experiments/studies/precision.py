@@ -1,8 +1,13 @@
-"""Worth of arithmetic: float64, float32 and the compiled loop; training in either."""
+"""Worth of arithmetic: float64, float32 and the compiled loop; training in either.
+
+What is compared are loops inside one method, no methods, and they are timed without its features:
+picks are made here, and measured by the evaluator that all experiments have.
+"""
 
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -14,14 +19,13 @@ import pandas as pd
 from fsel.data.capture import Views
 from fsel.data.problem import Problem
 from fsel.data.split import Split
-from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.evaluator import Evaluator, evaluators
 from fsel.evaluation.measuring import measured
 from fsel.experiments import specs
 from fsel.experiments.specs import Values
 from fsel.experiments.studies.hard_cases import CASES
+from fsel.experiments.studies.hard_cases.case import on_frames
 from fsel.experiments.studies.selection_time import timed
-from fsel.reconstruct import reconstructor_of
-from fsel.reconstruct.splats import Splats
 from fsel.report.captions import made_by
 from fsel.report.latex import MISSING, plain_table, tex
 from fsel.report.numbers import write_csv
@@ -101,13 +105,18 @@ def compared(
     **place: str,
 ) -> list[dict]:
     """One row an arithmetic: agreement with float64, PSNR in dB and its change, seconds."""
-    reference, rows = picks["float64"], []
-    before = _psnr(evaluator, reference)
-    for name, frames in picks.items():
-        after = _psnr(evaluator, frames)
-        row = place | {"arithmetic": name, "agreement": agreement(frames, reference)}
-        rows.append(row | {"psnr": after, "psnr_change": after - before, "seconds": seconds[name]})
-    return rows
+    psnr = {name: float(measured(evaluator, own)["psnr"].mean()) for name, own in picks.items()}
+    return [
+        {
+            **place,
+            "arithmetic": name,
+            "agreement": agreement(frames, picks["float64"]),
+            "psnr": psnr[name],
+            "psnr_change": psnr[name] - psnr["float64"],
+            "seconds": seconds[name],
+        }
+        for name, frames in picks.items()
+    ]
 
 
 def compare_arithmetic(
@@ -123,17 +132,13 @@ def compare_arithmetic(
     return rows
 
 
-def _psnr(evaluator: Evaluator, frames: np.ndarray) -> float:
-    return float(measured(evaluator, frames)["psnr"].mean())
-
-
 def hard_cases(scorers: Mapping[str, Scorer], k: int) -> list[dict]:
     """`compare_arithmetic` on every hard case that has a selection problem."""
     rows = []
     for case in CASES.values():
         if case.make is not None:
             problem = case.make()
-            evaluator = Evaluator.on_frames(Splats(problem.capture), problem.proxies)
+            evaluator = on_frames(problem.capture, problem.proxies)
             place = {"part": HARD, "name": case.name}
             rows += compare_arithmetic(problem, scorers, k, evaluator, **place)
     return rows
@@ -157,17 +162,12 @@ def trainings(
     train(*sets, **{**settings, "epochs": 0})  # what torch does once is not timed
     networks, curves, seconds = {}, [], {}
     for name in PRECISIONS:
-        dtype = getattr(torch, name)
-
-        def run(name=name, dtype=dtype) -> None:
-            arrays, log = train(*sets, dtype=dtype, **settings)
-            networks[name] = Network(arrays)
-            for row in log.itertuples():
-                place = {"part": LOSS, "name": f"{row.split} epoch {row.epoch}"}
-                place |= {"method": TRAINED, "arithmetic": name}
-                curves.append(place | {"loss": row.loss, "agreement": row.agreement})
-
-        seconds[name] = timed(run, repeats=1)
+        started = time.perf_counter()
+        arrays, log = train(*sets, dtype=getattr(torch, name), **settings)
+        networks[name], seconds[name] = Network(arrays), time.perf_counter() - started
+        place = {"part": LOSS, "method": TRAINED, "arithmetic": name}
+        log["name"] = log["split"] + " epoch " + log["epoch"].astype(str)
+        curves += log[["name", "loss", "agreement"]].assign(**place).to_dict("records")
     return networks, curves, seconds
 
 
@@ -208,8 +208,7 @@ def precision(
     rows, retrained = [], []
     for label, name, folder, split in zip(labels, problems, folders, splits, strict=True):
         problem, targets = Problem.load(folder, split), Split.load(split).targets
-        reconstructor = reconstructor_of(problem.capture, reconstruction)
-        evaluator = Evaluator.on_frames(reconstructor, targets)
+        evaluator = evaluators(reconstruction)(problem.capture, targets)
         rows += compare_arithmetic(problem, scorers, k, evaluator, part=label, name=name)
         made = POLICIES[TRAINED].prepare(problem)
         picks = {n: made.pool[greedy(made, own, k)[0]] for n, own in trained.items()}

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from fsel.baselines import METHODS
 from fsel.data.capture import Capture
 from fsel.data.geometry import poses_at
-from fsel.data.points import grouped_rows
+from fsel.data.points import SparsePoints
 from fsel.data.problem import Problem
 from fsel.data.split import evaluation_split
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
@@ -25,7 +25,7 @@ from fsel.features.appearance import descriptors
 from fsel.images.sharpness import sharpness
 from fsel.report.latex import plain_table, tex
 from fsel.report.numbers import write_csv
-from fsel.report.sweep import BASELINES, LEARNED
+from fsel.report.sweep import BASELINES, LABELS
 from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
@@ -34,7 +34,6 @@ from fsel.workflow.tables import Table
 
 logger = logging.getLogger(__name__)
 
-LABELS = {**BASELINES, **LEARNED}
 ENOUGH = 1.0  # seconds of measured runs after which a method is not run again
 REPEATS = 5
 
@@ -82,21 +81,17 @@ def refilmed(capture: Capture, frames: int) -> tuple[Capture, np.ndarray]:
         intrinsics=capture.intrinsics[nearest],
         images=cast(np.ndarray, _Repeated(capture.images, nearest)),
         sequences=tuple(capture.sequences[i] for i in nearest),
-        points=_tracked(capture, nearest),
+        points=None if capture.points is None else _tracked(capture.points, nearest),
         masks=None,
     )
     return dense, nearest
 
 
-def _tracked(capture: Capture, nearest: np.ndarray):
+def _tracked(points: SparsePoints, nearest: np.ndarray) -> SparsePoints:
     """The sparse points, every new frame seeing what its old one saw."""
-    points = capture.points
-    if points is None:
-        return None
-    rows = grouped_rows(points.track_frame, len(capture))
-    seen = [points.track_point[rows[i]] for i in nearest]
-    frame = np.repeat(np.arange(len(nearest)), [len(part) for part in seen])
-    return replace(points, track_point=np.concatenate(seen), track_frame=frame)
+    tracks = pd.DataFrame({"old": points.track_frame, "point": points.track_point})
+    seen = pd.DataFrame({"old": nearest, "new": range(len(nearest))}).merge(tracks, on="old")
+    return replace(points, track_point=seen["point"].to_numpy(), track_frame=seen["new"].to_numpy())
 
 
 def problem_of_size(

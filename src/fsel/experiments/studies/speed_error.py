@@ -12,7 +12,7 @@ from fsel.experiments.studies import speed_settings
 from fsel.report import speed
 from fsel.report.latex import MISSING, plain_table
 from fsel.report.numbers import write_csv
-from fsel.report.sweep import BASELINES, LEARNED, named, sweep_cells
+from fsel.report.sweep import LABELS, PLAIN, named, sweep_cells
 from fsel.selector.policies import POLICIES
 from fsel.training.search import fittest_so_far
 from fsel.utils.files import File, Files, read_table, write_text
@@ -55,13 +55,12 @@ def speed_error(
     swept = pd.read_csv(settings, dtype={"value": str})
     curves = progress(subsets, labels)
     timed_k, pool = timed[["k", "pool"]].iloc[0]
-    plain = {name: label.replace(r"\textbf{", "").rstrip("}") for name, label in LEARNED.items()}
     speed.draw(
         methods,
         swept,
         curves,
         figures,
-        labels=BASELINES | plain,
+        labels=PLAIN,
         ours=list(POLICIES),
         selected=f"{timed_k} of {pool} frames",
         k=k,
@@ -83,28 +82,29 @@ def progress(subsets: Files, labels: Files) -> pd.DataFrame:
         search, evaluations, generations, gap: mean PSNR in dB, on the proxies, of the fittest
         subset of the genetic search at its end minus that of the fittest after so many evaluations.
     """
-    Curve = tuple[np.ndarray, np.ndarray]  # the gap and the generation of every evaluation
-    curves: dict[str, list[Curve]] = {name: [] for name in speed.SEARCHES}
+    curves: dict[str, list[pd.DataFrame]] = {name: [] for name in speed.SEARCHES}
     for path in subsets:
         searches = dict(list(read_table(path).groupby("method")))
-        best = _incumbent(searches["search"])
         for name, run in searches.items():
-            curves[name].append((best[-1] - _incumbent(run), run["generation"].to_numpy()))
+            curves[name].append(_behind(run, searches["search"]))
     for path in labels:
         run = read_table(path)
-        best = _incumbent(run)
-        curves["labels"].append((best[-1] - best, run["generation"].to_numpy()))
+        curves["labels"].append(_behind(run, run))
     tables = []
     for name, runs in curves.items():
-        length = max(len(gap) for gap, _ in runs)
+        length = max(map(len, runs))
         at = np.unique(np.append(np.arange(STEP, length + 1, STEP), length))
         # a search that met fewer distinct subsets stays where it ended
-        last = [(gap, made, np.minimum(at, len(gap)) - 1) for gap, made in runs]
-        table = {"search": name, "evaluations": at}
-        table["generations"] = np.mean([made[rows] for _, made, rows in last], axis=0)
-        table["gap"] = np.mean([gap[rows] for gap, _, rows in last], axis=0)
-        tables.append(pd.DataFrame(table))
-    return pd.concat(tables, ignore_index=True)
+        means = pd.concat([run.reindex(at, method="ffill") for run in runs]).groupby(level=0).mean()
+        tables.append(means.rename_axis("evaluations").reset_index().assign(search=name))
+    return pd.concat(tables, ignore_index=True)[["search", "evaluations", "generations", "gap"]]
+
+
+def _behind(run: pd.DataFrame, whole: pd.DataFrame) -> pd.DataFrame:
+    """Generations, and the gap to the fittest of another run, by the number of evaluations."""
+    gap = _incumbent(whole)[-1] - _incumbent(run)
+    table = pd.DataFrame({"generations": run["generation"].to_numpy(float), "gap": gap})
+    return table.set_axis(np.arange(1, len(run) + 1))
 
 
 def _incumbent(run: pd.DataFrame) -> np.ndarray:
@@ -115,11 +115,10 @@ def _incumbent(run: pd.DataFrame) -> np.ndarray:
 def _tables(
     methods: pd.DataFrame, swept: pd.DataFrame, curves: pd.DataFrame, selected: str, k: int
 ) -> str:
-    names = {**BASELINES, **LEARNED}
     of_methods = plain_table(
         ["Selection", "ms", "gap (dB)"],
         [
-            [names[row.method], f"{1e3 * row.seconds:,.3g}", f"{row.gap:.2f}"]
+            [LABELS[row.method], f"{1e3 * row.seconds:,.3g}", f"{row.gap:.2f}"]
             for row in methods.sort_values("gap", kind="stable").itertuples()
         ],
         caption=rf"\textbf{{Speed against error: methods.}} Time to select {selected}, descriptors "

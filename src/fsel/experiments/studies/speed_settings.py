@@ -10,7 +10,7 @@ import pandas as pd
 
 from fsel.experiments import specs
 from fsel.experiments.studies.bench import (
-    bench_of,
+    benches,
     halved,
     measure_cold,
     measure_model,
@@ -44,20 +44,18 @@ def speed_settings(
     Args:
         numbers: receives setting, value, default, and means over the problems of what
             `bench.measure_cold` returns, `seconds` being fit and rendering together.
-        generated: see `bench.bench_of`.
+        generated: see `bench.benches`.
         k: frames reconstructed from.
     """
     rows = []
-    for folder, split, made in zip(folders, splits, generated, strict=True):
-        place = bench_of(folder, split, made, k=k, long_side=reconstruction["long_side"])
-        measure_cold(place, reconstruction)  # compiles
+    for place in benches(folders, splits, generated, k, reconstruction):
         usual, model = measure_splats(place, reconstruction)
         for setting, value, default, changes in settings_of(reconstruction, place.capture.size):
             cost = usual if default else measure_cold(place, reconstruction, **changes)[0]
             rows.append({"setting": setting, "value": value, "default": default, **cost})
         rounded = {"setting": "precision", "value": "float16", "default": False}
         rows.append(rounded | usual | measure_model(place, halved(model)))
-        logger.info("%s: %d settings", folder, len(rows))
+        logger.info("%r: %d settings", place.capture, len(rows))
     table = pd.DataFrame(rows)
     table["seconds"] = table.pop("fit_seconds") + table.pop("render_seconds")
     means = table.groupby(["setting", "value", "default"], sort=False).mean().reset_index()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import asdict
 
 import pandas as pd
 
@@ -26,18 +27,10 @@ def stability(table: File, numbers: File) -> None:
     rows = []
     for case in CASES.values():
         finding = observe(case)
-        row = (
-            case.name,
-            case.expected,
-            finding.observed,
-            finding.error,
-            finding.allowed,
-            finding.holds,
-        )
-        rows.append(row)
+        row = {"case": case.name, "expected": case.expected, **asdict(finding)}
+        rows.append(row | {"holds": finding.holds})
         logger.info("%s: %s, error %.2g", case.name, finding.observed, finding.error)
-    names = ["case", "expected", "observed", "error", "allowed", "holds"]
-    result = pd.DataFrame(rows, columns=names)
+    result = pd.DataFrame(rows)
     write_csv(result, numbers, form="%.3g")
     write_text(_table(result), table)
 
@@ -46,9 +39,7 @@ def _table(result: pd.DataFrame) -> str:
     held = int(result["holds"].sum())
     rows = [
         [
-            tex(row.case),
-            tex(row.expected),
-            tex(row.observed),
+            *map(tex, (row.case, row.expected, row.observed)),
             f"{row.error:.1e}",
             f"{row.allowed:.0e}",
         ]

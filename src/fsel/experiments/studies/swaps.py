@@ -10,9 +10,7 @@ import numpy as np
 import pandas as pd
 
 from fsel.data.problem import Problem
-from fsel.data.split import Split
-from fsel.evaluation.evaluator import Evaluator
-from fsel.experiments import specs
+from fsel.experiments import scheme, specs
 from fsel.reconstruct import reconstructor_of
 from fsel.report import curves
 from fsel.report.captions import captures_of
@@ -29,49 +27,35 @@ logger = logging.getLogger(__name__)
 METHOD = "fsel"
 TRIED = (1, 25, 50, 100, 200, 300, 450, 600)  # subsets, when the picks so far are measured
 METRIC = "psnr"
-UNITS = {"seconds": "s of processor time", "estimate": "dB", METRIC: "dB"}
+BOUNDS = {"mean": "gain", "low": "ci_low", "high": "ci_high"}
+BY = ["tried", "seconds", "estimate"]
+UNITS = {"seconds": "s of processor time", "estimate": "dB"}
 
 
-def evaluate_swaps(
-    folder: File,
-    split: File,
-    selections: File,
-    evaluation: File,
-    *,
-    reconstruction: Mapping,
-    k: int,
-    seed: int,
-    config: str,
+def swap(
+    folder: File, split: File, selections: File, picks: File, *, k: int, seed: int, config: str
 ) -> None:
-    """Swaps of the picks of `fsel`, measured on the targets as they go.
+    """Swap picks of `fsel`, and write down those after some numbers of subsets.
 
     Args:
-        split, selections: split.parquet and what `select` wrote of one draw.
-        evaluation: receives tried, seconds, estimate (of the gain, by the swaps), psnr (of the
-            targets).
-        reconstruction: the config's section, of the reconstructor that measures.
+        split, selections: split.parquet and what `select` wrote of the first draw.
+        picks: receives draw, tried, seconds, estimate (of the gain, by the swaps) and frame.
         seed: of the swaps.
     """
-    problem = Problem.load(folder, split)
-    picked = read_table(selections)
-    picks = picked[(picked["method"] == METHOD) & (picked["seed"] == 0) & (picked["k"] == k)]
-    start = picks.sort_values("order")["frame"].to_numpy(np.int64)
-    measuring = reconstructor_of(problem.capture, reconstruction)
-    evaluator = Evaluator.on_frames(measuring, Split.load(split).targets, metrics=(METRIC,))
-    rows, spent, began = [], 0.0, time.process_time()
-    rng = np.random.default_rng(seed)
+    problem, picked = Problem.load(folder, split), read_table(selections)
+    own = picked[(picked["method"] == METHOD) & (picked["seed"] == 0) & (picked["k"] == k)]
+    start = own.sort_values("order")["frame"].to_numpy(np.int64)
+    rng, rows = np.random.default_rng(seed), []
     reconstructor = reconstructor_of(problem.capture, scoring("splats"))
+    began = time.process_time()
     for best in problem_swaps(reconstructor, problem, start, rng):
-        if best.tried not in TRIED:
-            continue
-        spent += time.process_time() - began
-        rows.append((best.tried, spent, best.gain, float(evaluator(best.picks)[0])))
-        logger.info("%d subsets, %.1f s: %.3f dB", best.tried, spent, rows[-1][-1])
+        if best.tried in TRIED:
+            rows.append((0, best.tried, time.process_time() - began, best.gain, best.picks))
+            logger.info("%d subsets, %.1f s: %.3f dB estimated", *rows[-1][1:4])
         if best.tried == TRIED[-1]:
             break
-        began = time.process_time()
-    table = pd.DataFrame(rows, columns=["tried", "seconds", "estimate", METRIC])
-    write_table(table, evaluation, units=UNITS, config=config)
+    table = pd.DataFrame(rows, columns=["draw", *BY, "frame"]).explode("frame")
+    write_table(table.astype({"frame": int}), picks, units=UNITS, config=config)
 
 
 def swaps(evaluations: Files, figures: Files, numbers: File, *, k: int, facts: Mapping) -> None:
@@ -80,7 +64,7 @@ def swaps(evaluations: Files, figures: Files, numbers: File, *, k: int, facts: M
     Args:
         numbers: receives `gains`.
     """
-    means = gains([read_table(path) for path in evaluations])
+    means = gains([read_table(path).groupby(BY)[METRIC].mean() for path in evaluations])
     write_csv(means, numbers)
     note = (
         f"picks of fsel, K = {k}, {len(evaluations)} scenes; band: 95% interval of the mean; "
@@ -89,41 +73,44 @@ def swaps(evaluations: Files, figures: Files, numbers: File, *, k: int, facts: M
     curves.swaps(means, figures, note)
 
 
-def gains(scenes: Sequence[pd.DataFrame]) -> pd.DataFrame:
+def gains(scenes: Sequence[pd.Series]) -> pd.DataFrame:
     """Table of tried; seconds, estimate, gain: means over scenes; and ci_low, ci_high, least, n.
 
     The bounds and the least are of the gain.
 
     Args:
-        scenes: what `evaluate_swaps` wrote; a scene whose swaps are exhausted keeps its last row.
+        scenes: PSNR by `BY`; a scene whose swaps are exhausted keeps its last row.
     """
-    whole = [scene.set_index("tried").reindex(TRIED).ffill() for scene in scenes]
-    rows = []
-    for tried in TRIED:
-        here = pd.DataFrame([scene.loc[tried] for scene in whole])
-        gain = np.array([scene[METRIC][tried] - scene[METRIC][TRIED[0]] for scene in whole])
-        interval = of_places(gain)
-        spent = here[["seconds", "estimate"]].mean()
-        rows.append(
-            (tried, *spent, interval.mean, interval.low, interval.high, gain.min(), interval.n)
-        )
-    columns = ["tried", "seconds", "estimate", "gain", "ci_low", "ci_high", "least", "n"]
-    return pd.DataFrame(rows, columns=columns)
+    tables = [scene.reset_index().set_index("tried").reindex(TRIED).ffill() for scene in scenes]
+    gain = np.array([table[METRIC] - table[METRIC].iloc[0] for table in tables]).T
+    means = pd.concat(tables).groupby(level="tried")[["seconds", "estimate"]].mean()
+    intervals = pd.DataFrame(map(of_places, gain), index=means.index).rename(columns=BOUNDS)
+    means = means.join(intervals).assign(least=gain.min(axis=1)).reset_index()
+    return means[[*BY, *BOUNDS.values(), "least", "n"]]
 
 
-MEASURED = Job(
-    evaluate_swaps,
-    outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}swaps.parquet"},
+SWAPPED = Job(
+    swap,
+    outputs={"picks": f"{inputs.SCENE}/swapped.parquet"},
     message="Swapping picks of {wildcards.dataset}/{wildcards.scene}",
     inputs=lambda experiment: specs.of_draw(
         "split", "selections", draw="draw0", kinds=inputs.DESCRIBED
     ),
     params=lambda experiment: {
-        "reconstruction": experiment.reconstruction_of,
         "k": experiment.config["search"]["k"],
         "seed": specs.scene_seed(experiment, "swaps"),
     },
-    size=Size(4000, 30, "reconstruction"),
+    size=Size(4000, 30),
+)
+
+TRIALS = scheme.Trials(
+    f"{__name__}:TRIALS",
+    "swaps",
+    scheme.every_draw,
+    picks=lambda experiment: [SWAPPED.written(experiment)["picks"]],
+    by=BY,
+    draws=lambda experiment: [0],
+    metrics=lambda experiment: (METRIC,),
 )
 
 TABLE = Table(
@@ -132,11 +119,7 @@ TABLE = Table(
         "figures": inputs.figure_files("{reconstructor}swaps"),
         "numbers": "<tables>/{reconstructor}swaps.csv",
     },
-    inputs=lambda experiment: {
-        "evaluations": inputs.of_scenes(
-            experiment.evaluation_scenes, "{reconstructor}swaps.parquet"
-        )
-    },
+    inputs=lambda experiment: {"evaluations": TRIALS.measured(experiment.evaluation_scenes)},
     params=lambda experiment: {
         "k": experiment.config["search"]["k"],
         "facts": experiment.facts_of,
@@ -145,5 +128,5 @@ TABLE = Table(
     title="Gain of swaps against seconds",
     caption="Gain in PSNR on the targets, against the processor seconds of swaps that are judged "
     "by reconstructions.",
-    jobs=[MEASURED],
+    jobs=[SWAPPED, *TRIALS.jobs],
 )

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 from pathlib import PurePath
+from typing import Any
 
 import numpy as np
 
 from fsel.data.capture import Capture
 from fsel.data.geometry import camera_centers, pixel_rays
+from fsel.synthesis.caster import Caster
 from fsel.synthesis.record import clear_shot
 from fsel.synthesis.sensor import exact_depth
 
 MISPLACED = 0.01  # of the cameras' spread, beyond which a capture is of another recording
 
 
-def true_depth(
-    capture: Capture, frames: np.ndarray, *, family: str, seed: int, recorded: int
-) -> np.ndarray:
-    """Depth that an error-free reconstruction would have.
+def recording_of(
+    capture: Capture, *, family: str, seed: int, recorded: int
+) -> tuple[Caster, np.ndarray, float]:
+    """The scene of an embedded capture, its frames' (N, 3, 4) exact poses, world units a metre.
 
     Args:
-        capture: an embedded capture at any size, as ingested.
-        frames: (T,) of its frames.
+        capture: at any size, as ingested.
         family, seed, recorded: of its generation: family, seed and number of frames.
-
-    Returns:
-        (T, h, w) float64 distance along the optical axis in the capture's units; 0 for sky.
 
     Raises:
         ValueError: when names or camera positions are not those of the recording.
@@ -40,8 +38,20 @@ def true_depth(
             f"are like {shot.names[0]!r}. Hint: was the capture generated with another config?"
         )
     poses = shot.poses(np.zeros(recorded))[[rows[name] for name in stems]]
-    centers = camera_centers(poses)
-    unit = unit_of(capture, centers)
+    return caster, poses, _unit_of(capture, camera_centers(poses))
+
+
+def true_depth(capture: Capture, frames: np.ndarray, **generated: Any) -> np.ndarray:
+    """Depth that an error-free reconstruction would have.
+
+    Args:
+        capture, generated: see `recording_of`.
+        frames: (T,) of its frames.
+
+    Returns:
+        (T, h, w) float64 distance along the optical axis in the capture's units; 0 for sky.
+    """
+    caster, poses, unit = recording_of(capture, **generated)
     width, height = capture.size
     depth = np.empty((len(frames), height, width))
     for t, frame in enumerate(frames):
@@ -50,7 +60,7 @@ def true_depth(
     return unit * depth
 
 
-def unit_of(capture: Capture, centers: np.ndarray) -> float:
+def _unit_of(capture: Capture, centers: np.ndarray) -> float:
     """World units a metre: structure from motion has its own, which the cameras' spread tells."""
     given, true = (
         np.linalg.norm(points - points.mean(axis=0), axis=1)

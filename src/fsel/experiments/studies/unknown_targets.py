@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache, partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture, Views
+from fsel.data.capture import Capture
 from fsel.data.problem import Problem
-from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import SELECTION, Chance, draw_chance, measure, runs, select
+from fsel.data.split import Split
+from fsel.evaluation.measuring import SELECTION, Run, draw_chance, runs
 from fsel.evaluation.methods import METHODS
-from fsel.experiments import specs
+from fsel.experiments import scheme, specs
 from fsel.experiments.specs import Scenes
 from fsel.experiments.studies.beside import views_beside
-from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.report.captions import made_by
 from fsel.report.figures import TEXT, new_figure, save, shared_legend, style
 from fsel.report.latex import plain_table
@@ -27,12 +26,8 @@ from fsel.report.statistics import of_places
 from fsel.report.sweep import place_of
 from fsel.request.problem import request_problem
 from fsel.request.targets import targets_of
-from fsel.utils.files import File, Files, read_table, write_table, write_text
+from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job, Table
-
-logger = logging.getLogger(__name__)
 
 EVERY = 8  # one frame in so many is held out, as in the common protocol
 STARTS = (0, 2, 4, 6)  # the first of them, in turn
@@ -43,85 +38,69 @@ KNOWN = "known"  # `fsel` that knows the held-out frames
 LABELS = {**{name: METHODS[name].label for name in COMPARED}, KNOWN: "fsel, known targets"}
 HELD, OFF = "held_out", "off_path"
 TITLES = {HELD: "held-out frames", OFF: "views off the path"}
-UNITS = {"psnr": "dB"}
 COLUMNS = ["views", "method", "k", "n", "psnr", "gain", "ci_low", "ci_high", "least", "most"]
 SPREAD = 0.8  # frames between the lines of a figure, so that intervals stand side by side
 THIN: dict[str, Any] = {"linewidth": 0.8, "markersize": 2.5, "elinewidth": 0.8}
 BOLD: dict[str, Any] = {"linewidth": 2.0, "markersize": 4, "elinewidth": 1.6, "zorder": 3}
 
 
-def evaluate_unknown_targets(
-    folder: File,
-    evaluation: File,
-    *,
-    generated: Mapping | None,
-    budgets: Sequence[int],
-    seed: int,
-    reconstruction: Mapping,
-    config: str,
-) -> None:
-    """Measure every method's picks where nobody says what will be rendered.
+def trials(
+    capture: Capture, *, generated: Mapping | None, budgets: Sequence[int], seed: int
+) -> Iterator[scheme.Trial]:
+    """Yield every eighth frame held out and not announced, from four beginnings; then announced.
+
+    What is held out is not in what is selected from, but where it is known.
 
     Args:
-        evaluation: receives views (`held_out`, `off_path`), start, method, seed, k, psnr, ssim.
         generated: family, seed and frames of an embedded capture, whose views off the path are
             cast; None for others.
-        budgets: frames to pick; those that a capture has not enough frames for are left out.
+        budgets: those that a capture has not enough frames for are left out.
     """
-    capture = Capture.load(folder)
-    described = read_table(Path(folder) / "descriptors.parquet")
-    reconstructor = reconstructor_of(capture, reconstruction)
-    beside = None
-    if generated is not None:
-        beside = views_beside(reconstructor.capture, BESIDE, **generated)
-    tables = []
+    beside = lru_cache(partial(views_beside, count=BESIDE, **generated)) if generated else None
+    every, none = np.arange(len(capture)), np.empty(0, np.int64)
     for start in STARTS:
-        held = np.arange(start, len(capture), EVERY)
-        evaluator = _evaluator(reconstructor, held, beside)
-        picks = picks_of(capture, described, held, budgets, draw_chance(seed, start))
-        subsets = picks.groupby([*SELECTION])["frame"]
-        evaluator.measure_together([frames.to_numpy() for _, frames in subsets])
-        table = measure(evaluator, picks)
-        table["views"] = np.where(table["target"] < len(held), HELD, OFF)
-        means = table.groupby(["views", *SELECTION])[["psnr", "ssim"]].mean().reset_index()
-        tables.append(means.assign(start=start))
-        logger.info("every eighth frame from %d held out: %d rows", start, len(means))
-    write_table(pd.concat(tables), evaluation, units=UNITS, config=config)
+        held = every[start::EVERY]
+        seen = np.setdiff1d(every, held)
+        split, chance = Split(held, none, none, none), draw_chance(seed, start)
+        sizes = [k for k in budgets if k < len(seen)]
+        for known in (False, True):
+            yield scheme.Trial(
+                {"start": start, "known": known},
+                capture if known else capture.subset(seen),
+                split,
+                sizes,
+                chance,
+                problem=partial(_problem, known),
+                entered=partial(_entered, known),
+                frames=every if known else seen,
+                whole=capture,
+                beside=beside,
+            )
 
 
-def _evaluator(
-    reconstructor: Reconstructor, held: np.ndarray, beside: tuple[Views, np.ndarray] | None
-) -> Evaluator:
-    """The evaluator on the held-out frames, followed by the views off the path."""
-    views, truth = reconstructor.capture.view(held), reconstructor.capture.images[held]
-    if beside is not None:
-        views, truth = views.joined(beside[0]), np.concatenate([truth, beside[1]])
-    return Evaluator(reconstructor, np.arange(len(views)), views, truth)
-
-
-def picks_of(
-    capture: Capture,
-    described: pd.DataFrame,
-    held: np.ndarray,
-    budgets: Sequence[int],
-    chance: Chance,
-) -> pd.DataFrame:
-    """Picks of every method at every budget that there are frames for, as of `measuring.select`.
-
-    What is held out is not in what is selected from, but for `known`.
-    """
-    seen = np.setdiff1d(np.arange(len(capture)), held)
-    sizes = [k for k in budgets if k < len(seen)]
-    problem = _problem(capture.subset(seen), None, described.iloc[seen])
-    picks = select(problem, runs([METHODS[name] for name in COMPARED]), sizes, chance)
-    told = select(_problem(capture, held, described), runs([METHODS["fsel"]]), sizes, chance)
-    return pd.concat([picks.assign(frame=seen[picks["frame"]]), told.assign(method=KNOWN)])
-
-
-def _problem(capture: Capture, held: np.ndarray | None, described: pd.DataFrame) -> Problem:
+def _problem(known: bool, capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
     sharpness = described["sharpness"].to_numpy(np.float64)
     descriptors = np.stack(described["descriptor"].to_list()).astype(np.float32)
-    return request_problem(capture, targets_of(capture, held), sharpness, None, descriptors)
+    targets = targets_of(capture, split.targets if known else None)
+    return request_problem(capture, targets, sharpness, None, descriptors)
+
+
+def _entered(known: bool, learned: list[Run]) -> list[Run]:
+    return runs([METHODS[name] for name in (["fsel"] if known else COMPARED)])
+
+
+def scores_of(scene: str, path: File, facts: Mapping) -> pd.DataFrame:
+    """Table of scene, place, views, start, method, seed, k, psnr: means over views.
+
+    Args:
+        scene: `dataset/scene`.
+        path: what the job of `TRIALS` wrote of it.
+    """
+    rows = read_table(path)
+    rows["views"] = np.where(rows["target"] < 0, OFF, HELD)
+    rows["method"] = rows["method"].mask(rows["known"], KNOWN)
+    means = rows.groupby(["start", "views", *SELECTION])["psnr"].mean().reset_index()
+    return means.assign(scene=scene, place=place_of(scene, facts))
 
 
 def unknown_targets(
@@ -139,11 +118,8 @@ def unknown_targets(
         table, numbers: receive LaTeX, and the columns of `compared`.
         figures: receive the differences against K.
     """
-    rows = pd.concat(
-        read_table(path).assign(scene=name, place=place_of(name, facts))
-        for name, path in zip(map("/".join, scenes), evaluations, strict=True)
-    )
-    gains = compared(rows)
+    pairs = zip(map("/".join, scenes), evaluations, strict=True)
+    gains = compared(pd.concat(scores_of(name, path, facts) for name, path in pairs))
     write_csv(gains, numbers)
     parts = [_table(part, str(v), facts) for v, part in gains.groupby("views", sort=True)]
     write_text("\n".join(parts), table)
@@ -156,8 +132,7 @@ def compared(rows: pd.DataFrame) -> pd.DataFrame:
     The bounds are ci_low and ci_high, and the least and most gain of a place.
 
     Args:
-        rows: of all scenes, what `evaluate_unknown_targets` wrote with the columns scene
-            and place; scenes of one place are averaged.
+        rows: `scores_of` all scenes; those of one place are averaged.
     """
     scenes = rows.groupby(["views", "k", "method", "place", "scene"])["psnr"].mean()
     each = scenes.groupby(["views", "k", "method", "place"]).mean()
@@ -219,39 +194,31 @@ def _draw(gains: pd.DataFrame, figures: Files) -> None:
     save(figure, figures)
 
 
-EVALUATED = Job(
-    evaluate_unknown_targets,
-    outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}unknown_targets.parquet"},
-    message="Selecting from {wildcards.dataset}/{wildcards.scene} for views that nobody states",
-    inputs=lambda experiment: inputs.capture(inputs.DESCRIBED),
-    params=lambda experiment: {
+TRIALS = scheme.Trials(
+    f"{__name__}:TRIALS",
+    "unknown_targets",
+    trials,
+    settings=lambda experiment: {
         "generated": lambda wildcards: experiment.generated(wildcards.dataset, wildcards.scene),
         "budgets": experiment.config["budgets"],
         "seed": specs.scene_seed(experiment, "untold"),  # its former name: the draws stay
-        "reconstruction": experiment.reconstruction_of,
     },
-    size=Size(4000, 30, "reconstruction"),
+    weights=lambda experiment: [],
+    metrics=lambda experiment: ("psnr",),
+    minutes=30,
 )
 
-TABLE = Table(
+TABLE = scheme.table_of(
     unknown_targets,
+    TRIALS,
+    scenes=attrgetter("evaluation_scenes"),
     outputs={
         **inputs.table_files("{reconstructor}unknown_targets"),
         "figures": inputs.figure_files("{reconstructor}unknown_targets"),
-    },
-    inputs=lambda experiment: {
-        "evaluations": inputs.of_scenes(
-            experiment.evaluation_scenes, "{reconstructor}unknown_targets.parquet"
-        )
-    },
-    params=lambda experiment: {
-        "scenes": experiment.evaluation_scenes,
-        "facts": experiment.facts_of,
     },
     category="Beyond the paper",
     title="Unknown targets",
     caption="PSNR of selections where nobody says what will be rendered, on frames that were held "
     "out and not announced and, of embedded captures, on true views off the path; with the "
     "difference from uniform.",
-    jobs=[EVALUATED],
 )

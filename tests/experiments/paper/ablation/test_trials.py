@@ -8,10 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from described_scene import filmed
 
-from fsel.data.capture import Capture
 from fsel.data.split import Split, coverage_split
 from fsel.evaluation.evaluator import Evaluator
+from fsel.experiments.cells import cells_of
+from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.architectures import MODULES
 from fsel.experiments.paper.ablation.extras import EXTRAS
 from fsel.experiments.paper.ablation.tables import (
@@ -19,16 +21,14 @@ from fsel.experiments.paper.ablation.tables import (
     compare_trials,
     feature_sweep,
     scorer_arch,
-    trial_cells,
 )
-from fsel.experiments.paper.ablation.trials import evaluate_trials, trial
+from fsel.experiments.paper.ablation.trials import try_case
 from fsel.features.columns import FEATURES
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
 from fsel.stages.features import features
 from fsel.stages.order import order
 from fsel.stages.split import split
-from fsel.synthesis import record
 
 ROOT = Path(__file__).resolve().parents[4]
 SCORERS = yaml.safe_load((ROOT / "config" / "scorers.yaml").read_text())
@@ -120,10 +120,7 @@ def test_every_feature_has_a_symbol():
 def labelled(tmp_path_factory):
     """A capture with two coverage levels' labels, drawn at random, and two draws of targets."""
     folder = tmp_path_factory.mktemp("trials")
-    made = record("dl3dv", 3, frames=40, width=32, height=24)
-    focal = made.camera.params[0]
-    camera = np.tile([focal, focal, 16.0, 12.0], (40, 1))
-    capture = Capture(made.names, made.world_to_camera, camera, made.images, made.sequences)
+    capture = filmed()
     capture.save(folder)
     rng = np.random.default_rng(0)
     described = rng.normal(size=(len(capture), 8))
@@ -160,13 +157,14 @@ def labelled(tmp_path_factory):
 def tried(labelled, output, seeds=2, k=4, **case):
     _, folder, splits = labelled
     settings = {"module": "perceptron", "settings": {"width": 64}, "shown": FEATURES, "added": None}
-    trial(
+    try_case(
         [folder],
         [folder / "splits.parquet"],
         folder / "trajectories.parquet",
         [folder],
         splits,
         output,
+        trial=output.stem,
         case=settings | case,
         scenes=["s"],
         problems=[f"d/v/draw{n}" for n in range(len(splits))],
@@ -193,10 +191,9 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_every_kind_of_case_picks_candidates(labelled, tmp_path, case):
     table = tried(labelled, tmp_path / "t.parquet", seeds=1, **CASES[case])
-    assert table["draw"].tolist() == ["draw0", "draw1"]
-    for row, path in zip(table.itertuples(), labelled[2], strict=True):
-        picks = np.array(row.picks)
-        assert len(set(row.picks)) == 4
+    assert table["draw"].tolist() == [0] * 4 + [1] * 4
+    for (_, picks), path in zip(table.groupby("draw")["frame"], labelled[2], strict=True):
+        assert len(set(picks)) == 4
         assert np.isin(picks, Split.load(path).candidates).all()
     assert np.isfinite(table["loss"]).all()
     assert table["agreement"].between(0, 1).all()
@@ -204,7 +201,7 @@ def test_every_kind_of_case_picks_candidates(labelled, tmp_path, case):
 
 def test_a_trial_repeats_itself_and_seeds_differ(labelled, tmp_path):
     first, second = (tried(labelled, tmp_path / f"{i}.parquet") for i in range(2))
-    pd.testing.assert_frame_equal(first, second)
+    pd.testing.assert_frame_equal(first.drop(columns="method"), second.drop(columns="method"))
     by_seed = first.groupby("seed")["loss"].first()
     assert by_seed[0] != by_seed[1]
 
@@ -216,9 +213,10 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
         paths[name] = tmp_path / f"{name}.parquet"
         tried(labelled, paths[name], seeds=1)
     output = tmp_path / "measured.parquet"
-    evaluate_trials(
-        folder, splits, [*paths.values()], output, names=[*paths], dataset="d", scene="v",
-        reconstruction=RECONSTRUCTION, config="x",
+    every = cases.SCORER_ARCH.trials
+    every.evaluate(
+        [folder], [*paths.values()], output, splits=splits, config="x", metrics=METRICS,
+        settings={"dataset": "d", "scene": "v"}, reconstruction=RECONSTRUCTION,
     )  # fmt: skip
     table = pd.read_parquet(output)
     assert table["k"].unique().tolist() == [4]
@@ -226,10 +224,10 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
     assert len(found) == 4
     reconstructor = reconstructor_of(capture, RECONSTRUCTION)
     for draw, path in enumerate(splits):
-        picks = pd.read_parquet(paths["a"]).loc[draw, "picks"]
+        picks = pd.read_parquet(paths["a"]).query("draw == @draw")["frame"].to_numpy()
         evaluate = Evaluator.on_frames(reconstructor, Split.load(path).targets)
         np.testing.assert_allclose(
-            found.loc[("a", draw), list(METRICS)].astype(float), evaluate(np.array(picks))
+            found.loc[("a", draw), list(METRICS)].astype(float), evaluate(picks)
         )
         assert found.loc[("b", draw), "psnr"] == found.loc[("a", draw), "psnr"]
 
@@ -251,8 +249,8 @@ def results(folder, psnr: dict) -> tuple[list, dict]:
         measured.append(path)
     for i, name in enumerate(psnr):
         trials[name] = folder / f"trial-{name}.parquet"
-        rows = {"parameters": [1000 + i] * 2, "loss": [4.0, 5.0], "agreement": [0.1, 0.2]}
-        pd.DataFrame(rows).to_parquet(trials[name])
+        rows = {"seed": [0, 1], "parameters": [1000 + i] * 2, "loss": [4.0, 5.0]}
+        pd.DataFrame(rows).assign(agreement=[0.1, 0.2]).to_parquet(trials[name])
     return measured, trials
 
 
@@ -275,9 +273,8 @@ def test_differences_to_the_reference_by_hand(tmp_path):
         "rnn": shifted(-1.0, 0.0, 1.0, 2.0),
     }
     measured, trials = results(tmp_path, psnr)
-    table = compare_trials(trial_cells(measured, SCENES), trials, "less_is_more").set_index(
-        "method"
-    )
+    table = compare_trials(cells_of(SCENES, measured, ["psnr"], FACTS), trials, "less_is_more")
+    table = table.set_index("method")
     assert list(table.index) == ["wider", "less_is_more", "rnn"]
     np.testing.assert_allclose(table["mean"], [21.0, 20.0, 20.5])
     np.testing.assert_allclose(table["difference"], [1.0, np.nan, 0.5])

@@ -6,13 +6,14 @@ import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from fsel.experiments import specs
-from fsel.experiments.paper.ablation.trials import evaluate_trials, trial
+from fsel.experiments import scheme, specs
+from fsel.experiments.paper.ablation.trials import try_case
 from fsel.experiments.specs import Values
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
@@ -107,11 +108,24 @@ class Trained:
     table: str
 
     @property
+    def trials(self) -> scheme.Trials:
+        """The draws of a scene, and the picks of all cases."""
+        return scheme.Trials(
+            f"{__name__}:{self.table.upper()}.trials",
+            self.table,
+            scheme.every_draw,
+            settings=lambda experiment: {key: attrgetter(key) for key in ("dataset", "scene")},
+            picks=self._files,
+            draws=specs.draws,
+            metrics=lambda experiment: ("psnr",),
+        )
+
+    @property
     def jobs(self) -> list[Job]:
         """Both rules."""
         name = self.table
         trained = Job(
-            trial,
+            try_case,
             name=f"trial_{name}",
             outputs={"picks": f"<results>/trials/{name}/{{trial}}.parquet"},
             message=f"Training {name} {{wildcards.trial}} and selecting with it",
@@ -119,27 +133,11 @@ class Trained:
             params=self._settings,
             size=Size(4000, 120),
         )
-        evaluated = Job(
-            evaluate_trials,
-            name=f"evaluate_{name}",
-            outputs={"evaluation": f"{inputs.SCENE}/{{reconstructor}}{name}.parquet"},
-            message=f"Reconstructing {{wildcards.dataset}}/{{wildcards.scene}} for {name}",
-            inputs=lambda experiment: {
-                **specs.of_draws(experiment),
-                "trials": self._files(experiment),
-            },
-            params=lambda experiment: {
-                "names": list(cases(experiment, name)),
-                "reconstruction": experiment.reconstruction_of,
-            },
-            size=Size(4000, 60, "reconstruction"),
-        )
-        return [trained, evaluated]
+        return [trained, *self.trials.jobs]
 
     def inputs(self, experiment: Experiment) -> Values:
         """Collect what the table's function reads."""
-        name = f"{{reconstructor}}{self.table}.parquet"
-        measured = inputs.of_scenes(scenes(experiment, self.table), name)
+        measured = self.trials.measured(scenes(experiment, self.table))
         return {"evaluations": measured, "trials": self._files(experiment)}
 
     def told(self, experiment: Experiment) -> Values:
@@ -179,3 +177,6 @@ class Trained:
             "learning_rate": config["training"]["learning_rate"],
             **{key: config["trials"][key] for key in ("seeds", "epochs")},
         }
+
+
+FEATURE_SWEEP, SCORER_ARCH = Trained(FEATURES), Trained(SCORERS)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from fsel.experiments.cells import GAP, against, cells_of
 from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.extras import EXTRAS
 from fsel.experiments.specs import Scenes
@@ -13,8 +14,6 @@ from fsel.features.columns import FEATURES
 from fsel.report.captions import made_by
 from fsel.report.latex import difference, plain_table, tex
 from fsel.report.numbers import write_csv
-from fsel.report.summary import differences, summarise
-from fsel.report.sweep import of_scenes
 from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow.tables import Table
 
@@ -56,13 +55,13 @@ def feature_sweep(
     """PSNR of every feature configuration minus that of the first (paper, "Tested features").
 
     Args:
-        trials: what `trials.trial` wrote, one a case.
+        trials: what `trials.try_case` wrote, one a case.
         table, numbers: receive LaTeX, and the columns of `compare_trials`.
         cases: name -> its `shown` and `added`, in the table's order.
         facts: see `captions.made_by`; and `epochs` of the training.
     """
     every, reference = dict(zip(cases, trials, strict=True)), next(iter(cases))
-    result = compare_trials(trial_cells(evaluations, scenes), every, reference)
+    result = compare_trials(cells_of(scenes, evaluations, ["psnr"], facts), every, reference)
     write_csv(result, numbers)
     text = (
         r"\textbf{Tested features.} Each row is one feature configuration: a mark means that the "
@@ -105,7 +104,7 @@ def scorer_arch(
         labels: name -> how to print it, in the table's order.
     """
     every = dict(zip(labels, trials, strict=True))
-    result = compare_trials(trial_cells(evaluations, scenes), every, OURS)
+    result = compare_trials(cells_of(scenes, evaluations, ["psnr"], facts), every, OURS)
     write_csv(result, numbers)
     text = (
         r"\textbf{Scorer architectures.} All are trained by the same loop on the same "
@@ -120,54 +119,32 @@ def scorer_arch(
     write_text(plain_table(head, rows, caption=text, label="tab:scorer_arch"), table)
 
 
-def trial_cells(evaluations: Files, scenes: Scenes) -> pd.DataFrame:
-    """Table of dataset (one for all), scene, draw, method, k, psnr: means over seeds; and seeds."""
-    tables, keys = [], ["method", "draw", "k"]
-    for item in of_scenes(scenes, evaluations):
-        by_seed = read_table(item["path"]).groupby([*keys, "seed"], sort=False)["psnr"].mean()
-        runs = by_seed.groupby(keys, sort=False)
-        cells = runs.agg(psnr="mean", seeds="size").reset_index()
-        scene = f"{item['dataset']}/{item['scene']}"
-        tables.append(cells.assign(scene=scene, dataset=VALIDATION))
-    return pd.concat(tables, ignore_index=True)
-
-
 def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: str) -> pd.DataFrame:
     """Every trial beside a reference.
 
     Args:
-        cells: see `trial_cells`.
-        trials: name -> what `trials.trial` wrote, in order.
+        cells: of `fsel.experiments.cells.cells_of`.
+        trials: name -> what `trials.try_case` wrote, in order.
         reference: name of a trial.
 
     Returns:
         method, k, mean, difference, difference_low, difference_high (NaN for the reference
         itself), parameters, loss, agreement (means over seeds), seeds, draws, n (scenes).
     """
-    gaps = []
-    for name in trials:
-        if name != reference:
-            pair = cells[cells["method"].isin([name, reference])]
-            gaps.append(differences(pair, [name], ["psnr"]))
-    names = {"mean": "difference", "ci_low": "difference_low", "ci_high": "difference_high"}
-    gaps = pd.concat(gaps).set_index("method").rename(columns=names)[list(names.values())]
-    result = summarise(cells, ["psnr"]).set_index("method")[["k", "mean", "n"]]
-    result = result.join(gaps)
+    result = against(cells.assign(dataset=VALIDATION), reference)
+    result["draws"] = cells.groupby("method")["draw"].nunique()
+    fitted = ["parameters", "loss", "agreement"]
     for name, path in trials.items():
-        record = read_table(path)[["parameters", "loss", "agreement"]].mean()
-        result.loc[name, list(record.index)] = record.to_numpy()
-    counts = cells.groupby("method").agg(seeds=("seeds", "first"), draws=("draw", "nunique"))
-    result = result.join(counts).loc[list(trials)].astype({"parameters": int})
-    ends = ["parameters", "loss", "agreement", "seeds", "draws", "n"]
-    return result[["k", "mean", *names.values(), *ends]].rename_axis("method").reset_index()
+        made = read_table(path)
+        result.loc[name, fitted] = made[fitted].mean()
+        result.loc[name, "seeds"] = made["seed"].nunique()
+    result = result.loc[list(trials)].astype({"parameters": int, "seeds": int})
+    order = ["k", "mean", *GAP, *fitted, "seeds", "draws", "n"]
+    return result[order].rename_axis("method").reset_index()
 
 
 def _changes(result: pd.DataFrame) -> list[str]:
-    columns = ["difference", "difference_low", "difference_high"]
-    return [
-        "$0$" if pd.isna(value) else difference(value, low, high)
-        for value, low, high in result[columns].to_numpy()
-    ]
+    return ["$0$" if pd.isna(gap[0]) else difference(*gap) for gap in result[GAP].to_numpy()]
 
 
 def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
@@ -185,29 +162,29 @@ def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
 
 FEATURE_SWEEP = Table(
     feature_sweep,
-    inputs=cases.Trained(cases.FEATURES).inputs,
+    inputs=cases.FEATURE_SWEEP.inputs,
     params=lambda experiment: {
         "cases": cases.feature_cases(experiment),
-        **cases.Trained(cases.FEATURES).told(experiment),
+        **cases.FEATURE_SWEEP.told(experiment),
     },
     category="Paper",
     title="Tested features",
     caption="PSNR on validation scenes of the paper's scorer trained on every feature "
     "configuration that the paper lists, minus that with all 18 features, with paired 95% "
     "intervals.",
-    jobs=cases.Trained(cases.FEATURES).jobs,
+    jobs=cases.FEATURE_SWEEP.jobs,
 )
 
 SCORER_ARCH = Table(
     scorer_arch,
-    inputs=cases.Trained(cases.SCORERS).inputs,
+    inputs=cases.SCORER_ARCH.inputs,
     params=lambda experiment: {
         "labels": cases.scorer_labels(experiment),
-        **cases.Trained(cases.SCORERS).told(experiment),
+        **cases.SCORER_ARCH.told(experiment),
     },
     category="Paper",
     title="Scorer architectures",
     caption="PSNR on validation scenes of every scorer architecture that the paper lists, minus "
     "that of its own perceptron, with paired 95% intervals; and numbers of parameters.",
-    jobs=cases.Trained(cases.SCORERS).jobs,
+    jobs=cases.SCORER_ARCH.jobs,
 )

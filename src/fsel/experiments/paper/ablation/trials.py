@@ -10,14 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
 from fsel.data.problem import Problem
-from fsel.data.split import Split
-from fsel.evaluation.evaluator import Evaluator
-from fsel.evaluation.measuring import measure, measured_units
 from fsel.experiments.paper.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
-from fsel.reconstruct import reconstructor_of
 from fsel.selector.greedy import Prepared
 from fsel.selector.policies import POLICIES
 from fsel.selector.rollout import follow, pick
@@ -56,7 +51,7 @@ class Case:
         return PartialRollout(prepared, scene, self.shown, extra)
 
 
-def trial(
+def try_case(
     folders: Files,
     splits: Files,
     trajectories: File,
@@ -64,6 +59,7 @@ def trial(
     validation_splits: Files,
     picks: File,
     *,
+    trial: str,
     case: Mapping,
     scenes: Sequence[str],
     problems: Sequence[str],
@@ -79,8 +75,9 @@ def trial(
         folders, splits: canonical captures of the labelled scenes, and their splits.
         validation_folders: canonical captures of the validation scenes.
         validation_splits: split.parquet of every draw of each of them.
-        picks: receives seed, dataset, scene, draw, picks, and of the training: parameters, loss
-            and agreement on the training trajectories after the last pass.
+        picks: receives method, seed, dataset, scene, draw, k, frame, and of the training:
+            parameters, loss and agreement on the training trajectories after the last pass.
+        trial: name of the case, which is the method of its picks.
         case: what to train, see `Case`.
         scenes: names of the labelled scenes.
         problems: `dataset/scene/draw0` of each of `validation_splits`.
@@ -99,18 +96,15 @@ def trial(
     for seed in range(seeds):
         network = trained(tried, data, seed=seed, epochs=epochs, learning_rate=learning_rate)
         loss, agreement = mean_cost(network, data, _cost)
-        record = {
-            "seed": seed,
-            "parameters": parameters(network),
-            "loss": loss,
-            "agreement": agreement,
-        }
+        record = {"method": trial, "seed": seed, "k": k, "parameters": parameters(network)}
+        record |= {"loss": loss, "agreement": agreement}
         logger.info("%s: %s", tried, record)
         for name, problem in zip(problems, validation, strict=True):
-            place = dict(zip(("dataset", "scene", "draw"), name.split("/"), strict=True))
-            frames = selected(network, tried, problem, k).tolist()
-            rows.append({**place, **record, "picks": frames})
-    write_table(pd.DataFrame(rows), picks, units={"loss": "nats"}, config=config)
+            dataset, scene, draw = name.split("/")
+            place = {"dataset": dataset, "scene": scene, "draw": int(draw.removeprefix("draw"))}
+            rows.append({**place, **record, "frame": selected(network, tried, problem, k)})
+    made = pd.DataFrame(rows).explode("frame").astype({"frame": int})
+    write_table(made, picks, units={"loss": "nats"}, config=config)
 
 
 def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tuple[Steps, float]]:
@@ -179,38 +173,3 @@ def _cost(network: torch.nn.Module, steps: Steps) -> tuple[torch.Tensor, torch.T
     from fsel.training.imitation import imitation
 
     return imitation(network(steps), steps.selectable, steps.picks)
-
-
-def evaluate_trials(
-    folder: File,
-    splits: Files,
-    trials: Files,
-    evaluation: File,
-    *,
-    names: Sequence[str],
-    dataset: str,
-    scene: str,
-    reconstruction: Mapping,
-    config: str,
-) -> None:
-    """Reconstruct a validation scene from the picks of all trials, sharing one reconstructor.
-
-    Args:
-        folder: its canonical capture.
-        trials: what `trial` wrote.
-        evaluation: receives draw, method (the name), seed, k and the columns of
-            `fsel.evaluation.measuring.measure`.
-        names: of the trials.
-        dataset, scene: which picks are its own.
-    """
-    every = zip(names, trials, strict=True)
-    picks = pd.concat([read_table(path).assign(method=name) for name, path in every])
-    picks = picks.query("dataset == @dataset and scene == @scene")
-    picks = picks.assign(k=picks["picks"].map(len), frame=picks["picks"]).explode("frame")
-    reconstructor = reconstructor_of(Capture.load(folder), reconstruction)
-    picks["draw"] = picks["draw"].str.removeprefix("draw").astype(int)
-    tables = []
-    for draw, part in picks.groupby("draw"):
-        targets = Split.load(splits[int(draw)]).targets
-        tables.append(measure(Evaluator.on_frames(reconstructor, targets), part).assign(draw=draw))
-    write_table(pd.concat(tables), evaluation, units=measured_units(), config=config)

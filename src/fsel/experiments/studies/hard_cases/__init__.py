@@ -1,6 +1,7 @@
 """Hard cases: small inputs on which careless arithmetic fails, and what their answers are.
 
-The tests and `results/tables/stability.csv` run the same ones.
+They ask for exact answers, not for a mean over scenes, so that no trials are made of them. The
+tests and `results/tables/stability.csv` run the same ones.
 """
 
 from fsel.experiments.studies.hard_cases.case import Case, Finding, observe, strict

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fsel.data.capture import Capture
+from fsel.evaluation.evaluator import Evaluator, evaluators
+
 if TYPE_CHECKING:
     from fsel.data.problem import Problem
 
@@ -81,3 +84,16 @@ def finite(*arrays: np.ndarray) -> None:
         bad = np.size(array) - int(np.isfinite(array).sum())
         if bad:
             raise FloatingPointError(f"{bad} of {np.size(array)} numbers are not finite")
+
+
+def on_frames(capture: Capture, targets: np.ndarray) -> Evaluator:
+    """The evaluator of `splats` on frames of a capture, at its own size."""
+    whole = {"name": "splats", "long_side": max(capture.size), "settings": {}}
+    return evaluators(whole)(capture, targets)
+
+
+def quality(capture: Capture, frames: np.ndarray, targets: np.ndarray) -> float:
+    """PSNR in dB on targets of a reconstruction from frames; every metric must be finite."""
+    scores = on_frames(capture, targets)(frames)
+    finite(scores)
+    return float(scores[0])

@@ -9,9 +9,8 @@ import numpy as np
 from fsel.data.capture import Capture
 from fsel.data.geometry import pixel_rays
 from fsel.data.points import SparsePoints
-from fsel.evaluation.evaluator import Evaluator
 from fsel.experiments.studies.hard_cases import worlds
-from fsel.experiments.studies.hard_cases.case import Case, Finding, finite
+from fsel.experiments.studies.hard_cases.case import Case, Finding, finite, quality
 from fsel.reconstruct.splats import Splats
 
 DEPTH = 4.0
@@ -57,14 +56,12 @@ def measure_quality(capture: Capture) -> tuple[float, float]:
     """PSNR in dB of every fourth frame from the others, and the splats' median depth error,
     relative, the plane being at the farthest of the most common depths."""
     held = np.arange(1, len(capture), 4)
-    reconstructor = Splats(capture)
     frames = np.setdiff1d(np.arange(len(capture)), held)
-    scores = Evaluator.on_frames(reconstructor, held)(frames)
-    position = reconstructor.fit(frames).positions
-    finite(scores, position)
+    position = Splats(capture).fit(frames).positions
+    finite(position)
     assert capture.points is not None  # `wall` gives them
     depth = np.median(capture.points.xyz[:, 2])
-    return float(scores[0]), float(np.median(np.abs(position[:, 2] / depth - 1)))
+    return quality(capture, frames, held), float(np.median(np.abs(position[:, 2] / depth - 1)))
 
 
 def of_depth(depth: float, odd: float | None, allowed: float) -> Finding:
@@ -89,9 +86,9 @@ def turned_about() -> Finding:
         sequences=first.sequences * 2,
         points=None,
     )
-    evaluate = Evaluator.on_frames(Splats(both), np.array([5]))
     half = np.array([2, 3, 4, 6, 7])
-    alone, together = (evaluate(frames)[0] for frames in (half, np.append(half, half + 12)))
+    several = (half, np.append(half, half + 12))
+    alone, together = (quality(both, frames, np.array([5])) for frames in several)
     told = f"PSNR {alone:.2f} dB, with the other side's frames {together:.2f}"
     return Finding(told, float(abs(together - alone)), 0.01)
 

@@ -11,14 +11,13 @@ import numpy as np
 
 from fsel.baselines import LATER
 from fsel.data.geometry import lengths
-from fsel.data.problem import Problem, checked_select
-from fsel.evaluation.evaluator import Evaluator
+from fsel.data.problem import Problem
+from fsel.evaluation.measuring import Run, chance, picks_at
 from fsel.evaluation.methods import METHODS
 from fsel.experiments.studies.hard_cases import problems, worlds
-from fsel.experiments.studies.hard_cases.case import Case, Finding, finite
+from fsel.experiments.studies.hard_cases.case import Case, Finding, finite, quality
 from fsel.features.columns import STATIC
 from fsel.features.static import proxy_points, static_features
-from fsel.reconstruct.splats import Splats
 from fsel.selector import plain, pretrained
 from fsel.selector.greedy import greedy, standardise
 from fsel.selector.policies import POLICIES
@@ -53,10 +52,7 @@ def compare_picks(problem: Problem, reference: Problem, k: int) -> tuple[int, in
 
 def rendered(problem: Problem) -> float:
     """PSNR in dB on the proxies of a reconstruction from the first candidates."""
-    reconstructor = Splats(problem.capture)
-    scores = Evaluator.on_frames(reconstructor, problem.proxies)(problem.candidates[:K])
-    finite(scores)
-    return float(scores[0])
+    return quality(problem.capture, problem.candidates[:K], problem.proxies)
 
 
 def run(
@@ -65,8 +61,8 @@ def run(
     """Every method, the learned ones against the reference, and a reconstruction."""
     tabled = [name for name in METHODS if name not in LATER]
     for method in map(METHODS.__getitem__, tabled):
-        for budget in (k, len(problem.pool(method.pool))):
-            checked_select(method, problem, budget, np.random.default_rng(0))
+        every = len(problem.pool(method.pool))
+        list(picks_at(problem, Run(method, 0), (k, every), chance(0)))
     same, total, error = compare_picks(problem, reference or problem, k)
     told = f"{same} of {total} picks; {len(tabled)} methods return; PSNR {rendered(problem):.2f}"
     change = 0.0
@@ -155,8 +151,8 @@ def distinct_first(problem: Problem) -> float:
     """Count the first five picks of DPP and k-medoids that repeat an image."""
     repeats = 0
     for name in ("dpp", "kmedoids"):
-        picks = checked_select(METHODS[name], problem, 5, np.random.default_rng(0))
-        repeats += 5 - len(np.unique(problem.descriptors[picks], axis=0))
+        (picks,) = picks_at(problem, Run(METHODS[name], 0), [5], chance(0))
+        repeats += 5 - len(np.unique(problem.descriptors[picks.frames], axis=0))
     return float(repeats)
 
 
