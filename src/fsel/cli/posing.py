@@ -110,8 +110,8 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
         if not (place / FOUND).is_file():
-            if kind == features.XFEAT and not features.fetched():
-                console.say("features", "fetching the weights of XFeat, once")
+            if not features.fetched(kind):
+                console.say("features", f"fetching the weights of {kind}, once")
             features.check(kind)
             work = Work(place / "matching", cores(), watch=console.bar, by=by, features=kind)
             _find(sources, sampling, place, console, work)
