@@ -46,4 +46,5 @@ def test_functions_are_those_of_torch():
     values = RNG.normal(0, 5, (4, 6)).astype(np.float32)
     tensor = torch.from_numpy(values.copy())
     np.testing.assert_allclose(layers.selu(values.copy()), torch.selu(tensor), rtol=1e-5)
+    np.testing.assert_allclose(layers.sigmoid(values), tensor.sigmoid(), rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(layers.softmax(values, 0), tensor.softmax(dim=0), rtol=1e-5)

@@ -6,14 +6,13 @@ from collections.abc import Mapping
 
 import cv2
 import numpy as np
-from scipy.special import expit
 
-from fsel.colmap.layers import EPSILON, convolved, deformed, sampled, selu
+from fsel.colmap.layers import EPSILON, convolved, deformed, sampled, selu, sigmoid
 
 SIDE = 1024  # pixels of the longer side of what the network sees, at most
 STEP = 32  # both sides are padded to multiples of
 MOST = 1024  # keypoints of an image
-LEAST = 0.2  # score of a keypoint, as the authors'
+LEAST = 0.1  # score of a keypoint, half of the authors': images that show little have more
 RADIUS = 2  # pixels around a keypoint, in which none scores higher
 AROUND = np.ones((2 * RADIUS + 1, 2 * RADIUS + 1), np.uint8)
 WITHIN = np.stack(np.meshgrid(*[np.arange(-RADIUS, RADIUS + 1)] * 2), axis=-1).reshape(-1, 2)
@@ -71,7 +70,7 @@ class Aliked:
         likely = maps
         for at in (0, 2, 4):
             likely = selu(self._layer(likely, f"score_head.{at}"))
-        likely = expit(self._layer(likely, "score_head.6"))
+        likely = sigmoid(self._layer(likely, "score_head.6"))
         maps /= np.maximum(np.sqrt(np.einsum("chw,chw->hw", maps, maps)), 1e-12)
         rows, columns = (slice(a, side - b) for (a, b), side in zip(edges, size, strict=True))
         return maps[:, rows, columns], likely[0, rows, columns]

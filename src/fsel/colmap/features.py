@@ -16,8 +16,8 @@ from fsel.utils.programs.outcome import MissingRequirement
 SIFT, XFEAT, ALIKED = "sift", "xfeat", "aliked"
 PUBLISHED = {XFEAT: weights.XFEAT, ALIKED: weights.ALIKED}
 KINDS = (SIFT, *PUBLISHED)
-INLIERS = {SIFT: 15, XFEAT: 50, ALIKED: 15}
-"""Verified matches of two images, fewer of which place none: XFeat's wrong pairs have 20 to 50."""
+INLIERS = {SIFT: 15, XFEAT: 50, ALIKED: 35}
+"""Verified matches of two images, fewer of which place none: networks' wrong pairs have 20 to 50."""
 SIFT_SIDE = 128  # values of a SIFT descriptor, a byte each
 
 Seen = tuple[np.ndarray, np.ndarray, tuple[int, int]]
@@ -33,7 +33,7 @@ def finder(kind: str) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
 
 @cache
 def matcher(kind: str) -> Callable[[Seen, Seen], np.ndarray]:
-    """What matches the features of two images."""
+    """Matching of two images' features: rows of the one, and of the other."""
     if kind == ALIKED:
         return lightglue.LightGlue(weights.ALIKED.state())
     return lambda one, other: xfeat.matches(one[1], other[1])

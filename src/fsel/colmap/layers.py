@@ -60,6 +60,11 @@ def selu(values: np.ndarray) -> np.ndarray:
     return values
 
 
+def sigmoid(values: np.ndarray) -> np.ndarray:
+    """Logistic function of numbers, without the overflow of an exponential."""
+    return (1 + np.tanh(values / 2)) / 2
+
+
 def softmax(values: np.ndarray, axis: int = -1) -> np.ndarray:
     """Shares of exponentials along an axis."""
     raised = np.exp(values - values.max(axis=axis, keepdims=True))

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.special import erf, expit
 
-from fsel.colmap.layers import EPSILON, softmax
+from fsel.colmap.layers import EPSILON, sigmoid, softmax
 
 LAYERS, HEADS = 9, 4
 LEAST = 0.1  # probability of a match
@@ -70,6 +69,8 @@ class LightGlue:
 
     def _told(self, x: np.ndarray, heads: np.ndarray, name: str, last: str) -> np.ndarray:
         """Features with a message added, which the (4, n, 64) heads bring."""
+        from scipy.special import erf  # here: slow to import, and seldom needed
+
         message = self._linear(heads.transpose(1, 0, 2).reshape(len(x), -1), f"{name}.{last}")
         hidden = self._linear(np.concatenate([x, message], axis=1), f"{name}.ffn.0")
         hidden -= hidden.mean(axis=1, keepdims=True)
@@ -80,7 +81,7 @@ class LightGlue:
 
     def _sure(self, both: np.ndarray, layer: int) -> bool:
         """Check whether further layers would change little."""
-        confident = expit(self._linear(both, f"token_confidence.{layer}.token.0"))
+        confident = sigmoid(self._linear(both, f"token_confidence.{layer}.token.0"))
         least = 0.8 + 0.1 * np.exp(-4.0 * layer / LAYERS)
         return bool((confident >= least).mean() > STOP)
 
@@ -88,7 +89,7 @@ class LightGlue:
         """(m, 2) rows that are each other's likeliest, and likely."""
         ours, theirs = (self._linear(x, f"{name}.final_proj") for x in (a, b))
         likeness = ours @ theirs.T / np.float32(np.sqrt(ours.shape[1]))
-        worth = [expit(self._linear(x, f"{name}.matchability")) for x in (a, b)]
+        worth = [sigmoid(self._linear(x, f"{name}.matchability")) for x in (a, b)]
         likely = softmax(likeness, 1) * softmax(likeness, 0) * worth[0] * worth[1].T
         there = likely.argmax(axis=1)
         rows = np.arange(len(a))
