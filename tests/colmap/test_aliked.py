@@ -160,6 +160,14 @@ def test_keypoints_are_peaks_between_pixels_the_highest_first():
     np.testing.assert_allclose(aliked.keypoints(likely / 10)[:, 1].round(), [30, 10, 25])
 
 
+def test_dim_images_are_lit():
+    bright = np.random.default_rng(4).uniform(size=(50, 60, 3)).astype(np.float32)
+    assert aliked._lit(bright) is bright
+    lit = aliked._lit(0.1 + bright / 20)
+    assert np.subtract(*np.percentile(lit, [99, 1])) == pytest.approx(0.6, abs=0.01)
+    assert np.isfinite(aliked._lit(0 * bright)).all()
+
+
 def test_the_published_networks_find_a_shift():
     if not weights.ALIKED.place.is_file():
         pytest.skip(f"no {weights.ALIKED.file} in the user's cache")

@@ -16,6 +16,7 @@ LEAST = 0.1  # score of a keypoint, half of the authors': images that show littl
 RADIUS = 2  # pixels around a keypoint, in which none scores higher
 AROUND = np.ones((2 * RADIUS + 1, 2 * RADIUS + 1), np.uint8)
 WITHIN = np.stack(np.meshgrid(*[np.arange(-RADIUS, RADIUS + 1)] * 2), axis=-1).reshape(-1, 2)
+CONTRAST = np.float32(0.6)  # of an image, at least: the network was not trained in the dark
 TEMPERATURE = 0.1  # of the mean of places around a peak
 
 Features = tuple[np.ndarray, np.ndarray]
@@ -51,8 +52,8 @@ class Aliked:
         height, width = image.shape[:2]
         scale = min(1.0, SIDE / max(height, width))
         size = [max(STEP, round(side * scale)) for side in (width, height)]
-        seen = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-        maps, likely = self._maps(np.moveaxis(seen / np.float32(255), 2, 0))
+        seen = _lit(cv2.resize(image, size, interpolation=cv2.INTER_AREA) / np.float32(255))
+        maps, likely = self._maps(np.moveaxis(seen, 2, 0))
         at = keypoints(likely)
         descriptors = self._described(maps, at)
         return (at + 0.5) * np.array([width / size[0], height / size[1]], np.float32), descriptors
@@ -137,6 +138,13 @@ def keypoints(likely: np.ndarray) -> np.ndarray:
     raised = np.exp((around - around.max(axis=1, keepdims=True)) / TEMPERATURE)
     finer = raised @ WITHIN / raised.sum(axis=1, keepdims=True)
     return (np.stack([columns, rows], axis=1) + finer).astype(np.float32)
+
+
+def _lit(image: np.ndarray) -> np.ndarray:
+    """An image whose contrast, that of all values but 1 % at each end, is raised to the least."""
+    low, high = np.percentile(image, [1, 99]).astype(np.float32)
+    gain = CONTRAST / max(high - low, 1 / 255)
+    return image if gain <= 1 else np.clip((image - low) * gain, 0, 1)
 
 
 def _smaller(image: np.ndarray, times: int) -> np.ndarray:

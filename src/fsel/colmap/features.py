@@ -17,7 +17,7 @@ SIFT, XFEAT, ALIKED = "sift", "xfeat", "aliked"
 PUBLISHED = {XFEAT: weights.XFEAT, ALIKED: weights.ALIKED}
 KINDS = (SIFT, *PUBLISHED)
 INLIERS = {SIFT: 15, XFEAT: 50, ALIKED: 35}
-"""Verified matches of two images, fewer of which place none: networks' wrong pairs have 20 to 50."""
+"""Verified matches of two images, fewer of which place none: those of networks' wrong pairs."""
 SIFT_SIDE = 128  # values of a SIFT descriptor, a byte each
 
 Seen = tuple[np.ndarray, np.ndarray, tuple[int, int]]
