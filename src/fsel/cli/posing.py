@@ -120,7 +120,8 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
         "poses", f"{found_by(report)} placed {len(report['placed'])} of {report['frames']} frames"
     )
     for note in notes(report):
-        console.warn(note)
+        hint = "" if by or kind != features.SIFT else ". Hint: --features aliked may place more"
+        console.warn(note + hint)
     return place, report
 
 

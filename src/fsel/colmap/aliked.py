@@ -11,7 +11,7 @@ from fsel.colmap.layers import EPSILON, convolved, deformed, sampled, selu, sigm
 
 SIDE = 1024  # pixels of the longer side of what the network sees, at most
 STEP = 32  # both sides are padded to multiples of
-MOST = 1024  # keypoints of an image
+MOST = 512  # keypoints of an image: the time of a pair grows with their square
 LEAST = 0.1  # score of a keypoint, half of the authors': images that show little have more
 RADIUS = 2  # pixels around a keypoint, in which none scores higher
 AROUND = np.ones((2 * RADIUS + 1, 2 * RADIUS + 1), np.uint8)
@@ -48,7 +48,7 @@ class Aliked:
         self.state = state
 
     def __call__(self, image: np.ndarray) -> Features:
-        """Keypoints of an (h, w, 3) uint8 image, the surest first, 1024 at most."""
+        """Keypoints of an (h, w, 3) uint8 image, the surest first, 512 at most."""
         height, width = image.shape[:2]
         scale = min(1.0, SIDE / max(height, width))
         size = [max(STEP, round(side * scale)) for side in (width, height)]
