@@ -95,28 +95,22 @@ class Aliked:
 
     def _described(self, maps: np.ndarray, at: np.ndarray) -> np.ndarray:
         """(n, 128) descriptors of features at 16 places around each of (n, 2) pixels."""
-        head = {name: self.state[f"desc_head.{name}"] for name in HEAD}
         _, high, wide = maps.shape
         x, y = np.clip(at.astype(np.intp) - 1, 0, [wide - 4, high - 4]).T[..., None]
         down, right = np.divmod(np.arange(9), 3)
-        taps = head["offset_conv.0.weight"].reshape(-1, len(maps), 9)
+        taps = self.state["desc_head.offset_conv.0.weight"].reshape(-1, len(maps), 9)
         near = np.tensordot(taps, maps[:, y + down, x + right], axes=((1, 2), (0, 2)))
-        near = selu(near + head["offset_conv.0.bias"][:, None])
-        offsets = head["offset_conv.2.weight"][..., 0, 0] @ near
+        near = selu(near + self.state["desc_head.offset_conv.0.bias"][:, None])
+        offsets = self.state["desc_head.offset_conv.2.weight"][..., 0, 0] @ near
         most = max(high, wide) / 4
-        offsets = np.clip(offsets + head["offset_conv.2.bias"][:, None], -most, most)
+        offsets = np.clip(
+            offsets + self.state["desc_head.offset_conv.2.bias"][:, None], -most, most
+        )
         right_by, down_by = offsets.reshape(2, -1, len(at))
         found = sampled(maps, at[:, 1] + down_by, at[:, 0] + right_by)
-        found = selu(np.tensordot(head["sf_conv.weight"][..., 0, 0], found, axes=1))
-        out = np.tensordot(found, head["agg_weights"], axes=((0, 1), (1, 0)))
+        found = selu(np.tensordot(self.state["desc_head.sf_conv.weight"][..., 0, 0], found, axes=1))
+        out = np.tensordot(found, self.state["desc_head.agg_weights"], axes=((0, 1), (1, 0)))
         return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-12)
-
-
-HEAD = (
-    *(f"offset_conv.{at}.{part}" for at in (0, 2) for part in ("weight", "bias")),
-    "sf_conv.weight",
-    "agg_weights",
-)
 
 
 def keypoints(likely: np.ndarray) -> np.ndarray:
