@@ -145,6 +145,12 @@ def test_sides_that_are_no_multiples_are_padded():
     np.testing.assert_allclose(np.linalg.norm(descriptors, axis=1), 1, rtol=1e-5)
 
 
+def test_images_without_keypoints_have_no_descriptors():
+    network = Aliked(aliked.folded(published()))
+    maps, _ = network._maps(np.zeros((3, 64, 64), np.float32))
+    assert network._described(maps, np.zeros((0, 2), np.float32)).shape == (0, 128)
+
+
 def test_keypoints_are_peaks_between_pixels_the_highest_first():
     likely = np.zeros((40, 60), np.float32)
     likely[10, 20], likely[10, 21] = 0.8, 0.8 - 0.1 * np.log(2)  # half its share

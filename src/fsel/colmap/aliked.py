@@ -106,7 +106,7 @@ class Aliked:
         offsets = np.clip(
             offsets + self.state["desc_head.offset_conv.2.bias"][:, None], -most, most
         )
-        right_by, down_by = offsets.reshape(2, -1, len(at))
+        right_by, down_by = offsets.reshape(2, len(offsets) // 2, len(at))
         found = sampled(maps, at[:, 1] + down_by, at[:, 0] + right_by)
         found = selu(np.tensordot(self.state["desc_head.sf_conv.weight"][..., 0, 0], found, axes=1))
         out = np.tensordot(found, self.state["desc_head.agg_weights"], axes=((0, 1), (1, 0)))
