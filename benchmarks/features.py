@@ -1,4 +1,4 @@
-"""SIFT and XFeat (Potje et al. 2024) for poses: frames placed, errors, seconds of the processor.
+"""Features for poses, SIFT's and networks': frames placed, errors, seconds of the processor.
 
     OMP_NUM_THREADS=1 python benchmarks/features.py CAPTURE... --frames 24 --step 3 --dim 1 0.2 0.06
 
@@ -27,7 +27,7 @@ from fsel.ingest.read import read_raw
 from fsel.layouts.contract import RawCapture
 
 NOISE = 2.0
-LIT = {"fixed": 0, features.SIFT: runs.LIT, features.XFEAT: runs.LIT}
+LIT = {"fixed": 0, **dict.fromkeys(features.KINDS, runs.LIT)}
 
 
 def dimmed(raw: RawCapture, folder: Path, dim: float) -> RawCapture:

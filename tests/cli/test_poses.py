@@ -70,7 +70,7 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
     assert run("poses", video, "--rate", 5, "-o", out) == 0
     said = capsys.readouterr()
     assert "COLMAP placed 10 of 11 frames" in said.out
-    assert "1 frame not placed: frame_00010.jpg" in said.err
+    assert "1 frame not placed: frame_00010.jpg; lost: 1.8 to 2.0 s. Hint: --feat" in said.err
     report = json.loads((out / "poses.json").read_text())
     assert report["not_placed"] == ["frame_00010.jpg"]
     assert [shot["seconds"] for shot in report["video"]] == pytest.approx(np.arange(11) / 5)

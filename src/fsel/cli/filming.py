@@ -11,6 +11,7 @@ import numpy as np
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
+from fsel.cli.selected import as_written
 from fsel.data.capture import Views
 from fsel.images import film
 from fsel.reconstruct.gaussians import GaussianModel
@@ -23,8 +24,8 @@ RATE = 30  # frames a second
 LONG_SIDE = 1280
 
 
-def run(args: argparse.Namespace, console: Console) -> None:
-    """Carry the command out."""
+def run(args: argparse.Namespace, console: Console, record: dict) -> None:
+    """Carry the command out; the record is that of `of_selection`."""
     if args.video.suffix.lower() != ENDING:
         raise ValueError(f"{args.video}: a video is written as {ENDING}. Hint: NAME{ENDING}")
     if args.metrics:
@@ -37,7 +38,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         models = {
             name: GaussianModel.read_ply(file) for name, file in zip(names, files, strict=True)
         }
-        capture = posing.opened(args, console).capture
+        capture = as_written(posing.opened(args, console).capture, record)
         count, long_side = max(round(args.seconds * RATE), 1), args.long_side or LONG_SIDE
         views = flight(capture, args.targets, count, long_side)
         started = time.perf_counter()

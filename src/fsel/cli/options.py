@@ -92,8 +92,8 @@ def add_skipping(command: argparse.ArgumentParser) -> None:
 def add_features(command: argparse._ActionsContainer) -> None:
     command.add_argument(
         "--features",
-        choices=("sift", "xfeat"),
-        help="what COLMAP matches: SIFT by default; XFeat's network places frames farther apart",
+        choices=("sift", "xfeat", "aliked"),
+        help="what COLMAP matches: SIFT by default; networks' are for what it does not place",
     )
 
 

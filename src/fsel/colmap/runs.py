@@ -96,7 +96,8 @@ def work_of(poses: Mapping[str, Any], devices: bool = True) -> Work:
     if "features" not in poses:
         return Work(by=checked(poses, devices))
     if set(poses) > {"features"} or poses["features"] not in features.KINDS:
-        raise ValueError(f"poses: features is {features.SIFT} or {features.XFEAT}, alone: {poses}")
+        allowed = " or ".join(features.KINDS)
+        raise ValueError(f"poses: features is {allowed}, alone: {poses}")
     features.check(poses["features"])
     return Work(features=poses["features"])
 
@@ -145,8 +146,8 @@ def extract(
         reader = pycolmap.ImageReaderOptions()
         if kind is not None and (camera := _camera_of(database, *kind)) is not None:
             reader.existing_camera_id = camera
-        if work.features == features.XFEAT:
-            features.extract(database, folder, part, mode, reader)
+        if work.features != features.SIFT:
+            features.extract(database, folder, part, work.features, mode, reader)
             continue
         options = pycolmap.FeatureExtractionOptions(num_threads=work.threads)
         options.sift.peak_threshold *= contrast
@@ -208,8 +209,8 @@ def match(database: Path, names: Sequence[str], work: Work) -> None:
     batches = _batches(chosen, PAIRS)
     for part in work.watch("matching")(batches, len(batches)):
         named = [(names[i], names[j]) for i, j in part]
-        if work.features == features.XFEAT:
-            features.match(database, named)  # what is matched is verified below
+        if work.features != features.SIFT:
+            features.match(database, named, work.features)  # what is matched is verified below
         match_pairs(database, named, work.threads)
 
 

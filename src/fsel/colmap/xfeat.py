@@ -11,6 +11,8 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
+from fsel.colmap.layers import EPSILON, convolved
+
 SIDE = 1024  # pixels of the longer side of what the network sees, at most
 STEP = 32  # both sides are multiples of
 CELL = 8  # pixels of the side of what one descriptor of the map shows
@@ -19,7 +21,6 @@ LEAST = 0.05  # probability of a keypoint
 APART = np.ones((5, 5), np.uint8)  # pixels around a keypoint, in which none is likelier
 ALIKE = 0.82  # cosine of descriptors that are matched, at least, as the authors'
 RATIO = 0.95  # of the nearest descriptor's distance to the second nearest's, at most
-EPSILON = 1e-5  # of torch's normalisations
 BLOCKS = {
     "block1": 4,
     "block2": 2,
@@ -36,6 +37,24 @@ LINEAR = ("block_fusion.2", "heatmap_head.2", "keypoint_head.3")
 
 Features = tuple[np.ndarray, np.ndarray]
 """(n, 2) float32 pixels, top-left centre at (0.5, 0.5), and (n, 64) float32 unit descriptors."""
+
+
+def folded(state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Weight and bias of each convolution, the normalisation behind it folded into them.
+
+    Args:
+        state: as the authors' file names its tensors.
+    """
+    layers = {}
+    for name, value in state.items():
+        layer, found, _ = name.partition(".layer.0.weight")
+        if found:
+            spread = np.sqrt(state[f"{layer}.layer.1.running_var"] + np.float32(EPSILON))
+            layers[f"{layer}.weight"] = value / spread[:, None, None, None]
+            layers[f"{layer}.bias"] = -state[f"{layer}.layer.1.running_mean"] / spread
+        elif ".layer." not in name and not name.startswith("fine_matcher"):
+            layers[name] = value
+    return layers
 
 
 class XFeat:
@@ -92,13 +111,8 @@ class XFeat:
 
     def _convolved(self, image: np.ndarray, layer: str) -> np.ndarray:
         """(c, h, w) of (b, h, w), or of half the sides."""
-        weight = self.state[f"{layer}.weight"]
-        side, step = weight.shape[-1], 2 if layer in HALVING else 1
-        edge = side // 2
-        padded = np.pad(image, ((0, 0), (edge, edge), (edge, edge)))
-        seen = np.lib.stride_tricks.sliding_window_view(padded, (side, side), axis=(1, 2))
-        out = np.tensordot(weight, seen[:, ::step, ::step], axes=((1, 2, 3), (0, 3, 4)))
-        return out + self.state[f"{layer}.bias"][:, None, None]
+        weight, bias = (self.state[f"{layer}.{part}"] for part in ("weight", "bias"))
+        return convolved(image, weight, bias, 2 if layer in HALVING else 1)
 
 
 def _enlarged(image: np.ndarray, times: int) -> np.ndarray:
