@@ -210,7 +210,10 @@ def scored(
 def measure(asked: argparse.Namespace) -> None:
     """Write the rows that are not there yet, so that those of all captures come together."""
     if not asked.folders:
-        raise SystemExit("no capture: FSEL_CAPTURES names no folder of COLMAP captures")
+        raise SystemExit(
+            f"no capture named, and no COLMAP capture in {home()}. Hint: FSEL_CAPTURES names their "
+            "folder; config/captures.yaml says where they come from"
+        )
     known = set()
     if asked.rows.exists():
         table = pd.read_json(asked.rows, lines=True)
@@ -229,6 +232,11 @@ def measure(asked: argparse.Namespace) -> None:
             for row in list(rows(capture, start, k, left, asked.seeds)):
                 print(json.dumps({"capture": name} | row), file=file, flush=True)
             print(name, start, k, flush=True)
+
+
+def home() -> Path:
+    """The folder of captures."""
+    return Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 
 
 def captures(asked: argparse.Namespace) -> Iterator[tuple[str, Capture]]:
@@ -374,8 +382,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     commands = parser.add_subparsers(dest="what", required=True)
     command = commands.add_parser("measure")
-    home = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
-    found = sorted(path.parent for path in home.glob("*/sparse"))
+    found = sorted(path.parent for path in home().glob("*/sparse"))
     command.add_argument("folders", nargs="*", type=Path, default=found, help="captures on disk")
     command.add_argument("--rows", type=Path, required=True, help="file that rows are added to")
     command.add_argument("--made", action="store_true", help="on captures made of them, see above")
