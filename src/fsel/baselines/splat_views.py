@@ -97,9 +97,10 @@ def by_gaussians(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends
         parts.append((canvas.source[kept], weight[kept], square[kept]))
         covered.append(np.count_nonzero(canvas.rest < 1))
     start = np.cumsum([0, *(len(index) for index, _, _ in parts)])
-    filled = map(np.concatenate, zip(*parts, strict=True))
+    index, weight, square = (np.concatenate(part) for part in zip(*parts, strict=True))
     poses, intrinsics = poses.astype(np.float32), intrinsics.astype(np.float32)
-    return Blends(splats, poses, intrinsics, picked.size, start, *filled, np.array(covered))
+    filled = start, index, weight, square, np.array(covered)
+    return Blends(splats, poses, intrinsics, picked.size, *filled)
 
 
 def _scaled(capture: Capture, pool: np.ndarray, picked: Capture) -> np.ndarray:
