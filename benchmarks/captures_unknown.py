@@ -63,7 +63,8 @@ SHARE = 2  # fits of a selection in the first heat, as ten seconds plan
 MADE_HEAD = (
     "Made of real captures: the camera stands still for a third of the frames (with noise of 3 "
     "grey levels); half of the frames, in six bursts; every second frame and then the others; the "
-    "same with the second pass 1.4 times as bright.\n"
+    "same with the second pass 1.4 times as bright. One frame in {every} is held out, in turn from "
+    "frame {held} on.\n"
 )
 
 
@@ -259,8 +260,10 @@ def page(asked: argparse.Namespace) -> None:
         parts += [f"## By `{by}`\n", _summary(gains), _by_capture(gains)]
     parts.append(_kept(table[table["by"] == table["by"].iloc[0]]))
     if asked.made_rows:
-        parts += ["## Pauses, bursts, passes\n", MADE_HEAD]
-        for by, part in pd.read_json(asked.made_rows, lines=True).groupby("by"):
+        made = pd.read_json(asked.made_rows, lines=True)
+        held = _held_out(made, "capture", "")
+        parts += ["## Pauses, bursts, passes\n", MADE_HEAD.format(every=EVERY, held=held)]
+        for by, part in made.groupby("by"):
             parts += [f"By `{by}`. {_by_capture(_each(part))}"]
     asked.out.write_text("\n".join(parts))
 
@@ -282,12 +285,8 @@ def _each(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _head(table: pd.DataFrame) -> str:
-    starts, shape = table[table["method"] == TRIED].groupby("k")["start"], SETTINGS["gaussians"]
+    held, shape = _held_out(table, "k", "K = "), SETTINGS["gaussians"]
     told = table[table["method"] == TOLD]["start"].unique()
-    held = "; ".join(
-        f"{', '.join(map(str, first))} (K = {', '.join(map(str, part.index))})"
-        for first, part in starts.unique().map(sorted).map(tuple).to_frame().groupby("start")
-    )
     seeds = table[table["by"] == "gaussians"].pivot_table(
         index=["capture", "start", "k", "method"], columns="seed", values="psnr"
     )
@@ -309,6 +308,15 @@ def _head(table: pd.DataFrame) -> str:
         "of `fsel.request.trials`, and that both reconstructors must agree were chosen on "
         "caliterra, flowerpot, fox, helmet, miku and South Building (their figures flatter), "
         "earlier forms on all ten.\n"
+    )
+
+
+def _held_out(table: pd.DataFrame, by: str, word: str) -> str:
+    """Hold-outs, by their first frames, and what was measured with them."""
+    starts = table[table["method"] == TRIED].groupby(by)["start"].unique().map(sorted).map(tuple)
+    return "; ".join(
+        f"{', '.join(map(str, first))} ({word}{', '.join(map(str, part.index))})"
+        for first, part in starts.to_frame().groupby("start")
     )
 
 
