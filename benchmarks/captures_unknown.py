@@ -63,7 +63,8 @@ SHARE = 2  # fits of a selection in the first heat, as ten seconds plan
 MADE_HEAD = (
     "Made of real captures: the camera stands still for a third of the frames (with noise of 3 "
     "grey levels); half of the frames, in six bursts; every second frame and then the others; the "
-    "same with the second pass 1.4 times as bright.\n"
+    "same with the second pass 1.4 times as bright. One frame in {every} is held out, in turn from "
+    "frame {held} on.\n"
 )
 
 
@@ -210,7 +211,10 @@ def scored(
 def measure(asked: argparse.Namespace) -> None:
     """Write the rows that are not there yet, so that those of all captures come together."""
     if not asked.folders:
-        raise SystemExit("no capture: FSEL_CAPTURES names no folder of COLMAP captures")
+        raise SystemExit(
+            f"no capture named, and no COLMAP capture in {home()}. Hint: FSEL_CAPTURES names their "
+            "folder; config/captures.yaml says where they come from"
+        )
     known = set()
     if asked.rows.exists():
         table = pd.read_json(asked.rows, lines=True)
@@ -229,6 +233,11 @@ def measure(asked: argparse.Namespace) -> None:
             for row in list(rows(capture, start, k, left, asked.seeds)):
                 print(json.dumps({"capture": name} | row), file=file, flush=True)
             print(name, start, k, flush=True)
+
+
+def home() -> Path:
+    """The folder of captures."""
+    return Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 
 
 def captures(asked: argparse.Namespace) -> Iterator[tuple[str, Capture]]:
@@ -251,8 +260,10 @@ def page(asked: argparse.Namespace) -> None:
         parts += [f"## By `{by}`\n", _summary(gains), _by_capture(gains)]
     parts.append(_kept(table[table["by"] == table["by"].iloc[0]]))
     if asked.made_rows:
-        parts += ["## Pauses, bursts, passes\n", MADE_HEAD]
-        for by, part in pd.read_json(asked.made_rows, lines=True).groupby("by"):
+        made = pd.read_json(asked.made_rows, lines=True)
+        held = _held_out(made, "capture", "")
+        parts += ["## Pauses, bursts, passes\n", MADE_HEAD.format(every=EVERY, held=held)]
+        for by, part in made.groupby("by"):
             parts += [f"By `{by}`. {_by_capture(_each(part))}"]
     asked.out.write_text("\n".join(parts))
 
@@ -274,12 +285,8 @@ def _each(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _head(table: pd.DataFrame) -> str:
-    starts, shape = table[table["method"] == TRIED].groupby("k")["start"], SETTINGS["gaussians"]
+    held, shape = _held_out(table, "k", "K = "), SETTINGS["gaussians"]
     told = table[table["method"] == TOLD]["start"].unique()
-    held = "; ".join(
-        f"{', '.join(map(str, first))} (K = {', '.join(map(str, part.index))})"
-        for first, part in starts.unique().map(sorted).map(tuple).to_frame().groupby("start")
-    )
     seeds = table[table["by"] == "gaussians"].pivot_table(
         index=["capture", "start", "k", "method"], columns="seed", values="psnr"
     )
@@ -301,6 +308,15 @@ def _head(table: pd.DataFrame) -> str:
         "of `fsel.request.trials`, and that both reconstructors must agree were chosen on "
         "caliterra, flowerpot, fox, helmet, miku and South Building (their figures flatter), "
         "earlier forms on all ten.\n"
+    )
+
+
+def _held_out(table: pd.DataFrame, by: str, word: str) -> str:
+    """Hold-outs, by their first frames, and what was measured with them."""
+    starts = table[table["method"] == TRIED].groupby(by)["start"].unique().map(sorted).map(tuple)
+    return "; ".join(
+        f"{', '.join(map(str, first))} ({word}{', '.join(map(str, part.index))})"
+        for first, part in starts.to_frame().groupby("start")
     )
 
 
@@ -374,8 +390,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     commands = parser.add_subparsers(dest="what", required=True)
     command = commands.add_parser("measure")
-    home = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
-    found = sorted(path.parent for path in home.glob("*/sparse"))
+    found = sorted(path.parent for path in home().glob("*/sparse"))
     command.add_argument("folders", nargs="*", type=Path, default=found, help="captures on disk")
     command.add_argument("--rows", type=Path, required=True, help="file that rows are added to")
     command.add_argument("--made", action="store_true", help="on captures made of them, see above")

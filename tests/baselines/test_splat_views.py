@@ -11,7 +11,14 @@ from watched_images import Watched
 from fsel.baselines import LATER, METHODS
 from fsel.baselines.cover import BINS, _Coverage, fibonacci_sphere
 from fsel.baselines.fisher_rf import _Information
-from fsel.baselines.splat_views import START, Blends, blend, greedy_on_splats
+from fsel.baselines.splat_views import (
+    START,
+    Blends,
+    blend,
+    by_gaussians,
+    by_splats,
+    greedy_on_splats,
+)
 from fsel.data.capture import Capture
 from fsel.data.points import SparsePoints
 from fsel.data.problem import checked_select
@@ -218,13 +225,24 @@ def filmed():
 
 
 both = pytest.mark.parametrize("name", ["fisher_rf", "cover"])
+trained = pytest.mark.parametrize("name", ["fisher_rf_gaussians", "cover_gaussians"])
 
 
 def select(name, problem, k):
-    return checked_select(METHODS[name], problem, k, np.random.default_rng(0))
+    method = {**METHODS, **LATER}[name]
+    return checked_select(method, problem, k, np.random.default_rng(0))
 
 
-@both
+@trained
+def test_picks_on_trained_gaussians_are_prefixes_of_their_own(filmed, name):
+    picks = select(name, filmed, 12)
+    np.testing.assert_array_equal(select(name, filmed, 5), picks[:5])
+    plain = select(name.removesuffix("_gaussians"), filmed, 12)
+    np.testing.assert_array_equal(plain[:START], picks[:START])
+    assert set(plain) != set(picks)
+
+
+@pytest.mark.parametrize("name", ["fisher_rf", "cover", "fisher_rf_gaussians", "cover_gaussians"])
 def test_only_images_of_picks_are_read(filmed, name):
     watched = Watched(filmed.capture.images)
     problem = replace(filmed, capture=replace(filmed.capture, images=watched))
@@ -304,7 +322,8 @@ def test_fits_are_made_anew_whenever_the_picks_have_doubled():
     assert rows[START:] == free[: 20 - START]
 
 
-def test_splats_lie_where_the_views_look(filmed):
+@pytest.mark.parametrize("fit", [by_splats, by_gaussians])
+def test_splats_lie_where_the_views_look(filmed, fit):
     """Fitted splats and the views that they are blended into share one frame."""
     shares = []
 
@@ -318,5 +337,5 @@ def test_splats_lie_where_the_views_look(filmed):
         def add(self, row):
             shares.append(self.blends.covered[row] / np.prod(self.blends.size))
 
-    greedy_on_splats(filmed, START + 1, Watching)
+    greedy_on_splats(filmed, START + 1, Watching, fit)
     assert min(shares[:START]) > 0.6

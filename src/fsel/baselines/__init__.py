@@ -41,6 +41,8 @@ LATER: Registry[Method] = Registry(
     "method",
     {
         "indoor_traj_dpp": "fsel.baselines.indoor_traj_dpp:METHOD",
+        "fisher_rf_gaussians": "fsel.baselines.fisher_rf:TRAINED",
+        "cover_gaussians": "fsel.baselines.cover:TRAINED",
         "avs": "fsel.baselines.avs:METHOD",
     },
 )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from fsel.baselines.splat_views import Blends, greedy_on_splats, held_by
+from fsel.baselines.splat_views import Blends, by_gaussians, greedy_on_splats, held_by
 from fsel.data.geometry import camera_centers
 from fsel.data.problem import Method, Problem
 from fsel.utils.compiled import exact
@@ -105,4 +107,10 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return greedy_on_splats(problem, k, _Coverage)
 
 
+def trained(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Pick by `greedy_on_splats` on trained Gaussians."""
+    return greedy_on_splats(problem, k, _Coverage, by_gaussians)
+
+
 METHOD = Method("cover", "COVER", "observed", nested=True, seeds=1, select=select, tracks=True)
+TRAINED = replace(METHOD, name="cover_gaussians", label="COVER, gaussians", select=trained)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from fsel.baselines.splat_views import Blends, greedy_on_splats
+from fsel.baselines.splat_views import Blends, by_gaussians, greedy_on_splats
 from fsel.data.problem import Method, Problem
 from fsel.utils.compiled import exact
 
@@ -46,6 +48,12 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return greedy_on_splats(problem, k, lambda blends: _Information(blends, DAMPING))
 
 
+def trained(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Pick by `greedy_on_splats` on trained Gaussians."""
+    return greedy_on_splats(problem, k, lambda blends: _Information(blends, DAMPING), by_gaussians)
+
+
 METHOD = Method(
     "fisher_rf", "FisherRF", "observed", nested=True, seeds=1, select=select, tracks=True
 )
+TRAINED = replace(METHOD, name="fisher_rf_gaussians", label="FisherRF, gaussians", select=trained)

@@ -1,6 +1,7 @@
 """Splats fitted to the picks so far, and how much of every frame's view each of them fills.
 
-FisherRF and COVER choose by a reconstruction. Here it is the default one's, at a low resolution.
+FisherRF and COVER choose by a reconstruction. Here it is the default one's, at a low resolution, or
+small trained Gaussians.
 """
 
 from __future__ import annotations
@@ -10,18 +11,23 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from scipy.special import expit
 
 from fsel.baselines.covisibility import grouped
 from fsel.baselines.greedy import most_central
-from fsel.data.capture import Capture
+from fsel.data.capture import Capture, Views
 from fsel.data.geometry import centered, farthest_views, pose_matrices
 from fsel.data.problem import Problem
+from fsel.reconstruct.gaussians import Gaussians
+from fsel.reconstruct.gaussians.table import LOGIT
 from fsel.reconstruct.splats import Splats
 from fsel.utils.compiled import exact
 
 FIT_SIDE = 32  # pixels of the longer side, of fitted images and of views
 START = 4  # farthest views before the first reconstruction, as in FisherRF's schedule
 FAINT = np.float32(1e-2)  # of a pixel: splats that fill less of a view are left out
+TRAINED_SIDE = 64  # pixels, of trained Gaussians
+TRAINED = {"steps": 150, "gaussians": 2000, "background": "mean"}
 MANTISSA = 13  # bits of a depth that are dropped to order splats: steps of a thousandth remain
 
 
@@ -63,8 +69,50 @@ class Criterion(Protocol):
         """Count a view as picked."""
 
 
+Fitting = Callable[[Capture, np.ndarray, np.ndarray], Blends]
+"""Capture, (V,) pool and rows of it -> what was fitted to the rows, blended into the whole pool."""
+
+
+def by_splats(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
+    """Fit `splats`; a `Fitting`."""
+    picked = capture.subset(pool[rows]).resized(FIT_SIDE)
+    model = Splats(picked).fit(np.arange(len(rows)))
+    splats = np.vstack([model.positions.T, model.splats[3]]).astype(np.float32)
+    poses = capture.world_to_camera[pool].astype(np.float32)
+    intrinsics = _scaled(capture, pool, picked).astype(np.float32)
+    filled = blend(splats, poses, intrinsics, *picked.size)
+    return Blends(splats, poses, intrinsics, picked.size, *filled)
+
+
+def by_gaussians(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
+    """Train `gaussians`; a `Fitting`."""
+    picked = capture.subset(pool[rows]).resized(TRAINED_SIDE)
+    model = Gaussians(picked, **TRAINED).fit(np.arange(len(rows)))
+    splats = np.vstack([model.positions.T, expit(model.table[:, LOGIT])]).astype(np.float32)
+    poses, intrinsics = capture.world_to_camera[pool], _scaled(capture, pool, picked)
+    parts, covered = [], []
+    for canvas in model.drawings(Views(poses, intrinsics, picked.size)):
+        weight, square = canvas.weights().T
+        kept = weight > FAINT
+        parts.append((canvas.source[kept], weight[kept], square[kept]))
+        covered.append(np.count_nonzero(canvas.rest < 1))
+    start = np.cumsum([0, *(len(index) for index, _, _ in parts)])
+    index, weight, square = (np.concatenate(part) for part in zip(*parts, strict=True))
+    poses, intrinsics = poses.astype(np.float32), intrinsics.astype(np.float32)
+    filled = start, index, weight, square, np.array(covered)
+    return Blends(splats, poses, intrinsics, picked.size, *filled)
+
+
+def _scaled(capture: Capture, pool: np.ndarray, picked: Capture) -> np.ndarray:
+    """(V, 4) intrinsics of the pool's views at the size of the fit."""
+    return capture.intrinsics[pool] * np.tile(np.divide(picked.size, capture.size), 2)
+
+
 def greedy_on_splats(
-    problem: Problem, k: int, criterion: Callable[[Blends], Criterion]
+    problem: Problem,
+    k: int,
+    criterion: Callable[[Blends], Criterion],
+    fit: Fitting = by_splats,
 ) -> np.ndarray:
     """Pick views one by one; the splats are fitted anew whenever the picks have doubled.
 
@@ -75,6 +123,7 @@ def greedy_on_splats(
         problem: the selection problem; picks are from P and O.
         k: at most the size of that pool.
         criterion: made anew for every fit, then given all picks so far.
+        fit: what reconstructs.
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]
@@ -82,7 +131,7 @@ def greedy_on_splats(
     rows = start.astype(np.int64).tolist()
     capture = _canonical(problem.capture, pool, pool[rows[0]])
     while len(rows) < k:
-        worth = criterion(_blends(capture, pool, np.array(rows)))
+        worth = criterion(fit(capture, pool, np.array(rows)))
         for row in rows:
             worth.add(row)
         for _ in range(min(k, 2 * len(rows)) - len(rows)):
@@ -91,18 +140,6 @@ def greedy_on_splats(
             rows.append(int(np.argmax(scores)))
             worth.add(rows[-1])
     return pool[rows]
-
-
-def _blends(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
-    """Fit the picked rows of the pool, and blend the splats into every view of the pool."""
-    picked = capture.subset(pool[rows]).resized(FIT_SIDE)
-    model = Splats(picked).fit(np.arange(len(rows)))
-    splats = np.vstack([model.positions.T, model.splats[3]]).astype(np.float32)
-    poses = capture.world_to_camera[pool].astype(np.float32)
-    factors = np.tile(np.divide(picked.size, capture.size), 2)
-    intrinsics = (capture.intrinsics[pool] * factors).astype(np.float32)
-    filled = blend(splats, poses, intrinsics, *picked.size)
-    return Blends(splats, poses, intrinsics, picked.size, *filled)
 
 
 def _canonical(capture: Capture, pool: np.ndarray, origin: int) -> Capture:
