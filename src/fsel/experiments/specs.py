@@ -57,15 +57,6 @@ def of_draw(*names: str, draw: str = "draw{draw}", kinds: Sequence[str] = inputs
     return {**inputs.capture(kinds), **files}
 
 
-def of_draws(
-    experiment: Experiment, *, kinds: Sequence[str] = inputs.CAPTURE, **names: str
-) -> Values:
-    """A capture, its splits, and further files of every draw: argument -> name."""
-    names = {"splits": "split.parquet", **names}
-    files = {key: inputs.of_draws(experiment, name) for key, name in names.items()}
-    return {**inputs.capture(kinds), **files}
-
-
 def draws(experiment: Experiment) -> range:
     """The draws of targets."""
     return range(experiment.config["draws"])
@@ -74,11 +65,6 @@ def draws(experiment: Experiment) -> range:
 def budgets(experiment: Experiment) -> Values:
     """The budgets of the sweep."""
     return {"budgets": experiment.config["budgets"]}
-
-
-def measured(experiment: Experiment) -> Values:
-    """The reconstructor in the wildcards, and the tables' metrics."""
-    return {"reconstruction": experiment.reconstruction_of, "metrics": experiment.metrics}
 
 
 def two_captures(folder: str, *, described: bool = False) -> Values:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
 
 import pandas as pd
@@ -25,8 +24,6 @@ def select(
     *,
     budgets: Sequence[int],
     seeds: Sequence[int],
-    methods: Sequence[str] = tuple(METHODS),
-    proxies_free: bool = True,
     protocol: Mapping[str, str] = MappingProxyType({}),
     config: str,
 ) -> None:
@@ -36,14 +33,11 @@ def select(
         features: what `fsel.stages.features` wrote of them, one a draw.
         weights: of the learned methods, see `fsel.evaluation.measuring.runs`.
         selections: one a draw, see `fsel.evaluation.measuring.select`.
-        methods: without training, keys of `fsel.baselines.METHODS`.
-        proxies_free: see `fsel.data.problem.Problem`.
         protocol: whose list is one more method, see `fsel.stages.split`.
     """
-    contenders = measuring.runs([METHODS[name] for name in methods], weights)
+    contenders = measuring.runs(METHODS.values(), weights)
     for split, table, path, seed in zip(splits, features, selections, seeds, strict=True):
         problem = with_features(Problem.load(folder, split), read_table(table), table)
-        problem = replace(problem, proxies_free=proxies_free)
         picks = measuring.select(problem, contenders, budgets, measuring.chance(seed))
         if protocol:
             listed = read_protocol(names=problem.capture.names, **protocol)

@@ -22,6 +22,7 @@ from fsel.report.latex import plain_table, tex
 from fsel.report.numbers import write_csv
 from fsel.request.budget import Auto, find, view_shift
 from fsel.utils.files import File, Files, read_table, write_table, write_text
+from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table
@@ -253,7 +254,8 @@ EVALUATED = Job(
     outputs={"evaluation": TRIALS.files["evaluation"]},
     message="Measuring adaptive and fixed budgets on {wildcards.dataset}/{wildcards.scene}",
     inputs=lambda experiment: {
-        **specs.of_draws(experiment),
+        **inputs.capture(),
+        "splits": inputs.of_draws(experiment, "split.parquet"),
         "record": budget_curves.RECORD,
         "picks": TRIALS.files["picks"],
     },

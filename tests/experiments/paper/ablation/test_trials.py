@@ -22,7 +22,7 @@ from fsel.experiments.paper.ablation.tables import (
     feature_sweep,
     scorer_arch,
 )
-from fsel.experiments.paper.ablation.trials import try_case
+from fsel.experiments.paper.ablation.trials import trial_case
 from fsel.features.columns import FEATURES
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
@@ -157,7 +157,7 @@ def labelled(tmp_path_factory):
 def tried(labelled, output, seeds=2, k=4, **case):
     _, folder, splits = labelled
     settings = {"module": "perceptron", "settings": {"width": 64}, "shown": FEATURES, "added": None}
-    try_case(
+    trial_case(
         [folder],
         [folder / "splits.parquet"],
         folder / "trajectories.parquet",

@@ -13,7 +13,7 @@ from typing import Any
 import yaml
 
 from fsel.experiments import scheme, specs
-from fsel.experiments.paper.ablation.trials import try_case
+from fsel.experiments.paper.ablation.trials import trial_case
 from fsel.experiments.specs import Values
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
@@ -125,7 +125,7 @@ class Trained:
         """Both rules."""
         name = self.table
         trained = Job(
-            try_case,
+            trial_case,
             name=f"trial_{name}",
             outputs={"picks": f"<results>/trials/{name}/{{trial}}.parquet"},
             message=f"Training {name} {{wildcards.trial}} and selecting with it",

@@ -55,7 +55,7 @@ def feature_sweep(
     """PSNR of every feature configuration minus that of the first (paper, "Tested features").
 
     Args:
-        trials: what `trials.try_case` wrote, one a case.
+        trials: what `trials.trial_case` wrote, one a case.
         table, numbers: receive LaTeX, and the columns of `compare_trials`.
         cases: name -> its `shown` and `added`, in the table's order.
         facts: see `captions.made_by`; and `epochs` of the training.
@@ -124,7 +124,7 @@ def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: s
 
     Args:
         cells: of `fsel.experiments.cells.cells_of`.
-        trials: name -> what `trials.try_case` wrote, in order.
+        trials: name -> what `trials.trial_case` wrote, in order.
         reference: name of a trial.
 
     Returns:

@@ -51,7 +51,7 @@ class Case:
         return PartialRollout(prepared, scene, self.shown, extra)
 
 
-def try_case(
+def trial_case(
     folders: Files,
     splits: Files,
     trajectories: File,
