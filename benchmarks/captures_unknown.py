@@ -261,7 +261,7 @@ def page(asked: argparse.Namespace) -> None:
     parts.append(_kept(table[table["by"] == table["by"].iloc[0]]))
     if asked.made_rows:
         made = pd.read_json(asked.made_rows, lines=True)
-        held = _held_out(made, "capture", "")
+        held = _held_out(made)
         parts += ["## Pauses, bursts, passes\n", MADE_HEAD.format(every=EVERY, held=held)]
         for by, part in made.groupby("by"):
             parts += [f"By `{by}`. {_by_capture(_each(part))}"]
@@ -285,7 +285,7 @@ def _each(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _head(table: pd.DataFrame) -> str:
-    held, shape = _held_out(table, "k", "K = "), SETTINGS["gaussians"]
+    held, shape = _held_out(table), SETTINGS["gaussians"]
     told = table[table["method"] == TOLD]["start"].unique()
     seeds = table[table["by"] == "gaussians"].pivot_table(
         index=["capture", "start", "k", "method"], columns="seed", values="psnr"
@@ -311,11 +311,11 @@ def _head(table: pd.DataFrame) -> str:
     )
 
 
-def _held_out(table: pd.DataFrame, by: str, word: str) -> str:
-    """Hold-outs, by their first frames, and what was measured with them."""
-    starts = table[table["method"] == TRIED].groupby(by)["start"].unique().map(sorted).map(tuple)
+def _held_out(table: pd.DataFrame) -> str:
+    """Hold-outs, by their first frames, and the numbers of frames measured with them."""
+    starts = table[table["method"] == TRIED].groupby("k")["start"].unique().map(sorted).map(tuple)
     return "; ".join(
-        f"{', '.join(map(str, first))} ({word}{', '.join(map(str, part.index))})"
+        f"{', '.join(map(str, first))} (K = {', '.join(map(str, part.index))})"
         for first, part in starts.to_frame().groupby("start")
     )
 
