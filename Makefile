@@ -37,7 +37,7 @@ MADE = results/captures_made.jsonl
 MADE_OF = $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,batmobile helmet miku)
 captures: .venv/installed
 	$(CAPTURES) measure --rows $(ROWS)
-	$(CAPTURES) measure --starts 1 5 --budgets 10 15 20 --methods "the rule alone" tried --rows $(ROWS)
+	$(CAPTURES) measure --starts 1 5 --budgets 10 15 20 30 --methods "the rule alone" tried --rows $(ROWS)
 	$(CAPTURES) measure $(MADE_OF) --made --starts 0 1 2 3 4 5 6 7 --budgets 10 --methods tried --rows $(MADE)
 	$(CAPTURES) page --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
