@@ -87,6 +87,11 @@ def test_a_row_by_hand(tmp_path):
     assert every == ["All", "25.50", *["--"] * 5, "9.500", "9.500", "--", "--", "100"]
 
 
+def test_costs_of_what_did_not_finish_are_missing(tmp_path):
+    result = table_of(tmp_path, worst=1.0).assign(reconstruction_s=np.nan, peak_mb=np.nan)
+    assert _row(result, "10", 10)[4:] == [*["0.200"] * 3, *["--"] * 5]
+
+
 def test_a_lead_inside_its_interval_is_not_bold(tmp_path):
     assert _row(table_of(tmp_path, worst=-0.5), "10", 10)[1] == "22.00"
 

@@ -120,7 +120,7 @@ def joined(cells: pd.DataFrame, costs: pd.DataFrame, times: pd.DataFrame) -> pd.
 def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
     part = result[result["k"] == k].set_index("method")
     shared = part.iloc[0]
-    fit, peak = f"{shared['reconstruction_s']:.3f}", f"{shared['peak_mb']:.0f}"
+    fit, peak = _printed(shared["reconstruction_s"], 3), _printed(shared["peak_mb"], 0)
     if k == ALL_FRAMES:
         blank = [MISSING] * (len(VARIANTS) - 1)
         quality = [number(shared["psnr"], "psnr"), *blank]
@@ -133,8 +133,13 @@ def _row(result: pd.DataFrame, title: str, k: int) -> list[str]:
     ]
     selecting = np.array([v["selection_s"] for v in variants])
     totals = selecting + shared["reconstruction_s"]
-    seconds = [[f"{value:.3f}" for value in values] for values in (selecting, totals)]
+    seconds = [[_printed(value, 3) for value in values] for values in (selecting, totals)]
     return [title, *quality, *seconds[0], fit, *seconds[1], peak]
+
+
+def _printed(value: float, digits: int) -> str:
+    """A cost; none where a reconstruction did not finish."""
+    return MISSING if np.isnan(value) else f"{value:.{digits}f}"
 
 
 def from_candidates(capture: Capture, split: Split, described: pd.DataFrame) -> Problem:

@@ -296,6 +296,22 @@ def test_differences_to_the_reference_by_hand(tmp_path):
     assert pd.read_csv(paths[1])["difference"].tolist()[::2] == [1.0, 0.5]
 
 
+def test_a_trial_that_did_not_finish_is_not_the_reference(tmp_path):
+    psnr = {"less_is_more": shifted(0, 0, 0, 0), "rnn": shifted(1, 1, 1, 1)}
+    measured, trials = results(tmp_path, psnr)
+    table = pd.read_parquet(measured[0]).assign(outcome="")
+    table.loc[table["method"] == "rnn", ["psnr", "outcome"]] = np.nan, "timeout"
+    table.to_parquet(measured[0])
+    labels = {name: SCORERS[name]["label"] for name in psnr}
+    paths = tmp_path / "t.tex", tmp_path / "t.csv"
+    settings = {"scenes": SCENES, "labels": labels, "facts": FACTS}
+    scorer_arch(measured, [*trials.values()], *paths, **settings)
+    text = paths[0].read_text()
+    assert r"3-layer MLP (ours) & 1,000 & $0$ \\" in text
+    assert r"RNN-based sequential scorer & 1,001 &  \\" in text
+    assert "$20.00$" in text
+
+
 def test_the_table_of_features_marks_what_is_shown(tmp_path):
     rows = {row["number"]: row for row in configurations() if row["number"] in ("1", "6", "37")}
     cases = {

@@ -68,11 +68,11 @@ def feature_sweep(
         "feature is available to the network, a blank that its column is zeroed (width and "
         "parameter count are unchanged); an extra group takes columns of relative geometry that "
         "are blank, rank-normalized ones those of the distances and angles that they encode. "
-        f"{_protocol(result, facts)} Rows are in the paper's order."
+        f"{_protocol(result, reference, facts)} Rows are in the paper's order."
     )
     head = [r"\#", *(SYMBOLS[name] for name in FEATURES), "extra", r"$\Delta$PSNR (dB)"]
     rows = []
-    for name, change in zip(result["method"], _changes(result), strict=True):
+    for name, change in zip(result["method"], _changes(result, reference), strict=True):
         marks = [MARK if feature in cases[name]["shown"] else "" for feature in FEATURES]
         added = cases[name]["added"]
         rows.append([name, *marks, "" if added is None else EXTRAS[added].label, change])
@@ -108,9 +108,10 @@ def scorer_arch(
     write_csv(result, numbers)
     text = (
         r"\textbf{Scorer architectures.} All are trained by the same loop on the same "
-        f"trajectories and features. {_protocol(result, facts)} Rows are in the paper's order."
+        f"trajectories and features. {_protocol(result, OURS, facts)} Rows are in the paper's "
+        "order."
     )
-    changes = _changes(result)
+    changes = _changes(result, OURS)
     rows = [
         [tex(labels[row.method]), f"{row.parameters:,}", change]
         for row, change in zip(result.itertuples(), changes, strict=True)
@@ -143,13 +144,14 @@ def compare_trials(cells: pd.DataFrame, trials: Mapping[str, File], reference: s
     return result[order].rename_axis("method").reset_index()
 
 
-def _changes(result: pd.DataFrame) -> list[str]:
-    return ["$0$" if pd.isna(gap[0]) else difference(*gap) for gap in result[GAP].to_numpy()]
+def _changes(result: pd.DataFrame, reference: str) -> list[str]:
+    gaps = zip(result["method"], result[GAP].to_numpy(), strict=True)
+    return ["$0$" if name == reference else difference(*gap) for name, gap in gaps]
 
 
-def _protocol(result: pd.DataFrame, facts: Mapping) -> str:
+def _protocol(result: pd.DataFrame, reference: str, facts: Mapping) -> str:
     """Describe what was compared, how, and on what, in LaTeX."""
-    base = result[result["difference"].isna()].iloc[0]
+    base = result[result["method"] == reference].iloc[0]
     sure = int(((result["difference_low"] > 0) | (result["difference_high"] < 0)).sum())
     return (
         rf"PSNR at $K{{=}}{base['k']}$ on {base['n']} validation scenes, {base['draws']} target "
