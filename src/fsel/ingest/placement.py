@@ -129,7 +129,9 @@ def _lost(source: Source, taken: Taken, placed: set[str]) -> list[tuple[float, f
         if count:
             spans.append((start, shot.seconds, count))
         start, count = shot.seconds, 0
-    return [*spans, (start, shots[-1].seconds, count)] if count else spans
+    if count:  # what is like the last frame is lost with it
+        spans.append((start, taken.ends.get(source.name, shots[-1].seconds), count))
+    return spans
 
 
 def _found(
