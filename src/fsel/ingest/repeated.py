@@ -11,6 +11,7 @@ from fsel.colmap.runs import SEED, Work, build
 from fsel.ingest.sfm import DATABASE
 
 UNSURE = 3.0  # degrees between two sets of poses: sure ones differ by tenths
+MOST = 150  # frames up to which they are found again: the time grows with their square
 OTHER = 0.1  # share of the frames by which the sets' numbers differ where they are by chance
 
 
@@ -23,12 +24,13 @@ def repeated(model: pycolmap.Reconstruction, work: Work) -> dict | None:
 
     Returns:
         `placed` and `degrees`, the latter None for fewer than two frames of both; None where a
-        program placed them, or no matches are kept.
+        program placed them, no matches are kept, or more than 150 were placed.
     """
-    if work.by is not None or work.folder is None:
+    count = model.num_reg_images()
+    if work.by is not None or work.folder is None or count > MOST:
         return None
     quiet = replace(work, watch=lambda label: work.watch(f"{label} again"))
-    database, count = work.folder / DATABASE, model.num_reg_images()
+    database = work.folder / DATABASE
     found = build(database, work.folder, count, quiet, refine=True, start=None, seed=SEED + 1)
     second = max(found.values(), key=lambda m: m.num_reg_images(), default=None)
     if second is None:
