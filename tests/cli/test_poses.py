@@ -286,6 +286,14 @@ def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_pat
     assert np.degrees(turn.angle()) < 5  # neighbours on the arc, 1.8 degrees apart
 
 
+def test_doubtful_poses_are_told_with_and_without_frames_that_were_not_placed():
+    found = {"placed": list("abc"), "not_placed": [], "lost": []}
+    found["repeated"] = {"placed": 3, "degrees": 40.0}
+    (said,) = posing.notes(found)
+    assert "may be wrong: with another seed COLMAP's poses differ by 40 degrees" in said
+    assert posing.notes(found | {"not_placed": ["d"]}) == ["1 frame not placed: d", said]
+
+
 def test_settings_and_files_tell_one_cache_from_another(tmp_path):
     one, other = tmp_path / "a.mp4", tmp_path / "b.mp4"
     one.write_bytes(b"video")
