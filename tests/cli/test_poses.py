@@ -73,6 +73,8 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
     assert "1 frame not placed: frame_00010.jpg; lost: 1.8 to 2.0 s. Hint: --feat" in said.err
     report = json.loads((out / "poses.json").read_text())
     assert report["not_placed"] == ["frame_00010.jpg"]
+    assert report["repeated"]["placed"] == 10
+    assert report["repeated"]["degrees"] < 1
     assert [shot["seconds"] for shot in report["video"]] == pytest.approx(np.arange(11) / 5)
     assert run("info", out, "--json") == 0
     found = json.loads(capsys.readouterr().out)
@@ -282,6 +284,14 @@ def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_pat
     poses = {image.name: image.cam_from_world().rotation for image in model.images.values()}
     turn = poses["0.jpg"].inverse() * poses["1.jpg"]
     assert np.degrees(turn.angle()) < 5  # neighbours on the arc, 1.8 degrees apart
+
+
+def test_doubtful_poses_are_told_with_and_without_frames_that_were_not_placed():
+    found = {"placed": list("abc"), "not_placed": [], "lost": []}
+    found["repeated"] = {"placed": 3, "degrees": 40.0}
+    (said,) = posing.notes(found)
+    assert "may be wrong: with another seed COLMAP's poses differ by 40 degrees" in said
+    assert posing.notes(found | {"not_placed": ["d"]}) == ["1 frame not placed: d", said]
 
 
 def test_settings_and_files_tell_one_cache_from_another(tmp_path):

@@ -107,6 +107,19 @@ def test_the_end_of_a_video_that_stays_unplaced_is_told(scripted, tmp_path):
     assert found["lost"] == [{"video": "walk.mp4", "from": 6.0, "to": 9.0, "frames": 9}]
 
 
+def test_what_is_like_the_last_frame_is_lost_with_it(scripted, tmp_path, monkeypatch):
+    """The end is black: of its frames, at 7, 8 and 9 s, the first alone is taken."""
+    placing, _ = scripted
+    monkeypatch.setattr(taking, "duplicates", lambda small: np.arange(len(small)) < 8)
+    placing += [lambda name: number(name) < 70]
+    sources = [Source(tmp_path / "walk.mp4")]
+    found = placement.place(sources, Sampling(), tmp_path, Work(), lambda *_: None)
+    assert found["lost"] == [{"video": "walk.mp4", "from": 6.0, "to": 9.0, "frames": 1}]
+    placing += [lambda name: number(name) < 70]  # and as an earlier run kept it
+    again = placement.place(sources, Sampling(), tmp_path, Work(), lambda *_: None)
+    assert again["lost"] == found["lost"]
+
+
 def test_a_known_cause_ends_it_at_once_and_an_unknown_one_after_denser_frames(scripted, tmp_path):
     placing, given = scripted
     walk = tmp_path / "walk.mp4"

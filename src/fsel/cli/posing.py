@@ -23,6 +23,7 @@ from fsel.images import heic, video
 from fsel.images.previews import check_pixels
 from fsel.ingest import placement
 from fsel.ingest.lazy import LONG_SIDE, LazyCapture, open_capture
+from fsel.ingest.repeated import doubt
 from fsel.ingest.taking import Source
 from fsel.layouts import bare
 from fsel.utils.cache import cache
@@ -120,27 +121,30 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
         "poses", f"{found_by(report)} placed {len(report['placed'])} of {report['frames']} frames"
     )
     for note in notes(report):
-        hint = "" if by or kind != features.SIFT else ". Hint: --features aliked may place more"
+        hint = "" if by or kind != features.SIFT else ". Hint: --features aliked may do better"
         console.warn(note + hint)
     return place, report
 
 
 def notes(found: dict | None) -> list[str]:
-    """Names of the frames that were not placed, and the longest times that none shows, in words."""
-    if not found or not found["not_placed"]:
+    """Frames that were not placed, the longest times that none shows, and doubts, in words."""
+    if not found:
         return []
+    doubts = [said] if (said := doubt(found)) else []
+    if not found["not_placed"]:
+        return doubts
     missing, lost = found["not_placed"], found["lost"]
     more = f", and {len(missing) - SHOWN} more" if len(missing) > SHOWN else ""
     said = f"{counted(len(missing), 'frame')} not placed: {', '.join(missing[:SHOWN])}{more}"
     if not lost:
-        return [said]
+        return [said, *doubts]
     longest = sorted(lost, key=lambda span: span["from"] - span["to"])[:SHOWN]
     films = len({span["video"] for span in lost})
     times = ", ".join(
         f"{span['from']:.1f} to {span['to']:.1f} s" + (f" of {span['video']}" if films > 1 else "")
         for span in sorted(longest, key=lambda span: (span["video"], span["from"]))
     )
-    return [f"{said}; lost: {times}"]
+    return [f"{said}; lost: {times}", *doubts]
 
 
 def estimator(args: argparse.Namespace) -> Estimator | None:

@@ -66,7 +66,7 @@ def _placed(found: dict | None) -> dict | None:
     """Frames of a video or photos that were placed and not, and the times that were lost."""
     if found is None:
         return None
-    rest = {key: found[key] for key in ("not_placed", "lost", "still")}
+    rest = {key: found.get(key) for key in ("not_placed", "lost", "still", "repeated")}
     return {"frames": found["frames"], "placed": len(found["placed"])} | rest
 
 

@@ -246,12 +246,19 @@ def match_pairs(database: Path, names: Sequence[tuple[str, str]], threads: int) 
 
 
 def build(
-    database: Path, folder: Path, count: int, work: Work, *, refine: bool, start: Path | None
+    database: Path,
+    folder: Path,
+    count: int,
+    work: Work,
+    *,
+    refine: bool,
+    start: Path | None,
+    seed: int = SEED,
 ) -> dict[int, pycolmap.Reconstruction]:
     """COLMAP's models, or the one that `start` becomes; cameras are refined where `refine` says."""
     options = pycolmap.IncrementalPipelineOptions(
         num_threads=work.threads,
-        random_seed=SEED,
+        random_seed=seed,
         min_num_matches=features.INLIERS[work.features],
         min_model_size=MIN_PLACED,
         ba_refine_focal_length=refine,

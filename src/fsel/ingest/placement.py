@@ -15,6 +15,7 @@ from fsel.colmap.runs import Part, Work
 from fsel.data.geometry import upright
 from fsel.images import video
 from fsel.ingest import sfm
+from fsel.ingest.repeated import repeated
 from fsel.ingest.taking import IMAGES, Say, Source, Taken, keep, photo_name, take, take_denser
 from fsel.layouts import bare
 from fsel.layouts.contract import RawCapture
@@ -49,9 +50,10 @@ def place(
     """
     taken = take(sources, sampling, folder, work, say)
     model, raw = _placed(sources, taken, folder, work, say)
+    twice = repeated(model, work)
     turn_upright(model)
     write_binary(model, folder / MODEL)
-    return {"by": work.who} | _found(sources, taken, raw, model)
+    return {"by": work.who, "repeated": twice} | _found(sources, taken, raw, model)
 
 
 def _placed(
@@ -129,7 +131,9 @@ def _lost(source: Source, taken: Taken, placed: set[str]) -> list[tuple[float, f
         if count:
             spans.append((start, shot.seconds, count))
         start, count = shot.seconds, 0
-    return [*spans, (start, shots[-1].seconds, count)] if count else spans
+    if count:  # what is like the last frame is lost with it
+        spans.append((start, taken.ends.get(source.name, shots[-1].seconds), count))
+    return spans
 
 
 def _found(

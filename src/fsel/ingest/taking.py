@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import cv2
@@ -56,12 +56,14 @@ class Taken:
         paces: by a video's name, frames a second.
         still: how many frames of videos were left out as equal to those before them.
         turned: names of photos that were turned upright.
+        ends: by a video's name, seconds of its last frame, left out or not.
     """
 
     shots: dict[str, list[video.Kept]]
     paces: dict[str, float]
     still: int
     turned: list[str]
+    ends: dict[str, float] = field(default_factory=dict)
 
 
 def take(
@@ -97,6 +99,7 @@ def _film(
         moving = _moving(source, shots, images)
     still = len(shots) - len(moving)
     taken.shots[source.name], taken.paces[source.name] = moving, pace
+    taken.ends[source.name] = shots[-1].seconds
     taken.still += still
     said = f"the sharpest of each of {len(shots)} stretches of {source.path.name}"
     left_out = f"; {counted(still, 'frame')} like the one before left out" if still else ""
