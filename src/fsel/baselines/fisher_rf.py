@@ -46,6 +46,4 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return greedy_on_splats(problem, k, lambda blends: _Information(blends, DAMPING))
 
 
-METHOD = Method(
-    "fisher_rf", "FisherRF", "observed", nested=True, seeds=1, select=select, tracks=True
-)
+METHOD = Method("fisher_rf", "FisherRF", "observed", nested=True, select=select, tracks=True)
