@@ -7,33 +7,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsel.data.capture import Views
-from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.bound import Fitted
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid
 from fsel.reconstruct.radiance_field.training import FAINT
 
 
 @dataclass(frozen=True)
-class RadianceModel:
+class RadianceModel(Fitted):
     """A radiance field.
 
     Attributes:
-        frame: where the field's origin and unit are in the world.
         grid: densities and colours.
-        near: distance at which rays start, in that frame.
+        near: distance at which rays start, in the model's frame.
         background: (3,) float32 colour in [0, 1] where nothing is.
-        seconds: spent fitting.
-        peak_bytes: the most memory that fitting took; see `fsel.reconstruct.memory.Peak`.
-        device: where it was fitted, and renders.
     """
 
-    frame: Frame
     grid: Grid
     near: float
     background: np.ndarray
-    seconds: float
-    peak_bytes: int
-    device: str = "cpu"
 
     @property
     def primitives(self) -> int:
