@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsel.data.capture import Views
+from fsel.data.geometry import pixel_rays
 from fsel.reconstruct.bound import Fitted
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid
@@ -62,10 +63,7 @@ def rays_of(views: Views) -> np.ndarray:
 
     Poses are in the field's coordinates, where float32 rounds places near the cameras to 1e-7.
     """
-    width, height = views.size
-    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    fx, fy, cx, cy = (views.intrinsics[:, i, None, None] for i in range(4))
-    ahead = np.stack([(x - cx) / fx, (y - cy) / fy, np.ones((len(views), height, width))], axis=-1)
+    ahead = np.stack([pixel_rays(intrinsics, *views.size) for intrinsics in views.intrinsics])
     ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
     rays = np.empty((*ahead.shape[:3], 6), np.float32)
     rays[..., :3] = views.centers[:, None, None]
