@@ -25,7 +25,7 @@ from fsel.data.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import METRICS, score_views
 from fsel.reconstruct import reconstructor_of
-from fsel.training.labelling import search_subsets
+from fsel.training.labelling import LABELLERS
 from fsel.training.search import fitness
 
 SEARCH = {
@@ -56,7 +56,7 @@ def searched(folder: Path) -> tuple[np.ndarray, Evaluator]:
         rows.append(evaluator(subset))
         return rows[-1][:3]
 
-    search_subsets(on_proxies, problem, parts, "genetic", SEARCH, np.random.default_rng(0))
+    LABELLERS["genetic"](on_proxies, problem, parts, SEARCH, np.random.default_rng(0))
     return np.array(rows), evaluator
 
 

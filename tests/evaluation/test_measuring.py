@@ -29,7 +29,7 @@ class Drawn:
 
     def __init__(self, nested: bool) -> None:
         self.budgets: list[int] = []
-        self.method = Method("drawn", "D", "candidates", nested, 2, self.select)
+        self.method = Method("drawn", "D", "candidates", nested, self.select, 2)
 
     def select(self, problem, k, rng):
         self.budgets.append(k)

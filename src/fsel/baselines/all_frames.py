@@ -16,4 +16,4 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return (frames if k <= len(frames) else problem.observed)[:k]
 
 
-METHOD = Method("all", "All frames", "observed", nested=True, seeds=1, select=select)
+METHOD = Method("all", "All frames", "observed", nested=True, select=select)

@@ -69,4 +69,4 @@ def statistics(image: np.ndarray) -> np.ndarray:
     return np.nan_to_num(found[0].astype(np.float64))
 
 
-METHOD = Method("avs", "AVS", "observed", nested=True, seeds=1, select=select, tracks=True)
+METHOD = Method("avs", "AVS", "observed", nested=True, select=select, tracks=True)

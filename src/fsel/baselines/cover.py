@@ -112,5 +112,5 @@ def trained(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return greedy_on_splats(problem, k, _Coverage, by_gaussians)
 
 
-METHOD = Method("cover", "COVER", "observed", nested=True, seeds=1, select=select, tracks=True)
+METHOD = Method("cover", "COVER", "observed", nested=True, select=select, tracks=True)
 TRAINED = replace(METHOD, name="cover_gaussians", label="COVER, gaussians", select=trained)

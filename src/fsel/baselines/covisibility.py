@@ -158,15 +158,10 @@ def scores_with(of, tracks, out):
 
 @exact
 def score_rows(rows, tracks):
-    """(b, n) float32 MVSNet's scores of (b,) rows with every row; zero with themselves."""
-    point_start, row, point, bearing, row_start, seen = tracks
-    out = np.zeros((len(rows), len(row_start) - 1), np.float32)
+    """(b, n) float32 of (b,) rows what `scores_with` writes of each."""
+    out = np.empty((len(rows), len(tracks[4]) - 1), np.float32)
     for b in range(len(rows)):
-        for e in range(row_start[rows[b]], row_start[rows[b] + 1]):
-            own = seen[e]
-            for other in range(point_start[point[own]], point_start[point[own] + 1]):
-                if other != own:
-                    out[b, row[other]] += _score(bearing, own, other)
+        scores_with(rows[b], tracks, out[b])
     return out
 
 

@@ -48,6 +48,4 @@ def greedy_map(described: np.ndarray, jitter: float, k: int) -> np.ndarray:
     return picks
 
 
-METHOD = Method(
-    "dpp", "DPP", "observed", nested=True, seeds=1, select=select, reads=("appearance",)
-)
+METHOD = Method("dpp", "DPP", "observed", nested=True, select=select, reads=("appearance",))

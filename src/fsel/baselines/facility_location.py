@@ -27,11 +27,5 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 METHOD = Method(
-    "facility",
-    "Facility location",
-    "observed",
-    nested=True,
-    seeds=1,
-    select=select,
-    reads=("appearance",),
+    "facility", "Facility location", "observed", nested=True, select=select, reads=("appearance",)
 )

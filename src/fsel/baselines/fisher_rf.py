@@ -53,7 +53,5 @@ def trained(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return greedy_on_splats(problem, k, lambda blends: _Information(blends, DAMPING), by_gaussians)
 
 
-METHOD = Method(
-    "fisher_rf", "FisherRF", "observed", nested=True, seeds=1, select=select, tracks=True
-)
+METHOD = Method("fisher_rf", "FisherRF", "observed", nested=True, select=select, tracks=True)
 TRAINED = replace(METHOD, name="fisher_rf_gaussians", label="FisherRF, gaussians", select=trained)

@@ -59,7 +59,6 @@ METHOD = Method(
     "IndoorTraj max-min",
     "observed",
     nested=True,
-    seeds=1,
     select=select,
     reads=("appearance",),
 )

@@ -165,11 +165,5 @@ def _changes(row, near, first, second, k):
 
 
 METHOD = Method(
-    "kmedoids",
-    "$k$-medoids",
-    "observed",
-    nested=False,
-    seeds=1,
-    select=select,
-    reads=("appearance",),
+    "kmedoids", "$k$-medoids", "observed", nested=False, select=select, reads=("appearance",)
 )

@@ -65,4 +65,4 @@ def snapped(points: np.ndarray, means: np.ndarray) -> np.ndarray:
     return rows
 
 
-METHOD = Method("long_lrm", "Long-LRM $k$-means", "observed", nested=False, seeds=1, select=select)
+METHOD = Method("long_lrm", "Long-LRM $k$-means", "observed", nested=False, select=select)

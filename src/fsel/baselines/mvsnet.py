@@ -24,6 +24,4 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return best[np.isin(best, problem.observed)][:k]
 
 
-METHOD = Method(
-    "mvsnet", "MVSNet score", "observed", nested=True, seeds=1, select=select, tracks=True
-)
+METHOD = Method("mvsnet", "MVSNet score", "observed", nested=True, select=select, tracks=True)

@@ -27,7 +27,6 @@ METHOD = Method(
     "MVSNet, facility location",
     "observed",
     nested=True,
-    seeds=1,
     select=select,
     tracks=True,
 )

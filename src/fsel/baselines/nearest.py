@@ -31,4 +31,4 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return nearest(problem, problem.observed, k)
 
 
-METHOD = Method("nearest", "Nearest", "observed", nested=True, seeds=1, select=select)
+METHOD = Method("nearest", "Nearest", "observed", nested=True, select=select)

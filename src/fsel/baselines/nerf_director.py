@@ -36,5 +36,5 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 METHOD = Method(
-    "nerf_director", "NeRF-Director", "observed", nested=True, seeds=1, select=select, tracks=True
+    "nerf_director", "NeRF-Director", "observed", nested=True, select=select, tracks=True
 )

@@ -15,11 +15,5 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
 
 
 METHOD = Method(
-    "sharpest",
-    "Sharpest per window",
-    "observed",
-    nested=False,
-    seeds=1,
-    select=select,
-    reads=("sharpness",),
+    "sharpest", "Sharpest per window", "observed", nested=False, select=select, reads=("sharpness",)
 )

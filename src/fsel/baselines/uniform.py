@@ -17,4 +17,4 @@ def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     return pool[evenly(len(pool), k)]
 
 
-METHOD = Method("uniform", "Uniform", "observed", nested=False, seeds=1, select=select)
+METHOD = Method("uniform", "Uniform", "observed", nested=False, select=select)

@@ -150,7 +150,8 @@ def _train(
     key: str,
 ) -> dict:
     """Imitate the labels and write the scorer."""
-    from fsel.training.offline import imitate
+    from fsel.training import imitation
+    from fsel.training.scorers import save_scorer
 
     settings = {"seed": args.seed, "epochs": args.epochs, "learning_rate": RATE}
     made = (
@@ -159,7 +160,8 @@ def _train(
         f"labels by {args.reconstructor} at {args.long_side} pixels"
     )
     with console.clock("training"):
-        log = imitate(policy, trajectories, [], args.out, made_by=made, config=key, **settings)
+        weights, log = imitation.train(trajectories, [], **settings)
+    save_scorer(Network(weights), policy.name, made, args.seed, key, args.out)
     first, last = (log.iloc[at] for at in (0, -1))
     console.say(
         "trained",

@@ -109,8 +109,8 @@ class Method:
         label: how tables print it (LaTeX).
         pool: `candidates` or `observed`.
         nested: whether select(k) is a prefix of select(k + 1), so that one run serves all budgets.
-        seeds: how many random seeds its results average over; 1 for a deterministic method.
         select: (problem, k, rng) -> (k,) int64 distinct frames in pick order.
+        seeds: how many random seeds its results average over; 1 for a deterministic method.
         reads: which of `appearance` and `sharpness` it looks at; the others need not be measured.
         tracks: whether it looks at sparse points and the frames that see them.
     """
@@ -119,8 +119,8 @@ class Method:
     label: str
     pool: str
     nested: bool
-    seeds: int
     select: Callable[[Problem, int, np.random.Generator], np.ndarray]
+    seeds: int = 1
     reads: tuple[str, ...] = ()
     tracks: bool = False
 

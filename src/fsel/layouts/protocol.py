@@ -38,7 +38,7 @@ class Protocol:
         def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
             return self.inputs[k]
 
-        return Method(NAME, LABEL, "observed", nested=False, seeds=1, select=select)
+        return Method(NAME, LABEL, "observed", nested=False, select=select)
 
 
 def read_protocol(

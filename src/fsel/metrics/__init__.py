@@ -32,7 +32,6 @@ Metrics = Collection[str]
 
 __all__ = [
     "METRICS",
-    "METRIC_UNITS",
     "PSNR_CEILING",
     "REGISTERED",
     "Metric",
@@ -119,6 +118,3 @@ def headings(metrics: Metrics = METRICS) -> list[str]:
         network = f" ({settings['net']})" if "net" in settings else ""
         labels.append(REGISTERED[name].label + network + arrows[REGISTERED[name].higher_is_better])
     return labels
-
-
-METRIC_UNITS = units(METRICS)

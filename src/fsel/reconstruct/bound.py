@@ -1,11 +1,13 @@
-"""Common part of all reconstructors: a capture, checked settings, and what the settings need."""
+"""Common parts: of reconstructors, a capture and checked settings; of models, what they cost."""
 
 from __future__ import annotations
 
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
 from fsel.data.capture import Capture
 from fsel.reconstruct import gpu
+from fsel.reconstruct.normalisation import Frame
 from fsel.utils.keywords import settings_from
 
 Settings = TypeVar("Settings")
@@ -50,3 +52,21 @@ class Bound(Generic[Settings]):
         """Return whether it works on a GPU with some settings."""
         given = settings_from(cls.settings_type, settings)
         return getattr(given, "device", "cpu") == "cuda"
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model in coordinates of its own, and what it cost; a subclass adds what it is made of.
+
+    Attributes:
+        frame: where its origin and unit are in the world.
+        seconds: spent fitting.
+        peak_bytes: the most memory that fitting took, beyond what was cached; see `memory.Peak`.
+        device: where it was fitted, and renders: `cpu`, or a GPU's name.
+    """
+
+    frame: Frame
+    _: KW_ONLY
+    seconds: float = 0.0
+    peak_bytes: int = 0
+    device: str = "cpu"

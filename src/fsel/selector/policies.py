@@ -88,6 +88,11 @@ class Policy:
     def _read(self, names: Iterable[str]) -> bool:
         return not set(names).isdisjoint(self.inputs)
 
+    def without(self, inputs: Iterable[str], name: str, label: str) -> Policy:
+        """The same policy under another name without some inputs, which its label says."""
+        left = tuple(own for own in self.inputs if own not in inputs)
+        return replace(self, name=name, label=f"{self.label}, {label}", inputs=left)
+
     def prepare(self, problem: Problem) -> Prepared:
         """Compute what no pick changes.
 
@@ -163,7 +168,6 @@ class Policy:
         return Learned(
             *(self.name, self.label, self.pool),
             nested=True,
-            seeds=1,
             select=select,
             reads=self.reads,
             scorer=scorer,
@@ -186,6 +190,14 @@ class Policy:
                 )
 
 
+LESS_IS_MORE = Policy(
+    name="less_is_more",
+    label="Ours",
+    pool="candidates",
+    reference="proxies",
+    inputs=FEATURES,
+    kind=Network,
+)
 FSEL = Policy(
     name="fsel",
     label="fsel",
@@ -198,35 +210,16 @@ FSEL = Policy(
 POLICIES: dict[str, Policy] = {
     policy.name: policy
     for policy in (
-        Policy(
-            name="less_is_more_no_appearance",
-            label="Ours, no appearance",
-            pool="candidates",
-            reference="proxies",
-            inputs=tuple(name for name in FEATURES if name not in APPEARANCE),
-            kind=Network,
-        ),
-        Policy(
-            name="less_is_more",
-            label="Ours",
-            pool="candidates",
-            reference="proxies",
-            inputs=FEATURES,
-            kind=Network,
-        ),
+        LESS_IS_MORE.without(APPEARANCE, "less_is_more_no_appearance", "no appearance"),
+        LESS_IS_MORE,
         FSEL,
         replace(FSEL, name="fsel_rule", label="fsel, without points", points=False),
     )
 }
 """Policies in the order of the tables; `less_is_more` is the paper's, `fsel` knows the targets."""
 
-GEOMETRY = Policy(
-    name="less_is_more_geometry",
-    label="Ours, no appearance, no sharpness",
-    pool="candidates",
-    reference="proxies",
-    inputs=tuple(name for name in FEATURES if name not in (*APPEARANCE, SHARPNESS)),
-    kind=Network,
+GEOMETRY = LESS_IS_MORE.without(
+    (*APPEARANCE, SHARPNESS), "less_is_more_geometry", "no appearance, no sharpness"
 )
 KNOWN: dict[str, Policy] = {**POLICIES, GEOMETRY.name: GEOMETRY}
 """Every policy that can be trained; `GEOMETRY` is of the table of runtimes alone."""

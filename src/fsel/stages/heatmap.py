@@ -44,12 +44,7 @@ def heatmap(
     for method, (rivals, baselines) in product(PANELS, RIVALS.items()):
         title = f"{POLICIES[method].label}, over the strongest of {WORDS[rivals]}"
         panel = report.gains(
-            means,
-            gaps,
-            method=method,
-            baselines=baselines,
-            datasets=list(labels),
-            budgets=budgets,
+            means, gaps, method=method, baselines=baselines, datasets=list(labels), budgets=budgets
         )
         panels[title] = panel
         rows.append(panel.assign(method=method, rivals=rivals))

@@ -14,7 +14,7 @@ from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
-from fsel.training.labelling import search_subsets, search_table
+from fsel.training.labelling import LABELLERS, search_table
 from fsel.utils.files import File, fingerprint, write_table
 from fsel.utils.seeds import name_seed
 
@@ -53,7 +53,7 @@ def search_oracle(
         on_proxies = journal.remember("p", evaluator)
         for name, labeller in (("search", "genetic"), ("random_search", "random")):
             rng = np.random.default_rng([seed, name_seed(name)])
-            result = search_subsets(on_proxies, problem, parts, labeller, search, rng)
+            result = LABELLERS[labeller](on_proxies, problem, parts, search, rng)
             search = {**search, "evaluations": len(result.subsets)}
             table = search_table(result, search["stored"], fitness)
             searches.append(table.assign(method=name))

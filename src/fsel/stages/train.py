@@ -6,8 +6,10 @@ import logging
 from collections.abc import Sequence
 
 from fsel.selector.policies import KNOWN
+from fsel.selector.scorer import Network
+from fsel.training import imitation
 from fsel.training.labelled import training_data
-from fsel.training.offline import imitate
+from fsel.training.scorers import save_scorer
 from fsel.utils.files import File, Files, read_table, write_table
 
 logger = logging.getLogger(__name__)
@@ -46,15 +48,9 @@ def train(
     sets = data["train"], data.get("validation", [])
     made = f"behaviour cloning of {len(data['train'])} searched subsets, {epochs} epochs"
     for seed, (path, log) in enumerate(zip(weights, logs, strict=True)):
-        record = imitate(
-            KNOWN[policy],
-            *sets,
-            path,
-            seed=seed,
-            epochs=epochs,
-            learning_rate=learning_rate,
-            made_by=made,
-            config=config,
+        fitted, record = imitation.train(
+            *sets, seed=seed, epochs=epochs, learning_rate=learning_rate
         )
+        save_scorer(Network(fitted), policy, made, seed, config, path)
         write_table(record, log, units={"loss": "nats"}, config=config)
         logger.info("%s, seed %d: %s\n%s", policy, seed, made, record.tail(2).to_string())

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.data.geometry import lengths
 from fsel.synthesis import hierarchy, textures
 from fsel.synthesis.solids import Scene
 from fsel.utils.compiled import exact
 
 EPSILON = 1e-3  # metres that a shadow ray starts off its surface
 HAZE = np.float32(1 / 150)  # one over the metres at which 63 % of a colour is air
-
-
-def lengths(vectors: np.ndarray) -> np.ndarray:
-    """(n,) lengths of (n, 3) vectors; several times faster than numpy's norm on so short rows."""
-    return np.sqrt(np.einsum("ni,ni->n", vectors, vectors))
 
 
 @exact

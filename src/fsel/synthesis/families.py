@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,11 +11,29 @@ from fsel.colmap.camera import Camera
 from fsel.layouts.contract import SUBJECT
 from fsel.synthesis import outdoors, things, trajectories
 from fsel.synthesis.rooms import living_room, pedestal, room, shell
-from fsel.synthesis.setting import Setting
 from fsel.synthesis.shot import Habits, Shot, plan
 from fsel.synthesis.solids import Scene
 
 TABLE = 0.72  # metres from the ground to where a single object stands
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Manner of a family: scene and shot makers, and what its cameras must keep clear of.
+
+    Attributes:
+        scene: makes a place.
+        shot: plans a filming of so many frames.
+        clearance: least distance from a camera to any surface, metres.
+        view: least distance straight ahead, metres.
+        seeing: least share of the frames that must see the scene's subject, if it has one.
+    """
+
+    scene: Callable[[np.random.Generator], Scene]
+    shot: Callable[[np.random.Generator, int], Shot]
+    clearance: float
+    view: float
+    seeing: float = 0.0
 
 
 def _pinhole(focal: float) -> Callable[[int, int], Camera]:

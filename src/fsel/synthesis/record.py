@@ -12,10 +12,9 @@ from scipy.spatial.transform import Rotation
 from fsel.data.geometry import camera_centers, pose_matrices
 from fsel.layouts.contract import SUBJECT, Recording
 from fsel.synthesis.caster import Caster
-from fsel.synthesis.families import FAMILY
+from fsel.synthesis.families import FAMILY, Setting
 from fsel.synthesis.lens import unproject
 from fsel.synthesis.sensor import exact_depth, exact_objects, film
-from fsel.synthesis.setting import Setting
 from fsel.synthesis.shot import Shot
 from fsel.synthesis.tracks import sparse_points
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.colmap.camera import Camera
-from fsel.synthesis.caster import Caster, lengths
+from fsel.data.geometry import lengths
+from fsel.synthesis.caster import Caster
 from fsel.synthesis.lens import project
 from fsel.synthesis.shot import Shot
 

@@ -36,17 +36,13 @@ class Path:
         right = _unit(np.cross(forward, [0.0, 0.0, 1.0]))
         down = np.cross(forward, right)
         rotation = np.stack([right, down, forward], axis=1)
-        turned = _rotations(shake + np.outer(self.roll(s), [0, 0, 1])) @ rotation
+        turns = Rotation.from_rotvec(shake + np.outer(self.roll(s), [0, 0, 1]))
+        turned = turns.as_matrix() @ rotation
         return np.concatenate([turned, -turned @ center[:, :, None]], axis=2)
 
 
 def _unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
-
-
-def _rotations(vectors: np.ndarray) -> np.ndarray:
-    """Rotation matrices of rotation vectors (Rodrigues)."""
-    return Rotation.from_rotvec(vectors).as_matrix()
 
 
 def spline_path(rng, positions: np.ndarray, looks: np.ndarray, jitter: float) -> Path:

@@ -39,27 +39,6 @@ Labeller = Callable[
 ]
 
 
-def search_subsets(
-    evaluate: Evaluate,
-    problem: Problem,
-    split: Split,
-    labeller: str,
-    search: Mapping,
-    rng: np.random.Generator,
-) -> SearchResult:
-    """Search the candidates for subsets of search["k"] frames.
-
-    Args:
-        evaluate: (K,) frames -> (3,) metrics on the proxies.
-        problem: the selection problem.
-        split: of the problem; its region feeds the genetic search's first population.
-        labeller: a key of `LABELLERS`.
-        search: the config's section of that name.
-        rng: the only source of chance.
-    """
-    return LABELLERS[labeller](evaluate, problem, split, search, rng)
-
-
 def _genetic(evaluate, problem, split, search, rng) -> SearchResult:
     """The paper's search (Appendix A.2)."""
     pool, centers = split.candidates, problem.capture.centers
@@ -79,7 +58,11 @@ def _random(evaluate, problem, split, search, rng) -> SearchResult:
 
 
 LABELLERS: dict[str, Labeller] = {"genetic": _genetic, "swap": _swap, "random": _random}
-"""(evaluate, problem, split, search, rng) -> searched subsets; the config's `search.labeller`."""
+"""Searches of the candidates for subsets of search["k"] frames, by the config's `search.labeller`.
+
+They take (K,) frames -> (3,) metrics on the proxies; the problem; its split, whose region feeds the
+genetic search's first population; the config's section `search`; and the only source of chance.
+"""
 
 
 def searched(
@@ -104,7 +87,7 @@ def searched(
         What `search_table` does.
     """
     rng = np.random.default_rng(seeds)
-    result = search_subsets(evaluate, problem, split, search["labeller"], search, rng)
+    result = LABELLERS[search["labeller"]](evaluate, problem, split, search, rng)
     return search_table(result, search["stored"], metrics)
 
 

@@ -10,11 +10,9 @@ import hashlib
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
@@ -22,13 +20,11 @@ from fsel.data.split import COVERAGES, Split, coverage_split, targets_at
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import Reconstructor
 from fsel.selector.policies import Policy
-from fsel.selector.scorer import Network
-from fsel.training.imitation import Trajectory, train
+from fsel.training.imitation import Trajectory
 from fsel.training.journal import Journal
 from fsel.training.labelled import as_seen
 from fsel.training.labelling import searched
 from fsel.training.ordering import ordered_item
-from fsel.training.scorers import save_scorer
 from fsel.training.search import Evaluate, GeneticSettings
 
 TRIED = 3  # evaluations that are timed
@@ -170,34 +166,3 @@ def label(
     evaluate = journal.remember(f"{task.described.name}/p{task.coverage}", task.evaluate)
     labels = searched(evaluate, problem, task.split, labelling.settings(), seeds)
     return as_seen(problem, ordered_item(problem, labels, labelling.kept), policy)
-
-
-def imitate(
-    policy: Policy,
-    trajectories: Sequence[Trajectory],
-    validation: Sequence[Trajectory],
-    path: str | Path,
-    *,
-    seed: int,
-    epochs: int,
-    learning_rate: float,
-    made_by: str,
-    config: str,
-) -> pd.DataFrame:
-    """Train a policy's scorer by imitation and write it (paper, section 3.5).
-
-    Args:
-        policy: that is trained.
-        trajectories, validation: see `fsel.training.imitation.train`.
-        path: receives the scorer.
-        seed, epochs, learning_rate: of the training.
-        made_by, config: provenance, see `fsel.training.scorers.save_scorer`.
-
-    Returns:
-        Loss and agreement by epoch and split.
-    """
-    weights, log = train(
-        trajectories, validation, seed=seed, epochs=epochs, learning_rate=learning_rate
-    )
-    save_scorer(Network(weights), policy.name, made_by, seed, config, path)
-    return log

@@ -4,7 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from fsel.reconstruct.splats import holes, render, simd
+from fsel.reconstruct import lanes
+from fsel.reconstruct.splats import holes, render
 
 F = np.float32
 
@@ -123,7 +124,7 @@ def test_four_lanes_are_added_at_any_offset():
 
     @numba.njit
     def add(total, values):
-        simd.add_scaled(total, 3, F(0.5), values, 1)
+        lanes.add_scaled(total, 3, F(0.5), values, 1)
 
     add(total, values)
     np.testing.assert_array_equal(total, [0, 1, 2, 3.5, 5, 6.5, 8, 7, 8])

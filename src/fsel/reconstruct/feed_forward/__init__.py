@@ -62,16 +62,20 @@ class FeedForward(Bound[FeedForwardSettings]):
         output = self._output(pipeline, inputs_of(frame.localised(capture)))
         if device == "cuda":
             gpu.finish()
-            seconds = time.perf_counter() - started
-            return FeedForwardModel(frame, pipeline, output, seconds, peak.bytes, gpu.name())
+        spent, most = time.perf_counter() - started, peak.bytes
+        if device == "cuda":
+            name = gpu.name()
+            return FeedForwardModel(
+                frame, pipeline, output, seconds=spent, peak_bytes=most, device=name
+            )
         near, _ = pipeline.processor.render_planes(output.frame)
         return GaussianModel(
             frame=frame,
             table=table_of(output.gaussians),
             background=np.array(pipeline.processor.background or (0, 0, 0), np.float32),
             near=float(near),
-            seconds=time.perf_counter() - started,
-            peak_bytes=peak.bytes,
+            seconds=spent,
+            peak_bytes=most,
         )
 
     def _output(self, pipeline, views):

@@ -10,6 +10,7 @@ import numpy as np
 from fsel.data.capture import Capture, Views
 from fsel.data.geometry import invert_pose
 from fsel.reconstruct import gpu
+from fsel.reconstruct.bound import Fitted
 from fsel.reconstruct.feed_forward.loading import package
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
 from fsel.reconstruct.normalisation import Frame
@@ -19,24 +20,16 @@ SMALLEST = 1e-9  # standard deviation, in the normalised frame
 
 
 @dataclass(frozen=True)
-class FeedForwardModel:
+class FeedForwardModel(Fitted):
     """Gaussians on a GPU, rendered by gsplat.
 
     Attributes:
-        frame: where their origin and unit are in the world.
         pipeline: of `ffgs`, with the model's own settings of the rasteriser.
-        output: of the pipeline, the Gaussians in that frame.
-        seconds: spent on the pass.
-        peak_bytes: the most memory of the GPU that the pass took.
-        device: name of the GPU.
+        output: of the pipeline, the Gaussians in the model's frame.
     """
 
-    frame: Frame
     pipeline: Any
     output: Any
-    seconds: float
-    peak_bytes: int
-    device: str
 
     @property
     def primitives(self) -> int:

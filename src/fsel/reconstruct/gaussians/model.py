@@ -10,34 +10,27 @@ import numpy as np
 
 from fsel.data.capture import Views
 from fsel.reconstruct import ply
+from fsel.reconstruct.bound import Fitted
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, degree_of, width_of
 from fsel.reconstruct.normalisation import Frame
 
 
 @dataclass(frozen=True)
-class GaussianModel:
+class GaussianModel(Fitted):
     """A scene of 3D Gaussians.
 
     Attributes:
-        frame: where the Gaussians' origin and unit are in the world.
-        table: (n, c) float32 parameters in that frame; see `table`.
+        table: (n, c) float32 parameters in the model's frame; see `table`.
         background: (3,) colour in [0, 1] where nothing is.
         near: depth below which a Gaussian is not drawn, in that frame.
         steps: of the optimisation that were made.
-        seconds: spent fitting.
-        peak_bytes: the most memory that fitting took; see `memory.Peak`.
-        device: where it was fitted, and renders.
     """
 
-    frame: Frame
     table: np.ndarray
     background: np.ndarray
     near: float = NEAREST
     steps: int = 0
-    seconds: float = 0.0
-    peak_bytes: int = 0
-    device: str = "cpu"
 
     @property
     def primitives(self) -> int:

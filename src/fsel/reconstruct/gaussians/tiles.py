@@ -4,17 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.reconstruct.gaussians.projection import (
-    HALF_X,
-    HALF_Y,
-    LEAN,
-    RANGE,
-    XX,
-    XY,
-    YY,
-    U,
-    V,
-)
+from fsel.reconstruct.gaussians.projection import HALF_X, HALF_Y, LEAN, RANGE, XX, XY, YY, U, V
 from fsel.utils.compiled import exact, inlined
 
 TILE = 8  # pixels

@@ -7,33 +7,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsel.data.capture import Views
-from fsel.reconstruct.normalisation import Frame
+from fsel.data.geometry import pixel_rays
+from fsel.reconstruct.bound import Fitted
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid
 from fsel.reconstruct.radiance_field.training import FAINT
 
 
 @dataclass(frozen=True)
-class RadianceModel:
+class RadianceModel(Fitted):
     """A radiance field.
 
     Attributes:
-        frame: where the field's origin and unit are in the world.
         grid: densities and colours.
-        near: distance at which rays start, in that frame.
+        near: distance at which rays start, in the model's frame.
         background: (3,) float32 colour in [0, 1] where nothing is.
-        seconds: spent fitting.
-        peak_bytes: the most memory that fitting took; see `fsel.reconstruct.memory.Peak`.
-        device: where it was fitted, and renders.
     """
 
-    frame: Frame
     grid: Grid
     near: float
     background: np.ndarray
-    seconds: float
-    peak_bytes: int
-    device: str = "cpu"
 
     @property
     def primitives(self) -> int:
@@ -70,10 +63,7 @@ def rays_of(views: Views) -> np.ndarray:
 
     Poses are in the field's coordinates, where float32 rounds places near the cameras to 1e-7.
     """
-    width, height = views.size
-    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    fx, fy, cx, cy = (views.intrinsics[:, i, None, None] for i in range(4))
-    ahead = np.stack([(x - cx) / fx, (y - cy) / fy, np.ones((len(views), height, width))], axis=-1)
+    ahead = np.stack([pixel_rays(intrinsics, *views.size) for intrinsics in views.intrinsics])
     ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
     rays = np.empty((*ahead.shape[:3], 6), np.float32)
     rays[..., :3] = views.centers[:, None, None]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from fsel.reconstruct.radiance_field.lanes import LANES, blend, scatter
+from fsel.reconstruct.lanes import LANES, blend, scatter
 from fsel.reconstruct.radiance_field.space import HALF_SIDE, pace, shrink
 from fsel.utils.compiled import exact
 

@@ -11,7 +11,6 @@ import numpy as np
 from fsel.data.capture import Capture
 from fsel.data.geometry import pixel_centers
 from fsel.reconstruct.splats import stereo
-from fsel.reconstruct.splats.cache import make_room
 
 FRAME_BYTES = 1 << 28  # of frames that are kept: 1,500 at 64x48
 
@@ -52,3 +51,9 @@ class Frames:
         (x, y), (fx, fy, cx, cy) = self._pixels, self._capture.intrinsics[frame]
         rays = np.stack([(x - cx) / fx, (y - cy) / fy]).astype(np.float32)
         return Prepared(image, image.mean(axis=-1), stereo.packed(image), rays)
+
+
+def make_room(cache: dict, most: int) -> None:
+    """Forget the oldest entry of a cache that holds `most`: dictionaries keep order."""
+    if cache and len(cache) >= most:
+        del cache[next(iter(cache))]

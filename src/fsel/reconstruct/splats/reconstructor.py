@@ -16,13 +16,12 @@ import numpy as np
 from fsel.data.capture import Capture, Views
 from fsel.data.geometry import invert_pose
 from fsel.reconstruct import ply
-from fsel.reconstruct.bound import Bound
+from fsel.reconstruct.bound import Bound, Fitted
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import fusion, planes, render, stereo
-from fsel.reconstruct.splats.cache import make_room
 from fsel.reconstruct.splats.consistency import Maps, agreed
-from fsel.reconstruct.splats.frames import Frames
+from fsel.reconstruct.splats.frames import Frames, make_room
 from fsel.reconstruct.subset import distinct
 
 MAX_PARTNERS = 4
@@ -192,31 +191,23 @@ class Splats(Bound[SplatSettings]):
 
 
 @dataclass(frozen=True)
-class SplatModel:
+class SplatModel(Fitted):
     """A reconstruction.
 
     Attributes:
-        frame: where the splats' origin and unit are in the world.
-        splats: (5, n) float32: rows of x, y, z, opacity, depth in the source camera, in that frame.
+        splats: (5, n) float32: rows of x, y, z, opacity, depth in the source camera, in its frame.
         colors: (n, 3) float32, 0..255.
-        near, far: depths between which the depth pass resolves surfaces, in that frame.
+        near, far: depths between which the depth pass resolves surfaces, in its frame.
         surface: see `SplatSettings`.
         pixel: size of a source pixel at unit depth.
-        seconds: spent fitting.
-        peak_bytes: the most memory that fitting took, beyond what was cached; see `memory.Peak`.
-        device: where it was fitted, and renders.
     """
 
-    frame: Frame
     splats: np.ndarray
     colors: np.ndarray
     near: float
     far: float
     surface: float
     pixel: float
-    seconds: float
-    peak_bytes: int = 0
-    device: str = "cpu"
 
     @property
     def primitives(self) -> int:

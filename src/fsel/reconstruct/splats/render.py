@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.reconstruct.lanes import add_scaled
 from fsel.reconstruct.splats.holes import fill_holes, typical_weight
-from fsel.reconstruct.splats.simd import add_scaled
 from fsel.utils.compiled import exact
 
 F, INT = np.float32, np.int32

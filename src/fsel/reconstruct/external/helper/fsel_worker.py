@@ -25,14 +25,8 @@ import numpy as np
 PROTOCOL = 1
 NEEDS = ("points", "files", "capture")
 ARRAYS = (
-    "images",
-    "masks",
-    "world_to_camera",
-    "intrinsics",
-    "xyz",
-    "rgb",
-    "track_point",
-    "track_frame",
+    *("images", "masks", "world_to_camera", "intrinsics"),
+    *("xyz", "rgb", "track_point", "track_frame"),
 )
 STATED = ("primitives", "bytes", "device", "peak_bytes", "seconds")  # of a model, where it has them
 FULL = ("out of memory", "OutOfMemoryError", "Cannot allocate memory")

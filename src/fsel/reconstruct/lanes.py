@@ -1,7 +1,8 @@
-"""Four channels of eight vertices at once, for loops that Numba leaves scalar.
+"""Four values at once, such as a pixel's channels, for loops that Numba leaves scalar.
 
-Numba unrolls short loops before its vectoriser sees them. Both functions work on flat contiguous
-arrays of one float type, inside compiled functions. Bounds are not checked.
+Numba unrolls loops of four before its vectoriser sees them, and pairs no scalars into vectors. The
+functions work on flat contiguous arrays of one float type, inside compiled functions. Bounds are
+not checked.
 """
 
 from __future__ import annotations
@@ -47,10 +48,33 @@ class _Code:
         spot = build.add(build.mul(sample, WHOLE(CORNERS)), WHOLE(corner))
         row = build.sext(build.load(build.gep(self.arrays[rows], [spot])), WHOLE)
         share = build.load(build.gep(self.arrays[shares], [spot]))
+        return build.add(build.mul(row, width), at), self.spread(share)
+
+    def spread(self, value):
+        """A value in all four lanes."""
         empty = ir.Constant(self.vector, ir.Undefined)
-        first = build.insert_element(empty, share, ir.IntType(32)(0))
+        first = self.builder.insert_element(empty, value, ir.IntType(32)(0))
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-        return build.add(build.mul(row, width), at), build.shuffle_vector(first, empty, zeros)
+        return self.builder.shuffle_vector(first, empty, zeros)
+
+
+@intrinsic
+def add_scaled(typing_context, total, at, scale, values, start):
+    """`total[at : at + 4] += scale * values[start : start + 4]`; product and sum round apart.
+
+    Args:
+        total, values: flat, of one float type, which `scale` has too.
+        at, start: integers.
+    """
+    signature = types.void(total, at, scale, values, start)
+
+    def generate(context, builder, signature, given):
+        code = _Code(context, builder, signature, given)
+        product = builder.fmul(code.load(3, given[4]), code.spread(given[2]))
+        code.store(builder.fadd(code.load(0, given[1]), product), 0, given[1])
+        return context.get_dummy_value()
+
+    return signature, generate
 
 
 @intrinsic
