@@ -69,7 +69,7 @@ def straightened(points: RawPoints, cameras: Sequence[Camera]) -> RawPoints:
 
 def _inside(xy: np.ndarray, camera: Camera) -> np.ndarray:
     """(n,) bool, which of (n, 2) pixels lie in a camera's image; none that are not finite."""
-    return ((xy >= 0) & (xy <= (camera.width, camera.height))).all(axis=1)
+    return np.all((xy >= 0) & (xy <= (camera.width, camera.height)), axis=1)
 
 
 def _held(raw: RawCapture, xyz: np.ndarray) -> np.ndarray:
