@@ -2,16 +2,19 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pycolmap
 import pytest
 from layout_recordings import OPENCV, PINHOLE, full, recording, write_colmap
 
+from fsel.colmap.camera import Camera
 from fsel.data.geometry import OPENGL_TO_OPENCV
 from fsel.images import files as image_files
 from fsel.ingest.read import read_capture, read_raw, recognise
 from fsel.layouts import LAYOUTS, colmap
+from fsel.layouts.nerfstudio_cameras import camera_of, intrinsics_of
 
 
 @pytest.fixture
@@ -214,3 +217,17 @@ def test_every_nth_frame_of_each_sequence(tmp_path):
     LAYOUTS["seven_scenes"].write(recording("seven_scenes"), tmp_path)
     names = read_capture(tmp_path, every=5).names
     assert names == tuple(f"seq-0{s}/frame-{i:06d}" for s in (1, 2) for i in (0, 5, 10))
+
+
+@pytest.mark.parametrize(
+    ("model", "params"),
+    [
+        ("PINHOLE", (50.0, 51.0, 32.0, 24.0)),
+        ("OPENCV", (50.0, 51.0, 32.0, 24.0, 0.1, 0.2, 0.3, 0.4)),
+        ("OPENCV_FISHEYE", (50.0, 51.0, 32.0, 24.0, 0.1, 0.2, 0.3, 0.4)),
+    ],
+)
+def test_cameras_of_transforms_json_come_back(model, params):
+    camera = Camera(model, 64, 48, params)
+    content = intrinsics_of(camera)
+    assert camera_of(content, {"file_path": "a.png"}, Path("transforms.json")) == camera

@@ -87,13 +87,12 @@ def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float)
     """
     from fsel.request.multicover import multicover  # here: numba takes long to import
 
-    seen = _tracks(problem, times)
-    rows = multicover(seen, times, share)
-    given = problem.observed[rows]
+    given = problem.observed[multicover(_tracks(problem, times), times, share)]
     if isinstance(k, int) and k < len(given):
+        often = sighted(problem, times)(given[:k])
         raise ValueError(
             f"k is {k}, and a cover of {times} takes {counted(len(given), 'frame')}; {k} see "
-            f"{_share(seen, rows[:k], times):.1%} of the points so often. Hint: k of {len(given)}, "
+            f"{often[-1] / sum(often):.1%} of the points so often. Hint: k of {len(given)}, "
             "or a smaller share of the points, by cover_share or --cover-share"
         )
     return replace(problem, given=given)
@@ -157,13 +156,6 @@ def sighted(problem: Problem, times: int) -> Callable[[np.ndarray], tuple[int, .
         return tuple(np.bincount(np.minimum(seeing, times), minlength=times + 1).tolist())
 
     return often
-
-
-def _share(seen: Tracks, rows: np.ndarray, times: int) -> float:
-    """Share of points, among those that so many rows see, that these rows see so often."""
-    from fsel.request.multicover import sightings, wanted
-
-    return float((sightings(seen, rows)[wanted(seen, times)] >= times).mean())
 
 
 def _tracks(problem: Problem, times: int) -> Tracks:

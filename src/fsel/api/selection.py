@@ -172,7 +172,8 @@ def select(
             health = examined(opened, images=opened.pictured)
             targets, _ = without_bad(targets, health, capture, k)
         capture = as_read(opened, method, k, trying, cover, pixels=refine is not None)
-        sharpness = _measuring(opened) if sharpness is None else sharpness
+        if sharpness is None:
+            sharpness = sharpness_among(opened.raw.images, opened.longest)
     sharpness_of = _sharpness_of(capture, sharpness)
     known, descriptors = measured([method], capture, sharpness_of, descriptors)
     ranked = _ranked_by(method, seed)
@@ -233,11 +234,6 @@ def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) 
     if sharpness is None:
         return lambda frames: measure_sharpness(capture.images[frames])
     return sharpness if callable(sharpness) else np.asarray(sharpness).__getitem__
-
-
-def _measuring(opened: LazyCapture) -> SharpnessOf:
-    """Function that says how sharp frames are in their files."""
-    return sharpness_among(opened.raw.images, opened.longest)
 
 
 def _enough(

@@ -102,7 +102,7 @@ def captured(
         return _filmed(Path(source)) if video.is_video(Path(source)) else open_capture(source)
     if isinstance(source, Mapping):
         name, folder = "transforms.json", Path()
-        raw = nerfstudio.from_content(dict(source), Path(name), folder)
+        raw = nerfstudio.from_json(Path(name), folder, content=dict(source))
     elif isinstance(source, pycolmap.Reconstruction):
         name, folder = "reconstruction", Path()
         raw = colmap.from_model(source, folder, Path(name))

@@ -131,11 +131,7 @@ def _checked(
     return targets
 
 
-def _picks(
-    args: argparse.Namespace,
-    problem: Problem,
-    methods: Sequence[Method],
-) -> Picks:
+def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]) -> Picks:
     """(k, method) -> one selection a seed; nested methods run once, at the largest k."""
 
     def chance(run: Run, k: int) -> np.random.Generator:
@@ -194,15 +190,7 @@ def _compared(
     scores: Scores,
     metrics: Metrics,
 ) -> Compared:
-    """Content of the page.
-
-    Args:
-        args: the command line.
-        keeping: which has what was rendered.
-        frames: (T,) held-out frames, and (T,) bool which are blurred.
-        picks, scores: of each k and method.
-        metrics: of the scores.
-    """
+    """Content of the page; frames are (T,) held-out ones, and (T,) bool which are blurred."""
     capture, drawn, renders = keeping.capture, keeping.drawn, keeping.renders(picks)
     held_out, unsharp = frames
     width, height = capture.size

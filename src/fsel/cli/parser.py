@@ -148,11 +148,7 @@ def _add_reconstruct(commands) -> None:
         help="by gaussians, of 384, 640 or 960 pixels; says how long it takes before it starts",
     )
     _add_reconstructor(command)
-    command.add_argument(
-        "--long-side",
-        type=whole(1, LARGEST),
-        help="longer side in pixels of the images, 96 by default",
-    )
+    _add_size(command, None, "96 by default")
     command.add_argument(
         "--preview",
         type=Path,
@@ -178,11 +174,7 @@ def _add_render(commands) -> None:
         "trajectory (which have no truth to compare with)",
     )
     _add_metrics(command)
-    command.add_argument(
-        "--long-side",
-        type=whole(1, LARGEST),
-        help="longer side in pixels of the images, 384 by default, 1280 of a video",
-    )
+    _add_size(command, None, "384 by default, 1280 of a video")
     place = add_output(command, "folder to write")
     place.add_argument(
         "--video",
@@ -277,10 +269,6 @@ def _add_reconstructor(command: argparse.ArgumentParser) -> None:
     command.add_argument("--steps", type=whole(1), help="of gaussians, which are optimised")
 
 
-def _add_size(command: argparse.ArgumentParser, default: int = 96) -> None:
-    command.add_argument(
-        "--long-side",
-        type=whole(1, LARGEST),
-        default=default,
-        help=f"longer side in pixels of the images, {default} by default",
-    )
+def _add_size(command: argparse.ArgumentParser, default: int | None, usual: str = "") -> None:
+    said = f"longer side in pixels of the images, {usual or f'{default} by default'}"
+    command.add_argument("--long-side", type=whole(1, LARGEST), default=default, help=said)

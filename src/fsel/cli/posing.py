@@ -27,6 +27,7 @@ from fsel.ingest.repeated import doubt
 from fsel.ingest.taking import Source
 from fsel.layouts import bare
 from fsel.utils.cache import cache
+from fsel.utils.files import write_text
 from fsel.utils.limits import cores
 from fsel.utils.names import distinct
 from fsel.utils.wording import counted
@@ -260,9 +261,7 @@ def _find(
     paths = [str(source.path) for source in sources]
     asked = {"sources": paths, "settings": asdict(sampling)}
     shutil.rmtree(place / "matching")
-    partial = place / f".{FOUND}"
-    partial.write_text(json.dumps(asked | found, indent=1), encoding="utf-8")
-    partial.replace(place / FOUND)
+    write_text(json.dumps(asked | found, indent=1), place / FOUND)
 
 
 def locked(path: Path) -> AbstractContextManager:

@@ -22,7 +22,7 @@ from fsel.images.film import captioned, levels
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.quality import QUALITIES, Quality
 from fsel.request.frames import named_in
-from fsel.utils.files import unfinished
+from fsel.utils.files import atomic
 from fsel.utils.outputs import refuse_overlap, staged
 from fsel.utils.wording import counted
 
@@ -124,8 +124,7 @@ def _painter(capture: Capture, path: Path) -> Callable[[GaussianModel], None]:
         drawn = levels(model.render(capture.view(middle))[0])
         caption = f"{capture.names[middle[0]]}, and after {counted(model.steps, 'step')}"
         image = captioned(np.hstack([photo, drawn]), caption)
-        partial = unfinished(path)
-        cv2.imwrite(str(partial), image[..., ::-1])
-        partial.replace(path)
+        with atomic(path) as partial:
+            cv2.imwrite(str(partial), image[..., ::-1])
 
     return paint

@@ -39,7 +39,6 @@ from fsel.pages.shown import Shown, frames_shown, picture_side
 from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.hidden import behind
-from fsel.request.patience import Patience
 from fsel.request.targets import ALL, ORBIT, Targets
 from fsel.utils.outputs import staged
 from fsel.utils.wording import counted
@@ -161,7 +160,16 @@ def _select(
         files, bar = opened.raw.images, console.bar("sharpness")
         sharpness = sharpness_of_files(files, opened.longest, bar)
     seconds["health"] = time.perf_counter() - began
-    capture = _read(args, console, opened, method, patience)
+    capture = api.as_read(
+        opened,
+        method,
+        args.k,
+        patience,
+        args.cover,
+        pixels=args.refine is not None,
+        bar=console.bar("images"),
+        clock=console.clock("points"),
+    )
     with trying(patience, console) as trials, refining(refine_of(args), console) as refine:
         selection = api.select(
             capture,
@@ -196,26 +204,6 @@ def _warn_of_walls(
                 f"{count} of {len(targets.views)} views of the orbit lie behind surfaces that the "
                 "cameras saw, as if in or behind a wall. Hint: --targets trajectory"
             )
-
-
-def _read(
-    args: argparse.Namespace,
-    console: Console,
-    opened: LazyCapture,
-    method: Method,
-    patience: Patience,
-) -> Capture:
-    """The capture with what is read of it."""
-    return api.as_read(
-        opened,
-        method,
-        args.k,
-        patience,
-        args.cover,
-        pixels=args.refine is not None,
-        bar=console.bar("images"),
-        clock=console.clock("points"),
-    )
 
 
 def _check_appearance(args: argparse.Namespace, method: Method) -> None:

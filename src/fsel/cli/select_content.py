@@ -17,6 +17,13 @@ from fsel.request.refine import Swapped
 from fsel.selector.policies import Learned
 from fsel.selector.scorer import Linear
 
+SETTINGS = (
+    *("k", "targets", "method", "weights", "seed", "patience", "cover", "cover_share", "refine"),
+    *("appearance", "masks", "box", "geometry_only", "keep_bad", "vram", "trainer", "always"),
+    *("never", "points", "long_side", "downscale", "undistort", "up"),
+)
+"""Options that the record repeats, in its order."""
+
 
 def selection_content(
     args: argparse.Namespace,
@@ -104,31 +111,14 @@ def _finite(value: float) -> float | None:
 
 def _settings(args: argparse.Namespace, method: Method) -> dict:
     """The options that the command ran with."""
-    return {
-        "k": args.k,
-        "targets": args.targets,
-        "method": method.name,
-        "weights": str(args.weights.resolve()) if args.weights else None,
-        "seed": args.seed,
-        "patience": args.patience,
-        "cover": args.cover,
-        "cover_share": args.cover_share,
-        "refine": args.refine,
-        "appearance": args.appearance if "appearance" in method.reads else None,
-        "masks": str(args.masks) if args.masks else None,
-        "box": args.box,
-        "geometry_only": args.geometry_only,
-        "keep_bad": args.keep_bad,
-        "vram": args.vram,
-        "trainer": args.trainer,
-        "always": str(args.always) if args.always else None,
-        "never": str(args.never) if args.never else None,
-        "points": args.points,
-        "long_side": args.long_side,
-        "downscale": args.downscale,
-        "undistort": args.undistort,
-        "up": args.up,
-    }
+    given = {name: getattr(args, name) for name in SETTINGS}
+    told = {name: str(value) if isinstance(value, Path) else value for name, value in given.items()}
+    told["method"] = method.name
+    if args.weights:
+        told["weights"] = str(args.weights.resolve())
+    if "appearance" not in method.reads:
+        told["appearance"] = None
+    return told
 
 
 def _scorer(method: Method) -> dict | None:

@@ -37,7 +37,7 @@ def straight(camera: Camera) -> Camera:
         if not is_straight(camera):
             model = pycolmap.undistort_camera(pycolmap.UndistortCameraOptions(), model)
             model.rescale(camera.width, camera.height)
-        return Camera("PINHOLE", camera.width, camera.height, _four(model))
+        return Camera("PINHOLE", camera.width, camera.height, pinhole_of(model))
     except ValueError as error:
         raise ValueError(f"camera model {camera.model} cannot be undistorted") from error
 
@@ -47,8 +47,8 @@ def is_straight(camera: Camera) -> bool:
     return camera.colmap.is_undistorted() and "FISHEYE" not in camera.model
 
 
-def _four(model: pycolmap.Camera) -> tuple[float, ...]:
-    """Intrinsics fx, fy, cx, cy."""
+def pinhole_of(model: pycolmap.Camera) -> tuple[float, ...]:
+    """Intrinsics fx, fy, cx, cy, of whatever model."""
     k = model.calibration_matrix()
     return (k[0, 0], k[1, 1], k[0, 2], k[1, 2])
 

@@ -63,22 +63,21 @@ def straightened(points: RawPoints, cameras: Sequence[Camera]) -> RawPoints:
             rays = np.asarray(camera.colmap.cam_from_img(xy[rows]))
             local = np.column_stack([rays, np.ones(len(rows))])
             xy[rows] = straight(camera).colmap.img_from_cam(local)
-            # not so for numbers that are not finite
-            within = (xy[rows] >= 0) & (xy[rows] <= (camera.width, camera.height))
-            shown[rows] = within.all(axis=1)
+            shown[rows] = _inside(xy[rows], camera)
     return replace(points, track_xy=xy).observed(shown)
+
+
+def _inside(xy: np.ndarray, camera: Camera) -> np.ndarray:
+    """(n,) bool, which of (n, 2) pixels lie in a camera's image; none that are not finite."""
+    return np.all((xy >= 0) & (xy <= (camera.width, camera.height)), axis=1)
 
 
 def _held(raw: RawCapture, xyz: np.ndarray) -> np.ndarray:
     """(M,) how many images hold each point, by their cameras."""
     count = np.zeros(len(xyz), np.int64)
-    for pose, camera in zip(raw.world_to_camera, raw.cameras, strict=True):
-        local = xyz @ pose[:, :3].T + pose[:, 3]
-        ahead = np.flatnonzero(local[:, 2] > 0)
-        if len(ahead):
-            at = np.asarray(camera.colmap.img_from_cam(local[ahead]))
-            within = ((at >= 0) & (at <= (camera.width, camera.height))).all(axis=1)
-            count[ahead[within]] += 1
+    for frame, camera in enumerate(raw.cameras):
+        ahead, at = raw.projected(frame, xyz)
+        count[ahead[_inside(at, camera)]] += 1
     return count
 
 

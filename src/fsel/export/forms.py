@@ -13,19 +13,11 @@ from fsel.colmap.camera import Camera
 from fsel.colmap.model import build_model, write_capture_model
 from fsel.data.points import RawPoints, grouped_rows
 from fsel.layouts.nerfstudio import matrix_of
+from fsel.layouts.nerfstudio_cameras import STRAIGHT, intrinsics_of
 
-SIMPLE = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE")
-STRAIGHT = ("SIMPLE_PINHOLE", "PINHOLE")  # cameras without distortion
-DISTORTION = {
-    **dict.fromkeys(STRAIGHT, ()),
-    **dict.fromkeys(("SIMPLE_RADIAL", "SIMPLE_RADIAL_FISHEYE"), ("k1",)),
-    **dict.fromkeys(("RADIAL", "RADIAL_FISHEYE"), ("k1", "k2")),
-    "OPENCV": ("k1", "k2", "p1", "p2"),
-    "OPENCV_FISHEYE": ("k1", "k2", "k3", "k4"),
-}
-"""Camera models that nerfstudio has too, and its names of their coefficients."""
 CLOUD, TRANSFORMS = "sparse_pc.ply", "transforms.json"
 LONG_LRM, SCENES = "scene.json", "scenes.txt"
+LONG_LRM_KEYS = {"w": "w", "h": "h", "fx": "fl_x", "fy": "fl_y", "cx": "cx", "cy": "cy"}
 
 
 @dataclass(frozen=True)
@@ -90,7 +82,7 @@ def transforms(parts: Sequence[tuple[Subset, str]], cloud: bool) -> dict:
             if subset.masked:
                 frame["mask_path"] = f"{folder}masks/{name}.png"
             frames.append(frame)
-            intrinsics.append(_intrinsics(camera))
+            intrinsics.append(intrinsics_of(camera))
     shared = intrinsics[0]
     if any(values != shared for values in intrinsics):
         frames = [frame | values for frame, values in zip(frames, intrinsics, strict=True)]
@@ -99,33 +91,17 @@ def transforms(parts: Sequence[tuple[Subset, str]], cloud: bool) -> dict:
     return content | ({"ply_file_path": f"{parts[0][1]}{CLOUD}"} if cloud else {})
 
 
-def _intrinsics(camera: Camera) -> dict:
-    simple = camera.model in SIMPLE
-    params = (camera.params[0], *camera.params) if simple else camera.params
-    keys = ("fl_x", "fl_y", "cx", "cy", *DISTORTION[camera.model])
-    return {
-        "camera_model": "OPENCV_FISHEYE" if "FISHEYE" in camera.model else "OPENCV",
-        "w": camera.width,
-        "h": camera.height,
-        **dict(zip(keys, params, strict=True)),
-    }
-
-
 def _long_lrm(subset: Subset, scene: str) -> dict:
     """The scene JSON of Long-LRM (Ziwen et al. 2024), whose loader knows no distortion."""
     frames = []
     for name, pose, camera in zip(
         subset.names, subset.world_to_camera, subset.cameras, strict=True
     ):
-        known = _intrinsics(camera)
+        known = intrinsics_of(camera)
         frames.append(
             {
                 "file_path": f"images/{name}",
-                "w": known["w"],
-                "h": known["h"],
-                **{key: known[f"fl_{key[1]}"] for key in ("fx", "fy")},
-                "cx": known["cx"],
-                "cy": known["cy"],
+                **{key: known[own] for key, own in LONG_LRM_KEYS.items()},
                 "w2c": np.vstack([pose, [0, 0, 0, 1]]).tolist(),
             }
         )

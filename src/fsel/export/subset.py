@@ -14,10 +14,11 @@ from fsel.colmap.undistortion import Lens, is_straight, straight
 from fsel.data.geometry import turned
 from fsel.data.points import RawPoints, SparsePoints
 from fsel.export import cloud, placing
-from fsel.export.forms import DISTORTION, Subset, transforms, write_forms, write_json
+from fsel.export.forms import Subset, transforms, write_forms, write_json
 from fsel.images import files as image_files
 from fsel.ingest.lazy import LazyCapture
 from fsel.layouts.contract import RawCapture
+from fsel.layouts.nerfstudio_cameras import COEFFICIENTS
 
 LENSES = 2  # kept at once: the tables of a large image take as much as the image
 TRAIN, TEST = "train", "test"
@@ -57,10 +58,10 @@ def check_cameras(raw: RawCapture, undistort: bool) -> None:
     for camera in dict.fromkeys(raw.cameras):
         if undistort:
             straight(camera)
-        elif camera.model not in DISTORTION:
+        elif camera.model not in COEFFICIENTS:
             raise ValueError(
                 f"camera model {camera.model} has no counterpart in transforms.json; allowed: "
-                f"{', '.join(DISTORTION)}. Hint: --undistort"
+                f"{', '.join(COEFFICIENTS)}. Hint: --undistort"
             )
 
 

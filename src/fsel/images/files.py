@@ -16,11 +16,13 @@ import numpy as np
 from fsel.images import headers, heic, orientation
 from fsel.utils.files import atomic, mapped_array
 
-REDUCED = {
-    8: cv2.IMREAD_REDUCED_COLOR_8,
-    4: cv2.IMREAD_REDUCED_COLOR_4,
+COLOR = {
+    1: cv2.IMREAD_COLOR,
     2: cv2.IMREAD_REDUCED_COLOR_2,
+    4: cv2.IMREAD_REDUCED_COLOR_4,
+    8: cv2.IMREAD_REDUCED_COLOR_8,
 }
+"""By what the sides are divided by: how OpenCV decodes an image."""
 HUGE = 1 << 25  # pixels from which a JPEG is decoded at a reduced size
 JPEG = (".jpg", ".jpeg")
 QUALITY = 97  # of JPEGs that are written
@@ -112,8 +114,12 @@ def load_for(source: Image, long_side: int) -> np.ndarray:
     width, height = headers.check(source)
     if width * height <= HUGE:
         return load(source)
-    fitting = [factor for factor in REDUCED if max(width, height) // factor >= 2 * long_side]
-    return load(source, REDUCED[fitting[0]] if fitting else cv2.IMREAD_COLOR)
+    return load(source, COLOR[reduction(max(width, height), 2 * long_side)])
+
+
+def reduction(longest: int, side: int) -> int:
+    """The largest key of `COLOR` that leaves `side` of an image's `longest` pixels."""
+    return max(factor for factor in COLOR if factor == 1 or longest // factor >= side)
 
 
 def size_of(source: Image) -> headers.Size:

@@ -20,12 +20,6 @@ GREY = {
     4: cv2.IMREAD_REDUCED_GRAYSCALE_4,
     8: cv2.IMREAD_REDUCED_GRAYSCALE_8,
 }
-COLOR = {
-    1: cv2.IMREAD_COLOR,
-    2: cv2.IMREAD_REDUCED_COLOR_2,
-    4: cv2.IMREAD_REDUCED_COLOR_4,
-    8: cv2.IMREAD_REDUCED_COLOR_8,
-}
 
 Progress = Callable[[Iterable, int], Iterable]
 """(items, how many) -> the same items, with a progress bar."""
@@ -53,7 +47,7 @@ def sharpness_of_files(
         ValueError: for an unreadable image, named.
     """
     side = SHARPNESS_SIDE if len(files) < MANY else SHARPNESS_SIDE // 2
-    flag = GREY[_factor(longest, side)]
+    flag = GREY[image_files.reduction(longest, side)]
 
     def measure(at: int) -> float:
         return variance_of_laplacian(image_files.load(files[at], flag))
@@ -92,7 +86,8 @@ def jpeg(image: np.ndarray, quality: int = 82) -> bytes:
 
 def shrunk(file: image_files.Image, longest: int, side: int) -> np.ndarray:
     """(h, w, 3) uint8 RGB image whose longer side has `side` pixels, or as many as it has."""
-    return reduced(image_files.load(file, COLOR[_factor(longest, side)]), side)
+    flag = image_files.COLOR[image_files.reduction(longest, side)]
+    return reduced(image_files.load(file, flag), side)
 
 
 def reduced(image: np.ndarray, side: int) -> np.ndarray:
@@ -112,11 +107,6 @@ def check_pixels(files: Sequence[image_files.Image]) -> None:
     """
     paths = [file for file in files if not isinstance(file, image_files.VideoFrame)]
     in_turn(lambda at: image_files.check_pixels(paths[at]), paths)
-
-
-def _factor(longest: int, side: int) -> int:
-    """The largest reduction that leaves `side` pixels."""
-    return max(f for f in GREY if f == 1 or longest // f >= side)
 
 
 def in_turn(

@@ -107,13 +107,9 @@ def reprojection_errors(raw: RawCapture, points: RawPoints | None = None) -> np.
         return np.empty(0)
     errors = np.full(len(points.track_xy), np.inf)
     for frame, rows in enumerate(grouped_rows(points.track_frame, len(raw.names))):
-        pose = raw.world_to_camera[frame]
-        local = points.xyz[points.track_point[rows]] @ pose[:, :3].T + pose[:, 3]
-        ahead = local[:, 2] > 0
-        if ahead.any():
-            seen = np.asarray(raw.cameras[frame].colmap.img_from_cam(local[ahead]))
-            # the squares of a damaged camera's positions may be no numbers
-            errors[rows[ahead]] = np.hypot(*(seen - points.track_xy[rows[ahead]]).T)
+        ahead, seen = raw.projected(frame, points.xyz[points.track_point[rows]])
+        # the squares of a damaged camera's positions may be no numbers
+        errors[rows[ahead]] = np.hypot(*(seen - points.track_xy[rows[ahead]]).T)
     return np.where(np.isnan(errors), np.inf, errors)
 
 

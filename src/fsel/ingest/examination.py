@@ -241,14 +241,10 @@ class _Pictured:
         beside = [points.track_point[self.rows[near]] for near in self.placed.near[frame]]
         expected, times = np.unique(np.concatenate(beside), return_counts=True)
         expected = expected[times > 1]
-        pose, camera = raw.world_to_camera[frame], raw.cameras[frame]
-        local = points.xyz[expected] @ pose[:, :3].T + pose[:, 3]
-        expected, local = expected[local[:, 2] > 0], local[local[:, 2] > 0]
-        if not len(local):
-            return float("nan")
-        pixels = np.asarray(camera.colmap.img_from_cam(local))
+        ahead, pixels = raw.projected(frame, points.xyz[expected])
+        camera = raw.cameras[frame]
         inside = covered.in_the_middle(pixels, (camera.width, camera.height))
-        expected, pixels = expected[inside], pixels[inside]
+        expected, pixels = expected[ahead[inside]], pixels[inside]
         cell = self.cells.at(pixels, np.full(len(pixels), self._scale[frame]))
         color = self.cells.color[frame].reshape(3, GRID * GRID)[:, cell].T
         observed = np.isin(expected, points.track_point[self.rows[frame]])

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from fsel.colmap.undistortion import pinhole_of
 from fsel.data.capture import Capture
 from fsel.data.points import RawPoints
 from fsel.images.previews import Progress, in_silence, in_turn
@@ -176,17 +177,11 @@ def posed(name: str, raw: RawCapture) -> LazyCapture:
     """A capture of poses and points alone; its images are not there."""
     source = f"the given {name}"
     raw = in_order(raw, source)
-    camera = raw.cameras[0]
-    size = (camera.width, camera.height)
-    pinholes = []
-    for camera in raw.cameras:
-        model = camera.colmap
-        scale = np.tile(np.divide(size, (camera.width, camera.height)), 2)
-        focal = (model.focal_length_x, model.focal_length_y)
-        middle = (model.principal_point_x, model.principal_point_y)
-        pinholes.append(scale * (*focal, *middle))
+    size = (raw.cameras[0].width, raw.cameras[0].height)
+    scales = [np.tile(np.divide(size, (c.width, c.height)), 2) for c in raw.cameras]
+    pinholes = [pinhole_of(camera.colmap) for camera in raw.cameras]
     images: Any = NoImages(len(raw.names), size)
-    poses, intrinsics = raw.world_to_camera, np.array(pinholes)
+    poses, intrinsics = raw.world_to_camera, np.array(scales) * pinholes
     names, passes = tuple(raw.names), tuple(raw.sequences)
     return unread(name, raw, Capture(names, poses, intrinsics, images, passes, source=source))
 

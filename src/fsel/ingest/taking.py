@@ -15,6 +15,7 @@ from fsel.colmap.runs import Work
 from fsel.images import files as image_files
 from fsel.images import heic, orientation, video
 from fsel.ingest.health import duplicates
+from fsel.utils.files import write_text
 from fsel.utils.wording import counted
 
 IMAGES, TAKEN = "images", "taken.json"
@@ -125,9 +126,7 @@ def keep(taken: Taken, folder: Path) -> None:
     rows = {
         name: [list(asdict(shot).values()) for shot in shots] for name, shots in taken.shots.items()
     }
-    partial = folder / f".{TAKEN}"
-    partial.write_text(json.dumps(asdict(taken) | {"shots": rows}), encoding="utf-8")
-    partial.replace(folder / TAKEN)
+    write_text(json.dumps(asdict(taken) | {"shots": rows}), folder / TAKEN)
 
 
 def _moving(source: Source, shots: list[video.Kept], images: Path) -> list[video.Kept]:

@@ -88,6 +88,15 @@ class RawCapture:
         """The sparse points, read now."""
         return self.points(tuple(range(len(self.names)))) if self.points else None
 
+    def projected(self, frame: int, xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(m,) rows of (n, 3) points that lie before a frame's camera, and (m, 2) their pixels."""
+        pose = self.world_to_camera[frame]
+        local = xyz @ pose[:, :3].T + pose[:, 3]
+        ahead = np.flatnonzero(local[:, 2] > 0)
+        if not len(ahead):
+            return ahead, np.empty((0, 2))
+        return ahead, np.asarray(self.cameras[frame].colmap.img_from_cam(local[ahead]))
+
     def subset(self, rows: list[int], reason: str = "") -> RawCapture:
         """The frames at `rows`, in that order; the others are dropped for `reason`."""
         kept, points = set(rows), self.points

@@ -15,7 +15,7 @@ from fsel.data.points import RawPoints
 from fsel.images import files as image_files
 from fsel.layouts import colmap
 from fsel.layouts.contract import Layout, RawCapture, Recording
-from fsel.layouts.nerfstudio_cameras import camera_of, to_json
+from fsel.layouts.nerfstudio_cameras import camera_of, intrinsics_of
 from fsel.utils.parsing import (
     check_file_count,
     inside,
@@ -53,6 +53,7 @@ def from_json(
     path: Path,
     folder: Path,
     *,
+    content: dict | None = None,
     images: str = "",
     masks: str = "",
     undo: np.ndarray | None = None,
@@ -63,6 +64,7 @@ def from_json(
     Args:
         path: the JSON file.
         folder: the capture; image paths must stay inside it.
+        content: of the file, where it was read already.
         images: folder, relative to the capture, that image names are relative to.
         masks: folder, relative to the capture, that mask names are relative to.
         undo: (3, 4) world transform that the poses carry though the file does not say so.
@@ -73,21 +75,7 @@ def from_json(
         Frames marked bad, and frames that no `*_filenames` list names, are left out. The points
         of `ply_file_path` have no tracks.
     """
-    content = read_json(path)
-    return from_content(content, path, folder, images=images, masks=masks, undo=undo, copies=copies)
-
-
-def from_content(
-    content: dict,
-    path: Path,
-    folder: Path,
-    *,
-    images: str = "",
-    masks: str = "",
-    undo: np.ndarray | None = None,
-    copies: tuple[str, ...] = (),
-) -> RawCapture:
-    """Frames of a transforms.json that was read already, see `from_json`."""
+    content = read_json(path) if content is None else content
     frames, dropped = _frames(content, path)
     if (folder / images).is_dir():  # else they are in a video
         check_file_count(folder, len(frames), path)
@@ -206,11 +194,8 @@ def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np
         {"file_path": f"images/{name}", "transform_matrix": matrix_of(pose, applied)}
         for name, pose in zip(names, recording.world_to_camera, strict=True)
     ]
-    content = to_json(camera, camera.model if camera.model == "OPENCV_FISHEYE" else "OPENCV")
-    return content | {
-        "applied_transform": applied.tolist(),
-        "frames": frames[::2] + frames[1::2],
-    }
+    stated = {"applied_transform": applied.tolist(), "frames": frames[::2] + frames[1::2]}
+    return intrinsics_of(camera) | stated
 
 
 def write(recording: Recording, folder: Path) -> None:

@@ -13,6 +13,16 @@ DISTORTION = ("k1", "k2", "p1", "p2")
 FISHEYE = ("k1", "k2", "k3", "k4")
 LISTED = ("k1", "k2", "k3", "k4", "p1", "p2")  # order of distortion_params
 PERSPECTIVE = ("SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV")
+SIMPLE = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE")
+STRAIGHT = ("SIMPLE_PINHOLE", "PINHOLE")  # cameras without distortion
+COEFFICIENTS = {
+    **dict.fromkeys(STRAIGHT, ()),
+    **dict.fromkeys(("SIMPLE_RADIAL", "SIMPLE_RADIAL_FISHEYE"), ("k1",)),
+    **dict.fromkeys(("RADIAL", "RADIAL_FISHEYE"), ("k1", "k2")),
+    "OPENCV": DISTORTION,
+    "OPENCV_FISHEYE": FISHEYE,
+}
+"""Camera models that nerfstudio has too, and its names of their coefficients."""
 LENGTHS = ("w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x")
 
 
@@ -79,9 +89,14 @@ def _with_distortion(
     return Camera("PINHOLE", *size, pinhole)
 
 
-def to_json(camera: Camera, model: str) -> dict:
-    """The intrinsic keys of a camera."""
-    fx, fy, cx, cy, *extra = camera.params
-    keys = FISHEYE if camera.model == "OPENCV_FISHEYE" else DISTORTION
-    values = {"w": camera.width, "h": camera.height, "fl_x": fx, "fl_y": fy, "cx": cx, "cy": cy}
-    return {"camera_model": model, **values, **dict(zip(keys, extra, strict=True))}
+def intrinsics_of(camera: Camera) -> dict:
+    """The intrinsic keys of a camera of a model in `COEFFICIENTS`."""
+    simple = camera.model in SIMPLE
+    params = (camera.params[0], *camera.params) if simple else camera.params
+    keys = ("fl_x", "fl_y", "cx", "cy", *COEFFICIENTS[camera.model])
+    return {
+        "camera_model": "OPENCV_FISHEYE" if "FISHEYE" in camera.model else "OPENCV",
+        "w": camera.width,
+        "h": camera.height,
+        **dict(zip(keys, params, strict=True)),
+    }

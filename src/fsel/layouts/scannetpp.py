@@ -12,7 +12,7 @@ from fsel.data.geometry import invert_pose
 from fsel.images import files as image_files
 from fsel.layouts import colmap, nerfstudio
 from fsel.layouts.contract import Layout, RawCapture, Recording
-from fsel.layouts.nerfstudio_cameras import to_json
+from fsel.layouts.nerfstudio_cameras import intrinsics_of
 from fsel.utils.parsing import member, numbers, read_json, text
 
 VALID_MASK = 250  # a mask video is compressed: 255 does not survive exactly
@@ -64,7 +64,7 @@ def write_dslr(recording: Recording, folder: Path) -> None:
         )
         for frame, mask in zip(frames, masks, strict=True):
             frame["mask_path"] = mask
-    content = to_json(recording.camera, "OPENCV_FISHEYE")
+    content = intrinsics_of(recording.camera)
     content["frames"] = [f for i, f in enumerate(frames) if i % 20 != 19]
     content["test_frames"] = frames[19::20]
     content["has_mask"] = recording.masks is not None
@@ -149,7 +149,7 @@ def write_iphone(recording: Recording, folder: Path) -> None:
         intrinsic = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
         metric[name] = {"pose": full, "aligned_pose": full, "intrinsic": intrinsic}
     (root / "pose_intrinsic_imu.json").write_text(json.dumps(metric))
-    content = to_json(recording.camera, "OPENCV")
+    content = intrinsics_of(recording.camera)
     content["frames"] = [
         {
             "file_path": names[i],

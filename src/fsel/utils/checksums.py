@@ -25,7 +25,7 @@ class Damaged(ValueError):
     """
 
     def __init__(self, fault: str, path: Path) -> None:
-        super().__init__(f"{fault}. {remade([path], 'the options of this run')}")
+        super().__init__(f"{fault}. {remade([path])}")
         self.fault = fault
 
 
@@ -86,10 +86,10 @@ def damages(paths: Iterable[str | Path]) -> dict[Path, str]:
     return faults
 
 
-def remade(paths: Iterable[Path], options: str) -> str:
+def remade(paths: Iterable[Path]) -> str:
     """Sentence that says what makes files anew."""
     names = " ".join(shlex.quote(str(path)) for path in paths)
-    return f"Make it anew, with {options}: snakemake --cores 1 --force {names}"
+    return f"Make it anew, with the options of this run: snakemake --cores 1 --force {names}"
 
 
 def sha256_of(path: Path) -> str:

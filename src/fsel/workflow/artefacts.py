@@ -23,7 +23,7 @@ def check_artefacts(inputs: Iterable[str], outputs: Iterable[str]) -> None:
     """
     damaged = damages(set(inputs) - set(outputs))
     if damaged:
-        raise Refusal("\n".join([*damaged.values(), remade(damaged, "the options of this run")]))
+        raise Refusal("\n".join([*damaged.values(), remade(damaged)]))
 
 
 def copies(outputs: Iterable[str]) -> str:

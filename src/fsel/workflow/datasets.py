@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fsel.utils.names import natural
 from fsel.workflow.refusal import refuse
 
 ROLES = ("train", "validation", "evaluation", "object")
@@ -109,7 +110,7 @@ class Datasets:
         if kinds_of(entry) == ["fetch"]:
             return list(self.sources[entry["fetch"]]["scenes"])
         folders = [path.name for path in Path(entry["root"]).iterdir() if path.is_dir()]
-        return sorted((name for name in folders if not name.startswith(".")), key=_natural)
+        return sorted((name for name in folders if not name.startswith(".")), key=natural)
 
     def raw_capture(self, dataset: str, scene: str) -> str:
         """Folder of a scene as its dataset is distributed."""
@@ -194,9 +195,3 @@ def origin(entry: Section, sources: Mapping[str, Section]) -> str:
 
 def _archive(source: str, url: str) -> str:
     return f"{source}_{url.rsplit('/', 1)[-1]}"
-
-
-def _natural(name: str) -> list[tuple[int, str]]:
-    """Key of natural order: numbers by their value."""
-    parts = [part for part in re.split(r"(\d+)", name) if part]
-    return [(int(part), "") if part.isdigit() else (-1, part) for part in parts]

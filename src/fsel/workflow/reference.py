@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import argparse
 import csv
-import hashlib
 import shutil
 import sys
 from pathlib import Path
+
+from fsel.utils.checksums import sha256_of
 
 NAMES = ("ksweep.csv", "heatmap.csv")
 SUMS = "sha256.txt"
@@ -40,7 +41,7 @@ def compare(tables: Path, reference: Path) -> list[str]:
     for name in NAMES:
         if not (tables / name).exists():
             raise FileNotFoundError(f"no {tables / name}. Hint: make ksweep")
-        if digest(tables / name) != stated[name]:
+        if sha256_of(tables / name) != stated[name]:
             told.append(f"{name}: {difference(tables / name, reference / name)}")
     return told
 
@@ -50,13 +51,8 @@ def write(tables: Path, reference: Path) -> None:
     reference.mkdir(parents=True, exist_ok=True)
     for name in NAMES:
         shutil.copyfile(tables / name, reference / name)
-    sums = [f"{digest(reference / name)}  {name}\n" for name in NAMES]
+    sums = [f"{sha256_of(reference / name)}  {name}\n" for name in NAMES]
     (reference / SUMS).write_text("".join(sums))
-
-
-def digest(path: Path) -> str:
-    """Return the sha256 of a file in hexadecimal digits."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def difference(path: Path, reference: Path) -> str:

@@ -37,10 +37,10 @@ class Size:
             long_side: of the images reconstructed from, in pixels.
         """
         amounts = {"mem_mb": self.memory_mb, "runtime": self.minutes}
-        if self.grows == "reconstruction":
-            return {key: per_reconstruction(n, long_side) for key, n in amounts.items()}
-        grow = per_capture if self.grows == "capture" else growing
-        return {key: grow(amount) for key, amount in amounts.items()}
+        if not self.grows:
+            return {key: growing(amount) for key, amount in amounts.items()}
+        side = long_side if self.grows == "reconstruction" else DECLARED_SIDE
+        return {key: per_capture(amount, side) for key, amount in amounts.items()}
 
 
 def growing(amount: int) -> Resource:
@@ -48,21 +48,12 @@ def growing(amount: int) -> Resource:
     return lambda wildcards, attempt: amount * attempt
 
 
-def per_capture(amount: int) -> Resource:
-    """A growing resource that follows the frames of the largest capture among the inputs."""
-
-    def needed(wildcards: Any, input: Iterable[str], attempt: int) -> int:
-        return int(amount * attempt * captured(input))
-
-    return needed
-
-
-def per_reconstruction(amount: int, long_side: int) -> Resource:
-    """A growing resource that follows frames, and the pixels of a reconstruction.
+def per_capture(amount: int, long_side: int) -> Resource:
+    """A growing resource that follows the frames of the largest capture among the inputs.
 
     Args:
         amount: at `DECLARED_FRAMES` and `DECLARED_SIDE`.
-        long_side: of the images reconstructed from, in pixels.
+        long_side: of the images reconstructed from, in pixels; above that, it follows them too.
     """
     pixels = max(1.0, (long_side / DECLARED_SIDE) ** 2)
 

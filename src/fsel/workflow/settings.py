@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +13,7 @@ from typing import Any, Self
 import yaml
 
 from fsel.selector.pretrained import FILES
+from fsel.utils.seeds import name_seed
 from fsel.workflow import checks, reconstructors
 from fsel.workflow.datasets import Datasets, Section, count_of, kinds_of
 from fsel.workflow.refusal import refuse
@@ -138,14 +138,11 @@ class Settings:
 
     def scene_seed(self, wildcards: Any, *parts: object) -> int:
         """A seed from the names of a scene and what it is for: adding a scene changes no other."""
-        return self._seed(wildcards.dataset, wildcards.scene, *parts)
-
-    def _seed(self, *parts: object) -> int:
-        return zlib.crc32("/".join(map(str, [self.config["seed"], *parts])).encode())
+        return name_seed(self.config["seed"], wildcards.dataset, wildcards.scene, *parts)
 
     def training_seed(self, wildcards: Any) -> int:
         """The seed of a labelled scene's search."""
-        return self._seed(self.trained, wildcards.scene)
+        return name_seed(self.config["seed"], self.trained, wildcards.scene)
 
     def draw_seeds(self, wildcards: Any) -> list[int]:
         """The seeds of a scene's selections, one a draw."""

@@ -7,28 +7,26 @@ import numpy as np
 STILL = 0.004  # of the longer side that the image moves: 2 pixels at 480
 
 
-def duplicates(thumbnails: np.ndarray, still: float = STILL) -> np.ndarray:
+def duplicates(thumbnails: np.ndarray) -> np.ndarray:
     """Find which frames of a sequence to keep, so that neighbours differ.
 
     Args:
         thumbnails: see `movements`.
-        still: share of the longer side that a frame to keep has moved at least.
 
     Returns:
         (n,) bool, true for frames to keep; the first is always one.
     """
-    return movements(thumbnails, still) >= still
+    return movements(thumbnails) >= STILL
 
 
-def movements(thumbnails: np.ndarray, still: float = STILL) -> np.ndarray:
+def movements(thumbnails: np.ndarray) -> np.ndarray:
     """Movement of each frame of a sequence since the last one that moved, see `moved`.
 
-    A frame that moved less than `still` is not compared with, so that a slow film goes on.
+    A frame that moved less than `STILL` is not compared with, so that a slow film goes on.
 
     Args:
         thumbnails: (n, h, w) grey images in their order in time, reduced by averaging; a longer
             side of about 100 pixels is enough.
-        still: share of the longer side.
 
     Returns:
         (n,) shares of the longer side, infinite for the first frame.
@@ -37,7 +35,7 @@ def movements(thumbnails: np.ndarray, still: float = STILL) -> np.ndarray:
     last = 0
     for at in range(1, len(thumbnails)):
         movement[at] = moved(thumbnails[last], thumbnails[at])
-        last = at if movement[at] >= still else last
+        last = at if movement[at] >= STILL else last
     return movement
 
 

@@ -8,7 +8,6 @@ is first needed, and kept in the user's cache.
 from __future__ import annotations
 
 import hashlib
-import os
 import shutil
 import subprocess
 import sys
@@ -18,6 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from fsel.utils.cache import cache
+from fsel.utils.files import write_text
 
 WEB = Path(__file__).parent / "web"
 SHIPPED = Path(__file__).parent / "bundle.js"  # in wheels: `make viewer`
@@ -40,10 +40,7 @@ def script() -> str:
             if text.startswith(f"/* {mark}\n"):
                 return text
     text = _made(mark)
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    partial = kept.with_name(f".{kept.name}.{os.getpid()}")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(kept)
+    write_text(text, kept)
     return text
 
 
