@@ -9,13 +9,13 @@ from selection_problems import permuted, problem_on, random_problem
 from watched_images import Watched
 
 from fsel.baselines import LATER, METHODS
-from fsel.baselines.cover import BINS, _Coverage, fibonacci_sphere
-from fsel.baselines.fisher_rf import _Information
+from fsel.baselines.cover import BINS, Coverage, fibonacci_sphere
+from fsel.baselines.fisher_rf import Information
+from fsel.baselines.on_gaussians import by_gaussians
 from fsel.baselines.splat_views import (
     START,
     Blends,
     blend,
-    by_gaussians,
     by_splats,
     greedy_on_splats,
 )
@@ -136,7 +136,7 @@ def by_hand(views):
 
 def test_information_by_hand():
     blends = by_hand([[(0, 1, 1)], [(0, 1, 0.5), (1, 1, 0.5)], [(1, 2, 2)]])
-    criterion = _Information(blends, damping=0.5)
+    criterion = Information(blends, damping=0.5)
     np.testing.assert_allclose(criterion.scores(), [2, 2, 4])
     criterion.add(0)  # splat 0 is now known to 1.5
     np.testing.assert_allclose(criterion.scores(), [1 / 1.5, 0.5 / 1.5 + 1, 4])
@@ -146,7 +146,7 @@ def test_information_by_hand():
 
 def test_heavy_damping_asks_for_the_fullest_view_whatever_is_known():
     blends = by_hand([[(0, 1, 1)], [(1, 1, 0.9)]])
-    criteria = [_Information(blends, damping) for damping in (1e-6, 1e6)]
+    criteria = [Information(blends, damping) for damping in (1e-6, 1e6)]
     for criterion in criteria:
         criterion.add(0)
     assert [int(np.argmax(criterion.scores())) for criterion in criteria] == [1, 0]
@@ -182,7 +182,7 @@ def plain_coverage(blends, rows):
 @pytest.mark.parametrize("seed", range(4))
 def test_coverage_against_a_plain_loop(seed):
     blends = blends_of(*random_scene(seed))
-    criterion, rows = _Coverage(blends), []
+    criterion, rows = Coverage(blends), []
     for row in (0, 3, 0, 2):
         criterion.add(row)
         rows.append(row)
@@ -191,7 +191,7 @@ def test_coverage_against_a_plain_loop(seed):
 
 def test_the_unseen_comes_first_and_the_empty_last():
     blends = by_hand([[(0, 1, 1)], [(1, 1, 1)], [], [(0, 0.5, 0.5)]])
-    criterion = _Coverage(blends)
+    criterion = Coverage(blends)
     np.testing.assert_array_equal(np.argsort(criterion.scores(), kind="stable"), [2, 0, 1, 3])
     # every splat lies in its image: both are covered up to the width of a direction
     criterion.add(0)

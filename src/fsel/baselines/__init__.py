@@ -41,8 +41,8 @@ LATER: Registry[Method] = Registry(
     "method",
     {
         "indoor_traj_dpp": "fsel.baselines.indoor_traj_dpp:METHOD",
-        "fisher_rf_gaussians": "fsel.baselines.fisher_rf:TRAINED",
-        "cover_gaussians": "fsel.baselines.cover:TRAINED",
+        "fisher_rf_gaussians": "fsel.baselines.on_gaussians:FISHER_RF",
+        "cover_gaussians": "fsel.baselines.on_gaussians:COVER",
         "avs": "fsel.baselines.avs:METHOD",
     },
 )

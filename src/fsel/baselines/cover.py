@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from fsel.baselines.splat_views import Blends, by_gaussians, greedy_on_splats, held_by
+from fsel.baselines.splat_views import Blends, greedy_on_splats, held_by
 from fsel.data.geometry import camera_centers
 from fsel.data.problem import Method, Problem
 from fsel.utils.compiled import exact
@@ -23,7 +21,7 @@ def fibonacci_sphere(count: int) -> np.ndarray:
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1).astype(np.float32)
 
 
-class _Coverage:
+class Coverage:
     """Coverage (1 + u . b) / 2 of a splat seen along u, b being the closest direction already seen.
 
     A pick sees every splat inside its image, hidden or not, along the nearest of 128 directions. A
@@ -104,13 +102,7 @@ def _raise(new, directions, splats, centers, start, index, best):
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Pick by `greedy_on_splats`."""
-    return greedy_on_splats(problem, k, _Coverage)
-
-
-def trained(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick by `greedy_on_splats` on trained Gaussians."""
-    return greedy_on_splats(problem, k, _Coverage, by_gaussians)
+    return greedy_on_splats(problem, k, Coverage)
 
 
 METHOD = Method("cover", "COVER", "observed", nested=True, select=select, tracks=True)
-TRAINED = replace(METHOD, name="cover_gaussians", label="COVER, gaussians", select=trained)

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from fsel.baselines.splat_views import Blends, by_gaussians, greedy_on_splats
+from fsel.baselines.splat_views import Blends, greedy_on_splats
 from fsel.data.problem import Method, Problem
 from fsel.utils.compiled import exact
 
 DAMPING = 1e-6  # the released default of lambda
 
 
-class _Information:
+class Information:
     """Criterion trace(H(view) (H(picks) + lambda I)^-1) with diagonal H, exact for colours.
 
     A pixel is linear in the colour of a splat, with its blending weight as the slope: the diagonal
     is the sum of squared weights over pixels.
     """
 
-    def __init__(self, blends: Blends, damping: float) -> None:
+    def __init__(self, blends: Blends, damping: float = DAMPING) -> None:
         self.blends = blends
         self.known = np.full(blends.splats.shape[1], damping)
 
@@ -45,13 +43,7 @@ def _information(start, index, square, per_known):
 
 def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
     """Pick by `greedy_on_splats`."""
-    return greedy_on_splats(problem, k, lambda blends: _Information(blends, DAMPING))
-
-
-def trained(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
-    """Pick by `greedy_on_splats` on trained Gaussians."""
-    return greedy_on_splats(problem, k, lambda blends: _Information(blends, DAMPING), by_gaussians)
+    return greedy_on_splats(problem, k, Information)
 
 
 METHOD = Method("fisher_rf", "FisherRF", "observed", nested=True, select=select, tracks=True)
-TRAINED = replace(METHOD, name="fisher_rf_gaussians", label="FisherRF, gaussians", select=trained)

@@ -1,7 +1,6 @@
 """Splats fitted to the picks so far, and how much of every frame's view each of them fills.
 
-FisherRF and COVER choose by a reconstruction. Here it is the default one's, at a low resolution, or
-small trained Gaussians.
+FisherRF and COVER choose by a reconstruction. Here it is the default one's, at a low resolution.
 """
 
 from __future__ import annotations
@@ -11,23 +10,18 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from scipy.special import expit
 
 from fsel.baselines.covisibility import grouped
 from fsel.baselines.greedy import most_central
-from fsel.data.capture import Capture, Views
+from fsel.data.capture import Capture
 from fsel.data.geometry import centered, farthest_views, pose_matrices
 from fsel.data.problem import Problem
-from fsel.reconstruct.gaussians import Gaussians
-from fsel.reconstruct.gaussians.table import LOGIT
 from fsel.reconstruct.splats import Splats
 from fsel.utils.compiled import exact
 
 FIT_SIDE = 32  # pixels of the longer side, of fitted images and of views
 START = 4  # farthest views before the first reconstruction, as in FisherRF's schedule
 FAINT = np.float32(1e-2)  # of a pixel: splats that fill less of a view are left out
-TRAINED_SIDE = 64  # pixels, of trained Gaussians
-TRAINED = {"steps": 150, "gaussians": 2000, "background": "mean"}
 MANTISSA = 13  # bits of a depth that are dropped to order splats: steps of a thousandth remain
 
 
@@ -79,31 +73,12 @@ def by_splats(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
     model = Splats(picked).fit(np.arange(len(rows)))
     splats = np.vstack([model.positions.T, model.splats[3]]).astype(np.float32)
     poses = capture.world_to_camera[pool].astype(np.float32)
-    intrinsics = _scaled(capture, pool, picked).astype(np.float32)
+    intrinsics = scaled(capture, pool, picked).astype(np.float32)
     filled = blend(splats, poses, intrinsics, *picked.size)
     return Blends(splats, poses, intrinsics, picked.size, *filled)
 
 
-def by_gaussians(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
-    """Train `gaussians`; a `Fitting`."""
-    picked = capture.subset(pool[rows]).resized(TRAINED_SIDE)
-    model = Gaussians(picked, **TRAINED).fit(np.arange(len(rows)))
-    splats = np.vstack([model.positions.T, expit(model.table[:, LOGIT])]).astype(np.float32)
-    poses, intrinsics = capture.world_to_camera[pool], _scaled(capture, pool, picked)
-    parts, covered = [], []
-    for canvas in model.drawings(Views(poses, intrinsics, picked.size)):
-        weight, square = canvas.weights().T
-        kept = weight > FAINT
-        parts.append((canvas.source[kept], weight[kept], square[kept]))
-        covered.append(np.count_nonzero(canvas.rest < 1))
-    start = np.cumsum([0, *(len(index) for index, _, _ in parts)])
-    index, weight, square = (np.concatenate(part) for part in zip(*parts, strict=True))
-    poses, intrinsics = poses.astype(np.float32), intrinsics.astype(np.float32)
-    filled = start, index, weight, square, np.array(covered)
-    return Blends(splats, poses, intrinsics, picked.size, *filled)
-
-
-def _scaled(capture: Capture, pool: np.ndarray, picked: Capture) -> np.ndarray:
+def scaled(capture: Capture, pool: np.ndarray, picked: Capture) -> np.ndarray:
     """(V, 4) intrinsics of the pool's views at the size of the fit."""
     return capture.intrinsics[pool] * np.tile(np.divide(picked.size, capture.size), 2)
 

@@ -12,6 +12,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
+from fsel.baselines import LATER
 from fsel.layouts import LAYOUTS
 from fsel.metrics import REGISTERED, published
 from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
@@ -190,7 +191,7 @@ class Experiment(Settings):
     def _needed(self, module: str, reconstructor: str, apart: Collection[str]) -> list[str]:
         layouts = {entry["layout"] for entry in self.datasets.entries.values()}
         used = {reconstructor, "psnr", "ssim", "gmsd", *self.metrics, *layouts}
-        homes = RECONSTRUCTORS.homes | REGISTERED.homes
+        homes = RECONSTRUCTORS.homes | REGISTERED.homes | LATER.homes
         if "auto" not in layouts:
             homes |= LAYOUTS.homes
         unused = [home for name, home in homes.items() if name not in used]
