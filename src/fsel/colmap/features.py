@@ -25,17 +25,23 @@ Seen = tuple[np.ndarray, np.ndarray, tuple[int, int]]
 
 
 @cache
+def _state(kind: str) -> weights.State:
+    """The weights of a network's features, read once for what finds, matches and checks."""
+    return PUBLISHED[kind].state()
+
+
+@cache
 def finder(kind: str) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
     """The network that finds keypoints of an image, and describes them."""
-    state = PUBLISHED[kind].state()
-    return aliked.Aliked(state) if kind == ALIKED else xfeat.XFeat(state)
+    network = aliked.Aliked if kind == ALIKED else xfeat.XFeat
+    return network(_state(kind))
 
 
 @cache
 def matcher(kind: str) -> Callable[[Seen, Seen], np.ndarray]:
     """Matching of two images' features: rows of the one, and of the other."""
     if kind == ALIKED:
-        return lightglue.LightGlue(weights.ALIKED.state())
+        return lightglue.LightGlue(_state(kind))
     return lambda one, other: xfeat.matches(one[1], other[1])
 
 
@@ -54,7 +60,7 @@ def check(kind: str) -> None:
         return
     published = PUBLISHED[kind]
     try:
-        published.state()
+        _state(kind)
     except (OSError, ValueError) as error:
         raise MissingRequirement(
             f"features by {kind}: the weights, of the package {published.package}, are not "
