@@ -112,27 +112,36 @@ def test_merge_takes_the_better_half(count, expected):
     assert stereo.merge_costs(*costs, count)[0, 0, 0] == expected
 
 
-def plain_path(costs, small, large):
-    """One path of semi-global matching over (n, D) costs, straight from the recurrence."""
+def plain_path(costs, small, jumps):
+    """One path of semi-global matching over (n, D) costs, straight from the recurrence.
+
+    The (n - 1,) jumps are penalties between a step and the one before it.
+    """
     values = [costs[0]]
-    for cost in costs[1:]:
+    for cost, jump in zip(costs[1:], jumps, strict=True):
         last, best = values[-1], values[-1].min()
         padded = np.pad(last, 1, constant_values=np.inf)
-        steps = [last, padded[:-2] + small, padded[2:] + small, np.full(len(last), best + large)]
+        steps = [last, padded[:-2] + small, padded[2:] + small, np.full(len(last), best + jump)]
         values.append(cost + np.min(steps, axis=0) - best)
     return np.array(values)
 
 
-def test_aggregation_equals_the_recurrence():
-    cost = np.random.default_rng(0).integers(0, 50, (4, 6, 5)).astype(float)
-    expected = np.zeros((4, 6, 5))
-    for line in range(4):
-        expected[line] += plain_path(cost[line], 7, 20)
-        expected[line] += plain_path(cost[line][::-1], 7, 20)[::-1]
-    for line in range(6):
-        expected[:, line] += plain_path(cost[:, line], 7, 20)
-        expected[:, line] += plain_path(cost[::-1, line], 7, 20)[::-1]
-    total = stereo.aggregate(cost.astype(S), np.zeros((4, 6), F), S(7), F(20))
+def both_ways(costs, grey, small, large):
+    jumps = np.rint(np.maximum(small + 1, large / (1 + 0.1 * np.abs(np.diff(grey)))))
+    back = plain_path(costs[::-1], small, jumps[::-1])[::-1]
+    return plain_path(costs, small, jumps) + back
+
+
+@pytest.mark.parametrize("shape", [(4, 6, 5), (6, 3, 2), (1, 5, 33)])
+def test_aggregation_equals_the_recurrence(shape):
+    rng = np.random.default_rng(0)
+    cost, grey = rng.integers(0, 50, shape).astype(float), rng.integers(0, 256, shape[:2])
+    expected = np.zeros(shape)
+    for line in range(shape[0]):
+        expected[line] += both_ways(cost[line], grey[line], 7, 90)
+    for line in range(shape[1]):
+        expected[:, line] += both_ways(cost[:, line], grey[:, line], 7, 90)
+    total = stereo.aggregate(cost.astype(S), grey.astype(F), S(7), F(90))
     np.testing.assert_array_equal(total, expected)
 
 
@@ -167,6 +176,25 @@ def test_winner_finds_the_parabola_and_knows_a_flat_pixel():
     assert depth[0, 0] == pytest.approx(0.4 - 0.1 / 3, rel=1e-5)
     assert sure[0, 0] > 0.2
     assert sure[0, 1] == 0
+
+
+@pytest.mark.parametrize("planes", [2, 3, 33])
+def test_winner_equals_the_plain_least(planes):
+    rng = np.random.default_rng(planes)
+    total = rng.integers(0, 40, (5, 7, planes)).astype(np.int16)  # many ties, and ends that win
+    cost = rng.integers(0, 511, total.shape).astype(np.int16)
+    inverse = np.linspace(0.5, 2, planes).astype(np.float32)
+    depth, sure = stereo.winner(total, cost, inverse)
+    for pixel in np.ndindex(total.shape[:2]):
+        sums, costs = total[pixel].astype(float), cost[pixel].astype(float)
+        best, shift = int(np.argmin(sums)), 0.0
+        if 0 < best < planes - 1:
+            left, low, right = sums[best - 1 : best + 2]
+            curve = left + right - 2 * low
+            shift = 0.5 * (left - right) / curve if curve else 0.0
+        assert depth[pixel] == pytest.approx(inverse[best] + shift * (inverse[1] - inverse[0]))
+        apart = (costs.mean() - costs[best]) / (costs.mean() + 8)
+        assert sure[pixel] == pytest.approx(max(0.0, apart), abs=1e-6)
 
 
 def test_the_costs_of_the_most_planes_are_summed_whole():

@@ -50,49 +50,61 @@ def pair_cost(reference, enlarged, rays, rotation, translation, k, inverse, trun
     """
     height, width = reference.shape[:2]
     planes = len(inverse)
-    cost = np.empty((height, width, planes), np.uint8)
-    scale = F(255.0) / (F(3 * 16) * truncation)
+    cost = np.empty((height, width * planes), np.uint8)
     flat = enlarged.reshape(enlarged.size)
-    index, levels = np.empty(planes, INT), np.empty(planes, U)
+    index, levels = np.empty(width * planes, INT), np.empty(width * planes, U)
+    # row by row in three loops: only the middle one, which gathers, does not vectorise
     for y in range(height):
-        for x in range(width):
-            r, g, b = reference[y, x, 0], reference[y, x, 1], reference[y, x, 2]
-            red, green, blue = INT(F(16) * r), INT(F(16) * g), INT(F(16) * b)
-            ray = rays[0, y, x], rays[1, y, x]
-            _project(ray, rotation, translation, k, inverse, enlarged.shape, index)
-            # three loops: only the middle one, which gathers, does not vectorise
-            for d in range(planes):
-                levels[d] = flat[np.uint32(max(index[d], INT(0)))]
-            for d in range(planes):
-                at = levels[d]
-                gap = abs(INT(at & U(0xFFFF)) - red) + abs(INT(at >> U(16) & U(0xFFFF)) - green)
-                value = min(F(gap + abs(INT(at >> U(32)) - blue)) * scale, F(255))
-                cost[y, x, d] = np.uint8(INT(value if index[d] >= 0 else OUTSIDE))
-    return cost
+        _project(rays[:, y], rotation, translation, k, inverse, enlarged.shape, index)
+        for n in range(len(index)):
+            levels[n] = flat[np.uint32(max(index[n], INT(0)))]
+        _match(reference[y], levels, index, truncation, cost[y])
+    return cost.reshape(height, width, planes)
 
 
 @exact
-def _project(ray, rotation, translation, k, inverse, shape, index):
-    """Fill the flat pixel of a source image that a pixel's point at each plane falls on, or -1."""
+def _project(rays, rotation, translation, k, inverse, shape, index):
+    """Fill the flat pixels of a source image that points fall on, or -1: those of a row of pixels,
+    each at every plane.
+    """
     fx, fy, cx, cy = F(2) * k[0], F(2) * k[1], F(2) * k[2], F(2) * k[3]
     bx = fx * translation[0] + cx * translation[2]
     by = fy * translation[1] + cy * translation[2]
     bz = translation[2]
-    limit_x, limit_y = F(shape[1]), F(shape[0])
-    rx, ry = ray
-    px = rotation[0, 0] * rx + rotation[0, 1] * ry + rotation[0, 2]
-    py = rotation[1, 0] * rx + rotation[1, 1] * ry + rotation[1, 2]
-    pz = rotation[2, 0] * rx + rotation[2, 1] * ry + rotation[2, 2]
-    ax, ay = fx * px + cx * pz, fy * py + cy * pz
-    for d in range(len(inverse)):
-        z = pz + inverse[d] * bz
-        w = F(1) / max(z, F(1e-9))
-        u = (ax + inverse[d] * bx) * w
-        v = (ay + inverse[d] * by) * w
-        inside = (z > F(1e-6)) & (u >= F(0)) & (v >= F(0)) & (u < limit_x) & (v < limit_y)
-        column = INT(min(max(u, F(0)), limit_x - F(1)))
-        row = INT(min(max(v, F(0)), limit_y - F(1)))
-        index[d] = row * INT(shape[1]) + column if inside else INT(-1)
+    limit_x, limit_y, row_length = F(shape[1]), F(shape[0]), INT(shape[1])
+    planes = U(len(inverse))
+    for x in range(rays.shape[1]):
+        rx, ry = rays[0, x], rays[1, x]
+        px = rotation[0, 0] * rx + rotation[0, 1] * ry + rotation[0, 2]
+        py = rotation[1, 0] * rx + rotation[1, 1] * ry + rotation[1, 2]
+        pz = rotation[2, 0] * rx + rotation[2, 1] * ry + rotation[2, 2]
+        ax, ay = fx * px + cx * pz, fy * py + cy * pz
+        first = U(x) * planes
+        for d in range(planes):
+            z = pz + inverse[d] * bz
+            w = F(1) / max(z, F(1e-9))
+            u = (ax + inverse[d] * bx) * w
+            v = (ay + inverse[d] * by) * w
+            inside = (z > F(1e-6)) & (u >= F(0)) & (v >= F(0)) & (u < limit_x) & (v < limit_y)
+            column = INT(min(max(u, F(0)), limit_x - F(1)))
+            row = INT(min(max(v, F(0)), limit_y - F(1)))
+            index[first + d] = row * row_length + column if inside else INT(-1)
+
+
+@exact
+def _match(reference, levels, index, truncation, cost):
+    """Fill the costs of a row of pixels, whose planes see the given levels of the source."""
+    scale = F(255.0) / (F(3 * 16) * truncation)
+    planes = U(len(levels) // len(reference))
+    for x in range(len(reference)):
+        red = INT(F(16) * reference[x, 0])
+        green = INT(F(16) * reference[x, 1])
+        blue = INT(F(16) * reference[x, 2])
+        for n in range(U(x) * planes, U(x + 1) * planes):
+            at = levels[n]
+            gap = abs(INT(at & U(0xFFFF)) - red) + abs(INT(at >> U(16) & U(0xFFFF)) - green)
+            value = min(F(gap + abs(INT(at >> U(32)) - blue)) * scale, F(255))
+            cost[n] = np.uint8(INT(value if index[n] >= 0 else OUTSIDE))
 
 
 @exact
@@ -167,39 +179,55 @@ def aggregate(cost, grey, small, large):
         (h, w, D) int16, summed over the paths.
     """
     height, width, planes = cost.shape
-    total = np.zeros((height, width, planes), S)
-    # all lines advance together: their steps do not wait for each other. Indexed in place,
-    # without row views, whose reference counts would cost more than the sums; every sum is cut
-    # back to int16 at once, or the loop would not vectorise
-    lines = max(height, width)
+    costs, total = cost.reshape(cost.size), np.zeros(cost.size, S)
     jumps = _jumps(grey, small, large)
-    path, lows = np.full((2, lines, planes + 2), S(20000)), np.empty(lines, S)
-    for direction in range(4):
-        horizontal, forward = direction < 2, direction % 2 == 0
-        steps = width if horizontal else height
+    across, down = jumps[0].reshape(height * width), jumps[1].reshape(height * width)
+    for forward in (True, False):
+        _sweep(costs, across, (height, width), (width, 1), forward, small, total)
+        _sweep(costs, down, (width, height), (1, width), forward, small, total)
+    return total.reshape(height, width, planes)
+
+
+@exact
+def _sweep(costs, jumps, shape, strides, forward, small, total):
+    """Add the paths along one axis, in one direction, to the sums.
+
+    Args:
+        costs: flat, as of `aggregate`.
+        jumps: flat penalties of a jump between a pixel and the one before it on its line.
+        shape: number of lines, and of steps along each.
+        strides: from a line to the next, and from a step to the next, pixels.
+        forward: whether steps go up.
+        small: as of `aggregate`.
+        total: flat sums, changed in place.
+    """
+    # all lines advance together: their steps do not wait for each other. Every sum is cut back to
+    # int16 at once, or the loop would not vectorise
+    lines, steps = shape
+    planes = U(len(costs) // len(jumps))
+    room = planes + U(2)
+    old, new = np.full((2, lines * int(room)), S(20000))
+    lows = np.zeros(lines, S)
+    for line in range(lines):
+        for d in range(planes):
+            old[U(line) * room + d + U(1)] = 0
+    for step in range(steps):
+        at = step if forward else steps - 1 - step
+        edge = at if forward or step == 0 else at + 1
         for line in range(lines):
-            lows[line] = 0
+            jump = jumps[U(line * strides[0] + edge * strides[1])]
+            first = U(line * strides[0] + at * strides[1]) * planes
+            before = U(line) * room
+            low, lowest = lows[line], S(20000)
             for d in range(planes):
-                path[0, line, d + 1] = 0
-        for s in range(steps):
-            at = s if forward else steps - 1 - s
-            last = at if s == 0 else (at - 1 if forward else at + 1)
-            old, new = s & 1, 1 - (s & 1)
-            for line in range(height if horizontal else width):
-                y, x = (line, at) if horizontal else (at, line)
-                jump = jumps[0, y, max(at, last)] if horizontal else jumps[1, max(at, last), x]
-                low = lows[line]
-                for d in range(planes):
-                    near = S(min(path[old, line, d], path[old, line, d + 2]) + small)
-                    least = min(S(min(path[old, line, d + 1], near) - low), jump)
-                    path[new, line, d + 1] = S(cost[y, x, d] + least)
-                low = S(20000)
-                for d in range(planes):
-                    reached = path[new, line, d + 1]
-                    low = min(low, reached)
-                    total[y, x, d] = S(total[y, x, d] + reached)
-                lows[line] = low
-    return total
+                near = S(min(old[before + d], old[before + d + U(2)]) + small)
+                least = min(S(min(old[before + d + U(1)], near) - low), jump)
+                reached = S(costs[first + d] + least)
+                new[before + d + U(1)] = reached
+                lowest = min(lowest, reached)
+                total[first + d] = S(total[first + d] + reached)
+            lows[line] = lowest
+        old, new = new, old
 
 
 @exact
@@ -235,24 +263,27 @@ def winner(total, cost, inverse):
         plane matches alike, as on a blank wall or the sky.
     """
     height, width, planes = total.shape
-    depth = np.empty((height, width), F)
-    sure = np.empty((height, width), F)
+    costs, sums = cost.reshape(cost.size), total.reshape(total.size)
+    size, each = height * width, U(planes)
+    depth, sure = np.empty(size, F), np.empty(size, F)
+    keys, summed = np.empty(size, INT), np.empty(size, np.uint16)
+    for p in range(size):
+        # a plane's cost and its number in one integer: the least of them is the first minimum
+        key, whole = INT(1 << 30), np.uint16(0)
+        for d in range(each):
+            n = U(p) * each + d
+            key = min(key, INT(sums[n]) * INT(MOST_PLANES) + INT(d))
+            whole = np.uint16(whole + np.uint16(costs[n]))  # of MOST_PLANES at most
+        keys[p], summed[p] = key, whole
     step = (inverse[planes - 1] - inverse[0]) / F(max(planes - 1, 1))
-    for y in range(height):
-        for x in range(width):
-            low, summed, best = S(32767), np.uint16(0), S(planes)
-            for d in range(planes):
-                low = min(low, total[y, x, d])
-                summed = np.uint16(summed + np.uint16(cost[y, x, d]))  # of MOST_PLANES at most
-            for d in range(planes):
-                best = min(best, S(d) if total[y, x, d] <= low else S(planes))
-            mean = F(summed) / F(planes)
-            offset = F(0)
-            if 0 < best < planes - 1:
-                left, right = F(total[y, x, best - 1]), F(total[y, x, best + 1])
-                curve = left + right - F(2) * F(low)
-                if curve > 0:
-                    offset = F(0.5) * (left - right) / curve
-            depth[y, x] = inverse[best] + offset * step
-            sure[y, x] = max(F(0), (mean - F(cost[y, x, best])) / (mean + CONFIDENCE_OFFSET))
-    return depth, sure
+    for p in range(size):
+        first, best, low = U(p) * each, keys[p] % INT(MOST_PLANES), keys[p] // INT(MOST_PLANES)
+        left = F(sums[first + U(max(best - 1, 0))])
+        right = F(sums[first + U(min(best + 1, planes - 1))])
+        curve = left + right - F(2) * F(low)
+        offset = F(0.5) * (left - right) / curve if curve > 0 else F(0)
+        offset = offset if 0 < best < planes - 1 else F(0)
+        depth[p] = inverse[best] + offset * step
+        mean = F(summed[p]) / F(planes)
+        sure[p] = max(F(0), (mean - F(costs[first + U(best)])) / (mean + CONFIDENCE_OFFSET))
+    return depth.reshape(height, width), sure.reshape(height, width)
