@@ -1,6 +1,6 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
-from fsel.api.covering import check_cover, served
+from fsel.api.covering import check_cover_and_swaps, served
 from fsel.api.measured import as_read, described, measured
 from fsel.api.reconstruction import evaluate, fit
 from fsel.api.request import (
@@ -22,7 +22,7 @@ __all__ = [
     "LEAST_FRAMES",
     "Selection",
     "as_read",
-    "check_cover",
+    "check_cover_and_swaps",
     "checked_request",
     "described",
     "evaluate",

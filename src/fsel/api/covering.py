@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Key = TypeVar("Key", bound=Hashable)
 
 
-def check_cover(
+def check_cover_and_swaps(
     cover: int,
     share: float,
     k: int | str | Auto | None,
@@ -32,7 +32,7 @@ def check_cover(
     *,
     refine: bool,
 ) -> None:
-    """Refuse a cover that cannot be, or that something else would break.
+    """Refuse a cover or swaps that cannot be, or that something else would break.
 
     Args:
         cover: how often points are to be seen; 0 for no cover.
@@ -43,8 +43,11 @@ def check_cover(
     Raises:
         ValueError: for a cover below zero, a share of nothing or of more than all, or beside
             frames that are always to be selected, a number that is to be found, swaps, or a method
-            that does not score frames; for neither a cover nor a number of frames.
+            that does not score frames; for neither a cover nor a number of frames; for swaps
+            beside frames that are always to be selected.
     """
+    if refine and len(targets.always):
+        raise ValueError("frames that are always to be selected cannot be swapped: no refine")
     if cover < 0:
         raise ValueError(f"cover is {cover}; allowed: 1 or more, how often a point is to be seen")
     if not 0 < share <= 1:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel.api.covering import check_cover, cover_of, near_all, seeing_all
+from fsel.api.covering import check_cover_and_swaps, cover_of, near_all, seeing_all
 from fsel.api.measured import Describe, SharpnessOf, as_read, measured
 from fsel.api.request import (
     checked_request,
@@ -165,7 +165,7 @@ def select(
         opened, capture = capture, capture.capture
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus, always, never)
-    check_cover(cover, cover_share, k, targets, method, refine=refine is not None)
+    check_cover_and_swaps(cover, cover_share, k, targets, method, refine=refine is not None)
     trying = patience_of(patience, k, targets, method, focus, cover, named=named)
     if opened is not None:
         if not keep_bad:
@@ -191,14 +191,8 @@ def select(
     else:
         frames, scores = ranked(problem, count)
     frames, scores, tried = _tried(problem, frames, scores, trying)
-    began, swapped = frames, None
-    if refine is not None:
-        if len(targets.always):
-            raise ValueError("frames that are always to be selected cannot be swapped: no refine")
-        from fsel.request.swaps import refined  # here: most selections reconstruct nothing
-
-        swapping = refine if isinstance(refine, Refine) else Refine(refine)
-        swapped = refined(problem, frames, swapping, seed)
+    began, swapped = frames, _swapped(problem, frames, refine, seed)
+    if swapped is not None:
         frames = swapped.picks
     scores = np.where(frames == began, scores, np.nan)
     seconds = time.perf_counter() - started
@@ -227,6 +221,17 @@ def _tried(
     if outcome is None or subset_key(outcome.frames) == subset_key(frames):
         return frames, scores, outcome
     return outcome.frames, np.full(len(frames), np.nan), outcome
+
+
+def _swapped(
+    problem: Problem, frames: np.ndarray, refine: float | Refine | None, seed: int
+) -> Swapped | None:
+    """What swaps of single picks bring, where they are wanted."""
+    if refine is None:
+        return None
+    from fsel.request.swaps import refined  # here: most selections reconstruct nothing
+
+    return refined(problem, frames, refine if isinstance(refine, Refine) else Refine(refine), seed)
 
 
 def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) -> SharpnessOf:

@@ -129,7 +129,7 @@ def _checked(
     k = budget_of(args, opened)
     targets = api.checked_request(capture, k, args.targets, method, focus, args.always, args.never)
     swapped = args.refine is not None
-    api.check_cover(args.cover, args.cover_share, k, targets, method, refine=swapped)
+    api.check_cover_and_swaps(args.cover, args.cover_share, k, targets, method, refine=swapped)
     what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
         what += "" if focus else " and as many beside them"
