@@ -79,7 +79,7 @@ trajectories = [trajectory for capture in training for trajectory in labelled(ca
 print(f"{len(trajectories)} labels of {K} picks from {len(training)} scenes")
 
 weights, log = train(trajectories, [], seed=0, epochs=5, learning_rate=1e-3)
-print(f"loss {log['loss'].iloc[0]:.2f} -> {log['loss'].iloc[-1]:.2f} nats")
+print(f"loss {log['loss'][0]:.2f} -> {log['loss'][-1]:.2f} nats")
 Network(weights, {"policy": POLICY.name, "made by": "an example"}).save("mine.safetensors")
 
 method = POLICY.method(Network.load("mine.safetensors"))

@@ -124,4 +124,4 @@ def test_calls_run_on_the_core_alone(program):
 def test_saving_without_the_packages_for_tables_says_what_to_install(program):
     done = program(SAVE)
     assert done.returncode == 1
-    assert "pandas is not installed. Hint: pip install 'fsel[workflow]'" in done.stderr
+    assert "pyarrow is not installed. Hint: pip install 'fsel[workflow]'" in done.stderr

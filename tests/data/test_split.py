@@ -9,6 +9,7 @@ from selection_problems import capture_of, random_capture
 
 from fsel.data.geometry import pose_distance
 from fsel.data.split import COVERAGES, Split, coverage_split, evaluation_split, splits_in
+from fsel.utils.columns import repeated, stacked
 
 
 def splits(capture):
@@ -107,7 +108,7 @@ def test_the_smallest_capture_still_splits():
 
 def test_split_survives_its_table():
     parts = Split(np.array([1, 4]), np.array([5, 0]), np.array([2, 3]), np.array([3]))
-    table = parts.table(list("abcdef"))
+    table = pd.DataFrame(parts.table(list("abcdef")))
     assert table["role"].tolist() == [
         "proxy",
         "target",
@@ -129,8 +130,10 @@ def test_a_table_of_several_splits_says_which_is_which():
     assert head == {}
     np.testing.assert_array_equal(split.proxies, alone.proxies)
     levels = {p: coverage_split(capture, p, 0) for p in (60, 25)}
-    tables = [split.table(capture.names).assign(coverage=p) for p, split in levels.items()]
-    read = list(splits_in(pd.concat(tables)))
+    tables = [
+        split.table(capture.names) | repeated({"coverage": p}, 70) for p, split in levels.items()
+    ]
+    read = list(splits_in(stacked(tables)))
     assert [head for head, _ in read] == [{"coverage": 25}, {"coverage": 60}]
     for head, split in read:
         for name in ("targets", "proxies", "candidates", "region"):

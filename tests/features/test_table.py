@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from selection_problems import random_problem
 
@@ -59,4 +60,4 @@ def test_the_file_is_what_is_read_where_pool_and_references_are_its_own():
 def test_features_of_another_problem_are_refused(change, said):
     problem = random_problem(30)
     with pytest.raises(ValueError, match=f"old.parquet: .*{said}"):
-        with_features(problem, change(features_table(problem)), "old.parquet")
+        with_features(problem, change(pd.DataFrame(features_table(problem))), "old.parquet")

@@ -8,7 +8,8 @@ from fsel.data.split import coverage_split
 from fsel.stages.train import train
 from fsel.training import problems as reading
 from fsel.training.labelled import labelled_problems
-from fsel.utils.files import read_table, write_table
+from fsel.utils.columns import repeated, stacked
+from fsel.utils.files import read_columns, write_table
 
 
 def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelled, tmp_path):
@@ -35,15 +36,18 @@ def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelle
 def test_files_of_a_scene_are_read_once_for_all_levels(scene, tmp_path, monkeypatch):
     capture = Capture.load(scene)
     levels = {p: coverage_split(capture, p, seed=1) for p in (25, 50)}
-    tables = [split.table(capture.names).assign(coverage=p) for p, split in levels.items()]
+    tables = [
+        split.table(capture.names) | repeated({"coverage": p}, len(capture))
+        for p, split in levels.items()
+    ]
     splits = tmp_path / "splits.parquet"
-    write_table(pd.concat(tables), splits, units={}, config="c")
+    write_table(stacked(tables), splits, units={}, config="c")
     rows = pd.DataFrame({"scene": "s", "coverage": [50, 25, 25], "rank": [0, 1, 0]})
     read = []
-    monkeypatch.setattr(reading, "read_table", lambda p: read.append(p) or read_table(p))
+    monkeypatch.setattr(reading, "read_columns", lambda p: read.append(p) or read_columns(p))
     problems = list(labelled_problems(rows, {"s": (scene, splits)}))
     assert read == [scene / "descriptors.parquet", splits]
-    assert [part["rank"].tolist() for _, part in problems] == [[0, 1], [0]]
+    assert [[row["rank"] for row in part] for _, part in problems] == [[0, 1], [0]]
     for (problem, _), split in zip(problems, levels.values(), strict=True):
         np.testing.assert_array_equal(problem.candidates, split.candidates)
     assert problems[0][0].capture is problems[1][0].capture

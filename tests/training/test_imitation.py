@@ -1,6 +1,7 @@
 """Behaviour cloning learns what it is shown, reproducibly."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 
@@ -28,6 +29,7 @@ def fit(seed=0, **settings):
 
 def test_agreement_rises_on_unseen_items():
     _, log = fit()
+    log = pd.DataFrame(log)
     held = log[log["split"] == "validation"].set_index("epoch")
     assert held.loc[0, "agreement"] < 0.3
     assert held.loc[4, "agreement"] > 0.7

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fsel.training.journal import Journal
     from fsel.training.offline import Described, Labelling, Task
 
-NEEDED = ("torch", "pandas")
+NEEDED = ("torch",)
 MADE_BY = "fsel train: behaviour cloning"
 RATE = 1e-3  # of Adam (paper, Appendix A.3)
 
@@ -162,11 +162,12 @@ def _train(
     with console.clock("training"):
         weights, log = imitation.train(trajectories, [], **settings)
     save_scorer(Network(weights), policy.name, made, args.seed, key, args.out)
-    first, last = (log.iloc[at] for at in (0, -1))
+    log = {name: log[name].tolist() for name in ("epoch", "loss", "agreement")}
+    epochs = [dict(zip(log, row, strict=True)) for row in zip(*log.values(), strict=True)]
+    first, last = epochs[0], epochs[-1]
     console.say(
         "trained",
         f"{policy.name}: loss {first['loss']:.2f} to {last['loss']:.2f} nats, agreement with the "
         f"labels {first['agreement']:.1%} to {last['agreement']:.1%}",
     )
-    epochs = log[["epoch", "loss", "agreement"]].to_dict("records")
     return {"out": str(args.out), "made by": made, "epochs": epochs}

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import cv2
@@ -13,8 +13,12 @@ import numpy as np
 
 from fsel.data.geometry import camera_centers, check_poses, merged
 from fsel.data.points import SparsePoints, points_from_table, points_table
-from fsel.utils.files import atomic, mapped_array, read_table
+from fsel.utils.files import atomic, mapped_array, read_columns, read_metadata, write_parquet
 from fsel.utils.wording import counted
+
+POSE = tuple(f"w2c_{row}{column}" for row in range(3) for column in range(4))
+INTRINSICS = ("fx", "fy", "cx", "cy")
+ATTRIBUTES = "PANDAS_ATTRS"  # of a Parquet file's metadata, what pandas reads as `attrs`
 
 
 @dataclass(frozen=True)
@@ -200,21 +204,14 @@ class Capture:
         Arrays that already are those files, streamed there while they were made, stay as they are.
         `details` of how the capture was read go into the metadata of frames.parquet.
         """
-        pd = _pandas()
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        frames = pd.DataFrame({"frame": np.arange(len(self)), "name": self.names})
-        frames["sequence"] = self.sequences
-        for row in range(3):
-            for column in range(4):
-                frames[f"w2c_{row}{column}"] = self.world_to_camera[:, row, column]
-        for column, label in enumerate(("fx", "fy", "cx", "cy")):
-            frames[label] = self.intrinsics[:, column]
-        frames.attrs |= {"source": self.source, **details}
-        points = points_table(self.points)
-        for table, name in ((frames, "frames.parquet"), (points, "points.parquet")):
-            with atomic(folder / name) as temporary:
-                table.to_parquet(temporary, index=False)
+        frames = {"frame": np.arange(len(self)), "name": self.names, "sequence": self.sequences}
+        frames |= zip(POSE, self.world_to_camera.reshape(-1, 12).T, strict=True)
+        frames |= zip(INTRINSICS, self.intrinsics.T, strict=True)
+        found = {ATTRIBUTES: json.dumps({"source": self.source, **details})}
+        write_parquet(frames, folder / "frames.parquet", found)
+        write_parquet(points_table(self.points), folder / "points.parquet", {})
         _save_array(self.images, folder / "images.npy")
         if self.masks is not None:
             _save_array(self.masks, folder / "masks.npy")
@@ -224,33 +221,20 @@ class Capture:
     @classmethod
     def load(cls, folder: str | Path) -> Capture:
         """Read what `save` wrote; images stay on disk until touched."""
-        _pandas()
         folder = Path(folder)
-        frames = read_table(folder / "frames.parquet")
-        poses = frames[[f"w2c_{r}{c}" for r in range(3) for c in range(4)]].to_numpy(np.float64)
+        frames = read_columns(folder / "frames.parquet")
+        found = json.loads(read_metadata(folder / "frames.parquet").get(ATTRIBUTES, "{}"))
         masks = folder / "masks.npy"
         return cls(
             names=tuple(frames["name"]),
-            world_to_camera=poses.reshape(-1, 3, 4),
-            intrinsics=frames[["fx", "fy", "cx", "cy"]].to_numpy(np.float64),
+            world_to_camera=np.stack([frames[c] for c in POSE], axis=1).reshape(-1, 3, 4),
+            intrinsics=np.stack([frames[c] for c in INTRINSICS], axis=1),
             images=mapped_array(folder / "images.npy"),
             sequences=tuple(frames["sequence"]),
-            points=points_from_table(read_table(folder / "points.parquet")),
+            points=points_from_table(read_columns(folder / "points.parquet")),
             masks=mapped_array(masks) if masks.exists() else None,
-            source=frames.attrs.get("source", str(folder)),
+            source=found.get("source", str(folder)),
         )
-
-
-def _pandas() -> ModuleType:
-    """Import pandas, which takes longer than a selection, which does not need it."""
-    try:
-        import pandas
-    except ImportError as error:
-        raise ImportError(
-            "a saved capture consists of Parquet files, and pandas is not installed. "
-            "Hint: pip install 'fsel[workflow]', or pandas and pyarrow"
-        ) from error
-    return pandas
 
 
 def _save_array(array: np.ndarray, path: Path) -> None:

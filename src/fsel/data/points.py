@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import Any, Self
 
 import numpy as np
 
-if TYPE_CHECKING:
-    import pandas as pd
+from fsel.utils.columns import Columns
 
 
 @dataclass(frozen=True)
@@ -57,30 +56,26 @@ def grouped_rows(keys: np.ndarray, count: int) -> list[np.ndarray]:
     return [order[bounds[key] : bounds[key + 1]] for key in range(count)]
 
 
-def points_table(points: SparsePoints | None) -> pd.DataFrame:
+def points_table(points: SparsePoints | None) -> dict[str, Any]:
     """One row a point; its track is the list of frames that saw it. No rows: no points."""
-    import pandas as pd  # here: it takes longer to import than a selection takes
-
-    columns = ["x", "y", "z", "r", "g", "b", "track"]
     if points is None:
-        return pd.DataFrame({c: pd.Series(dtype="float64") for c in columns[:-1]} | {"track": []})
-    table = pd.DataFrame(np.asarray(points.xyz), columns=columns[:3])
-    table[columns[3:6]] = np.asarray(points.rgb)
+        return {name: np.empty(0) for name in ("x", "y", "z", "r", "g", "b", "track")}
     rows = grouped_rows(points.track_point, len(points.xyz))
-    table["track"] = [points.track_frame[row] for row in rows]
-    return table
+    table = dict(zip("xyz", np.asarray(points.xyz).T, strict=True))
+    table |= zip("rgb", np.asarray(points.rgb).T, strict=True)
+    return {**table, "track": [points.track_frame[row] for row in rows]}
 
 
-def points_from_table(table: pd.DataFrame) -> SparsePoints | None:
+def points_from_table(table: Columns) -> SparsePoints | None:
     """Points of a table that `points_table` made."""
-    if table.empty:
+    if not len(table["x"]):
         return None
-    lengths = table["track"].map(len).to_numpy()
+    lengths = [len(track) for track in table["track"]]
     return SparsePoints(
-        xyz=table[["x", "y", "z"]].to_numpy(np.float64),
-        rgb=table[["r", "g", "b"]].to_numpy(np.uint8),
-        track_point=np.repeat(np.arange(len(table)), lengths),
-        track_frame=np.concatenate(table["track"].to_list()).astype(np.int64),
+        xyz=np.stack([table[name] for name in "xyz"], axis=1).astype(np.float64),
+        rgb=np.stack([table[name] for name in "rgb"], axis=1).astype(np.uint8),
+        track_point=np.repeat(np.arange(len(lengths)), lengths),
+        track_frame=np.concatenate(list(table["track"])).astype(np.int64),
     )
 
 

@@ -6,17 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fsel.data.capture import Capture, Views
 from fsel.data.split import Split
 from fsel.data.subsets import evenly
-from fsel.utils.files import read_table
-
-if TYPE_CHECKING:
-    import pandas as pd
+from fsel.utils.columns import Columns
+from fsel.utils.files import read_columns
 
 MOST_FRAMES = 1000  # that stand for a whole capture: reconstructing takes memory with every frame
 
@@ -59,7 +56,7 @@ class Problem:
     features: np.ndarray | None = None
 
     @classmethod
-    def of(cls, capture: Capture, split: Split, described: pd.DataFrame) -> Problem:
+    def of(cls, capture: Capture, split: Split, described: Columns) -> Problem:
         """The selection problem of a split.
 
         Args:
@@ -72,15 +69,15 @@ class Problem:
             candidates=split.candidates,
             proxies=split.proxies,
             targets=capture.view(split.targets),
-            descriptors=np.stack(described["descriptor"].to_list()).astype(np.float32),
-            sharpness=described["sharpness"].to_numpy(np.float64),
+            descriptors=np.stack(list(described["descriptor"])).astype(np.float32),
+            sharpness=np.asarray(described["sharpness"], np.float64),
         )
 
     @classmethod
     def load(cls, folder: str | Path, split: str | Path) -> Problem:
         """The problem of a split.parquet and the folder of a canonical capture, described."""
         folder = Path(folder)
-        described = read_table(folder / "descriptors.parquet")
+        described = read_columns(folder / "descriptors.parquet")
         return cls.of(Capture.load(folder), Split.load(split), described)
 
     @cached_property

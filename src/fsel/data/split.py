@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from fsel.data.capture import Capture
 from fsel.data.geometry import pairwise_distances, pose_distance
-from fsel.utils.files import read_table
-
-if TYPE_CHECKING:
-    import pandas as pd
+from fsel.utils.columns import Columns, chosen
+from fsel.utils.files import read_columns
 
 COVERAGES = (25, 40, 60, 80, 100)
 
@@ -35,34 +33,26 @@ class Split:
     candidates: np.ndarray
     region: np.ndarray
 
-    def table(self, names: Sequence[str]) -> pd.DataFrame:
+    def table(self, names: Sequence[str]) -> dict[str, Any]:
         """One row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region."""
-        import pandas as pd  # here: it takes longer to import than a selection takes
-
         role = np.full(len(names), "candidate", dtype=object)
         proxy_of = np.full(len(names), -1)
         role[self.targets], role[self.proxies] = "target", "proxy"
         proxy_of[self.proxies] = self.targets
         frames = np.arange(len(names))
-        return pd.DataFrame(
-            {
-                "frame": frames,
-                "name": names,
-                "role": role,
-                "proxy_of": proxy_of,
-                "in_region": np.isin(frames, self.region),
-            }
-        )
+        inside = np.isin(frames, self.region)
+        table = {"frame": frames, "name": names, "role": role, "proxy_of": proxy_of}
+        return {**table, "in_region": inside}
 
     @classmethod
-    def from_table(cls, table: pd.DataFrame) -> Split:
+    def from_table(cls, table: Columns) -> Split:
         """Split that `table` wrote down, its rows in any order."""
-        table = table.sort_values("frame")
-        frame, role = table["frame"].to_numpy(np.int64), table["role"]
-        proxies = table[role == "proxy"].sort_values("proxy_of")["frame"].to_numpy(np.int64)
+        table = chosen(table, np.argsort(table["frame"]))
+        frame, role = table["frame"], table["role"]
+        proxies = frame[role == "proxy"]
         return cls(
             targets=frame[role == "target"],
-            proxies=proxies,
+            proxies=proxies[np.argsort(table["proxy_of"][role == "proxy"])],
             candidates=frame[role == "candidate"],
             region=frame[table["in_region"]],
         )
@@ -70,10 +60,10 @@ class Split:
     @classmethod
     def load(cls, path: str | Path) -> Split:
         """Read a split.parquet."""
-        return cls.from_table(read_table(path))
+        return cls.from_table(read_columns(path))
 
 
-def splits_in(table: pd.DataFrame) -> Iterator[tuple[dict[str, int], Split]]:
+def splits_in(table: Columns) -> Iterator[tuple[dict[str, int], Split]]:
     """Every split of a table, and what tells it from the others.
 
     Args:
@@ -87,8 +77,9 @@ def splits_in(table: pd.DataFrame) -> Iterator[tuple[dict[str, int], Split]]:
     if "coverage" not in table:
         yield {}, Split.from_table(table)
         return
-    for coverage, part in table.groupby("coverage", sort=True):
-        yield {"coverage": int(coverage)}, Split.from_table(part)
+    levels = np.asarray(table["coverage"])
+    for coverage in np.unique(levels).tolist():
+        yield {"coverage": coverage}, Split.from_table(chosen(table, levels == coverage))
 
 
 def evaluation_split(

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import logging
 import time
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,6 +21,7 @@ from fsel.evaluation.evaluator import COSTS, Evaluator
 from fsel.metrics import METRICS, Metrics, units
 from fsel.selector import pretrained
 from fsel.selector.policies import KNOWN
+from fsel.utils.columns import Columns, repeated, stacked
 from fsel.utils.seeds import name_seed
 
 if TYPE_CHECKING:
@@ -137,6 +138,15 @@ def picks_at(problem: Problem, run: Run, budgets: Sequence[int], chance: Chance)
 def select(
     problem: Problem, runs: Iterable[Run], budgets: Sequence[int], chance: Chance
 ) -> pd.DataFrame:
+    """The table `picked`, as a DataFrame."""
+    import pandas as pd  # here and below: it takes longer to import than a selection takes
+
+    return pd.DataFrame(picked(problem, runs, budgets, chance))
+
+
+def picked(
+    problem: Problem, runs: Iterable[Run], budgets: Sequence[int], chance: Chance
+) -> dict[str, np.ndarray]:
     """The picks of every run at every budget, one row a pick.
 
     Args:
@@ -149,41 +159,54 @@ def select(
         method, pool, seed, k, order, frame, name, seconds; `pool` is where the method may pick
         from, `candidates` (P) or `observed` (P and O). Units are `PICK_UNITS`.
     """
-    parts: list[dict[str, Any]] = []
+    parts: list[Columns] = []
     for run in runs:
         method = run.method
         sizes = [len(problem.sequence)] if method.name == "all" else budgets
         for k, frames, seconds in picks_at(problem, run, sizes, chance):
             same = {"method": method.name, "pool": method.pool, "seed": run.seed, "k": k}
             names = [problem.capture.names[frame] for frame in frames]
-            rows = {"order": range(k), "frame": frames, "name": names, "seconds": [seconds] * k}
-            parts.append({name: [value] * k for name, value in same.items()} | rows)
-    return _stacked(parts)
+            rows = {"order": range(k), "frame": frames, "name": names}
+            parts.append(repeated(same, k) | rows | repeated({"seconds": seconds}, k))
+    return stacked(parts)
 
 
 def measure(
     evaluator: Evaluator, picks: pd.DataFrame, by: Sequence[str] = SELECTION
 ) -> pd.DataFrame:
+    """The table `valued`, as a DataFrame."""
+    import pandas as pd
+
+    return pd.DataFrame(valued(evaluator, picks, by))
+
+
+def valued(
+    evaluator: Evaluator, picks: Columns | pd.DataFrame, by: Sequence[str] = SELECTION
+) -> dict[str, np.ndarray]:
     """Measure what picks are worth, one row a selection and view.
 
     Args:
         evaluator: on the targets.
-        picks: what `select` returned, or any table with its columns `frame` and those of `by`.
+        picks: what `picked` returned, or any table with its columns `frame` and those of `by`.
         by: columns that tell one selection from another.
 
     Returns:
         The columns of `by`, in order of their values; then `measured`'s.
     """
-    parts: list[dict[str, Any]] = []
-    subsets = {key: part.to_numpy(np.int64) for key, part in picks.groupby(list(by))["frame"]}
+    parts: list[Columns] = []
+    frames: defaultdict[tuple[Any, ...], list[int]] = defaultdict(list)
+    columns = (np.asarray(picks[name]).tolist() for name in (*by, "frame"))
+    for *values, frame in zip(*columns, strict=True):
+        frames[tuple(values)].append(frame)
+    subsets = {key: np.array(frames[key]) for key in sorted(frames)}
     evaluator.measure_together(list(subsets.values()))
     for key, subset in subsets.items():
         rows = _rows(evaluator, subset)
         first = next(iter(evaluator.metrics))
         logger.info("%s: %s %.3f", key, first, rows[first].mean())
-        same = {name: [value] * len(evaluator.frames) for name, value in zip(by, key, strict=True)}
+        same = repeated(dict(zip(by, key, strict=True)), len(evaluator.frames))
         parts.append(same | rows)
-    return _stacked(parts)
+    return stacked(parts)
 
 
 def measured(evaluator: Evaluator, subset: np.ndarray) -> pd.DataFrame:
@@ -204,13 +227,6 @@ def _rows(evaluator: Evaluator, subset: np.ndarray) -> dict[str, Any]:
     rows: dict[str, Any] = {"target": evaluator.frames}
     rows |= zip(evaluator.metrics, result.scores.T, strict=True)
     return rows | {cost: [getattr(result, cost)] * len(evaluator.frames) for cost in COSTS}
-
-
-def _stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """One table of many short parts, each column -> values: a table of each would take 2 ms."""
-    import pandas as pd  # here: `fsel compare` does without
-
-    return pd.DataFrame({name: np.concatenate([rows[name] for rows in parts]) for name in parts[0]})
 
 
 def measured_units(metrics: Metrics = METRICS) -> dict[str, str]:

@@ -4,36 +4,30 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from fsel.data.problem import Problem
 from fsel.features.columns import STATIC
 from fsel.features.static import static_features
-
-if TYPE_CHECKING:
-    import pandas as pd
+from fsel.utils.columns import Columns
 
 
-def features_table(problem: Problem) -> pd.DataFrame:
+def features_table(problem: Problem) -> dict[str, Any]:
     """Describe every candidate by what no pick changes (paper, section 3.2), unstandardised.
 
     Returns:
         One row a candidate, ascending: frame, name, and the 14 columns
         `fsel.features.columns.STATIC` as float64. Units are `fsel.features.static.UNITS`.
     """
-    import pandas as pd  # here: it takes longer to import than a selection takes
-
-    names = problem.capture.names
-    table = pd.DataFrame({"frame": problem.candidates})
-    table["name"] = [names[frame] for frame in problem.candidates]
+    names = [problem.capture.names[frame] for frame in problem.candidates]
     references = problem.capture.view(problem.proxies)
-    table[list(STATIC)] = static_features(problem, problem.candidates, references)
-    return table
+    values = static_features(problem, problem.candidates, references)
+    return {"frame": problem.candidates, "name": names, **dict(zip(STATIC, values.T, strict=True))}
 
 
-def with_features(problem: Problem, table: pd.DataFrame, source: str | Path) -> Problem:
+def with_features(problem: Problem, table: Columns, source: str | Path) -> Problem:
     """Return the problem with the features that `features_table` wrote down for it.
 
     Args:
@@ -48,8 +42,8 @@ def with_features(problem: Problem, table: pd.DataFrame, source: str | Path) -> 
     lacking = [name for name in ("frame", *STATIC) if name not in table]
     if lacking:
         raise ValueError(f"{source}: no column {', '.join(lacking)}; has {', '.join(table)}")
-    table = table.sort_values("frame")
-    frames = table["frame"].to_numpy(np.int64)
+    order = np.argsort(table["frame"])
+    frames = np.asarray(table["frame"])[order]
     if not np.array_equal(frames, problem.candidates):
         wrong = np.setxor1d(frames, problem.candidates)
         raise ValueError(
@@ -58,7 +52,7 @@ def with_features(problem: Problem, table: pd.DataFrame, source: str | Path) -> 
             "was made for another split; make it anew"
         )
     # rows one after another, as they were computed: another order would sum in another order
-    values = np.ascontiguousarray(table[list(STATIC)].to_numpy(np.float64))
+    values = np.stack([np.asarray(table[name])[order] for name in STATIC], axis=1)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
         raise ValueError(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
 from fsel.data.capture import Capture
 from fsel.features import appearance
@@ -21,8 +20,11 @@ def describe(
         kind, weights: see `fsel.features.appearance.descriptors`.
     """
     capture = Capture.load(folder)
-    table = pd.DataFrame({"frame": np.arange(len(capture)), "name": capture.names})
-    table["sharpness"] = sharpness(capture.images)
-    table["descriptor"] = list(appearance.descriptors(capture.images, kind, weights))
+    table = {
+        "frame": np.arange(len(capture)),
+        "name": capture.names,
+        "sharpness": sharpness(capture.images),
+        "descriptor": appearance.descriptors(capture.images, kind, weights),
+    }
     units = {"sharpness": "squared grey levels", "descriptor": f"{kind}, unit vector"}
     write_table(table, descriptors, units=units, config=config)

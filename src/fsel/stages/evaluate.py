@@ -6,12 +6,15 @@ import logging
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+import numpy as np
+
 from fsel.data.capture import Capture
 from fsel.data.split import Split
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import evaluators
 from fsel.metrics import Metrics
-from fsel.utils.files import File, Files, read_table, write_table
+from fsel.utils.columns import chosen
+from fsel.utils.files import File, Files, read_columns, write_table
 
 NOTHING: Mapping[str, Sequence] = MappingProxyType({})
 
@@ -35,7 +38,7 @@ def evaluate(
 
     Args:
         selections: what `select` wrote, one a draw.
-        evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
+        evaluations: one a draw, see `fsel.evaluation.measuring.valued`.
         only: column -> values of the picks that are reconstructed; all without it.
     """
     units = measuring.measured_units(metrics)
@@ -43,8 +46,8 @@ def evaluate(
     for split, picked, path in zip(splits, selections, evaluations, strict=True):
         logger.info("%s", picked)
         targets = Split.load(split).targets
-        picks = read_table(picked)
+        picks = read_columns(picked)
         for column, values in only.items():
-            picks = picks[picks[column].isin(values)]
-        table = measuring.measure(evaluator(capture, targets), picks)
+            picks = chosen(picks, np.isin(picks[column], values))
+        table = measuring.valued(evaluator(capture, targets), picks)
         write_table(table, path, units=units, config=config)

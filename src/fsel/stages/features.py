@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pandas as pd
-
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import splits_in
 from fsel.features.static import UNITS
 from fsel.features.table import features_table
-from fsel.utils.files import File, Files, read_table, write_table
+from fsel.utils.columns import repeated, stacked
+from fsel.utils.files import File, Files, read_columns, write_table
 
 
 def features(folder: File, splits: Files, tables: Files, *, config: str) -> None:
@@ -25,10 +24,11 @@ def features(folder: File, splits: Files, tables: Files, *, config: str) -> None
             `coverage` where its split has one.
     """
     capture = Capture.load(folder)
-    described = read_table(Path(folder) / "descriptors.parquet")
+    described = read_columns(Path(folder) / "descriptors.parquet")
     for path, table in zip(splits, tables, strict=True):
         parts = [
-            features_table(Problem.of(capture, split, described)).assign(**level)
-            for level, split in splits_in(read_table(path))
+            features_table(Problem.of(capture, split, described))
+            | repeated(level, len(split.candidates))
+            for level, split in splits_in(read_columns(path))
         ]
-        write_table(pd.concat(parts), table, units=UNITS, config=config)
+        write_table(stacked(parts), table, units=UNITS, config=config)

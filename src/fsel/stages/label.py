@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-import pandas as pd
+import numpy as np
 
 from fsel.data.capture import Capture
 from fsel.data.problem import Problem
@@ -17,7 +17,8 @@ from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Enough, Journal
 from fsel.training.labelling import searched
-from fsel.utils.files import File, Files, fingerprint, read_table, write_table
+from fsel.utils.columns import chosen
+from fsel.utils.files import File, Files, fingerprint, read_columns, write_table
 
 logger = logging.getLogger(__name__)
 
@@ -52,7 +53,8 @@ def label(
         for coverage, path in zip(coverages, labels, strict=True):
             table = work.table(coverage)
             write_table(table, path, units=units(fitness), config=config)
-            logger.info("p%d: %d subsets\n%s", coverage, len(table), table[table["rank"] == 0])
+            rank = table["rank"]
+            logger.info("p%d: %d subsets\n%s", coverage, len(rank), chosen(table, rank == 0))
 
 
 def label_part(
@@ -103,12 +105,12 @@ class Searches:
     ) -> None:
         self.journal, self.search, self.fitness, self.seed = journal, search, fitness, seed
         self.capture = Capture.load(folder)
-        self.described = read_table(Path(folder) / "descriptors.parquet")
+        self.described = read_columns(Path(folder) / "descriptors.parquet")
         self.reconstructor = reconstructor_of(self.capture, reconstruction)
-        read = splits_in(read_table(splits))
+        read = splits_in(read_columns(splits))
         self.levels = {level["coverage"]: split for level, split in read}
 
-    def table(self, coverage: int) -> pd.DataFrame:
+    def table(self, coverage: int) -> dict[str, np.ndarray]:
         """The searched subsets at a coverage level, see `fsel.training.labelling.search_table`."""
         split = self.levels[coverage]
         evaluator = Evaluator.on_frames(self.reconstructor, split.proxies, metrics=self.fitness)

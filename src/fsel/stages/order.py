@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import pandas as pd
-
 from fsel.training.ordering import ordered_item
 from fsel.training.problems import read_problems
-from fsel.utils.files import File, Files, read_table, write_table
+from fsel.utils.columns import by_column
+from fsel.utils.files import File, Files, read_columns, write_table
 
 
 def order(
@@ -47,6 +46,6 @@ def order(
         for coverage in coverages:
             head = {"scene": scene, "role": role, "coverage": coverage}
             path = next(paths)
-            item = ordered_item(problems[coverage], read_table(path), kept, path)
+            item = ordered_item(problems[coverage], read_columns(path), kept, path)
             rows += [head | row for row in item]
-    write_table(pd.DataFrame(rows), trajectories, units={"coverage": "percent"}, config=config)
+    write_table(by_column(rows), trajectories, units={"coverage": "percent"}, config=config)

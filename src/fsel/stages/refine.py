@@ -22,7 +22,7 @@ from fsel.training.journal import Journal
 from fsel.training.refinement import Coefficients, Objective, RefineSettings
 from fsel.training.scorers import save_scorer
 from fsel.training.search import Evaluate
-from fsel.utils.files import File, Files, fingerprint, read_table, write_table
+from fsel.utils.files import File, Files, fingerprint, read_columns, write_table
 
 logger = logging.getLogger(__name__)
 
@@ -98,7 +98,7 @@ def _practices(
 ) -> Iterator[_Practice]:
     """Every draw of a scene; all share its reconstructor."""
     capture = Capture.load(folder)
-    described = read_table(Path(folder) / "descriptors.parquet")
+    described = read_columns(Path(folder) / "descriptors.parquet")
     reconstructor = reconstructor_of(capture, reconstruction)
     for draw in range(settings["draws"]):
         split = evaluation_split(capture, draw, settings["seed"], settings["targets"])

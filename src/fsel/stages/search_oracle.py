@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-import pandas as pd
 
 from fsel.data.problem import Problem
 from fsel.data.split import Split
@@ -15,6 +14,7 @@ from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
 from fsel.training.labelling import LABELLERS, search_table
+from fsel.utils.columns import repeated, stacked
 from fsel.utils.files import File, fingerprint, write_table
 from fsel.utils.seeds import name_seed
 
@@ -56,10 +56,10 @@ def search_oracle(
             result = LABELLERS[labeller](on_proxies, problem, parts, search, rng)
             search = {**search, "evaluations": len(result.subsets)}
             table = search_table(result, search["stored"], fitness)
-            searches.append(table.assign(method=name))
+            searches.append(table | repeated({"method": name}, len(table["rank"])))
             fittest = result.subsets[result.best(1)[0]]
             head = {"method": name, "seed": 0, "k": search["k"]}
-            picks.append(pd.DataFrame({**head, "frame": fittest}))
-        measured = measuring.measure(on_targets, pd.concat(picks))
+            picks.append(repeated(head, len(fittest)) | {"frame": fittest})
+        measured = measuring.valued(on_targets, stacked(picks))
         write_table(measured, oracle, units=measuring.measured_units(metrics), config=config)
-        write_table(pd.concat(searches), subsets, units=units(fitness), config=config)
+        write_table(stacked(searches), subsets, units=units(fitness), config=config)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-import pandas as pd
-
 from fsel.baselines import METHODS
 from fsel.data.problem import Problem
 from fsel.evaluation import measuring
 from fsel.features.table import with_features
 from fsel.layouts.protocol import read_protocol
-from fsel.utils.files import File, Files, read_table, write_table
+from fsel.utils.columns import stacked
+from fsel.utils.files import File, Files, read_columns, write_table
 
 
 def select(
@@ -32,17 +31,17 @@ def select(
     Args:
         features: what `fsel.stages.features` wrote of them, one a draw.
         weights: of the learned methods, see `fsel.evaluation.measuring.runs`.
-        selections: one a draw, see `fsel.evaluation.measuring.select`.
+        selections: one a draw, see `fsel.evaluation.measuring.picked`.
         protocol: whose list is one more method, see `fsel.stages.split`.
     """
     contenders = measuring.runs(METHODS.values(), weights)
     for split, table, path, seed in zip(splits, features, selections, seeds, strict=True):
-        problem = with_features(Problem.load(folder, split), read_table(table), table)
-        picks = measuring.select(problem, contenders, budgets, measuring.chance(seed))
+        problem = with_features(Problem.load(folder, split), read_columns(table), table)
+        picks = measuring.picked(problem, contenders, budgets, measuring.chance(seed))
         if protocol:
             listed = read_protocol(names=problem.capture.names, **protocol)
             known = [k for k in budgets if k in listed.inputs]
             run = measuring.Run(listed.method, 0)
-            more = measuring.select(problem, [run], known, measuring.chance(seed))
-            picks = pd.concat([picks, more])
+            more = measuring.picked(problem, [run], known, measuring.chance(seed))
+            picks = stacked([picks, more])
         write_table(picks, path, units=measuring.PICK_UNITS, config=config)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import pandas as pd
-
 from fsel.data.capture import Capture
 from fsel.data.split import coverage_split
+from fsel.utils.columns import repeated, stacked
 from fsel.utils.files import File, write_table
 
 
@@ -22,7 +21,8 @@ def split_labelled(
     """
     capture = Capture.load(folder)
     parts = [
-        coverage_split(capture, coverage, seed).table(capture.names).assign(coverage=coverage)
+        coverage_split(capture, coverage, seed).table(capture.names)
+        | repeated({"coverage": coverage}, len(capture))
         for coverage in coverages
     ]
-    write_table(pd.concat(parts), splits, units={"coverage": "percent"}, config=config)
+    write_table(stacked(parts), splits, units={"coverage": "percent"}, config=config)

@@ -10,7 +10,8 @@ from fsel.selector.scorer import Network
 from fsel.training import imitation
 from fsel.training.labelled import training_data
 from fsel.training.scorers import save_scorer
-from fsel.utils.files import File, Files, read_table, write_table
+from fsel.utils.columns import chosen
+from fsel.utils.files import File, Files, read_columns, write_table
 
 logger = logging.getLogger(__name__)
 
@@ -41,16 +42,16 @@ def train(
         epochs, learning_rate: of the training.
     """
     places = dict(zip(scenes, zip(folders, splits, features, strict=True), strict=True))
-    data = {
-        role: training_data(part, places, KNOWN[policy])
-        for role, part in read_table(trajectories).groupby("role", sort=True)
-    }
-    sets = data["train"], data.get("validation", [])
-    made = f"behaviour cloning of {len(data['train'])} searched subsets, {epochs} epochs"
+    table = read_columns(trajectories)
+    sets = [
+        training_data(chosen(table, table["role"] == role), places, KNOWN[policy])
+        for role in ("train", "validation")
+    ]
+    made = f"behaviour cloning of {len(sets[0])} searched subsets, {epochs} epochs"
     for seed, (path, log) in enumerate(zip(weights, logs, strict=True)):
         fitted, record = imitation.train(
             *sets, seed=seed, epochs=epochs, learning_rate=learning_rate
         )
         save_scorer(Network(fitted), policy, made, seed, config, path)
         write_table(record, log, units={"loss": "nats"}, config=config)
-        logger.info("%s, seed %d: %s\n%s", policy, seed, made, record.tail(2).to_string())
+        logger.info("%s, seed %d: %s\n%s", policy, seed, made, chosen(record, slice(-2, None)))

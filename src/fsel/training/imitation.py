@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 import torch
 
 from fsel.features.columns import INPUTS
 from fsel.selector.scorer import WIDTH
+from fsel.utils.columns import by_column
 
 Cost = Callable[..., tuple[torch.Tensor, torch.Tensor]]
 """(network, what a trajectory holds) -> loss to minimise, and agreement with the label."""
@@ -41,7 +41,7 @@ def train(
     epochs: int,
     learning_rate: float,
     dtype: torch.dtype = torch.float32,
-) -> tuple[dict[str, np.ndarray], pd.DataFrame]:
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Fit the scorer with Adam, one update a trajectory (paper, Eq. 4 and 5, Appendix A.3).
 
     Args:
@@ -68,7 +68,7 @@ def train(
             values["validation"] = mean_cost(network, held_out, _cost)
         for split, (loss, agreement) in values.items():
             log.append({"epoch": epoch, "split": split, "loss": loss, "agreement": agreement})
-    return _weights(network), pd.DataFrame(log)
+    return _weights(network), by_column(log)
 
 
 def passes(

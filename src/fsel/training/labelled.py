@@ -3,45 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from fsel.data.problem import Problem
 from fsel.selector.policies import Policy
 from fsel.selector.rollout import Rollout, follow
 from fsel.training.imitation import Trajectory
 from fsel.training.problems import read_problems
+from fsel.utils.columns import Columns
 
 Scenes = Mapping[str, Sequence[str | Path]]
 """Scene -> the arguments of `read_problems`."""
 
 
 def labelled_problems(
-    trajectories: pd.DataFrame, scenes: Scenes
-) -> Iterator[tuple[Problem, pd.DataFrame]]:
+    trajectories: Columns, scenes: Scenes
+) -> Iterator[tuple[Problem, list[dict[str, Any]]]]:
     """Yield the problem of every scene and coverage level, and its rows of the table, best first.
 
     Args:
         trajectories: what `fsel.stages.order` wrote.
         scenes: see `Scenes`.
     """
-    for scene, rows in trajectories.groupby("scene", sort=True):
+    columns = [trajectories[name] for name in trajectories]
+    rows = [dict(zip(trajectories, row, strict=True)) for row in zip(*columns, strict=True)]
+    rows.sort(key=itemgetter("scene", "coverage", "rank"))
+    for scene, own in groupby(rows, itemgetter("scene")):
         problems = read_problems(*scenes[scene])
-        for coverage, part in rows.groupby("coverage", sort=True):
-            yield problems[coverage], part.sort_values("rank")
+        for coverage, part in groupby(own, itemgetter("coverage")):
+            yield problems[coverage], list(part)
 
 
-def training_data(trajectories: pd.DataFrame, scenes: Scenes, policy: Policy) -> list[Trajectory]:
+def training_data(trajectories: Columns, scenes: Scenes, policy: Policy) -> list[Trajectory]:
     """Return the trajectories' inputs as the policy will see them.
 
     Arguments are those of `labelled_problems`.
     """
     return [
         trajectory
-        for problem, part in labelled_problems(trajectories, scenes)
-        for trajectory in as_seen(problem, part.to_dict("records"), policy)
+        for problem, rows in labelled_problems(trajectories, scenes)
+        for trajectory in as_seen(problem, rows, policy)
     ]
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from fsel.baselines.nearest import nearest
 from fsel.data.problem import Problem
@@ -20,7 +19,6 @@ from fsel.training.search import (
     random_search,
     swap_search,
 )
-from fsel.utils.files import subsets_column
 
 GENETIC = (
     "population",
@@ -72,7 +70,7 @@ def searched(
     search: Mapping[str, Any],
     seeds: Sequence[int],
     metrics: Metrics = METRICS,
-) -> pd.DataFrame:
+) -> dict[str, np.ndarray]:
     """Search one problem's subsets (paper, section 3.4).
 
     Args:
@@ -91,15 +89,15 @@ def searched(
     return search_table(result, search["stored"], metrics)
 
 
-def search_table(result: SearchResult, stored: int, metrics: Metrics = METRICS) -> pd.DataFrame:
+def search_table(
+    result: SearchResult, stored: int, metrics: Metrics = METRICS
+) -> dict[str, np.ndarray]:
     """One row a distinct subset, in the order of evaluation; `rank` 0 is the fittest.
 
     `rank` is -1 beyond the `stored` fittest.
     """
-    table = pd.DataFrame({"generation": result.generation})
-    table["subset"] = subsets_column(result.subsets)
-    table[list(metrics)] = result.metrics
-    table["fitness"] = result.fitness
-    table["rank"] = -1
-    table.loc[result.best(stored), "rank"] = np.arange(min(stored, len(table)))
-    return table
+    rank = np.full(len(result.subsets), -1)
+    rank[result.best(stored)] = np.arange(min(stored, len(rank)))
+    table = {"generation": result.generation, "subset": result.subsets}
+    table |= zip(metrics, result.metrics.T, strict=True)
+    return {**table, "fitness": result.fitness, "rank": rank}

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fsel.data.geometry import pairwise_distances, pose_distance
 from fsel.data.problem import Problem
-
-if TYPE_CHECKING:
-    import pandas as pd
+from fsel.utils.columns import Columns
 
 EPSILON = 1e-12
 
@@ -57,7 +54,7 @@ def trajectory_weights(fitness: np.ndarray) -> np.ndarray:
 
 
 def ordered_item(
-    problem: Problem, labels: pd.DataFrame, kept: int, source: str | Path = "labels"
+    problem: Problem, labels: Columns, kept: int, source: str | Path = "labels"
 ) -> list[dict]:
     """Order the fittest subsets of one labelled problem, and weigh them.
 
@@ -73,19 +70,21 @@ def ordered_item(
     Raises:
         ValueError: for subsets that hold frames which are no candidates of the problem.
     """
-    fittest = labels.query("0 <= rank < @kept").sort_values("rank")
-    weights = trajectory_weights(fittest["fitness"].to_numpy())
+    order = np.argsort(labels["rank"])
+    fittest = order[labels["rank"][order] >= 0][:kept]
+    fitness = labels["fitness"][fittest]
+    weights = trajectory_weights(fitness).tolist()
     rows = []
-    for row, weight in zip(fittest.itertuples(), weights, strict=True):
-        subset = np.array(row.subset)
+    for rank, (row, value, weight) in enumerate(zip(fittest, fitness, weights, strict=True)):
+        subset = labels["subset"][row]
         others = np.setdiff1d(subset, problem.candidates)
         if len(others):
             raise ValueError(
-                f"{source}: the subset of rank {row.rank} holds frames {others.tolist()}, which "
+                f"{source}: the subset of rank {rank} holds frames {others.tolist()}, which "
                 "are no candidates. Hint: it was searched on another split; search again"
             )
         picks = ordered(problem, subset).tolist()
-        rows.append({"rank": row.rank, "fitness": row.fitness, "weight": weight, "picks": picks})
+        rows.append({"rank": rank, "fitness": value, "weight": weight, "picks": picks})
     return rows
 
 

@@ -8,7 +8,8 @@ from fsel.data.capture import Capture
 from fsel.data.problem import Problem
 from fsel.data.split import splits_in
 from fsel.features.table import with_features
-from fsel.utils.files import read_table
+from fsel.utils.columns import chosen
+from fsel.utils.files import read_columns
 
 
 def read_problems(
@@ -28,15 +29,15 @@ def read_problems(
         ValueError: for features of other candidates than the split's.
     """
     capture = Capture.load(folder)
-    described = read_table(Path(folder) / "descriptors.parquet")
+    described = read_columns(Path(folder) / "descriptors.parquet")
     problems = {
         level["coverage"]: Problem.of(capture, split, described)
-        for level, split in splits_in(read_table(splits))
+        for level, split in splits_in(read_columns(splits))
     }
     if features is None:
         return problems
-    table = read_table(features)
+    table = read_columns(features)
     return {
-        coverage: with_features(problem, table[table["coverage"] == coverage], features)
+        coverage: with_features(problem, chosen(table, table["coverage"] == coverage), features)
         for coverage, problem in problems.items()
     }

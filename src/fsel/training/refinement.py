@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import cma
 import numpy as np
-import pandas as pd
+
+from fsel.utils.columns import by_column
 
 Coefficients = Mapping[str, float]
 Objective = Callable[[Sequence[Coefficients], int], np.ndarray]
@@ -34,7 +35,7 @@ def refine(
     free: Sequence[str],
     settings: RefineSettings,
     seed: int,
-) -> tuple[dict[str, float], pd.DataFrame]:
+) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """Maximise an objective over the coefficients of a linear rule.
 
     Picks do not change when all coefficients are scaled together, so that one which is surely
@@ -74,4 +75,4 @@ def refine(
                 "step": strategy.sigma,
             }
         )
-    return policy(strategy.mean), pd.DataFrame(log)
+    return policy(strategy.mean), by_column(log)

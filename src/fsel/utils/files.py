@@ -12,9 +12,12 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from fsel.utils.columns import Columns, from_arrow, to_arrow
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -117,12 +120,12 @@ def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
 
 
 def write_table(
-    frame: pd.DataFrame, path: str | Path, *, units: Mapping[str, str], config: str
+    table: Columns | pd.DataFrame, path: str | Path, *, units: Mapping[str, str], config: str
 ) -> None:
     """Write a Parquet file whose schema metadata tells units and the config's digest.
 
     Args:
-        frame: the rows; its index is dropped.
+        table: the rows; the index of a DataFrame is dropped.
         path: where to.
         units: column -> unit, for columns that have one.
         config: digest of the parameters that made the rows, see `digest`.
@@ -130,17 +133,26 @@ def write_table(
     Raises:
         ValueError: when `units` names a column that is not there.
     """
-    import pyarrow as pa  # here: the command `fsel` writes no tables and is installed without it
-    import pyarrow.parquet as pq
-
-    unknown = set(units) - set(frame.columns)
+    unknown = set(units) - set(table)
     if unknown:
-        raise ValueError(f"{path}: units for {sorted(unknown)}, columns are {list(frame.columns)}")
-    table = pa.Table.from_pandas(frame, preserve_index=False)
-    metadata = {b"units": json.dumps(dict(units)).encode(), b"config": config.encode()}
-    table = table.replace_schema_metadata({**table.schema.metadata, **metadata})
+        raise ValueError(f"{path}: units for {sorted(unknown)}, columns are {list(table)}")
+    write_parquet(table, path, {"units": json.dumps(dict(units)), "config": config})
+
+
+def write_parquet(
+    table: Columns | pd.DataFrame, path: str | Path, metadata: Mapping[str, str]
+) -> None:
+    """Write a Parquet file whose schema has metadata; arguments as of `write_table`."""
+    parquet = _parquet()
+    import pyarrow as pa
+
+    if isinstance(table, Mapping):
+        rows = pa.table({name: to_arrow(table[name]) for name in table})
+    else:
+        rows = pa.Table.from_pandas(table, preserve_index=False)
+    rows = rows.replace_schema_metadata({**(rows.schema.metadata or {}), **metadata})
     with atomic(path) as temporary:
-        pq.write_table(table, temporary)
+        parquet.write_table(rows, temporary)
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
@@ -150,10 +162,47 @@ def read_table(path: str | Path) -> pd.DataFrame:
         ValueError: for a file that is none, or damaged, naming it.
     """
     import pandas as pd  # here: it takes longer to import than a selection takes
+
+    with _readable(path):
+        return pd.read_parquet(path)
+
+
+def read_columns(path: str | Path) -> dict[str, np.ndarray]:
+    """Read a Parquet file without missing values; see `fsel.utils.columns.from_arrow`.
+
+    Raises:
+        ValueError: for a file that is none, damaged, or lacks values, naming it.
+    """
+    parquet = _parquet()
+    with _readable(path), parquet.ParquetFile(path) as file:
+        table = file.read()
+        return {name: from_arrow(table[name].combine_chunks()) for name in table.column_names}
+
+
+def read_metadata(path: str | Path) -> dict[str, str]:
+    """Read the metadata of a Parquet file's schema."""
+    stored = _parquet().read_schema(path).metadata or {}
+    return {name.decode(): text.decode() for name, text in stored.items()}
+
+
+def _parquet() -> ModuleType:
+    """Import what reads and writes Parquet, which `fsel` is installed without."""
+    try:
+        import pyarrow.parquet
+    except ImportError as error:
+        raise ImportError(
+            "tables and saved captures are Parquet files, and pyarrow is not installed. "
+            "Hint: pip install 'fsel[workflow]', or pyarrow"
+        ) from error
+    return pyarrow.parquet
+
+
+@contextmanager
+def _readable(path: str | Path) -> Iterator[None]:
     from pyarrow import ArrowException
 
     try:
-        return pd.read_parquet(path)
+        yield
     except FileNotFoundError:
         raise
     except (ArrowException, OSError, ValueError) as error:
@@ -171,8 +220,3 @@ def mapped_array(path: str | Path) -> np.ndarray:
         return np.load(path, mmap_mode="r")
     except (ValueError, EOFError) as error:
         raise ValueError(f"{path}: not a whole .npy file ({error})") from error
-
-
-def subsets_column(subsets: np.ndarray) -> list[list[int]]:
-    """(n, K) frames as a list column."""
-    return np.asarray(subsets).tolist()

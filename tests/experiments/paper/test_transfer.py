@@ -29,7 +29,7 @@ def scene(tmp_path_factory):
     capture.save(folder)
     candidates = np.setdiff1d(np.arange(20), [1, 9, 2, 10])
     split = Split(np.array([1, 9]), np.array([2, 10]), candidates, candidates)
-    split.table(capture.names).to_parquet(folder / "split.parquet")
+    pd.DataFrame(split.table(capture.names)).to_parquet(folder / "split.parquet")
     rows = [(m, s, 3, i) for m in ("fvs", "less_is_more") for s in (0, 1) for i in (3 + s, 7, 13)]
     rows += [("fvs", 0, 4, i) for i in (3, 5, 7, 13)] + [("sharpest", 0, 3, i) for i in (3, 4, 5)]
     rows += [("all", 0, 16, i) for i in candidates]

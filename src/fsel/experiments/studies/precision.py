@@ -166,6 +166,7 @@ def trainings(
         arrays, log = train(*sets, dtype=getattr(torch, name), **settings)
         networks[name], seconds[name] = Network(arrays), time.perf_counter() - started
         place = {"part": LOSS, "method": TRAINED, "arithmetic": name}
+        log = pd.DataFrame(log)
         log["name"] = log["split"] + " epoch " + log["epoch"].astype(str)
         curves += log[["name", "loss", "agreement"]].assign(**place).to_dict("records")
     return networks, curves, seconds

@@ -135,7 +135,7 @@ def labelled(tmp_path_factory):
         pd.DataFrame({"subset": subsets, "fitness": [0.6, 0.5], "rank": [0, 1]}).to_parquet(
             labels[coverage]
         )
-        parts.append(drawn.table(capture.names).assign(coverage=coverage))
+        parts.append(pd.DataFrame(drawn.table(capture.names)).assign(coverage=coverage))
     pd.concat(parts).to_parquet(folder / "splits.parquet")
     features(folder, [folder / "splits.parquet"], [folder / "features.parquet"], config="x")
     order(

@@ -117,13 +117,13 @@ def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tupl
     data = []
     for problem, part in labelled_problems(table, scenes):
         prepared = POLICY.prepare(problem)
-        scene = relations(problem, prepared, budget=len(part["picks"].iloc[0]))
+        scene = relations(problem, prepared, budget=len(part[0]["picks"]))
         views = torch.from_numpy(view_inputs(scene))
-        for row in part.itertuples():
-            picks = np.searchsorted(prepared.pool, np.array(row.picks))
+        for row in part:
+            picks = np.searchsorted(prepared.pool, np.array(row["picks"]))
             arrays = (*follow(case.rollout(prepared, scene), picks), picks)
             features, selectable, rows = (torch.from_numpy(array) for array in arrays)
-            data.append((Steps(features, selectable, rows, views), row.weight))
+            data.append((Steps(features, selectable, rows, views), row["weight"]))
     return data
 
 
