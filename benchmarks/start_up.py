@@ -23,7 +23,17 @@ import numpy as np
 from fsel.workflow.machine import prepare
 
 ROOT = Path(__file__).parents[1]
-RULES = ("generate", "ingest", "describe", "split", "features", "select", "evaluate", "ksweep")
+RULES = (
+    "generate",
+    "ingest",
+    "describe",
+    "split",
+    "features",
+    "order",
+    "select",
+    "evaluate",
+    "ksweep",
+)
 BODY = re.compile(r"(?<=preamble end #########\n).*", re.S)
 
 

@@ -70,7 +70,6 @@ def of_places_and_seeds(values: np.ndarray) -> Interval:
     Args:
         values: (n, s) mean of every place under every seed.
     """
-    from scipy.optimize import brentq
     from scipy.special import stdtrit
 
     n, s = values.shape
@@ -90,6 +89,8 @@ def of_places_and_seeds(values: np.ndarray) -> Interval:
     half = reach(1 - LEVEL)
     p = LEAST_P if reach(LEAST_P) < abs(mean) else 1.0
     if mean and p == 1:
+        from scipy.optimize import brentq  # here: slow to import, and seldom needed
+
         p = brentq(lambda p: reach(p) - abs(mean), LEAST_P, 1.0)
     return Interval(mean, mean - half, mean + half, p, n)
 

@@ -67,12 +67,14 @@ def from_arrow(array: pa.Array) -> np.ndarray:
     import pyarrow as pa
 
     if pa.types.is_list(array.type):
-        values, ends = from_arrow(array.flatten()), from_arrow(array.offsets)
-        if len(np.unique(np.diff(ends))) == 1:
+        ends = from_arrow(array.offsets)
+        values = from_arrow(array.values)[ends[0] : ends[-1]]
+        if len(set(np.diff(ends).tolist())) == 1:
             return values.reshape(len(array), -1)
         return np.fromiter(np.split(values, ends[1:-1] - ends[0]), object, len(array))
     if pa.types.is_boolean(array.type):
-        return from_arrow(array.cast(pa.uint8())).view(bool)
+        bits = np.unpackbits(np.frombuffer(array.buffers()[1], np.uint8), bitorder="little")
+        return bits[array.offset :][: len(array)].astype(bool)
     if pa.types.is_integer(array.type) or pa.types.is_floating(array.type):
         return np.array(np.from_dlpack(array))
     return np.array(array.to_pylist(), object)
