@@ -59,10 +59,9 @@ def to_arrow(column: Any) -> pa.Array:
 
 
 def from_arrow(array: pa.Array) -> np.ndarray:
-    """A column of an Arrow array; lists of one length become a matrix, others an array of arrays.
+    """A column of an Arrow array; no value of it is missing.
 
-    Raises:
-        ArrowException: for an array with missing values.
+    Lists of one length become a matrix, others an array of arrays.
     """
     import pyarrow as pa
 

@@ -176,6 +176,8 @@ def read_columns(path: str | Path) -> dict[str, np.ndarray]:
     parquet = _parquet()
     with _readable(path), parquet.ParquetFile(path) as file:
         table = file.read()
+        if lacking := [name for name in table.column_names if table[name].null_count]:
+            raise ValueError(f"missing values in {', '.join(lacking)}")
         return {name: from_arrow(table[name].combine_chunks()) for name in table.column_names}
 
 
