@@ -227,8 +227,8 @@ class Capture:
         masks = folder / "masks.npy"
         return cls(
             names=tuple(frames["name"]),
-            world_to_camera=np.stack([frames[c] for c in POSE], axis=1).reshape(-1, 3, 4),
-            intrinsics=np.stack([frames[c] for c in INTRINSICS], axis=1),
+            world_to_camera=np.array([frames[c] for c in POSE]).T.reshape(-1, 3, 4),
+            intrinsics=np.array([frames[c] for c in INTRINSICS]).T,
             images=mapped_array(folder / "images.npy"),
             sequences=tuple(frames["sequence"]),
             points=points_from_table(read_columns(folder / "points.parquet")),

@@ -72,8 +72,8 @@ def points_from_table(table: Columns) -> SparsePoints | None:
         return None
     lengths = [len(track) for track in table["track"]]
     return SparsePoints(
-        xyz=np.stack([table[name] for name in "xyz"], axis=1).astype(np.float64),
-        rgb=np.stack([table[name] for name in "rgb"], axis=1).astype(np.uint8),
+        xyz=np.array([table[name] for name in "xyz"], np.float64).T,
+        rgb=np.array([table[name] for name in "rgb"], np.uint8).T,
         track_point=np.repeat(np.arange(len(lengths)), lengths),
         track_frame=np.concatenate(list(table["track"])).astype(np.int64),
     )

@@ -52,7 +52,7 @@ def with_features(problem: Problem, table: Columns, source: str | Path) -> Probl
             "was made for another split; make it anew"
         )
     # rows one after another, as they were computed: another order would sum in another order
-    values = np.stack([np.asarray(table[name])[order] for name in STATIC], axis=1)
+    values = np.ascontiguousarray(np.array([table[name] for name in STATIC], np.float64).T[order])
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
         raise ValueError(
