@@ -5,11 +5,10 @@ from itertools import permutations
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.optimize import linear_sum_assignment
 from selection_problems import capture_of, random_capture
 
 from fsel.data.geometry import pose_distance
-from fsel.data.split import COVERAGES, Split, assigned, coverage_split, evaluation_split, splits_in
+from fsel.data.split import COVERAGES, Split, coverage_split, evaluation_split, splits_in
 from fsel.utils.columns import repeated, stacked
 
 
@@ -46,16 +45,6 @@ def test_proxies_minimise_the_summed_distance():
     cost = pose_distance(centers[split.targets], axes[split.targets], centers[rest], axes[rest])
     best = min(permutations(range(6), 3), key=lambda p: cost[range(3), p].sum())
     np.testing.assert_array_equal(split.proxies, rest[list(best)])
-
-
-@pytest.mark.parametrize("levels", [1, 2, 5, None])
-def test_an_assignment_is_that_of_scipy_among_ties_too(levels):
-    rng = np.random.default_rng(0)
-    for _ in range(200):
-        n, more = rng.integers(1, 12), rng.integers(12)
-        shape = n, n + more
-        cost = rng.random(shape) if levels is None else rng.integers(levels, size=shape) * 1.0
-        np.testing.assert_array_equal(assigned(cost), linear_sum_assignment(cost)[1])
 
 
 def test_two_targets_share_no_proxy_though_one_frame_is_closest_to_both():

@@ -226,7 +226,7 @@ def _tried(
 def _swapped(
     problem: Problem, frames: np.ndarray, refine: float | Refine | None, seed: int
 ) -> Swapped | None:
-    """What swaps of single picks bring, where they are wanted."""
+    """Swap single picks, where swaps are wanted."""
     if refine is None:
         return None
     from fsel.request.swaps import refined  # here: most selections reconstruct nothing

@@ -150,50 +150,12 @@ def partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Spli
         targets: (H,) int64, ascending; at most half of the frames.
         region: (R,) int64 frames whose candidates count as inside the target region.
     """
+    from scipy.optimize import linear_sum_assignment  # here: most jobs do without, and it is slow
+
     rest = np.setdiff1d(np.arange(len(capture)), targets)
     centers, axes = capture.centers, capture.axes
     cost = pose_distance(centers[targets], axes[targets], centers[rest], axes[rest])
-    proxies = rest[assigned(cost)]
+    _, match = linear_sum_assignment(cost)
+    proxies = rest[match]
     candidates = np.setdiff1d(rest, proxies)
     return Split(targets, proxies, candidates, np.intersect1d(candidates, region))
-
-
-def assigned(cost: np.ndarray) -> np.ndarray:
-    """Assign a column to every row, all different, at the least total cost.
-
-    The algorithm is that of shortest augmenting paths (Crouse, IEEE Transactions on Aerospace and
-    Electronic Systems 52(4), 2016). Importing that of SciPy takes longer than the job.
-
-    Args:
-        cost: (n, m) float64, finite, n <= m.
-
-    Returns:
-        (n,) int64 columns, also among ties those of `scipy.optimize.linear_sum_assignment`.
-    """
-    column_of, row_of = (np.full(size, -1) for size in cost.shape)
-    u, v = map(np.zeros, cost.shape)
-    for start in range(len(cost)):
-        reach, via = np.full(len(v), np.inf), np.full(len(v), -1)
-        left, met = np.arange(len(v) - 1, -1, -1), []
-        row, low = start, 0.0
-        while row >= 0:
-            through = low + cost[row, left] - u[row] - v[left]
-            nearer = through < reach[left]
-            reach[left[nearer]], via[left[nearer]] = through[nearer], row
-            low = reach[left].min()
-            ties = np.flatnonzero(reach[left] == low)
-            free = ties[row_of[left[ties]] < 0]
-            at = free[-1] if len(free) else ties[0]
-            met.append(left[at])
-            row = row_of[left[at]]
-            left[at] = left[-1]
-            left = left[:-1]
-        slack = low - reach[met]
-        u[start] += low
-        u[row_of[met[:-1]]] += slack[:-1]
-        v[met] -= slack
-        column = met[-1]
-        while row != start:
-            row_of[column] = row = via[column]
-            column_of[row], column = column, column_of[row]
-    return column_of

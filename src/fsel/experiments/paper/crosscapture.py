@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from fsel.data.capture import Capture
 from fsel.data.geometry import pose_distance
-from fsel.data.split import Split, assigned
+from fsel.data.split import Split
 from fsel.evaluation.measuring import Chance, Run
 from fsel.experiments import scheme, specs
 from fsel.experiments.cells import cells_of, led_rows, with_leads
@@ -67,7 +68,8 @@ def cross_split(
     cost = pose_distance(centers[away], axes[away], centers[rest], axes[rest])
     near = np.argsort(cost.min(axis=1), kind="stable")[:half]
     chosen = np.sort(near if rng is None else rng.choice(near, count, replace=False))
-    proxies = rest[assigned(cost[chosen])]
+    _, match = linear_sum_assignment(cost[chosen])
+    proxies = rest[match]
     candidates = np.setdiff1d(rest, proxies)
     return Split(away[chosen], proxies, candidates, candidates)
 
