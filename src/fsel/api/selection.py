@@ -231,7 +231,7 @@ def _tried(
 def _swapped(
     problem: Problem, frames: np.ndarray, refine: float | Refine | None, seed: int
 ) -> Swapped | None:
-    """What swaps of single picks bring, where they are wanted."""
+    """Swaps of single picks, where they are wanted."""
     if refine is None:
         return None
     from fsel.request.swaps import refined  # here: most selections reconstruct nothing
