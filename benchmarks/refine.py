@@ -84,7 +84,10 @@ def rows(
 
     @cache
     def worth(picks: tuple[int, ...]) -> float:
-        found = [scored(capture, TRUTH, at, np.array(picks), held)[0] for at in range(asked.seeds)]
+        found = [
+            scored(capture, TRUTH, at, np.array(picks), held)[:, 0].mean()
+            for at in range(asked.seeds)
+        ]
         return float(np.mean(found))
 
     for judge in judges:

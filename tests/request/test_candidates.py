@@ -12,6 +12,7 @@ from fsel.request.candidates import (
     EVEN,
     candidates,
     medoids,
+    serving,
     stretches,
 )
 from fsel.request.covisible import FOLD, SECOND, covisible
@@ -58,8 +59,8 @@ def test_no_single_swap_makes_medoids_better(power):
             assert cost(swapped) >= cost(rows) * (1 - 1e-5)
 
 
-def slow_worth(problem, picks):
-    """The mean of what picks see of every frame's points, from sets and arc cosines."""
+def slow_worth(problem, picks, served):
+    """The mean of what picks see of every served frame's points, from sets and arc cosines."""
     points, centers = problem.capture.points, problem.capture.centers
     worth = {}
     for point, frame in {*zip(points.track_point, points.track_frame, strict=True)}:
@@ -71,21 +72,25 @@ def slow_worth(problem, picks):
                 angles.append(np.exp(-np.arccos(np.clip(cosine, -1, 1)) / FOLD))
         first, second = ([*sorted(angles, reverse=True), 0, 0])[:2]
         worth.setdefault(frame, []).append((1 - SECOND) * first + SECOND * second)
-    return sum(np.mean(values) for values in worth.values())
+    return sum(np.mean(values) for frame, values in worth.items() if served[frame])
 
 
-def test_no_single_exchange_makes_covisible_picks_better():
+@pytest.mark.parametrize("held", [(), (2, 5, 9)])
+def test_no_single_exchange_makes_covisible_picks_better(held):
     problem = with_points(random_problem(14), count=25)
     pool = problem.observed
-    picks = pool[covisible(problem, pool, 4)]
+    targets = np.isin(np.arange(len(pool)), held)
+    rows = covisible(problem, pool, 4, targets if len(held) else None)
+    served = targets if len(held) else ~targets
     inside = replace(problem, capture=problem.capture.subset(pool))
-    rows = np.searchsorted(pool, picks)
-    best = slow_worth(inside, rows)
+    best = slow_worth(inside, rows, served)
+    assert best > 0
+    assert not np.isin(rows, held).any()
     for place in range(4):
-        for other in np.setdiff1d(np.arange(len(pool)), rows):
+        for other in np.setdiff1d(np.arange(len(pool)), np.union1d(rows, held)):
             swapped = rows.copy()
             swapped[place] = other
-            assert slow_worth(inside, swapped) <= best * (1 + 1e-5)
+            assert slow_worth(inside, swapped, served) <= best * (1 + 1e-5)
 
 
 def test_two_groups_that_share_no_point_get_a_pick_each():
@@ -108,6 +113,25 @@ def test_two_groups_that_share_no_point_get_a_pick_each():
     assert (picks < 4).tolist() == [True, False]
 
 
+def every_candidate(problem):
+    """Of a whole capture and of three targets, which none may hold; the rule picks the last six."""
+    held, pool = problem.observed[[1, 8, 15]], np.delete(problem.observed, [1, 8, 15])
+    told = replace(
+        problem,
+        candidates=pool,
+        proxies=pool[:3],
+        targets=problem.capture.view(held),
+    )
+    found = serving(told, pool[-6:], held)
+    for frames in found.values():
+        assert len(np.unique(frames)) == 6
+        assert np.isin(frames, pool).all()
+    assert found["half_nearest"][:3].tolist() == found["nearest"][:3].tolist()
+    left = np.setdiff1d(pool[-6:], found["nearest"][:3])
+    assert found["half_nearest"][3:].tolist() == left[:3].tolist()
+    return candidates(problem, 6) | {f"told {name}": frames for name, frames in found.items()}
+
+
 def test_a_turned_scaled_and_shifted_world_changes_no_candidate():
     problem = with_points(random_problem(30))
     capture, points = problem.capture, problem.capture.points
@@ -121,7 +145,7 @@ def test_a_turned_scaled_and_shifted_world_changes_no_candidate():
         world_to_camera=moved,
         points=replace(points, xyz=points.xyz @ turn.T * scale + shift),
     )
-    before, after = candidates(problem, 6), candidates(replace(problem, capture=other), 6)
+    before, after = (every_candidate(replace(problem, capture=own)) for own in (capture, other))
     assert list(before) == list(after)
     assert next(iter(before)) == EVEN
     for name, frames in before.items():

@@ -10,13 +10,13 @@ import fsel
 from fsel.request import trials
 from fsel.request.candidates import EVEN
 from fsel.request.patience import Patience
-from fsel.request.trials import FIT_DEVIATION, Race, compared
+from fsel.request.trials import FIT_DEVIATION, STATED, WHOLE, Race, compared
 
 FRAMES = np.arange(40)
 EVENLY, OTHER, THIRD = np.array([0, 13, 26, 39]), np.array([1, 2, 3, 4]), np.array([5, 6, 7, 8])
 
 
-def race(gains, ssim=0.0, log=None, splats=None):
+def race(gains, ssim=0.0, log=None, splats=None, bar=WHOLE):
     """Of picks whose frames are all scored alike: 20 dB, and what `gains` adds by name.
 
     `splats` has those of that reconstructor, `gains` those of both where it is None.
@@ -30,7 +30,7 @@ def race(gains, ssim=0.0, log=None, splats=None):
         own = gains if seed is not None or splats is None else splats
         return np.tile([20 + own.get(name, 0.0), 0.5 + (name != EVEN) * ssim], (40, 1))
 
-    return Race(score, picks, FRAMES)
+    return Race(score, picks, FRAMES, bar)
 
 
 def test_the_best_of_those_ahead_is_kept():
@@ -40,6 +40,17 @@ def test_the_best_of_those_ahead_is_kept():
     assert [trial.name for trial in found.trials] == [EVEN, "other", "third"]
     assert found.trials[2].gain == pytest.approx(2.0)
     assert found.trials[2].validation == 40 - 8
+
+
+def test_on_targets_gaussians_alone_decide_and_little_keeps_the_rule():
+    log = []
+    asked = {"log": log, "splats": {"other": -9.0}, "bar": STATED}
+    found = race({"other": 0.3, "third": 0.25}, ssim=-0.01, **asked).run(2, Patience(1e6))
+    assert (found.kept, found.on_targets) == ("other", True)
+    assert found.trials[1].gain == pytest.approx(0.3)
+    assert [seed for name, seed in log if name == "other"] == list(range(8))
+    assert [seed for name, seed in log if name == "third"] == [0, 1, 2, 3]
+    assert race({"other": 0.1}, bar=STATED).run(2, Patience(1e6)).kept == EVEN
 
 
 def test_little_gain_and_worse_structure_keep_every_nth_frame():
@@ -120,11 +131,11 @@ def test_the_error_is_that_of_stretches_and_of_fits():
     even = np.zeros((2, 24, 2))
     own = even.copy()
     own[:, :12, 0] = 2.0  # four of the eight stretches
-    one = (own[:1], even[:1])
+    one = {"splats": (own[:1], even[:1])}
     of_frames = (8 / 7) / 8  # variance of four zeros and four twos is 8 / 7
-    assert compared([one]) == pytest.approx((1.0, 1.0, 0.0, np.sqrt(of_frames)))
+    assert compared(one) == pytest.approx((1.0, 1.0, 0.0, np.sqrt(of_frames)))
     of_fits = FIT_DEVIATION**2 * (1 / 2 + 1 / 2) / 4  # half of the mean comes from these fits
-    gain, least, ssim, error = compared([one, (own + [1.0, -0.2], even)])
+    gain, least, ssim, error = compared(one | {"gaussians": (own + [1.0, -0.2], even)})
     assert (gain, least, ssim) == pytest.approx((1.5, 1.0, -0.2))
     assert error == pytest.approx(np.sqrt(of_frames + of_fits))
 
@@ -154,7 +165,8 @@ def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
     assert fsel.select(capture, 5, "every:4").tried is None
     assert fsel.select(capture, "auto").tried is None
     for stated, said in (
-        ({"targets": "every:4"}, "patience is 2 s, and the views to be rendered are stated"),
+        ({"targets": "orbit"}, "patience is 2 s, and the views to be rendered are stated"),
+        ({"targets": [3, 4]}, "targets that are 3 frames or more"),
         ({"method": "uniform"}, "the method is uniform"),
         ({"always": [0]}, "frames are stated that are always to be selected"),
         ({"k": "auto"}, "the number of frames is to be found"),
@@ -174,6 +186,21 @@ def test_what_is_kept_is_one_of_what_was_tried_and_always_the_same(ring):
     assert sorted(first.indices) == sorted(first.tried.frames)
     fits = sum(trial.fits for trial in first.tried.trials)
     assert first.tried.fits == fits <= len(first.tried.trials) + 1
+
+
+def test_stated_targets_are_looked_at_where_that_is_asked_for(ring, tmp_path, capsys):
+    asked = ("--targets", "every:4", "-k", 5)
+    assert select(ring, *asked, "-o", tmp_path / "rule") == 0
+    assert "looked at" not in capsys.readouterr().out
+    assert record_of(tmp_path / "rule")["tried"] is None
+    assert select(ring, *asked, "--patience", "2s", "-o", tmp_path / "out") == 0
+    said, record = capsys.readouterr().out, record_of(tmp_path / "out")
+    assert "on the images of 6 targets, which were looked at" in said
+    assert "dB over the rule (fsel)" in said
+    assert (record["tried"]["on_targets"], record["tried"]["selections"][0]["name"]) == (
+        True,
+        "fsel",
+    )
 
 
 def test_the_command_tells_what_was_tried(ring, tmp_path, capsys):

@@ -16,7 +16,7 @@ from fsel.request.budget import Auto
 from fsel.request.focus import Focus
 from fsel.request.frames import Wish
 from fsel.request.memory import within
-from fsel.request.patience import Patience
+from fsel.request.patience import LEAST_TARGETS, Patience
 from fsel.request.targets import ALL, Request, Targets, check_count, targets_of
 from fsel.selector import pretrained
 from fsel.selector.policies import RENAMED, Learned
@@ -153,14 +153,17 @@ def patience_of(
         ValueError: for a patience below zero, or one where something is stated that leaves nothing
             to try.
     """
-    stated = stated_beside(k, targets, method, focus, cover)
     if patience is None:
+        stated = stated_beside(k, targets, method, focus, cover)
         return Patience(0) if named or stated else Patience()
     allowed = patience if isinstance(patience, Patience) else Patience(patience)
+    shown = len(targets.frames) >= LEAST_TARGETS
+    stated = stated_beside(k, targets, method, focus, cover, but_targets=shown)
     if allowed.seconds and stated:
         raise ValueError(
             f"patience is {allowed.seconds:g} s, and {stated}; selections are tried where nothing "
-            "but a number of frames is stated. Hint: leave one of the two out"
+            f"but a number of frames is stated, and targets that are {LEAST_TARGETS} frames or more"
+            ". Hint: leave one of the two out"
         )
     return allowed
 
@@ -171,13 +174,15 @@ def stated_beside(
     method: Method,
     focus: Focus | None = None,
     cover: int = 0,
+    *,
+    but_targets: bool = False,
 ) -> str:
     """Name what is stated beside a number of frames, in words; empty where nothing is."""
     if method.name != pretrained.DEFAULT:
         return f"the method is {method.name}"
     if focus is not None:
         return "an object is stated"
-    if targets.kind != ALL:
+    if targets.kind != ALL and not but_targets:
         return f"the views to be rendered are stated ({targets.kind})"
     if len(targets.always):
         return "frames are stated that are always to be selected"

@@ -53,7 +53,7 @@ class Selection:
         seconds: spent selecting, features and what was tried included, images and their sharpness
             excluded.
         budget: how k was found, where it was to be found.
-        tried: what was tried on the capture's own frames, where nothing but k was stated.
+        tried: what was tried on the capture's own frames, or on the targets' images.
         cover: how often the picks see the sparse points, where a cover was stated.
         swapped: what swaps changed and gained, and whether they were kept, where swaps were wanted.
             Then fewer picks are no longer the selection at a smaller budget, and a frame that was
@@ -122,9 +122,10 @@ def select(
             the package.
         patience: seconds in which selections are tried on the capture's own frames, see
             `fsel.request.trials`; 0 for the rule alone. None: ten where nothing but k is stated,
-            neither targets nor a method, an object or frames; else 0. The same picks are kept on
-            every machine that makes the planned reconstructions in that time. Or `fsel.Patience`,
-            to watch or end them.
+            neither targets nor a method, an object or frames; else 0. Beside targets that are
+            frames, their images are looked at, and score. The same picks are kept on every machine
+            that makes the planned reconstructions in that time. Or `fsel.Patience`, to watch or end
+            them.
         cover: how often each sparse point that so many frames see is to be seen by the picks, see
             `fsel.request.multicover`. With k, what is left of it is picked by the method; k of None
             for as few as needed.
@@ -190,7 +191,7 @@ def select(
         frames, scores, chosen = _enough(problem, targets.views, ranked, count)
     else:
         frames, scores = ranked(problem, count)
-    frames, scores, tried = _tried(problem, frames, scores, trying)
+    frames, scores, tried = _tried(problem, frames, scores, trying, targets.frames)
     began, swapped = frames, _swapped(problem, frames, refine, seed)
     if swapped is not None:
         frames = swapped.picks
@@ -210,14 +211,18 @@ def _near_all(problem: Problem, k: int | Auto | None, stated: str) -> Problem:
 
 
 def _tried(
-    problem: Problem, frames: np.ndarray, scores: np.ndarray, patience: Patience
+    problem: Problem,
+    frames: np.ndarray,
+    scores: np.ndarray,
+    patience: Patience,
+    targets: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, Tried | None]:
     """The picks of the rule and their scores, or of a selection that the capture itself prefers."""
     if not patience.seconds:
         return frames, scores, None
     from fsel.request.trials import tried  # here: it imports a reconstructor
 
-    outcome = tried(problem, frames, patience)
+    outcome = tried(problem, frames, patience, targets)
     if outcome is None or subset_key(outcome.frames) == subset_key(frames):
         return frames, scores, outcome
     return outcome.frames, np.full(len(frames), np.nan), outcome

@@ -17,12 +17,16 @@ def nearest(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
     distance = pose_distance(
         capture.centers[pool], capture.axes[pool], targets.centers, targets.axes
     )
-    picks = np.empty(k, dtype=np.int64)
+    return pool[in_turn(distance, k)]
+
+
+def in_turn(distance: np.ndarray, k: int) -> np.ndarray:
+    """(k,) rows of (n, T) distances: each column in turn takes its least free row."""
+    free, picks = distance.copy(), np.empty(k, dtype=np.int64)
     for turn in range(k):
-        target = turn % len(targets)
-        row = int(np.argmin(distance[:, target]))
-        picks[turn] = pool[row]
-        distance[row] = np.inf
+        target = turn % distance.shape[1]
+        picks[turn] = np.argmin(free[:, target])
+        free[picks[turn]] = np.inf
     return picks
 
 

@@ -78,11 +78,12 @@ def _placed(found: dict | None) -> dict | None:
 
 
 def _tried(tried: Tried | None) -> dict | None:
-    """Describe what was tried on the capture's own frames, over every n-th frame."""
+    """Describe what was tried on the capture's own frames, over the first selection."""
     if tried is None:
         return None
     selections = [_trial(trial) for trial in tried.trials]
-    return {"kept": tried.kept, "fits": tried.fits, "cut": tried.cut, "selections": selections}
+    own = {name: getattr(tried, name) for name in ("kept", "fits", "cut", "on_targets")}
+    return own | {"selections": selections}
 
 
 def _refined(swapped: Swapped | None) -> dict | None:

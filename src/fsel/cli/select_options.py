@@ -50,7 +50,8 @@ def add_select(commands) -> None:
         type=duration_or_none,
         metavar="TIME",
         help="for how long selections are tried on this capture's own frames, as 10s (by default, "
-        "where nothing but -k is stated); 0 for the rule alone",
+        "where nothing but -k is stated), or on the images of --targets that are frames, if it is "
+        "stated; 0 for the rule alone",
     )
     command.add_argument(
         "--refine",

@@ -258,10 +258,16 @@ def trials(tried: Tried) -> str:
     known = [trial for trial in tried.trials[1:] if np.isfinite(trial.gain)]
     scores = ", ".join(f"{trial.name} {trial.gain:+.2f}" for trial in known) or "none was scored"
     cut = ", cut off by the time" if tried.cut else ""
+    own, over = f"{tried.validation} of the capture's own frames", "every n-th frame (uniform)"
+    if tried.on_targets:
+        images = counted(tried.validation, "target")
+        own, over = (
+            f"the images of {images}, which were looked at",
+            f"the rule ({tried.trials[0].name})",
+        )
     return (
-        f"{counted(len(tried.trials), 'selection')} on {tried.validation} of the capture's own "
-        f"frames, {counted(tried.fits, 'fit')}{cut}; kept: {tried.kept}. dB over every n-th frame "
-        f"({tried.trials[0].name}): {scores}"
+        f"{counted(len(tried.trials), 'selection')} on {own}, {counted(tried.fits, 'fit')}{cut}; "
+        f"kept: {tried.kept}. dB over {over}: {scores}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Simple selections for a capture of which nobody says what will be rendered.
+"""Simple selections for a capture, or for targets that are frames of it.
 
 Not in the paper. Each is good on some captures and bad on others; `fsel.request.trials` lets the
 capture choose.
@@ -9,12 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.baselines.kmedoids import fasterpam
+from fsel.baselines.nearest import in_turn, nearest
 from fsel.data.problem import Problem
 from fsel.data.subsets import evenly
 from fsel.request.covisible import covisible
 from fsel.request.places import scene_distances
 
 EVEN = "uniform"  # every n-th frame, which the others are compared with
+RULE = "fsel"
 STEEP = 3  # power of the distance of the steep medoids: the farthest frames decide
 SCALE = 1000.0  # of the largest distance: sums in float32 then keep what tells two swaps apart
 
@@ -46,6 +48,35 @@ def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
         "covisibility": covisible(problem, pool, k),
     }
     return {name: pool[found] for name, found in rows.items()}
+
+
+def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str, np.ndarray]:
+    """A few selections by name, (k,) frames each, for targets that are frames of the capture.
+
+    Args:
+        problem: of the targets.
+        rule: (k,) the picks of `fsel`, best first.
+        targets: (F,) frames, none of which may be picked.
+
+    Returns:
+        `nearest`: see `fsel.baselines.nearest`. `nearest_in_depths`: the same by distances in
+        depths of the scene, see `fsel.request.places`. `half_nearest`: the first half of `nearest`,
+        then the first of the rule. `covisibility`: of what the targets see, see
+        `fsel.request.covisible`.
+    """
+    pool, k = problem.sequence, len(rule)
+    frames = np.union1d(pool, targets)
+    held = np.isin(frames, targets)
+    depths = scene_distances(problem.capture, frames)[np.ix_(~held, held)]
+    close = nearest(problem, pool, k)
+    first = close[: (k + 1) // 2]
+    rest = rule[~np.isin(rule, first)][: k - len(first)]
+    return {
+        "nearest": close,
+        "nearest_in_depths": pool[in_turn(depths, k)],
+        "half_nearest": np.concatenate([first, rest]),
+        "covisibility": frames[covisible(problem, frames, k, held)],
+    }
 
 
 def stretches(count: int, k: int) -> np.ndarray:

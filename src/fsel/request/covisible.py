@@ -27,7 +27,9 @@ Pairs = tuple[np.ndarray, np.ndarray, np.ndarray]
 """What `_pairs` returns."""
 
 
-def covisible(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
+def covisible(
+    problem: Problem, pool: np.ndarray, k: int, targets: np.ndarray | None = None
+) -> np.ndarray:
     """(k,) rows of a pool of frames, ascending, that serve the frames of the pool best.
 
     Args:
@@ -35,11 +37,14 @@ def covisible(problem: Problem, pool: np.ndarray, k: int) -> np.ndarray:
             stand in, see `fsel.baselines.covisibility.tracks`.
         pool: (n,) ascending frames, n >= k.
         k: how many.
+        targets: (n,) bool: frames that are served and not picked; None where all are both.
     """
     seen = tracks(problem, pool)
     pairs = _pairs(seen.arrays, _kept(seen), FOLD)
-    weight = _weights(seen.row, pairs[1], len(pool))
-    return np.sort(_exchanged(pairs, weight, k, ROUNDS))
+    weight, taken = _weights(seen.row, pairs[1], len(pool)), np.zeros(len(pool), bool)
+    if targets is not None:
+        weight, taken = weight * targets[seen.row], targets.copy()
+    return np.sort(_exchanged(pairs, weight, k, ROUNDS, taken))
 
 
 def _kept(seen: Tracks) -> np.ndarray:
@@ -135,11 +140,15 @@ def _best(
 
 
 @_jit
-def _exchanged(pairs: Pairs, weight: np.ndarray, k: int, rounds: int) -> np.ndarray:
-    """(k,) rows: the greedy ones, each exchanged for a better one as long as there is any."""
-    n, count = len(pairs[0]) - 1, len(weight)
+def _exchanged(
+    pairs: Pairs, weight: np.ndarray, k: int, rounds: int, picked: np.ndarray
+) -> np.ndarray:
+    """(k,) rows: the greedy ones, each exchanged for a better one as long as there is any.
+
+    `picked` tells the rows that are not free.
+    """
+    count, picks = len(weight), np.empty(k, np.int64)
     first, second = np.zeros(count, np.float32), np.zeros(count, np.float32)
-    picked, picks = np.zeros(n, np.bool_), np.empty(k, np.int64)
     for i in range(k):
         picks[i], _ = _best(picked, pairs, weight, first, second)
         picked[picks[i]] = True

@@ -13,6 +13,7 @@ import numpy as np
 from fsel.utils.wording import check_type
 
 DEFAULT = 10.0  # seconds, where nobody says what will be rendered
+LEAST_TARGETS = 3  # of which there are images
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,9 @@ class Trial:
     Attributes:
         name: what made it.
         frames: (K,) int64, ascending.
-        gain: mean PSNR over that of every n-th frame, dB, by `splats` and `gaussians`, which have
-            equal weight; by `splats` alone where `gaussians` were not fitted; 0 for every n-th
-            frame itself, NaN where too few frames are left to score on.
+        gain: mean PSNR over that of the first selection, dB, by `splats` and `gaussians`, which
+            have equal weight, or by the one that was fitted; 0 for the first selection itself, NaN
+            where too few frames are left to score on.
         least: the lesser of the two gains.
         ssim: the same of SSIM.
         error: standard error of the gain, dB; infinite where `gaussians` were not fitted.
@@ -47,16 +48,18 @@ class Tried:
     """Outcome of trying selections.
 
     Attributes:
-        trials: every n-th frame first.
+        trials: first every n-th frame, or what the rule picks for stated targets.
         kept: name of the selection that was kept.
         fits: reconstructions, all together.
         cut: whether the time was over before all planned reconstructions were made.
+        on_targets: whether the images of the targets were looked at.
     """
 
     trials: tuple[Trial, ...]
     kept: str
     fits: int
     cut: bool
+    on_targets: bool = False
 
     @property
     def frames(self) -> np.ndarray:

@@ -22,7 +22,8 @@ from fsel.reconstruct import Reconstructor, reconstructor_of
 from fsel.request.estimated_gain import EstimatedGain
 from fsel.request.patience import Patience
 from fsel.request.refine import SETTINGS, Refine, Swapped
-from fsel.request.trials import Race, small_fits
+from fsel.request.small_fits import small_fits
+from fsel.request.trials import Race
 from fsel.request.unpicked_gain import UnpickedGain, halves
 from fsel.utils.wording import counted
 
