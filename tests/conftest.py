@@ -1,0 +1,16 @@
+"""The environment of the tests: set before anything compiles.
+
+What is compiled here is what the jobs of the workflow run, so that the tests that start jobs, and
+runs of the workflow in this checkout, find it; `processors.py` compiles for other processors.
+"""
+
+import os
+
+from fsel.workflow.processor import environment
+
+for name, value in environment().items():
+    if name.startswith("NUMBA_"):
+        os.environ.setdefault(name, value)
+# each worker of pytest has one core: two that share two cores wait for each other's threads, and
+# torch is ten times as slow
+os.environ.setdefault("OMP_NUM_THREADS", "1")
