@@ -2,7 +2,8 @@
 
 A program of its own: `dry_runs` starts it, and it ends when its input does. It reads a line for
 each run, the folder, the words after `snakemake`, the environment and the files for stdout and
-stderr, and answers with the exit code. The library is imported by the fork: tests change it.
+stderr, and answers with the exit code. The library of this checkout is imported too, and a fork
+that runs another Snakefile, beside a changed copy of the library maybe, imports its own.
 """
 
 import gc
@@ -10,17 +11,46 @@ import json
 import os
 import sys
 from importlib import import_module
+from pathlib import Path
 
 from snakemake.cli import main
 
+ROOT = Path(__file__).resolve().parents[1]
 LIBRARIES = (
     "cv2",
-    "numba",
-    "pandas",
     "pyarrow.parquet",
     "scipy.interpolate",
     "scipy.spatial.transform",
+    # of Snakemake, when it starts
+    "snakemake.report.html_reporter",
+    "snakemake.storage",
+    "smart_open",
+    "yte",
 )
+PARTS = (
+    "fsel.experiments.answers",
+    "fsel.workflow.artefacts",
+    "fsel.workflow.cluster",
+    "fsel.workflow.machine",
+    "fsel.workflow.perceptual",
+    "fsel.workflow.work",
+)
+
+
+def import_library() -> None:
+    """Import what a plan of the workflow needs."""
+    sys.path.insert(0, str(ROOT / "src"))
+    for name in (*LIBRARIES, *PARTS):
+        import_module(name)
+    tables = import_module("fsel.experiments").TABLES
+    assert all(tables[name] for name in tables)
+    sys.path.pop(0)
+
+
+def forget_library() -> None:
+    """Import the library anew when it is asked for."""
+    for name in [name for name in sys.modules if name.partition(".")[0] == "fsel"]:
+        del sys.modules[name]
 
 
 def become(folder: str, words: list[str], variables: dict[str, str], files: list[str]) -> None:
@@ -32,13 +62,15 @@ def become(folder: str, words: list[str], variables: dict[str, str], files: list
         os.dup2(os.open(file, os.O_WRONLY), number)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     sys.path[:0] = filter(None, variables.get("PYTHONPATH", "").split(os.pathsep))
+    if str(ROOT / "Snakefile") not in words:
+        forget_library()
     sys.argv = ["snakemake", *words]
     main()
 
 
 if __name__ == "__main__":
-    for name in LIBRARIES:
-        import_module(name)
+    import_library()
+    gc.disable()
     gc.freeze()
     for line in sys.stdin:
         process = os.fork()

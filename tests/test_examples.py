@@ -1,7 +1,7 @@
 """The examples run as their first lines say, and so does the README's code."""
 
 import re
-import subprocess
+import runpy
 import sys
 from ast import literal_eval
 from pathlib import Path
@@ -11,22 +11,28 @@ import pytest
 from PIL import Image
 from small_captures import write_ring
 
+from fsel.cli import main
 from fsel.selector.scorer import Network
 
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def run(folder, *command):
-    done = subprocess.run(
-        [sys.executable, *map(str, command)], cwd=folder, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """Run a program in the folder of the test, as `python PROGRAM ARGUMENTS` would."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(program, *arguments):
+        monkeypatch.setattr(sys, "argv", [str(program), *map(str, arguments)])
+        runpy.run_path(str(program), run_name="__main__")
+        return capsys.readouterr().out
+
+    return run
 
 
-def test_select_and_compare(tmp_path):
+def test_select_and_compare(tmp_path, run):
     write_ring(tmp_path / "ring")
-    printed = run(tmp_path, ROOT / "examples" / "select_and_compare.py", "ring", 6).splitlines()
+    printed = run(ROOT / "examples" / "select_and_compare.py", "ring", 6).splitlines()
     assert printed[0] == "24 frames, 3 held out"
     assert [line.split()[0] for line in printed[1:4]] == ["fsel", "nearest", "uniform"]
     for line in printed[1:4]:
@@ -34,11 +40,11 @@ def test_select_and_compare(tmp_path):
     assert len(re.findall(r"frame_\d{3}\.jpg", printed[4])) == 6
 
 
-def test_train_a_selector(tmp_path):
+def test_train_a_selector(tmp_path, run):
     for name in ("a", "b", "c"):
         write_ring(tmp_path / name)
     example = ROOT / "examples" / "train_a_selector.py"
-    printed = run(tmp_path, example, "a", "b", "c").splitlines()
+    printed = run(example, "a", "b", "c").splitlines()
     assert printed[0] == "4 labels of 6 picks from 2 scenes"
     before, after = map(float, re.findall(r"\d+\.\d+", printed[1]))
     assert after < before
@@ -49,12 +55,12 @@ def test_train_a_selector(tmp_path):
     assert scorer.provenance["policy"] == "less_is_more"
 
 
-def test_side_by_side(tmp_path):
+def test_side_by_side(tmp_path, run):
     write_ring(tmp_path / "ring")
     example = ROOT / "examples" / "side_by_side.py"
     fewer = ["--targets", "2:12:4", "-k", "6", "--long-side", "48"]
     sooner = ["--steps", "30", "--gaussians", "500", "--pictures", "3", "--clip", "a.webp"]
-    printed = run(tmp_path, example, "--capture", "ring", *fewer, *sooner).splitlines()
+    printed = run(example, "--capture", "ring", *fewer, *sooner).splitlines()
     assert printed[0] == "24 frames, 3 held out, 6 to select"
     assert re.fullmatch(r"every n-th frame: \d+\.\d\d dB, frames \[.*\]", printed[1])
     assert re.fullmatch(r"fsel: \d+\.\d\d dB, frames \[.*\]", printed[2])
@@ -62,7 +68,7 @@ def test_side_by_side(tmp_path):
         assert (clip.n_frames, clip.size) == (4, (96, 36 + 15))
 
 
-def test_the_notebook_runs_and_shows_that_the_picks_are_ahead(tmp_path):
+def test_the_notebook_runs_and_shows_that_the_picks_are_ahead(tmp_path, run):
     notebook = nbformat.read(ROOT / "examples" / "which_frames.ipynb", as_version=4)
     nbformat.validate(notebook)
     cells = [cell["source"] for cell in notebook.cells if cell["cell_type"] == "code"]
@@ -70,25 +76,25 @@ def test_the_notebook_runs_and_shows_that_the_picks_are_ahead(tmp_path):
     shown = "print({row[:2]: row[2] for row in rows})"
     lines = [*setup, compared.removesuffix("rows"), shown, f"print({number})"]
     (tmp_path / "cells.py").write_text("\n".join(lines))
-    psnr, frames = run(tmp_path, "cells.py").splitlines()
+    psnr, frames = run("cells.py").splitlines()
     scores = literal_eval(psnr)
     assert all(scores["fsel", k] > scores["uniform", k] for k in (6, 10, 15))
     assert 2 <= int(frames) <= 54
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/reference.md"])
-def test_code_in_the_docs_runs(page, tmp_path):
+def test_code_in_the_docs_runs(page, tmp_path, run):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S)
     assert blocks
     for code in blocks:
         for folder in re.findall(r'read_capture\("([^"]*)"', code):
             write_ring(tmp_path / folder, frames=40)
         (tmp_path / "code.py").write_text(code)
-        run(tmp_path, "code.py")
+        run("code.py")
         assert list(tmp_path.glob("*.ply"))
 
 
-def test_commands_in_the_docs_run(tmp_path):
+def test_commands_in_the_docs_run(tmp_path, monkeypatch):
     blocks = re.findall(r"```sh\n(.*?)```", (ROOT / "docs" / "cli.md").read_text(), re.S)
     lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
     # as few steps, pixels and frames as a test has time for
@@ -115,7 +121,9 @@ def test_commands_in_the_docs_run(tmp_path):
     # tests/cli/test_poses.py and test_train.py run those that take a minute
     words = ("walk.mp4", "mine.safetensors")
     slow = [c for c in commands if c.split()[1] in ("demo", "poses") or any(w in c for w in words)]
+    monkeypatch.chdir(tmp_path)
     for command in [command for command in commands if command not in slow]:
-        run(tmp_path, "-m", *command.split(), *["--force"] * ("-o" in command.split()))
+        words = command.split()[1:]
+        assert main([*words, *["--force"] * ("-o" in words)]) == 0, command
     assert (tmp_path / "garden.ply").is_file()
     assert (tmp_path / "compared" / "compare.txt").is_file()

@@ -61,8 +61,12 @@ def extended(tmp_path_factory):
     """A copy of the repository in which every recipe was followed."""
     root = tmp_path_factory.mktemp("copy")
     for name in ("src", "workflow", "config", "docs"):
-        ignored = shutil.ignore_patterns("*.egg-info")
-        shutil.copytree(ROOT / name, root / name, ignore=ignored)  # compiled code comes along
+        ignored = shutil.ignore_patterns("*.egg-info", "__pycache__")
+        shutil.copytree(ROOT / name, root / name, ignore=ignored)
+    for folder in {path.parent for path in (ROOT / "src").rglob("*.py")}:
+        compiled = folder / "__pycache__"  # what either compiles, the other finds
+        compiled.mkdir(exist_ok=True)
+        (root / compiled.relative_to(ROOT)).symlink_to(compiled)
     shutil.copy(ROOT / "Snakefile", root)
     write_ring(root / "captures" / "garden", frames=40)
     poses, _ = write_ring(root / "captures" / "desk", frames=40)

@@ -178,10 +178,11 @@ def test_a_hostile_archive_writes_nothing(tmp_path, name, nested):
     hostile = archive(tmp_path / "hostile.zip", {"a/good.txt": "good", name: "bad"})
     if nested:
         hostile = archive(tmp_path / "outer.zip", {"in.zip": hostile.read_bytes()})
-    before = sorted(tmp_path.parent.rglob("*"))
+    (tmp_path / "results" / "dataset").mkdir(parents=True)
+    before = sorted(tmp_path.rglob("*"))
     with pytest.raises(ValueError, match="leads out of the folder; refused"):
-        unpack(hostile, "", tmp_path / "scene")
-    assert sorted(tmp_path.parent.rglob("*")) == before
+        unpack(hostile, "", tmp_path / "results" / "dataset" / "scene")
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_a_link_in_an_archive_is_refused(tmp_path):

@@ -46,17 +46,17 @@ class Library:
         """
         if module not in self.modules:
             raise ValueError(f"there is no module {module} in {self.folder}")
-        files, left = set(), [module]
+        found, data, left = set[str](), set[str](), [module]
         while left:
-            path = self.modules[left.pop()]
-            if path in files:
+            name = left.pop()
+            if name in found:
                 continue
-            files.add(path)
-            for word in set(self.referred[str(path)]) - set(unused):
+            found.add(name)
+            for word in set(self.referred[name]) - set(unused):
                 if word in self.data:
-                    files.add(self.data[word])
-                left += [name for name in self._behind(word) if not name.startswith(self.aside)]
-        return sorted(str(path) for path in files)
+                    data.add(word)
+                left += [home for home in self._behind(word) if not home.startswith(self.aside)]
+        return sorted(map(str, [self.modules[n] for n in found] + [self.data[n] for n in data]))
 
     def _behind(self, word: str) -> Iterator[str]:
         """Modules that run when a dotted name is imported, the package's own first one aside."""
@@ -67,7 +67,7 @@ class Library:
                 yield name
 
     def _referred(self, store: Path) -> dict[str, list[str]]:
-        """Source -> the words in it that may stand for modules or data files."""
+        """Module -> the words in its source that may stand for modules or data files."""
         try:
             known = json.loads(store.read_text(encoding="utf-8"))
         except (FileNotFoundError, ValueError):
@@ -75,12 +75,12 @@ class Library:
         entries: dict[str, dict[str, Any]] = {}
         for name, path in self.modules.items():
             state = [path.stat().st_size, path.stat().st_mtime_ns]
-            kept = known.get(str(path), {})
+            kept = known.get(name, {})
             words = kept["words"] if kept.get("state") == state else self._words(name, path)
-            entries[str(path)] = {"state": state, "words": words}
+            entries[name] = {"state": state, "words": words}
         if entries != known:
             write_text(json.dumps(entries), store)
-        return {path: entry["words"] for path, entry in entries.items()}
+        return {name: entry["words"] for name, entry in entries.items()}
 
     def _words(self, name: str, path: Path) -> list[str]:
         package = name if path.stem == "__init__" else name.rpartition(".")[0]

@@ -62,15 +62,14 @@ def one_view(row, **given):
     order = torch.argsort(depth[0])
     order = order[(radii[0, order] > 0).all(dim=1)]
     y, x = torch.meshgrid(*(torch.arange(n).float() + 0.5 for n in size[::-1]), indexing="ij")
-    image, light = torch.zeros(*size[::-1], 3), torch.ones(*size[::-1])
-    for i in order:
-        dx, dy = x - at[0, i, 0], y - at[0, i, 1]
-        a, b, c = conics[0, i]
-        alpha = given["opacities"][i] * torch.exp(-0.5 * (a * dx**2 + c * dy**2) - b * dx * dy)
-        alpha = torch.where(alpha < 1 / 255, 0, alpha.clamp_max(0.999))
-        image = image + (light * alpha)[..., None] * colors[i]
-        light = light * (1 - alpha)
-    return image + light[..., None] * given["backgrounds"][row], radii[0]
+    dx, dy = (grid - at[0, order, i, None, None] for i, grid in enumerate((x, y)))
+    a, b, c = conics[0, order].T[..., None, None]
+    alpha = torch.exp(-0.5 * (a * dx**2 + c * dy**2) - b * dx * dy)
+    alpha = alpha * given["opacities"][order, None, None]
+    alpha = torch.where(alpha < 1 / 255, 0, alpha.clamp_max(0.999))
+    light = torch.cat([torch.ones(1, *size[::-1]), torch.cumprod(1 - alpha, dim=0)])
+    image = torch.einsum("nyx,nc->yxc", light[:-1] * alpha, colors[order])
+    return image + light[-1][..., None] * given["backgrounds"][row], radii[0]
 
 
 @pytest.fixture

@@ -95,8 +95,9 @@ def test_points_are_shared_by_two_selected_frames(capture):
 
 
 def test_the_budget_holds_and_growth_fills_it(capture):
-    model = Gaussians(capture, steps=400, gaussians=40, initial="points").fit(np.arange(8))
-    assert 30 <= model.primitives <= 40
+    assert len(capture.points.xyz) == 30
+    model = Gaussians(capture, steps=800, gaussians=40, initial="points").fit(np.arange(8))
+    assert 32 <= model.primitives <= 40  # 34 to 36 by seeds and processors
 
 
 def test_stop_keeps_the_model_so_far(capture):
