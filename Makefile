@@ -34,14 +34,17 @@ labels: .venv/installed
 CAPTURES = OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 .venv/bin/python benchmarks/captures
 ROWS = results/captures_unknown.jsonl
 MADE = results/captures_made.jsonl
+EACH = 0 1 2 3 4 5 6 7
 UNTOLD = "the rule alone" tried
 TOLD = Nearest "targets known" "targets known, tried" "targets known, others tried"
 MADE_OF = $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,batmobile helmet miku)
 captures: .venv/installed
-	$(CAPTURES)_unknown.py --methods $(UNTOLD) --rows $(ROWS)
-	$(CAPTURES)_unknown.py --methods $(UNTOLD) --starts 1 5 --budgets 10 15 20 30 --rows $(ROWS)
+	$(CAPTURES)_unknown.py --methods $(UNTOLD) --starts $(EACH) --budgets 10 15 20 30 --rows $(ROWS)
+	$(CAPTURES)_unknown.py --methods $(UNTOLD) --starts 1 3 5 7 --budgets 50 --rows $(ROWS)
 	$(CAPTURES)_unknown.py --methods $(TOLD) --starts 1 3 5 7 --budgets 10 20 30 --rows $(ROWS)
-	$(CAPTURES)_unknown.py $(MADE_OF) --made --starts 0 1 2 3 4 5 6 7 --budgets 10 --methods tried --rows $(MADE)
+	$(CAPTURES)_unknown.py --made --methods tried --starts 0 2 4 6 --budgets 10 --rows $(MADE)
+	$(CAPTURES)_unknown.py $(MADE_OF) --made --methods tried --starts $(EACH) --budgets 10 --rows $(MADE)
+	$(CAPTURES)_unknown.py $(MADE_OF) --made --methods tried --starts 0 2 4 6 --budgets 15 20 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
 # docs/results/*.md, from the csv files that this checkout has: docs/results/pages.yaml

@@ -109,11 +109,15 @@ def _head(table: pd.DataFrame) -> str:
 
 def _held_out(table: pd.DataFrame) -> str:
     """Hold-outs, by their first frames, and the numbers of frames measured with them."""
-    starts = table[table["method"] == TRIED].groupby("k")["start"].unique().map(sorted).map(tuple)
-    return "; ".join(
-        f"{', '.join(map(str, first))} (K = {', '.join(map(str, part.index))})"
-        for first, part in starts.to_frame().groupby("start")
-    )
+    tried = table[table["method"] == TRIED].groupby(["k", "capture"])["start"]
+    starts = tried.unique().map(sorted).map(tuple).reset_index()
+    whole = starts.groupby("k").size()
+    parts = []
+    for first, part in starts.groupby("start"):
+        counts = part.groupby("k").size().items()
+        budgets = [f"{k}" if n == whole[k] else f"{k} of {n} captures" for k, n in counts]
+        parts.append(f"{', '.join(map(str, first))} (K = {', '.join(budgets)})")
+    return "; ".join(parts)
 
 
 def _short(each: dict[str, pd.DataFrame]) -> str:
