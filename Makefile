@@ -39,8 +39,7 @@ UNTOLD = "the rule alone" tried
 TOLD = Nearest "targets known" "targets known, tried" "targets known, others tried"
 MADE_OF = $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,batmobile helmet miku)
 captures: .venv/installed
-	$(CAPTURES)_unknown.py --methods $(UNTOLD) --starts $(EACH) --budgets 10 15 20 30 --rows $(ROWS)
-	$(CAPTURES)_unknown.py --methods $(UNTOLD) --starts 1 3 5 7 --budgets 50 --rows $(ROWS)
+	$(CAPTURES)_unknown.py --methods $(UNTOLD) --starts $(EACH) --rows $(ROWS)
 	$(CAPTURES)_unknown.py --methods $(TOLD) --starts 1 3 5 7 --budgets 10 20 30 --rows $(ROWS)
 	$(CAPTURES)_unknown.py --made --methods tried --starts 0 2 4 6 --budgets 10 --rows $(MADE)
 	$(CAPTURES)_unknown.py $(MADE_OF) --made --methods tried --starts $(EACH) --budgets 10 --rows $(MADE)

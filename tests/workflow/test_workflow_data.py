@@ -36,7 +36,7 @@ def nvmlInit():
 
 
 def run(folder, *arguments):
-    # a run waits for the last of its timers, which the profile sets to fifteen seconds
+    # a run waits for the last of its timers, which the profile sets to five seconds
     often = ["--max-jobs-per-timespan", "100/1s"]
     words = ["--snakefile", str(ROOT / "Snakefile"), "--cores", "1", *often, *arguments]
     words += [] if "--configfile" in arguments else ["--configfile", "config.yaml"]
