@@ -258,16 +258,14 @@ def trials(tried: Tried) -> str:
     known = [trial for trial in tried.trials[1:] if np.isfinite(trial.gain)]
     scores = ", ".join(f"{trial.name} {trial.gain:+.2f}" for trial in known) or "none was scored"
     cut = ", cut off by the time" if tried.cut else ""
-    own, over = f"{tried.validation} of the capture's own frames", "every n-th frame (uniform)"
     if tried.on_targets:
-        images = counted(tried.validation, "target")
-        own, over = (
-            f"the images of {images}, which were looked at",
-            f"the rule ({tried.trials[0].name})",
-        )
+        own = f"the images of {counted(tried.validation, 'target')}, which were looked at"
+    else:
+        own = f"{tried.validation} of the capture's own frames"
+    first = f"{'the rule' if tried.on_targets else 'every n-th frame'} ({tried.trials[0].name})"
     return (
         f"{counted(len(tried.trials), 'selection')} on {own}, {counted(tried.fits, 'fit')}{cut}; "
-        f"kept: {tried.kept}. dB over {over}: {scores}"
+        f"kept: {tried.kept}. dB over {first}: {scores}"
     )
 
 
@@ -277,25 +275,20 @@ def swapped(swapped: Swapped) -> str:
         f"{swapped.gain:+.2f} dB by {swapped.reconstructor} in "
         f"{counted(swapped.tried, 'reconstructed subset')}"
     )
-    fresh = swapped.fresh
-    if fresh is None:
+    if (fresh := swapped.fresh) is None:
         return gained
     verdict = "kept" if swapped.kept else "not sure enough: swapped back"
     others = f"{fresh.validation} frames that scored no swap"
     return f"{gained}; {fresh.gain:+.2f} dB by splats and gaussians on {others}: {verdict}"
 
 
-def _part(share: float) -> str:
-    """Say how many points are to be seen, in words."""
-    return "each" if share == 1 else f"{share:.0%}"
-
-
 def covered(cover: Cover) -> str:
     """Say how often points are seen, in words."""
+    part = "each" if cover.share == 1 else f"{cover.share:.0%}"
     full, even = cover.picks[-1] / cover.points, cover.even[-1] / cover.points
     return (
         f"{cover.points:,} points that {counted(cover.times, 'frame')} or more see: "
-        f"{counted(cover.frames, 'frame')} are enough to see {_part(cover.share)} {cover.times} "
+        f"{counted(cover.frames, 'frame')} are enough to see {part} {cover.times} "
         f"times; the picks see {full:.1%} of them so often, as many frames evenly spaced {even:.1%}"
     )
 
