@@ -41,8 +41,7 @@ MADE_OF = $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,batmobile helmet mi
 captures: .venv/installed
 	$(CAPTURES)_unknown.py --methods $(UNTOLD) --starts $(EACH) --rows $(ROWS)
 	$(CAPTURES)_unknown.py --methods $(TOLD) --starts 1 3 5 7 --budgets 10 20 30 --rows $(ROWS)
-	$(CAPTURES)_unknown.py --made --methods tried --starts 0 2 4 6 --budgets 10 --rows $(MADE)
-	$(CAPTURES)_unknown.py $(MADE_OF) --made --methods tried --starts $(EACH) --budgets 10 --rows $(MADE)
+	$(CAPTURES)_unknown.py --made --methods tried --starts $(EACH) --budgets 10 --rows $(MADE)
 	$(CAPTURES)_unknown.py $(MADE_OF) --made --methods tried --starts 0 2 4 6 --budgets 15 20 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 

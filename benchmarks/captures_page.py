@@ -59,7 +59,8 @@ def page(asked: argparse.Namespace) -> None:
         held = _held_out(made)
         parts += ["## Pauses, bursts, passes\n", MADE_HEAD.format(every=EVERY, held=held)]
         for by, part in made.groupby("by"):
-            parts += [f"By `{by}`. {_by_capture(_each(part))}"]
+            gains = _each(part)
+            parts += [f"By `{by}`, means over captures:\n", _by_kind(gains), _by_capture(gains)]
     asked.out.write_text("\n".join(parts))
 
 
@@ -133,6 +134,8 @@ def _short(each: dict[str, pd.DataFrame]) -> str:
 
 
 def _cell(gains: pd.Series) -> str:
+    if len(gains) < 2:
+        return f"{gains.mean():+.2f}, one capture"
     reach = of_places(gains.to_numpy())
     return f"{reach.mean:+.2f} ± {reach.high - reach.mean:.2f}, worst {gains.min():+.2f}"
 
@@ -171,6 +174,17 @@ def _by_capture(each: pd.DataFrame) -> str:
     lines.append(f"| capture | {' | '.join(f'K = {k}' for k in cells)} |")
     lines.append("|---|" + "---|" * len(cells.columns))
     lines += [f"| {name} | {' | '.join(row)} |" for name, row in cells.iterrows()]
+    return "\n".join(lines) + "\n"
+
+
+def _by_kind(each: pd.DataFrame) -> str:
+    """What is tried on made captures, over every n-th frame, by what was done to them."""
+    gains = each["psnr", TRIED].dropna().unstack("k")
+    kinds = gains.groupby(gains.index.str.partition(", ").get_level_values(2))
+    lines = [f"| PSNR over every n-th frame, dB | {' | '.join(f'K = {k}' for k in gains)} |"]
+    lines.append("|---|" + "---|" * len(gains.columns))
+    for kind, part in kinds:
+        lines.append(f"| {kind} | {' | '.join(_cell(part[k].dropna()) for k in gains)} |")
     return "\n".join(lines) + "\n"
 
 
