@@ -6,7 +6,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from fsel.utils.columns import by_column, chosen, from_arrow, repeated, stacked, to_arrow
+from fsel.utils.columns import by_column, chosen, from_arrow, lines, repeated, stacked, to_arrow
 from fsel.utils.files import read_columns, write_table
 
 TABLES = {
@@ -82,3 +82,8 @@ def test_rows_are_taken_repeated_and_stacked():
     part = chosen(both, both["a"] == 2)
     assert part["s"].tolist() == [[3, 4], [3, 4]]
     assert chosen(both, slice(-1, None))["n"].tolist() == ["longer"]
+
+
+def test_a_log_has_a_line_a_row():
+    table = {"split": np.array(["train", "test"]), "loss": np.array([1 / 3, 2.0]), "epoch": [1, 1]}
+    assert lines(table) == "split train, loss 0.33333, epoch 1\nsplit test, loss 2, epoch 1"

@@ -93,10 +93,12 @@ def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float)
     given = problem.observed[multicover(_tracks(problem, times), times, share)]
     if isinstance(k, int) and k < len(given):
         often = sighted(problem, times)(given[:k])
+        reached = often[-1] / sum(often)
+        fits = np.floor(100 * reached) / 100
+        share_of = f", or a cover_share, --cover-share, of {fits:.2f}" if fits else ""
         raise ValueError(
             f"k is {k}, and a cover of {times} takes {counted(len(given), 'frame')}; {k} see "
-            f"{often[-1] / sum(often):.1%} of the points so often. Hint: k of {len(given)}, "
-            "or a smaller share of the points, by cover_share or --cover-share"
+            f"{reached:.1%} of the points so often. Hint: k of {len(given)}{share_of}"
         )
     return replace(problem, given=given)
 

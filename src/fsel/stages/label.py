@@ -17,7 +17,7 @@ from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Enough, Journal
 from fsel.training.labelling import searched
-from fsel.utils.columns import chosen
+from fsel.utils.columns import chosen, lines
 from fsel.utils.files import File, Files, fingerprint, read_columns, write_table
 
 logger = logging.getLogger(__name__)
@@ -53,8 +53,8 @@ def label(
         for coverage, path in zip(coverages, labels, strict=True):
             table = work.table(coverage)
             write_table(table, path, units=units(fitness), config=config)
-            rank = table["rank"]
-            logger.info("p%d: %d subsets\n%s", coverage, len(rank), chosen(table, rank == 0))
+            best = chosen(table, table["rank"] == 0)
+            logger.info("p%d: %d subsets\n%s", coverage, len(table["rank"]), lines(best))
 
 
 def label_part(

@@ -10,7 +10,7 @@ from fsel.selector.scorer import Network
 from fsel.training import imitation
 from fsel.training.labelled import training_data
 from fsel.training.scorers import save_scorer
-from fsel.utils.columns import chosen
+from fsel.utils.columns import chosen, lines
 from fsel.utils.files import File, Files, read_columns, write_table
 
 logger = logging.getLogger(__name__)
@@ -54,4 +54,5 @@ def train(
         )
         save_scorer(Network(fitted), policy, made, seed, config, path)
         write_table(record, log, units={"loss": "nats"}, config=config)
-        logger.info("%s, seed %d: %s\n%s", policy, seed, made, chosen(record, slice(-2, None)))
+        last = lines(chosen(record, slice(-2, None)))
+        logger.info("%s, seed %d: %s\n%s", policy, seed, made, last)

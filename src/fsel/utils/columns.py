@@ -39,6 +39,16 @@ def stacked(tables: Sequence[Columns]) -> dict[str, np.ndarray]:
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
+def lines(table: Columns) -> str:
+    """The rows of a table, a line each of names and values, for a log."""
+    rows = zip(*(np.asarray(table[name]).tolist() for name in table), strict=True)
+    return "\n".join(", ".join(map(_entry, table, row)) for row in rows)
+
+
+def _entry(name: str, value: Any) -> str:
+    return f"{name} {value:.5g}" if isinstance(value, float) else f"{name} {value}"
+
+
 def to_arrow(column: Any) -> pa.Array:
     """An Arrow array of a column as `Columns` describes it; one of arrays becomes lists."""
     import pyarrow as pa
