@@ -42,7 +42,8 @@ captures: .venv/installed
 	$(CAPTURES)_unknown.py --methods $(UNTOLD) --starts $(EACH) --rows $(ROWS)
 	$(CAPTURES)_unknown.py --methods $(TOLD) --starts 1 3 5 7 --budgets 10 20 30 --rows $(ROWS)
 	$(CAPTURES)_unknown.py --made --methods tried --starts $(EACH) --budgets 10 --rows $(MADE)
-	$(CAPTURES)_unknown.py $(MADE_OF) --made --methods tried --starts 0 2 4 6 --budgets 15 20 30 50 --rows $(MADE)
+	$(CAPTURES)_unknown.py --made --methods tried --starts 0 2 4 6 --budgets 20 --rows $(MADE)
+	$(CAPTURES)_unknown.py $(MADE_OF) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
 # docs/results/*.md, from the csv files that this checkout has: docs/results/pages.yaml
