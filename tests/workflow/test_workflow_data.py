@@ -139,16 +139,11 @@ def test_the_paper_s_config_says_which_roots_are_missing(tmp_path):
     assert text.count("git clone https://github.com/arthurhero/Long-LRM") == 1
 
 
-def paper_config(folder, absent=(), stand_ins=True, allowed=False, most=None):
-    """The paper's config over folders of the right shape, those of some datasets left out.
-
-    `most` is how many scenes a dataset of numbered ones keeps of a kind.
-    """
+def paper_config(folder, absent=(), stand_ins=True, allowed=False):
+    """The paper's config over folders of the right shape, those of some datasets left out."""
     config = yaml.safe_load((ROOT / "config" / "paper.yaml").read_text())
     config["allow_missing"] = allowed
     for name, entry in config["datasets"].items():
-        if most and isinstance(entry["scenes"], dict):
-            entry["scenes"] = {kind: min(n, most) for kind, n in entry["scenes"].items()}
         if "root" not in entry or name in absent:
             continue
         entry["root"], scenes = name, entry["scenes"]
@@ -187,7 +182,7 @@ def test_what_the_paper_s_config_lacks_is_told_on_one_page(tmp_path):
 
 def test_where_all_is_there_the_paper_s_config_plans_and_wants_a_gpu(tmp_path, monkeypatch):
     """Programs, weights and packages as far as the check looks; the GPUs are the cluster's."""
-    config = paper_config(tmp_path, stand_ins=False, most=2)
+    config = paper_config(tmp_path, stand_ins=False)
     for name in ("conda", "sbatch"):
         path = tmp_path / "bin" / name
         path.parent.mkdir(exist_ok=True)
@@ -204,7 +199,7 @@ def test_where_all_is_there_the_paper_s_config_plans_and_wants_a_gpu(tmp_path, m
         file.touch()
     monkeypatch.setenv("PATH", str(tmp_path / "bin"), prepend=os.pathsep)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "packages"), prepend=os.pathsep)
-    assert planned(dry_run(tmp_path, config))["evaluate"] == 28
+    assert planned(dry_run(tmp_path, config))["evaluate"] == 103
     (tmp_path / "bin" / "sbatch").unlink()
     for name in ("bash", "which"):
         (tmp_path / "bin" / name).symlink_to(shutil.which(name))
@@ -230,24 +225,24 @@ def test_the_paper_s_config_plans_the_sweep(tmp_path):
 
 
 def test_the_paper_s_config_plans_every_table(tmp_path):
-    result = dry_run(tmp_path, paper_config(tmp_path, most=3), "paper")
+    result = dry_run(tmp_path, paper_config(tmp_path), "paper")
     jobs = planned(result)
     text = result.stdout + result.stderr
     assert "can be made" not in text
     papers = {name for name, table in TABLES.items() if table.category == "Paper"}
     assert papers <= set(jobs)
     assert jobs["select_crosscapture"] == 6
-    assert jobs["select_objects"] == 6
-    assert jobs["select_paired"] == jobs["evaluate_paired"] == 3
-    assert jobs["evaluate_feature_sweep"] == 3
-    assert jobs["evaluate_scorer_arch"] == 3
+    assert jobs["select_objects"] == 20
+    assert jobs["select_paired"] == jobs["evaluate_paired"] == 21
+    assert jobs["evaluate_feature_sweep"] == 30
+    assert jobs["evaluate_scorer_arch"] == 21
     assert jobs["qualitative"] == 6
     assert "refine" not in jobs
 
 
 def test_what_cannot_be_made_of_the_paper_is_listed_and_blocks_nothing_else(tmp_path):
     absent = ["tanks_and_temples", "scannet", "co3d", "scannetpp"]
-    config = paper_config(tmp_path, absent, allowed=True, most=2)
+    config = paper_config(tmp_path, absent, allowed=True)
     result = dry_run(tmp_path, config, "paper")
     jobs = planned(result)
     text = result.stdout + result.stderr
