@@ -11,11 +11,23 @@ from fsel.workflow.processor import environment
 
 # Of two workers one begins with the first half, which compiles nearly all; the other with what
 # takes longest and compiles little. In the other order both would compile the same at once.
-FIRST = (
-    *("reconstruct", "api", "baselines", "selector", "metrics", "synthesis"),
-    *("data", "features", "fuzz", "report"),
-    *("workflow", "ingest", "colmap", "stages", "test_recipes.py"),
-)
+FIRST = [
+    "reconstruct",
+    "api",
+    "baselines",
+    "selector",
+    "metrics",
+    "synthesis",
+    "data",
+    "features",
+    "fuzz",
+    "report",
+    "workflow",
+    "ingest",
+    "colmap",
+    "stages",
+    "test_recipes.py",
+]
 
 for name, value in environment().items():
     if name.startswith("NUMBA_"):
