@@ -107,8 +107,10 @@ def test_a_nested_method_runs_once(problem, nested, sizes):
 
 def test_chance_is_named_so_that_other_runs_change_nothing(problem):
     drawn = Drawn(nested=False).method
-    alone = measuring.select(problem, [Run(drawn, 1)], [4], chance(7))
-    among = measuring.select(problem, runs([METHODS["random"], drawn]), [3, 4], chance(7))
+    alone = pd.DataFrame(measuring.select(problem, [Run(drawn, 1)], [4], chance(7)))
+    among = pd.DataFrame(
+        measuring.select(problem, runs([METHODS["random"], drawn]), [3, 4], chance(7))
+    )
     same = among[(among["method"] == "drawn") & (among["seed"] == 1) & (among["k"] == 4)]
     assert same["frame"].tolist() == alone["frame"].tolist()
     other = among[(among["method"] == "drawn") & (among["seed"] == 0) & (among["k"] == 4)]
@@ -116,7 +118,7 @@ def test_chance_is_named_so_that_other_runs_change_nothing(problem):
 
 
 def test_picks_are_written_down_in_order(problem):
-    table = measuring.select(problem, runs([METHODS["nearest"]]), [2, 3], chance(0))
+    table = pd.DataFrame(measuring.select(problem, runs([METHODS["nearest"]]), [2, 3], chance(0)))
     assert table["k"].tolist() == [2, 2, 3, 3, 3]
     assert table["order"].tolist() == [0, 1, 0, 1, 2]
     frames = table["frame"].tolist()
@@ -126,7 +128,7 @@ def test_picks_are_written_down_in_order(problem):
 
 
 def test_the_method_all_takes_what_is_observed(problem):
-    table = measuring.select(problem, runs([METHODS["all"]]), [2], chance(0))
+    table = pd.DataFrame(measuring.select(problem, runs([METHODS["all"]]), [2], chance(0)))
     assert table["frame"].tolist() == problem.observed.tolist()
 
 
@@ -158,7 +160,7 @@ def test_each_distinct_subset_is_reconstructed_once():
     picks = pd.concat(
         pd.DataFrame({"method": m, "seed": s, "k": k, "frame": frames}) for m, s, k, frames in rows
     )
-    table = measuring.measure(evaluator, picks)
+    table = pd.DataFrame(measuring.measure(evaluator, picks))
     assert flat.fitted == [[1, 11], [1, 11, 18]]
     assert table["method"].tolist() == list("aabbbb")
     assert table["target"].tolist() == [4, 9] * 3
@@ -170,7 +172,9 @@ def test_each_distinct_subset_is_reconstructed_once():
     assert table["fit_seconds"].unique().tolist() == [0.5]
     assert table["peak_bytes"].tolist() == [200] * 4 + [300] * 2
     assert table["device"].unique().tolist() == ["abacus"]
-    by_method = measuring.measure(evaluator, picks[picks["method"] == "a"], by=["method"])
+    by_method = pd.DataFrame(
+        measuring.measure(evaluator, picks[picks["method"] == "a"], by=["method"])
+    )
     assert len(flat.fitted) == 2
     assert by_method.columns[:2].tolist() == ["method", "target"]
 

@@ -22,6 +22,7 @@ from fsel.reconstruct import reconstructor_of
 from fsel.selector import pretrained
 from fsel.selector.policies import POLICIES, RENAMED, Policy
 from fsel.selector.scorer import Network
+from fsel.utils.columns import by_row
 from fsel.utils.files import digest
 from fsel.utils.outputs import refuse_overlap
 from fsel.utils.registry import unknown
@@ -162,8 +163,7 @@ def _train(
     with console.clock("training"):
         weights, log = imitation.train(trajectories, [], **settings)
     save_scorer(Network(weights), policy.name, made, args.seed, key, args.out)
-    log = {name: log[name].tolist() for name in ("epoch", "loss", "agreement")}
-    epochs = [dict(zip(log, row, strict=True)) for row in zip(*log.values(), strict=True)]
+    epochs = by_row({name: log[name] for name in ("epoch", "loss", "agreement")})
     first, last = epochs[0], epochs[-1]
     console.say(
         "trained",

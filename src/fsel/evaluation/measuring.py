@@ -137,15 +137,6 @@ def picks_at(problem: Problem, run: Run, budgets: Sequence[int], chance: Chance)
 
 def select(
     problem: Problem, runs: Iterable[Run], budgets: Sequence[int], chance: Chance
-) -> pd.DataFrame:
-    """The table `picked`, as a DataFrame."""
-    import pandas as pd  # here and below: it takes longer to import than a selection takes
-
-    return pd.DataFrame(picked(problem, runs, budgets, chance))
-
-
-def picked(
-    problem: Problem, runs: Iterable[Run], budgets: Sequence[int], chance: Chance
 ) -> dict[str, np.ndarray]:
     """The picks of every run at every budget, one row a pick.
 
@@ -172,22 +163,13 @@ def picked(
 
 
 def measure(
-    evaluator: Evaluator, picks: pd.DataFrame, by: Sequence[str] = SELECTION
-) -> pd.DataFrame:
-    """The table `valued`, as a DataFrame."""
-    import pandas as pd
-
-    return pd.DataFrame(valued(evaluator, picks, by))
-
-
-def valued(
     evaluator: Evaluator, picks: Columns | pd.DataFrame, by: Sequence[str] = SELECTION
 ) -> dict[str, np.ndarray]:
     """Measure what picks are worth, one row a selection and view.
 
     Args:
         evaluator: on the targets.
-        picks: what `picked` returned, or any table with its columns `frame` and those of `by`.
+        picks: what `select` returned, or any table with its columns `frame` and those of `by`.
         by: columns that tell one selection from another.
 
     Returns:
@@ -201,7 +183,7 @@ def valued(
     subsets = {key: np.array(frames[key]) for key in sorted(frames)}
     evaluator.measure_together(list(subsets.values()))
     for key, subset in subsets.items():
-        rows = _rows(evaluator, subset)
+        rows = measured(evaluator, subset)
         first = next(iter(evaluator.metrics))
         logger.info("%s: %s %.3f", key, first, rows[first].mean())
         same = repeated(dict(zip(by, key, strict=True)), len(evaluator.frames))
@@ -209,20 +191,13 @@ def valued(
     return stacked(parts)
 
 
-def measured(evaluator: Evaluator, subset: np.ndarray) -> pd.DataFrame:
+def measured(evaluator: Evaluator, subset: np.ndarray) -> dict[str, Any]:
     """Measure what one subset is worth, one row a view.
 
     Returns:
         target (the frame rendered), the evaluator's metrics, fit_seconds, render_seconds,
         primitives, bytes, peak_bytes, device. Units are `measured_units`.
     """
-    import pandas as pd
-
-    return pd.DataFrame(_rows(evaluator, subset))
-
-
-def _rows(evaluator: Evaluator, subset: np.ndarray) -> dict[str, Any]:
-    """Column -> (T,) values, as of `measured`."""
     result = evaluator.measure(subset)
     rows: dict[str, Any] = {"target": evaluator.frames}
     rows |= zip(evaluator.metrics, result.scores.T, strict=True)

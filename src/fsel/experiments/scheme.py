@@ -153,7 +153,7 @@ class Trials:
             rows = table if trial.frames is None else table.iloc[trial.frames]
             problem = trial.problem(trial.capture, trial.split, rows)
             entered = every if trial.entered is None else trial.entered(learned)
-            chosen = select(problem, entered, trial.budgets, trial.chance)
+            chosen = pd.DataFrame(select(problem, entered, trial.budgets, trial.chance))
             if trial.frames is not None:
                 chosen["frame"] = trial.frames[chosen["frame"]]
             tables.append(chosen.assign(**trial.key))
@@ -190,7 +190,7 @@ class Trials:
                 part = part.assign(frame=np.searchsorted(frames, part["frame"]))
             for scope, capture in (trial.scopes or {"": trial.whole or trial.capture}).items():
                 on_targets = evaluator(capture, trial.split.targets, trial.beside)
-                table = measure(on_targets, part, self.by)
+                table = pd.DataFrame(measure(on_targets, part, self.by))
                 if frames is not None:
                     table["target"] = frames[table["target"]]
                 columns = {"scope": scope} if trial.scopes else {}

@@ -38,7 +38,7 @@ def evaluate(
 
     Args:
         selections: what `select` wrote, one a draw.
-        evaluations: one a draw, see `fsel.evaluation.measuring.valued`.
+        evaluations: one a draw, see `fsel.evaluation.measuring.measure`.
         only: column -> values of the picks that are reconstructed; all without it.
     """
     units = measuring.measured_units(metrics)
@@ -49,5 +49,5 @@ def evaluate(
         picks = read_columns(picked)
         for column, values in only.items():
             picks = chosen(picks, np.isin(picks[column], values))
-        table = measuring.valued(evaluator(capture, targets), picks)
+        table = measuring.measure(evaluator(capture, targets), picks)
         write_table(table, path, units=units, config=config)

@@ -60,6 +60,6 @@ def search_oracle(
             fittest = result.subsets[result.best(1)[0]]
             head = {"method": name, "seed": 0, "k": search["k"]}
             picks.append(repeated(head, len(fittest)) | {"frame": fittest})
-        measured = measuring.valued(on_targets, stacked(picks))
+        measured = measuring.measure(on_targets, stacked(picks))
         write_table(measured, oracle, units=measuring.measured_units(metrics), config=config)
         write_table(stacked(searches), subsets, units=units(fitness), config=config)

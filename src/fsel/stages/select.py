@@ -31,17 +31,17 @@ def select(
     Args:
         features: what `fsel.stages.features` wrote of them, one a draw.
         weights: of the learned methods, see `fsel.evaluation.measuring.runs`.
-        selections: one a draw, see `fsel.evaluation.measuring.picked`.
+        selections: one a draw, see `fsel.evaluation.measuring.select`.
         protocol: whose list is one more method, see `fsel.stages.split`.
     """
     contenders = measuring.runs(METHODS.values(), weights)
     for split, table, path, seed in zip(splits, features, selections, seeds, strict=True):
         problem = with_features(Problem.load(folder, split), read_columns(table), table)
-        picks = measuring.picked(problem, contenders, budgets, measuring.chance(seed))
+        picks = measuring.select(problem, contenders, budgets, measuring.chance(seed))
         if protocol:
             listed = read_protocol(names=problem.capture.names, **protocol)
             known = [k for k in budgets if k in listed.inputs]
             run = measuring.Run(listed.method, 0)
-            more = measuring.picked(problem, [run], known, measuring.chance(seed))
+            more = measuring.select(problem, [run], known, measuring.chance(seed))
             picks = stacked([picks, more])
         write_table(picks, path, units=measuring.PICK_UNITS, config=config)

@@ -15,7 +15,7 @@ from fsel.selector.policies import Policy
 from fsel.selector.rollout import Rollout, follow
 from fsel.training.imitation import Trajectory
 from fsel.training.problems import read_problems
-from fsel.utils.columns import Columns
+from fsel.utils.columns import Columns, by_row
 
 Scenes = Mapping[str, Sequence[str | Path]]
 """Scene -> the arguments of `read_problems`."""
@@ -30,9 +30,7 @@ def labelled_problems(
         trajectories: what `fsel.stages.order` wrote.
         scenes: see `Scenes`.
     """
-    columns = [trajectories[name] for name in trajectories]
-    rows = [dict(zip(trajectories, row, strict=True)) for row in zip(*columns, strict=True)]
-    rows.sort(key=itemgetter("scene", "coverage", "rank"))
+    rows = sorted(by_row(trajectories), key=itemgetter("scene", "coverage", "rank"))
     for scene, own in groupby(rows, itemgetter("scene")):
         problems = read_problems(*scenes[scene])
         for coverage, part in groupby(own, itemgetter("coverage")):

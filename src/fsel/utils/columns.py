@@ -24,6 +24,12 @@ def by_column(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
+def by_row(table: Columns) -> list[dict[str, Any]]:
+    """Rows of a table, their values as Python's own."""
+    columns = (np.asarray(table[name]).tolist() for name in table)
+    return [dict(zip(table, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
 def chosen(table: Columns, rows: np.ndarray | slice) -> dict[str, np.ndarray]:
     """Some rows of a table, by number, (n,) bool or slice."""
     return {name: np.asarray(table[name])[rows] for name in table}
@@ -41,8 +47,7 @@ def stacked(tables: Sequence[Columns]) -> dict[str, np.ndarray]:
 
 def lines(table: Columns) -> str:
     """The rows of a table, a line each of names and values, for a log."""
-    rows = zip(*(np.asarray(table[name]).tolist() for name in table), strict=True)
-    return "\n".join(", ".join(map(_entry, table, row)) for row in rows)
+    return "\n".join(", ".join(map(_entry, row, row.values())) for row in by_row(table))
 
 
 def _entry(name: str, value: Any) -> str:
