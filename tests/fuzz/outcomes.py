@@ -2,15 +2,15 @@
 
 import contextlib
 import io
-import resource
 import signal
 import time
 import warnings
 
 from fsel.cli import main
+from fsel.reconstruct.memory import Peak
 
 LONGEST = 20  # seconds
-MEMORY = 2_000_000  # kilobytes that the process may have taken
+MEMORY = 500_000_000  # bytes that a command may take, beside what the process held
 # of commands alone, whose business goes beyond reading
 OWN = (
     "no counterpart in transforms.json", "leave nothing to select", "allowed: 1 to",
@@ -37,7 +37,7 @@ def command(line):
 
 def outcome(work):
     """(kind, text): done, refused in words, or wrong."""
-    started, before = time.monotonic(), _peak()
+    started, peak = time.monotonic(), Peak()
     previous = signal.signal(signal.SIGALRM, _hang)
     signal.alarm(LONGEST)
     try:
@@ -56,13 +56,9 @@ def outcome(work):
         signal.signal(signal.SIGALRM, previous)
     if time.monotonic() - started >= LONGEST:
         found = "wrong", "slow"
-    if _peak() > max(before, MEMORY):
-        found = "wrong", f"{_peak() / 1e6:.1f} GB of memory"
+    if peak.bytes > MEMORY:
+        found = "wrong", f"{peak.bytes / 1e9:.1f} GB of memory"
     return found
-
-
-def _peak():
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def _hang(number, frame):

@@ -38,6 +38,12 @@ def test_images_are_judged_by_the_commands_that_decode_them(original, tmp_path, 
     assert outcomes.faults(found, work, alike=True)[0].startswith("not alike")
 
 
+def test_memory_is_what_the_command_took_and_not_what_the_process_held():
+    held = bytearray(b"x" * outcomes.MEMORY)
+    assert outcomes.outcome(lambda: None) == ("done", "")
+    assert outcomes.outcome(lambda: len(held + held)) == ("wrong", "1.0 GB of memory")
+
+
 def test_undamaged_captures_are_accepted(original, tmp_path):
     for layout in ("ring", "nerfstudio", "co3d"):
         assert cases.run(cases.Case(layout, 0, ()), original, tmp_path / "work") == []
