@@ -20,7 +20,7 @@ from fsel.workflow.refusal import failures
 from fsel.workflow.resources import Size
 from fsel.workflow.rules import Tables, report_labels
 
-prepare()
+prepare(tell=workflow.is_main_process)
 # the settings are not there where the rules are only read
 if workflow.deployment_settings and (
     DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method

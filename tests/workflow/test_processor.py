@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from fsel.workflow import processor
+from fsel.workflow import machine, processor
 from fsel.workflow.processor import LEVEL, PINNED, environment
 
 SHOWN = """
@@ -51,6 +51,20 @@ def test_an_older_processor_is_left_alone(tmp_path, lacking):
 def test_another_architecture_is_left_alone(tmp_path, monkeypatch):
     monkeypatch.setattr(processor.platform, "machine", lambda: "aarch64")
     assert environment(described(tmp_path, LEVEL)) == {}
+
+
+def test_a_variable_that_is_set_is_kept_and_told(monkeypatch, capsys):
+    monkeypatch.setattr(machine.os, "environ", {"OPENBLAS_CORETYPE": "SkylakeX"})
+    monkeypatch.setattr(processor, "environment", lambda: PINNED)
+    machine.prepare(tell=True)
+    kept = {**PINNED, "OPENBLAS_CORETYPE": "SkylakeX"}
+    assert machine.os.environ == {**machine.INHERITED, **kept}
+    assert capsys.readouterr().err == (
+        "OPENBLAS_CORETYPE is set to 'SkylakeX', not 'Haswell': the last digits of results may "
+        "differ from those of other machines. Hint: unset OPENBLAS_CORETYPE\n"
+    )
+    machine.prepare()  # of a job's process
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.skipif(not environment(), reason="the processor is not of x86-64-v3")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 from fsel.workflow import processor
@@ -20,11 +21,23 @@ INHERITED = {
 }
 
 
-def prepare() -> None:
-    """Set what every job inherits, unless it is set already."""
+def prepare(tell: bool = False) -> None:
+    """Set what every job inherits, unless it is set already.
+
+    Args:
+        tell: print which variables are set to what gives results other bytes.
+    """
     # the same instructions on every processor, so the same bytes
-    for name, value in {**INHERITED, **processor.environment()}.items():
+    pinned = processor.environment()
+    for name, value in {**INHERITED, **pinned}.items():
         os.environ.setdefault(name, value)
+    for name, value in pinned.items() if tell else ():
+        if os.environ[name] != value:
+            print(
+                f"{name} is set to {os.environ[name]!r}, not {value!r}: the last digits of results "
+                f"may differ from those of other machines. Hint: unset {name}",
+                file=sys.stderr,
+            )
     # images of containers often set it: every job would compile pandas anew, a second each
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
