@@ -141,11 +141,12 @@ def test_the_command_says_what_is_wrong(capsys):
 
 def test_the_command_measures_costs(tmp_path, capsys):
     arguments = ["reconstruct", "--cost", "-k", "4", "--views", "2", "--json"]
-    assert main([*arguments, "--", *program(fit="time.sleep(0.05)")]) == 0
+    *python, text = program(fit="time.sleep(0.05)")
+    assert main([*arguments, "--", *python, "import time; time.sleep(0.2)" + text]) == 0
     cost = json.loads(capsys.readouterr().out)["cost"]["external"]
     assert list(cost) == ["load", "fit", "render", "peak_bytes", "device"]
-    assert 0.05 <= cost["fit"] < 1
-    assert cost["load"] > 0.05  # an interpreter and NumPy
+    assert 0.05 <= cost["fit"] < 30
+    assert 0.2 <= cost["load"] < 60
     recipe = tmp_path / "two.yaml"
     recipe.write_text("reconstruction: [{name: splats}, {name: splats, as: again, long_side: 32}]")
     assert main([*arguments, "--recipe", str(recipe)]) == 0

@@ -79,7 +79,7 @@ def test_images_come_back_as_the_worker_made_them(capture):
         assert images.dtype == np.float32
         np.testing.assert_allclose(images, expected(capture, frames), atol=1e-6)
     assert (model.device, model.primitives) == ("cpu", 0)
-    assert 0 < model.seconds < 1
+    assert 0 < model.seconds < 20
 
 
 def test_a_worker_is_handed_the_selected_frames_and_points_that_two_of_them_see(capture, tmp_path):
