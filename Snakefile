@@ -27,6 +27,9 @@ if workflow.deployment_settings and (
 ):
     check_image()
 
+    # only here: Snakemake takes no path with a space for an image
+    container: str(IMAGE)
+
 
 pathvars:
     tables="<results>/tables",
@@ -52,9 +55,6 @@ experiment.check()
 
 
 report: "workflow/report/workflow.rst"
-
-
-container: str(IMAGE)
 
 
 # `reconstructor` is the folder of a further one with its slash, and empty for the first

@@ -59,7 +59,7 @@ def write_desk(folder, poses):
 @pytest.fixture(scope="module")
 def extended(tmp_path_factory):
     """A copy of the repository in which every recipe was followed."""
-    root = tmp_path_factory.mktemp("copy")
+    root = tmp_path_factory.mktemp("a copy")
     for name in ("src", "workflow", "config", "docs"):
         ignored = shutil.ignore_patterns("*.egg-info", "__pycache__")
         shutil.copytree(ROOT / name, root / name, ignore=ignored)

@@ -17,7 +17,7 @@ VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["versi
 DATA = {".json", ".safetensors", ".css", ".js", ".typed"}
 PROGRAM = """
 import fsel
-print(fsel.__file__, *(fsel.METHODS[name].name for name in ("fsel", "less_is_more")))
+print(fsel.__file__, *(fsel.METHODS[name].name for name in ("fsel", "less_is_more")), sep="\\n")
 """
 
 
@@ -80,6 +80,6 @@ def test_the_installed_command_says_its_version(installed):
 
 def test_the_installed_package_has_its_trained_scorers(installed, tmp_path):
     binaries, environment = installed
-    printed = run(binaries / "python", "-c", PROGRAM, env=environment, cwd=tmp_path).split()
+    printed = run(binaries / "python", "-c", PROGRAM, env=environment, cwd=tmp_path).splitlines()
     assert Path(printed[0]).is_relative_to(binaries.parent)
     assert printed[1:] == ["fsel", "less_is_more"]

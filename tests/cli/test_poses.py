@@ -3,6 +3,7 @@
 import argparse
 import json
 import re
+import shlex
 import shutil
 import sys
 from pathlib import Path
@@ -227,7 +228,7 @@ def test_photos_that_show_nothing_in_common_are_refused_by_their_folder(cache, t
 def test_a_program_finds_the_poses_once_and_is_named(cache, tmp_path, capsys, unmatched):
     photos, out = tmp_path / "photos", tmp_path / "out"
     image_files.write(np.full((5, 48, 64, 3), 99, np.uint8), photos, [f"{i}.jpg" for i in range(5)])
-    by = " ".join(pose_program.written(tmp_path))
+    by = shlex.join(pose_program.written(tmp_path))
     assert run("poses", photos, "--by", "nowhere {folder}", "-o", out) == 1
     assert "fsel: poses by nowhere: no program 'nowhere' in " in capsys.readouterr().err
     assert run("poses", photos, "--by", 'python "x', "-o", out) == 1

@@ -53,7 +53,7 @@ def index(tmp_path, monkeypatch):
         monkeypatch.delenv(name)
     monkeypatch.setenv("PIP_CONFIG_FILE", os.devnull)
     monkeypatch.setenv("PIP_NO_INDEX", "1")
-    monkeypatch.setenv("PIP_FIND_LINKS", str(folder))
+    monkeypatch.setenv("PIP_FIND_LINKS", folder.as_uri())
     digest = hashlib.sha256(archive.read_bytes()).hexdigest()
     monkeypatch.setattr(published, "SHA256", digest)
     monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))

@@ -1,5 +1,6 @@
 """report.html, looked at in a real browser."""
 
+import html
 import re
 import shlex
 from dataclasses import replace
@@ -99,7 +100,7 @@ def out(tmp_path):
 
 def test_the_page_names_the_command_that_shows_it_in_a_scene(out):
     (said,) = re.findall("<code>(.*?)</code>", (out / "report.html").read_text())
-    assert shlex.split(said) == ["fsel", "view", str(out), "-o", f"{out}.html"]
+    assert shlex.split(html.unescape(said)) == ["fsel", "view", str(out), "-o", f"{out}.html"]
 
 
 @needs_a_browser

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import shlex
 
 import numpy as np
 import pandas as pd
@@ -56,7 +57,7 @@ def test_a_cut_file_is_named_with_both_lengths(artefact):
         check(artefact)
     text = f"{artefact}: has {len(content) - 1} bytes, and had {len(content)} when it was made"
     assert str(refused.value).startswith(text)
-    assert f"snakemake --cores 1 --force {artefact}" in str(refused.value)
+    assert f"snakemake --cores 1 --force {shlex.quote(str(artefact))}" in str(refused.value)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.999])

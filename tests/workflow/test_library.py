@@ -46,7 +46,7 @@ def summary(folder: Path) -> Iterator[tuple[str, str, str]]:
 @pytest.fixture(scope="module")
 def clone(tmp_path_factory) -> Path:
     """A copy of the workflow and the library, with an empty file for each output of the plan."""
-    folder = tmp_path_factory.mktemp("clone")
+    folder = tmp_path_factory.mktemp("a clone")
     for name in ("src", "workflow", "config"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", folder)

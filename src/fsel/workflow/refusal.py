@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NoReturn
 
-FAILED = re.compile(r"^ +log: (\S+) \(check log", re.M)  # in Snakemake's log, of a job that failed
+FAILED = re.compile(r"^ +log: (.+) \(check log", re.M)  # in Snakemake's log, of a job that failed
 HEAD = re.compile(r"^\S+ \S+ ERROR fsel: |^[\w.]*(Error|Exception): ")  # of what the job said last
 SUBSET = re.compile(r"^[\w.]+\.Unfinished: (.*)")  # what of, before the program's own last lines
 
