@@ -9,6 +9,7 @@ import pytest
 
 from fsel.workflow import machine, processor
 from fsel.workflow.processor import LEVEL, PINNED, environment
+from fsel.workflow.refusal import Refusal
 
 SHOWN = """
 import json
@@ -65,6 +66,21 @@ def test_a_variable_that_is_set_is_kept_and_told(monkeypatch, capsys):
     )
     machine.prepare()  # of a job's process
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("character", " '\"$&(;\\")
+def test_a_python_whose_path_a_shell_would_change_is_refused(monkeypatch, character):
+    monkeypatch.setattr(machine.sys, "executable", f"/home/my{character}work/bin/python")
+    with pytest.raises(Refusal) as refused:
+        machine.prepare()
+    said = f"by /home/my{character}work/bin/python: it does not quote {character!r}\nHint: make the"
+    assert said in str(refused.value)
+
+
+def test_other_letters_in_the_path_of_python_are_accepted(monkeypatch):
+    monkeypatch.setattr(machine.os, "environ", {})
+    monkeypatch.setattr(machine.sys, "executable", "/home/jörg~1/fsel-2.0/œuvre/bin/python")
+    machine.prepare()
 
 
 @pytest.mark.skipif(not environment(), reason="the processor is not of x86-64-v3")

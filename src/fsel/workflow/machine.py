@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from pathlib import Path
 
 from fsel.workflow import processor
-from fsel.workflow.refusal import Refusal
+from fsel.workflow.refusal import Refusal, refuse
 
 FOLDER = Path(__file__).resolve().parents[3]  # of the checkout that holds the workflow
 IMAGE = FOLDER / "workflow" / "envs" / "fsel.sif"
+SHELL = re.compile(r"[\s\"'`$&();<>|*?\\]")  # what a shell does not take as it is
 KEPT = 32 << 20  # bytes
 
 INHERITED = {
@@ -26,7 +28,15 @@ def prepare(tell: bool = False) -> None:
 
     Args:
         tell: print which variables are set to what gives results other bytes.
+
+    Raises:
+        Refusal: when Snakemake could not start a job by the path of this Python.
     """
+    if found := SHELL.search(sys.executable):
+        refuse(
+            f"Snakemake starts no job by {sys.executable}: it does not quote {found[0]!r}",
+            "make the virtual environment, or the clone, where no folder's name has it",
+        )
     # the same instructions on every processor, so the same bytes
     pinned = processor.environment()
     for name, value in {**INHERITED, **pinned}.items():
