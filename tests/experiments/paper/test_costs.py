@@ -1,5 +1,7 @@
 """What selection and reconstruction cost, beside what they are worth."""
 
+import subprocess
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,6 +16,7 @@ from fsel.features.columns import FEATURES
 from fsel.reconstruct import reconstructor_of
 from fsel.report.latex import plain_table
 from fsel.report.summary import ALL_FRAMES
+from fsel.utils.programs.outcome import Unfinished
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 SHARPNESS = FEATURES.index("sharpness")
@@ -42,6 +45,23 @@ def test_a_reconstruction_that_fails_says_why(scene):
         measure_alone(scene, np.array([1]), np.array([2, 3]), RECONSTRUCTION)
     with pytest.raises(ValueError, match="need two or more"):
         footprint(str(scene), [1], [2, 3], RECONSTRUCTION)
+
+
+@pytest.mark.parametrize(
+    ("code", "memory", "error"),
+    [
+        (-9, None, Unfinished),
+        (-11, 0, Unfinished),
+        (-6, 10**9, Unfinished),
+        (-11, None, RuntimeError),
+        (1, 0, RuntimeError),
+    ],
+)
+def test_a_crash_is_one_of_memory_where_memory_is_limited(scene, monkeypatch, code, memory, error):
+    ended = subprocess.CompletedProcess([], code, "", "")
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: ended)
+    with pytest.raises(error, match="2 frames: exit code"):
+        measure_alone(scene, np.array([1, 4]), np.array([2]), RECONSTRUCTION, memory=memory)
 
 
 def costs_of(folder) -> pd.DataFrame:

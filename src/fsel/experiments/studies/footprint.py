@@ -31,6 +31,7 @@ from fsel.utils.programs.outcome import MEMORY, Unfinished
 REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles
 STATUS = Path("/proc/self/status")
+UNCHECKED = {-signal.SIGSEGV, -signal.SIGABRT}  # how native code ends that a limit refuses memory
 
 
 def measure_alone(
@@ -75,6 +76,7 @@ def measure_alone(
     if done.returncode:
         words = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
         full = done.returncode == -signal.SIGKILL or "MemoryError" in words
+        full |= memory is not None and done.returncode in UNCHECKED
         message = f"{folder}: {len(frames)} frames: {words}"
         raise Unfinished(MEMORY, message, done.stderr) if full else RuntimeError(message)
     answer = json.loads(done.stdout)
