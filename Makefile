@@ -16,7 +16,7 @@ check: .venv/installed
 test: .venv/dev
 	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
 
-# the rule `fsel` inside the package and what `-k auto` predicts by, made anew: src/fsel/selector/weights
+# the rule `fsel` inside the package and what `-k auto` predicts by, made anew: src/fsel/selectors/weights
 WEIGHTS = results/selector/fsel/seed0.json results/selector/budget.json
 weights: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)

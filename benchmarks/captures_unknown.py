@@ -32,19 +32,19 @@ import numpy as np
 import pandas as pd
 
 import fsel
-from fsel.baselines.nearest import nearest
-from fsel.data.capture import Capture
-from fsel.data.subsets import evenly, subset_key
-from fsel.ingest.read import read_capture
+from fsel.captures.read import read_capture
+from fsel.core.capture import Capture
+from fsel.core.subsets import evenly, subset_key
 from fsel.metrics import score_views
 from fsel.reconstruct import reconstructor_of
-from fsel.request.candidates import RULE as OWN
-from fsel.request.candidates import serving
-from fsel.request.patience import Patience
-from fsel.request.problem import request_problem
-from fsel.request.small_fits import small_fits
-from fsel.request.targets import targets_of
-from fsel.request.trials import STATED, Race, race_of
+from fsel.selection.candidates import RULE as OWN
+from fsel.selection.candidates import serving
+from fsel.selection.patience import Patience
+from fsel.selection.problem import request_problem
+from fsel.selection.small_fits import small_fits
+from fsel.selection.targets import targets_of
+from fsel.selection.trials import STATED, Race, race_of
+from fsel.selectors.baselines.nearest import nearest
 
 EVERY = 8  # one frame in so many is held out
 LONG_SIDE = 128

@@ -13,11 +13,11 @@ import time
 
 import numpy as np
 
-from fsel.data.capture import Capture, SparsePoints
-from fsel.data.split import evaluation_split
+from fsel.core.capture import Capture, SparsePoints
+from fsel.core.split import evaluation_split
 from fsel.metrics import score_views
 from fsel.reconstruct.splats import Splats, stereo
-from fsel.synthesis import record
+from fsel.synthetic import record
 from fsel.training.search import genetic_search
 
 

@@ -19,14 +19,14 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fsel.colmap import features, runs
-from fsel.colmap.runs import Part, Work
+from fsel.captures.colmap import features, runs
+from fsel.captures.colmap.runs import Part, Work
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts.contract import RawCapture
+from fsel.captures.poses import sfm
+from fsel.captures.poses.repeated import repeated
+from fsel.captures.read import read_raw
 from fsel.experiments.paper.pose_errors import pose_errors
-from fsel.images import files as image_files
-from fsel.ingest import sfm
-from fsel.ingest.read import read_raw
-from fsel.ingest.repeated import repeated
-from fsel.layouts.contract import RawCapture
 
 NOISE = 2.0
 LIT = {"fixed": 0, **dict.fromkeys(features.KINDS, runs.LIT)}

@@ -32,19 +32,19 @@ from gaussians import fitted, scores
 from sensor_effects import filmed
 
 import fsel
-from fsel.data.capture import Capture
-from fsel.data.geometry import pose_distance
-from fsel.images import files as image_files
-from fsel.images.previews import sharpness_of_files
-from fsel.images.sharpness import variance_of_laplacian
-from fsel.ingest.examination import examined
-from fsel.ingest.health import blur, findings
-from fsel.ingest.health.cells import Cells, measured, sharpness
-from fsel.ingest.lazy import LazyCapture, open_capture
-from fsel.layouts import LAYOUTS
-from fsel.report.numbers import write_csv
-from fsel.report.statistics import of_places
-from fsel.synthesis import record
+from fsel.captures.images import files as image_files
+from fsel.captures.images.previews import sharpness_of_files
+from fsel.captures.images.sharpness import variance_of_laplacian
+from fsel.captures.layouts import LAYOUTS
+from fsel.captures.lazy import LazyCapture, open_capture
+from fsel.captures.quality import blur, findings
+from fsel.captures.quality.cells import Cells, measured, sharpness
+from fsel.captures.quality.examination import examined
+from fsel.core.capture import Capture
+from fsel.core.geometry import pose_distance
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.statistics import of_places
+from fsel.synthetic import record
 
 FAMILIES = ("mipnerf360", "tanks_and_temples", "seven_scenes")  # filmed without distortion
 SEED = 100  # of scenes that nothing else is made of

@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 import fsel
-from fsel.data.capture import Capture, SparsePoints
+from fsel.core.capture import Capture, SparsePoints
 from fsel.metrics import score_views
 from fsel.reconstruct.gaussians import (
     GaussianModel,
@@ -45,7 +45,7 @@ from fsel.reconstruct.gaussians import (
 from fsel.reconstruct.gaussians.quality import QUALITIES
 from fsel.reconstruct.gaussians.table import width_of
 from fsel.reconstruct.splats import Splats
-from fsel.synthesis import record
+from fsel.synthetic import record
 
 FAMILIES = ("mipnerf360", "tanks_and_temples", "seven_scenes")  # filmed without distortion
 FRAMES = 160

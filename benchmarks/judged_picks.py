@@ -24,16 +24,16 @@ import numpy as np
 import pandas as pd
 
 import fsel
-from fsel.api import described
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem, checked_select
-from fsel.data.split import coverage_split
-from fsel.images.sharpness import sharpness
+from fsel.captures.images.sharpness import sharpness
+from fsel.core.capture import Capture
+from fsel.core.problem import Problem, checked_select
+from fsel.core.split import coverage_split
+from fsel.evaluation.numbers import read_csv, write_csv
 from fsel.metrics import score_views
 from fsel.reconstruct import RECONSTRUCTORS
-from fsel.report.numbers import read_csv, write_csv
-from fsel.request.problem import request_problem
-from fsel.request.targets import targets_of
+from fsel.selection.api import described
+from fsel.selection.problem import request_problem
+from fsel.selection.targets import targets_of
 
 SHARES = (0.4, 0.6, 1.0, 1.6, 2.5)  # of the number that -k auto finds
 METHODS = ("uniform", "fvs", "kmedoids", "nearest", "fsel")

@@ -20,8 +20,8 @@ import numpy as np
 import torch
 from scipy.stats import spearmanr
 
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.problem import Problem
+from fsel.core.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import METRICS, score_views
 from fsel.reconstruct import reconstructor_of

@@ -14,12 +14,12 @@ import time
 
 import numpy as np
 
-from fsel.colmap.estimator import checked
-from fsel.colmap.runs import Work
+from fsel.captures.colmap.estimator import checked
+from fsel.captures.colmap.runs import Work
+from fsel.captures.poses import sfm
+from fsel.captures.read import read_raw
+from fsel.core.limits import cores
 from fsel.experiments.paper.pose_errors import pose_errors
-from fsel.ingest import sfm
-from fsel.ingest.read import read_raw
-from fsel.utils.limits import cores
 
 
 def main() -> None:

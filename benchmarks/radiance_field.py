@@ -20,15 +20,15 @@ from pathlib import Path
 import numpy as np
 
 import fsel
-from fsel.data.capture import Capture
-from fsel.data.points import SparsePoints
-from fsel.data.split import coverage_split
-from fsel.data.subsets import evenly
+from fsel.core.capture import Capture
+from fsel.core.points import SparsePoints
+from fsel.core.split import coverage_split
+from fsel.core.subsets import evenly
 from fsel.metrics import score_views
 from fsel.reconstruct import Model
 from fsel.reconstruct.radiance_field import RadianceField, passes, training
 from fsel.reconstruct.splats import Splats
-from fsel.synthesis import record
+from fsel.synthetic import record
 
 FAMILIES = ("mipnerf360", "tanks_and_temples", "seven_scenes")  # filmed without distortion
 FRAMES, PICKS, COVERAGE = 160, 20, 40

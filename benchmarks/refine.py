@@ -27,16 +27,16 @@ import numpy as np
 import pandas as pd
 from captures_unknown import EVERY, LONG_SIDE, SETTINGS, ruled, scored, tried
 
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.subsets import subset_key
-from fsel.ingest.read import read_capture
+from fsel.captures.read import read_capture
+from fsel.core.capture import Capture
+from fsel.core.problem import Problem
+from fsel.core.subsets import subset_key
 from fsel.reconstruct import reconstructor_of
-from fsel.request.problem import request_problem
-from fsel.request.refine import SETTINGS as JUDGES
-from fsel.request.refine import Swapped
-from fsel.request.swaps import confirmed, problem_swaps, scoring
-from fsel.request.targets import targets_of
+from fsel.selection.problem import request_problem
+from fsel.selection.refine import SETTINGS as JUDGES
+from fsel.selection.refine import Swapped
+from fsel.selection.swaps import confirmed, problem_swaps, scoring
+from fsel.selection.targets import targets_of
 
 TRUTH = "gaussians"
 VIEWS = ("unknown", "known")

@@ -40,13 +40,13 @@ def scene(family: str) -> None:
     """Film, describe, select and reconstruct."""
     import numpy as np
 
-    from fsel.api import select
-    from fsel.data.capture import Capture
-    from fsel.data.points import SparsePoints
+    from fsel.core.capture import Capture
+    from fsel.core.points import SparsePoints
     from fsel.features.appearance import LAB_HOG, descriptors
     from fsel.metrics import score_views
     from fsel.reconstruct import reconstructor_of
-    from fsel.synthesis import record
+    from fsel.selection.api import select
+    from fsel.synthetic import record
 
     made = record(family, 1, frames=24, width=64, height=48)
     told(f"{family}: capture", made.images, made.depth, made.xyz, made.world_to_camera)

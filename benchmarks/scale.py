@@ -28,11 +28,11 @@ from pathlib import Path
 import numpy as np
 from ingestion import write_capture
 
-from fsel.baselines import METHODS
-from fsel.data.capture import Capture
-from fsel.data.points import SparsePoints
-from fsel.ingest.read import read_folder
+from fsel.captures.read import read_folder
+from fsel.core.capture import Capture
+from fsel.core.points import SparsePoints
 from fsel.reconstruct import reconstructor_of
+from fsel.selectors.baselines import METHODS
 from fsel.stages.describe import describe
 from fsel.stages.evaluate import evaluate
 from fsel.stages.features import features

@@ -23,19 +23,19 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.baselines.dpp import greedy_map
-from fsel.baselines.kmedoids import distances, fasterpam
-from fsel.data.capture import Capture
-from fsel.data.geometry import farthest_views
-from fsel.data.problem import Problem
+from fsel.core.capture import Capture
+from fsel.core.geometry import farthest_views
+from fsel.core.problem import Problem
 from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.columns import CONDITIONED_INPUTS, FOLLOWING_INPUTS, INPUTS, TARGET_GAIN_INPUT
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
 from fsel.features.visibility import NOTHING, visibility_counts, visibility_gain
-from fsel.selector import plain, pretrained
-from fsel.selector.greedy import Prepared, Rows, greedy, standardise
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import SHAPES, Network, Scorer
+from fsel.selectors import plain, pretrained
+from fsel.selectors.baselines.dpp import greedy_map
+from fsel.selectors.baselines.kmedoids import distances, fasterpam
+from fsel.selectors.greedy import Prepared, Rows, greedy, standardise
+from fsel.selectors.policies import POLICIES
+from fsel.selectors.scorer import SHAPES, Network, Scorer
 
 BOUNDS = {130: 3.0, 1_000: 15.0, 10_000: 100.0}  # milliseconds, of a network
 AIMS = {130: 1.0, 1_000: 4.0, 10_000: 40.0}  # of `fsel`

@@ -15,10 +15,10 @@ from importlib import import_module
 import numpy as np
 from gaussians import fitted, generated, scores, split
 
-from fsel.data.capture import Capture
-from fsel.synthesis import sensor
+from fsel.core.capture import Capture
+from fsel.synthetic import sensor
 
-recording = import_module("fsel.synthesis.record")  # its function has the module's name
+recording = import_module("fsel.synthetic.record")  # its function has the module's name
 LEFT_OUT: dict[str, tuple[str, ...]] = {
     "as filmed": (),
     "no noise": ("noise",),

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import fsel
-from fsel.data.subsets import evenly
+from fsel.core.subsets import evenly
 from fsel.metrics import score_views
 from fsel.pages import viewer
 from fsel.reconstruct import ply

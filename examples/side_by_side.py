@@ -16,9 +16,9 @@ import numpy as np
 from PIL import Image
 
 import fsel
-from fsel.data.capture import Capture
-from fsel.images.film import captioned, levels
-from fsel.request.flights import flight
+from fsel.captures.images.film import captioned, levels
+from fsel.core.capture import Capture
+from fsel.selection.flights import flight
 
 METHODS = {"uniform": "every n-th frame", "fsel": "fsel"}
 SCENE = ("tanks_and_temples", 2)  # family and seed of the generated capture
@@ -40,8 +40,8 @@ def arguments() -> argparse.Namespace:
 
 def generated(long_side: int) -> Capture:
     """Film 120 frames of a generated scene."""
-    from fsel.layouts import colmap
-    from fsel.synthesis import record
+    from fsel.captures.layouts import colmap
+    from fsel.synthetic import record
 
     with tempfile.TemporaryDirectory() as folder:
         colmap.write(record(*SCENE, 120, long_side, long_side * 3 // 4), Path(folder))

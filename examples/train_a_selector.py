@@ -14,16 +14,16 @@ from pathlib import Path
 import numpy as np
 
 import fsel
-from fsel.data.geometry import pairwise_distances, pose_distance
-from fsel.data.problem import Problem, checked_select
-from fsel.data.split import evaluation_split
+from fsel.captures.images.sharpness import sharpness
+from fsel.core.geometry import pairwise_distances, pose_distance
+from fsel.core.problem import Problem, checked_select
+from fsel.core.split import evaluation_split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.features.appearance import descriptors
-from fsel.images.sharpness import sharpness
-from fsel.selector.policies import POLICIES
-from fsel.selector.rollout import Rollout, follow
-from fsel.selector.scorer import Network
-from fsel.synthesis import record
+from fsel.selectors.policies import POLICIES
+from fsel.selectors.rollout import Rollout, follow
+from fsel.selectors.scorer import Network
+from fsel.synthetic import record
 from fsel.training.imitation import Trajectory, train
 from fsel.training.ordering import order_subset, trajectory_weights
 from fsel.training.search import GeneticSettings, genetic_search

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.points import SparsePoints
+from fsel.core.capture import Capture
+from fsel.core.points import SparsePoints
 from fsel.metrics import score_views
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.stages.describe import describe
 from fsel.stages.split import split
-from fsel.synthesis import record
+from fsel.synthetic import record
 
 
 def filmed(frames=40, family="dl3dv"):

@@ -7,14 +7,14 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.colmap.camera import Camera
-from fsel.colmap.model import write_binary
-from fsel.data.geometry import invert_pose
-from fsel.images import files as image_files
-from fsel.layouts import LAYOUTS, colmap
-from fsel.layouts.contract import Recording
-from fsel.synthesis.lens import project
-from fsel.utils.names import natural
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.model import write_binary
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts import LAYOUTS, colmap
+from fsel.captures.layouts.contract import Recording
+from fsel.core.geometry import invert_pose
+from fsel.core.names import natural
+from fsel.synthetic.lens import project
 
 PINHOLE = Camera("PINHOLE", 64, 48, (60.0, 60.0, 32.0, 24.0))
 OPENCV = Camera("OPENCV", 64, 48, (60.0, 60.5, 32.4, 23.8, -0.05, 0.01, 3e-4, -4e-4))

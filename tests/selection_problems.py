@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.data.capture import Capture
-from fsel.data.points import SparsePoints
-from fsel.data.problem import Problem
-from fsel.data.split import evaluation_split
+from fsel.core.capture import Capture
+from fsel.core.points import SparsePoints
+from fsel.core.problem import Problem
+from fsel.core.split import evaluation_split
 
 
 def capture_of(centers, rotations, sequences=None, size=(8, 6), seed=0):

@@ -5,9 +5,9 @@ import numpy as np
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.features.columns import APPEARANCE, FEATURES, INPUTS, NAMES, STATIC, TARGET_GAIN
 from fsel.features.static import static_features
-from fsel.selector.policies import POLICIES as SHIPPED
-from fsel.selector.policies import Policy
-from fsel.selector.scorer import WIDTH, Linear, Network
+from fsel.selectors.policies import POLICIES as SHIPPED
+from fsel.selectors.policies import Policy
+from fsel.selectors.scorer import WIDTH, Linear, Network
 
 POLICIES = {
     "less_is_more": SHIPPED["less_is_more"],

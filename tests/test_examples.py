@@ -12,7 +12,7 @@ from PIL import Image
 from small_captures import write_ring
 
 from fsel.cli import main
-from fsel.selector.scorer import Network
+from fsel.selectors.scorer import Network
 
 ROOT = Path(__file__).resolve().parent.parent
 

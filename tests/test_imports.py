@@ -20,9 +20,9 @@ MODULES = {
 PROGRAM = """
 import sys
 import fsel
-from fsel.selector.greedy import greedy
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Network
+from fsel.selectors.greedy import greedy
+from fsel.selectors.policies import POLICIES
+from fsel.selectors.scorer import Network
 from fsel.experiments.studies.hard_cases.worlds import random_weights, world
 
 problem = world()

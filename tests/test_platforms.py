@@ -9,9 +9,9 @@ import pytest
 from small_captures import write_ring
 
 import fsel
-from fsel.layouts.nerfstudio import matrix_of
+from fsel.captures.layouts.nerfstudio import matrix_of
+from fsel.core.parsing import inside, slashed
 from fsel.reconstruct import memory
-from fsel.utils.parsing import inside, slashed
 
 WINDOWS_LACKS = ("fcntl", "grp", "pwd", "resource", "termios")
 COMMANDS = f"""

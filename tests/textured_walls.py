@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.points import SparsePoints
+from fsel.core.capture import Capture
+from fsel.core.points import SparsePoints
 
 
 def textured_wall(frames=8, size=(48, 36), depth=4.0, step=0.25, seed=0):

@@ -21,32 +21,32 @@ TYPE_CHECKING = False  # what `typing` has, which takes longer to import than al
 if TYPE_CHECKING:  # the same names, for type checkers and editors
     from typing import Any
 
-    from fsel.api import evaluate, fit
     from fsel.calls import Selection, select
-    from fsel.data.capture import Capture, Views
+    from fsel.captures.layouts import LAYOUTS
+    from fsel.captures.quality.examination import bad_frames
+    from fsel.captures.read import read_capture
+    from fsel.core.capture import Capture, Views
     from fsel.evaluation.methods import METHODS
-    from fsel.ingest.examination import bad_frames
-    from fsel.ingest.read import read_capture
-    from fsel.layouts import LAYOUTS
     from fsel.metrics import REGISTERED as METRICS
     from fsel.reconstruct import RECONSTRUCTORS
-    from fsel.request.budget import Auto
-    from fsel.request.patience import Patience
-    from fsel.request.refine import Refine
+    from fsel.selection.api import evaluate, fit
+    from fsel.selection.budget import Auto
+    from fsel.selection.patience import Patience
+    from fsel.selection.refine import Refine
 
 _HOMES = {
-    "read_capture": "fsel.ingest.read",
-    "Capture": "fsel.data.capture",
-    "Views": "fsel.data.capture",
-    "bad_frames": "fsel.ingest.examination",
-    "LAYOUTS": "fsel.layouts",
+    "read_capture": "fsel.captures.read",
+    "Capture": "fsel.core.capture",
+    "Views": "fsel.core.capture",
+    "bad_frames": "fsel.captures.quality.examination",
+    "LAYOUTS": "fsel.captures.layouts",
     "select": "fsel.calls",
     "Selection": "fsel.calls",
-    "Auto": "fsel.request.budget",
-    "Patience": "fsel.request.patience",
-    "Refine": "fsel.request.refine",
-    "fit": "fsel.api",
-    "evaluate": "fsel.api",
+    "Auto": "fsel.selection.budget",
+    "Patience": "fsel.selection.patience",
+    "Refine": "fsel.selection.refine",
+    "fit": "fsel.selection.api",
+    "evaluate": "fsel.selection.api",
     "METHODS": "fsel.evaluation.methods",
     "METRICS": "fsel.metrics",
     "RECONSTRUCTORS": "fsel.reconstruct",

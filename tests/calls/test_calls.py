@@ -14,9 +14,9 @@ from small_captures import write_ring
 
 import fsel
 from fsel.calls import captured
+from fsel.captures.layouts.nerfstudio import matrix_of
 from fsel.cli import main
-from fsel.layouts.nerfstudio import matrix_of
-from fsel.utils.names import natural
+from fsel.core.names import natural
 
 EVERY = "every:6"
 STRAIGHT = np.eye(4)[:3]

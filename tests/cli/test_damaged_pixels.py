@@ -3,8 +3,8 @@
 import pytest
 from small_captures import damage_pixels, record_of, select, write_ring
 
+from fsel.captures.read import read_capture
 from fsel.cli import main
-from fsel.ingest.read import read_capture
 
 NAME = "frame_008.jpg"
 SAID = f"{NAME}: not a readable image: its "

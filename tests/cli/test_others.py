@@ -12,11 +12,11 @@ from selection_problems import capture_of
 from small_captures import film, write_ring
 
 import fsel
+from fsel.captures.images import files as image_files
 from fsel.cli import console, main
 from fsel.cli.console import Console
-from fsel.data.points import SparsePoints
-from fsel.images import files as image_files
-from fsel.request.scene_depth import viewing_distance
+from fsel.core.points import SparsePoints
+from fsel.selection.scene_depth import viewing_distance
 
 
 @pytest.mark.parametrize(

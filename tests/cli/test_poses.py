@@ -15,12 +15,12 @@ import pycolmap
 import pytest
 from small_captures import record_of, state_orientation
 
+from fsel.captures.colmap.estimator import Estimator
+from fsel.captures.images import files as image_files
+from fsel.captures.images import heic
+from fsel.captures.images.video import Sampling
+from fsel.captures.taking import Source
 from fsel.cli import main, posing
-from fsel.colmap.estimator import Estimator
-from fsel.images import files as image_files
-from fsel.images import heic
-from fsel.images.video import Sampling
-from fsel.ingest.taking import Source
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
 

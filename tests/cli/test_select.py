@@ -12,13 +12,13 @@ import pytest
 from small_captures import camera_path, record_of, ring, select, state_orientation, write_ring
 
 import fsel
+from fsel.captures.images import files as image_files
+from fsel.captures.images.previews import sharpness_of_files
+from fsel.captures.lazy import open_capture
+from fsel.captures.read import read_capture
 from fsel.experiments.studies.hard_cases.worlds import random_weights
-from fsel.export import subset
-from fsel.images import files as image_files
-from fsel.images.previews import sharpness_of_files
-from fsel.ingest.lazy import open_capture
-from fsel.ingest.read import read_capture
-from fsel.selector.scorer import Network
+from fsel.selection.export import subset
+from fsel.selectors.scorer import Network
 
 
 def test_the_picks_are_listed_with_what_each_adds(capture, tmp_path, capsys):

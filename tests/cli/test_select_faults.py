@@ -14,7 +14,7 @@ import pycolmap
 import pytest
 from small_captures import camera_path, record_of, ring, select, write_ring
 
-from fsel.export import placing, subset
+from fsel.selection.export import placing, subset
 
 
 def no_poses(folder, tmp_path):
@@ -125,7 +125,7 @@ def test_an_algebra_without_an_answer_names_the_capture(
     def fail(*_args, **_keywords):
         raise np.linalg.LinAlgError(said)
 
-    monkeypatch.setattr("fsel.api.select", fail)
+    monkeypatch.setattr("fsel.selection.api.select", fail)
     assert select(capture, "-k", 3, "-o", tmp_path / "out") == 1
     assert capsys.readouterr().err == (
         f"fsel: {capture}: its cameras' poses leave the computation no answer ({said})\n"
@@ -216,7 +216,7 @@ def test_an_interruption_leaves_what_was_there(force, capture, tmp_path, monkeyp
 def test_a_signal_leaves_nothing_half_written(number, code, tmp_path):
     write_ring(tmp_path / "capture", frames=12)
     script = (
-        "import sys, fsel.export.placing as p, time; "
+        "import sys, fsel.selection.export.placing as p, time; "
         "p.place = lambda *a: (print('copying', flush=True), time.sleep(60)); "
         "from fsel.cli import main; sys.exit(main(sys.argv[1:]))"
     )

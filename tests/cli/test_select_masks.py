@@ -8,9 +8,9 @@ import pytest
 from layout_recordings import recording, write_film, write_video
 from small_captures import record_of, select
 
-from fsel.images import files as image_files
-from fsel.ingest.read import read_capture
-from fsel.layouts import LAYOUTS
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts import LAYOUTS
+from fsel.captures.read import read_capture
 
 
 def bands(frames, width=64):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from small_captures import write_ring
 
+from fsel.captures.lazy import open_capture
 from fsel.cli import main, posing
 from fsel.cli.selected import as_written, record_of
-from fsel.ingest.lazy import open_capture
 from fsel.pages.viewer import bundle
 from fsel.reconstruct import ply
 

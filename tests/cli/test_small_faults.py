@@ -13,7 +13,7 @@ import fsel
 from fsel.cli import main
 from fsel.cli.parser import parsed
 from fsel.cli.values import size_in_bytes, words
-from fsel.request.focus import check_within, from_box, scene_bounds
+from fsel.selection.focus import check_within, from_box, scene_bounds
 
 
 def run(*arguments):

@@ -8,7 +8,7 @@ import pytest
 from small_captures import select, write_ring
 
 from fsel.cli import main
-from fsel.selector import pretrained
+from fsel.selectors import pretrained
 from fsel.training import offline
 from fsel.training.search import GeneticSettings
 

@@ -9,17 +9,17 @@ import pytest
 from selection_problems import problem_on, random_capture
 from slow_selector import random_scorer
 
-from fsel.baselines import METHODS
-from fsel.data.problem import Method
+from fsel.core.problem import Method
+from fsel.core.programs.outcome import MEMORY, Unfinished
+from fsel.core.seeds import name_seed
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at, runs
 from fsel.experiments.studies.hard_cases.worlds import random_weights
-from fsel.selector.policies import POLICIES, RENAMED
-from fsel.selector.scorer import Linear, Network, Scorer
+from fsel.selectors.baselines import METHODS
+from fsel.selectors.policies import POLICIES, RENAMED
+from fsel.selectors.scorer import Linear, Network, Scorer
 from fsel.training.scorers import save_scorer
-from fsel.utils.programs.outcome import MEMORY, Unfinished
-from fsel.utils.seeds import name_seed
 
 SUFFIX = {Linear: ".json", Network: ".safetensors"}
 

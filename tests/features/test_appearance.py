@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import convolve, gaussian_filter
 
+from fsel.captures.images.sharpness import sharpness
 from fsel.features import appearance
 from fsel.features.appearance import descriptors
-from fsel.images.sharpness import sharpness
 
 
 def pictures(n=4, height=24, width=32, seed=0):

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, random_problem
 
-from fsel.data.problem import Problem
+from fsel.core.problem import Problem
 from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.columns import CONDITIONED, FEATURES, STATIC
 from fsel.features.static import SIGNS, mvsnet_score, static_features

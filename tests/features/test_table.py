@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 from selection_problems import random_problem
 
+from fsel.core.files import read_table, write_table
 from fsel.features.columns import STATIC
 from fsel.features.static import UNITS, static_features
 from fsel.features.table import features_table, with_features
-from fsel.selector.policies import KNOWN
-from fsel.utils.files import read_table, write_table
+from fsel.selectors.policies import KNOWN
 
 
 def stored(problem, folder):

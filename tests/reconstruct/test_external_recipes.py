@@ -16,10 +16,10 @@ from scipy.spatial.transform import Rotation
 from selection_problems import around, numbered, pointed
 from small_captures import ring
 
-from fsel.data.geometry import invert_pose
+from fsel.core.geometry import invert_pose
+from fsel.core.programs.outcome import Unfinished
 from fsel.reconstruct.external import External, ExternalSettings
 from fsel.reconstruct.external.worker import close_all
-from fsel.utils.programs.outcome import Unfinished
 
 SIZE = (24, 18)
 FRAMES, TARGETS = np.array([5, 0, 3]), np.array([1, 6])

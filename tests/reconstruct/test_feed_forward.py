@@ -20,14 +20,14 @@ except (ImportError, RuntimeError) as error:  # a torchvision for another torch 
 
 from feed_forward_toy import Toy, ToyProcessor
 
-from fsel.data.geometry import invert_pose
+from fsel.core.geometry import invert_pose
+from fsel.core.programs.outcome import FAILED, Unfinished
 from fsel.reconstruct import check_needs, reconstructor_of
 from fsel.reconstruct.external import External
 from fsel.reconstruct.external.worker import close_all
 from fsel.reconstruct.feed_forward import FeedForward
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.normalisation import Frame
-from fsel.utils.programs.outcome import FAILED, Unfinished
 
 FRAMES, SIZE = 8, (24, 18)
 # from the world to the toy's frame

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from plyfile import PlyData, PlyElement
 
-from fsel.data.capture import Views
+from fsel.core.capture import Views
 from fsel.reconstruct import ply
 from fsel.reconstruct.gaussians import GaussianModel
 from fsel.reconstruct.gaussians.table import width_of

@@ -13,14 +13,14 @@ import pytest
 from selection_problems import around, pointed
 from small_captures import ring
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
+from fsel.core.programs.command import tail
+from fsel.core.programs.outcome import Unfinished
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
 from fsel.reconstruct.external import External
 from fsel.reconstruct.external.worker import close_all
-from fsel.synthesis import record
-from fsel.utils.programs.command import tail
-from fsel.utils.programs.outcome import Unfinished
+from fsel.synthetic import record
 
 SIZE = (24, 18)
 FRAMES, TARGETS = np.array([5, 0, 3]), np.array([1, 6])

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fsel.baselines import METHODS
+from fsel.evaluation.numbers import read_csv
 from fsel.metrics import METRICS
-from fsel.report.numbers import read_csv
+from fsel.selectors.baselines import METHODS
 from fsel.stages.ksweep import caption, ksweep
 
 FACTS = {

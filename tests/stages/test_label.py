@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from small_sweep import RECONSTRUCTION, SEARCH
 
-from fsel.data.capture import Capture
-from fsel.data.split import Split
+from fsel.core.capture import Capture
+from fsel.core.split import Split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of

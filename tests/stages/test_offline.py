@@ -6,15 +6,15 @@ import sys
 import numpy as np
 from small_sweep import RECONSTRUCTION, SEARCH
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
+from fsel.core.files import read_table
 from fsel.reconstruct import reconstructor_of
-from fsel.selector.policies import KNOWN
+from fsel.selectors.policies import KNOWN
 from fsel.training.journal import Journal
 from fsel.training.labelled import training_data
 from fsel.training.labelling import GENETIC
 from fsel.training.offline import Described, Labelling, label, tasks
 from fsel.training.search import GeneticSettings
-from fsel.utils.files import read_table
 
 
 def test_both_callers_make_the_same_trajectories(scene, labelled, tmp_path):

@@ -3,8 +3,8 @@
 import pandas as pd
 import pytest
 
+from fsel.core.files import write_table
 from fsel.stages.order import order
-from fsel.utils.files import write_table
 
 
 def test_labels_rank_subsets_and_trajectories_order_the_best(labelled):

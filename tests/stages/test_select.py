@@ -2,9 +2,9 @@
 
 import pandas as pd
 
-from fsel.baselines import METHODS
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.problem import Problem
+from fsel.core.split import Split
+from fsel.selectors.baselines import METHODS
 
 
 def test_selections_nest_and_spare_the_targets(scene, swept):

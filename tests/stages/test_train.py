@@ -3,13 +3,13 @@
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.split import coverage_split
+from fsel.core.capture import Capture
+from fsel.core.columns import repeated, stacked
+from fsel.core.files import read_columns, write_table
+from fsel.core.split import coverage_split
 from fsel.stages.train import train
 from fsel.training import problems as reading
 from fsel.training.labelled import labelled_problems
-from fsel.utils.columns import repeated, stacked
-from fsel.utils.files import read_columns, write_table
 
 
 def test_equal_trainings_write_equal_files_and_other_seeds_others(scene, labelled, tmp_path):

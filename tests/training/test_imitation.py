@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import torch
 
-from fsel.selector.scorer import INPUTS, Network
+from fsel.selectors.scorer import INPUTS, Network
 from fsel.training.imitation import Trajectory, train
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fsel.selector import pretrained
-from fsel.selector.policies import POLICIES
+from fsel.selectors import pretrained
+from fsel.selectors.policies import POLICIES
 from fsel.stages.refine import FREE, START, _better
 from fsel.training.refinement import RefineSettings, refine
 

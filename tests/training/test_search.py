@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fsel.data.geometry import farthest_views
+from fsel.core.geometry import farthest_views
 from fsel.training.search import (
     GeneticSettings,
     fitness,

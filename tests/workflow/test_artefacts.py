@@ -4,7 +4,7 @@ import os
 
 from dry_runs import forked
 
-from fsel.utils.checksums import write
+from fsel.core.checksums import write
 from fsel.workflow.artefacts import copies
 
 WORKFLOW = """

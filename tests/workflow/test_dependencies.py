@@ -136,10 +136,14 @@ def of_stage(tmp_path_factory):
 @pytest.mark.parametrize(
     ("stage", "parts", "without"),
     [
-        ("generate", ["synthesis/families.py"], ["baselines/fvs.py", "report/latex.py"]),
-        ("select", ["baselines/fvs.py", "selector/greedy.py"], ["report/latex.py"]),
+        (
+            "generate",
+            ["synthetic/families.py"],
+            ["selectors/baselines/fvs.py", "evaluation/latex.py"],
+        ),
+        ("select", ["selectors/baselines/fvs.py", "selectors/greedy.py"], ["evaluation/latex.py"]),
         ("evaluate", ["evaluation/evaluator.py"], ["reconstruct/gaussians/__init__.py"]),
-        ("ksweep", ["report/latex.py"], ["synthesis/families.py"]),
+        ("ksweep", ["evaluation/latex.py"], ["synthetic/families.py"]),
     ],
 )
 def test_stages_depend_on_what_they_use(of_stage, stage, parts, without):

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from dry_runs import SMOKE, dry_run, experiment, planned, with_dataset
 
-from fsel.report import captions
+from fsel.evaluation import captions
 from fsel.workflow import inputs
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.resources import Size
@@ -85,7 +85,7 @@ def test_scorers_are_trained_named_or_shipped():
         "<results>/selector/no_appearance/seed0.safetensors"
     ]
     assert made.fsel == ["<results>/selector/fsel/seed0.json"]
-    assert made.scorers[-1].endswith("src/fsel/selector/weights/fsel_rule.json")
+    assert made.scorers[-1].endswith("src/fsel/selectors/weights/fsel_rule.json")
     training = SMOKE["training"] | {"weights": {"less_is_more": ["mine.safetensors"]}}
     named = experiment(training=training, refinement={"seeds": 0})
     assert named.weights("less_is_more") == ["mine.safetensors"]
@@ -184,7 +184,7 @@ def test_rules_depend_on_the_reconstructor_that_they_use(tmp_path, monkeypatch):
     assert any("reconstruct/gaussians/" in path for path in gaussians)
     assert not any("reconstruct/gaussians/" in path for path in splats)
     assert not any(
-        "layouts/co3d" in path
+        "captures/layouts/co3d" in path
         for path in experiment(datasets={"dl3dv": SMOKE["datasets"]["dl3dv"]}).library("ingest")
     )
 

@@ -12,8 +12,8 @@ import pytest
 from snakemake.iocontainers import Namedlist
 
 import fsel
-from fsel.utils import checksums
-from fsel.utils.files import digest
+from fsel.core import checksums
+from fsel.core.files import digest
 from fsel.workflow.job import arguments, function_of, job, run
 
 
@@ -171,7 +171,7 @@ TERMINATED = """
 import time
 from types import SimpleNamespace
 
-import fsel.layouts.colmap
+import fsel.captures.layouts.colmap
 from fsel.workflow.job import job
 
 asked = SimpleNamespace(log=["job.log"], params={}, threads=1)

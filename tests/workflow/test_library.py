@@ -68,8 +68,8 @@ def clone(tmp_path_factory) -> Path:
     ("module", "rerun"),
     [
         ("stages/heatmap.py", {"heatmap"}),
-        ("report/latex.py", {"ksweep", "heatmap"}),
-        ("baselines/fvs.py", None),  # what selects, and all after it
+        ("evaluation/latex.py", {"ksweep", "heatmap"}),
+        ("selectors/baselines/fvs.py", None),  # what selects, and all after it
         ("reconstruct/gaussians/__init__.py", set()),  # not of this configuration
         ("workflow/job.py", set()),
     ],

@@ -7,8 +7,8 @@ import yaml
 from dry_runs import ROOT, planned, snakemake
 from layout_recordings import recording
 
+from fsel.captures.layouts import LAYOUTS
 from fsel.experiments import TABLES
-from fsel.layouts import LAYOUTS
 
 PAPER, STAND_INS = ROOT / "config" / "paper.yaml", ROOT / "config" / "stand_ins.yaml"
 CONFIG = yaml.safe_load(PAPER.read_text())

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from dry_runs import experiment
 
+from fsel.core import packages
 from fsel.metrics import published
-from fsel.utils import packages
 from fsel.workflow import perceptual
 from fsel.workflow.refusal import Refusal
 

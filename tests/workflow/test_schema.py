@@ -8,13 +8,13 @@ import pytest
 import yaml
 from dry_runs import ROOT, SMOKE
 
+from fsel.captures.layouts import LAYOUTS
+from fsel.captures.read import POINTS, POSES
 from fsel.features.appearance import KINDS
-from fsel.ingest.read import POINTS, POSES
-from fsel.layouts import LAYOUTS
 from fsel.metrics import REGISTERED
 from fsel.metrics.lpips import PAGES
 from fsel.reconstruct import RECONSTRUCTORS
-from fsel.synthesis import FAMILIES
+from fsel.synthetic import FAMILIES
 from fsel.training.labelling import LABELLERS
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.schema import complete, read_schema

@@ -18,8 +18,8 @@ from dry_runs import dry_run, forked, planned, refusal
 from layout_recordings import recording
 from snakemake.utils import update_config
 
+from fsel.captures.layouts import LAYOUTS
 from fsel.experiments import TABLES
-from fsel.layouts import LAYOUTS
 
 ROOT = Path(__file__).parents[2]
 CAPTURES = ROOT.parent / "shared" / "captures"

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from fsel import api
-from fsel.colmap.bindings import pycolmap
-from fsel.data.capture import Capture
-from fsel.export import subset
-from fsel.images import video
-from fsel.ingest.lazy import LazyCapture, open_capture, opened, posed, unread
-from fsel.layouts import colmap, nerfstudio
-from fsel.utils.outputs import staged
-from fsel.utils.wording import unexpected
+from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.images import video
+from fsel.captures.layouts import colmap, nerfstudio
+from fsel.captures.lazy import LazyCapture, open_capture, opened, posed, unread
+from fsel.core.capture import Capture
+from fsel.core.outputs import staged
+from fsel.core.wording import unexpected
+from fsel.selection import api
+from fsel.selection.export import subset
 
 ACCEPTED = (
     "a folder, a video, a Capture (fsel.read_capture), a pycolmap.Reconstruction, or the content "
@@ -30,7 +30,7 @@ GIVEN = {"reconstruction": colmap.LAYOUT, "transforms.json": nerfstudio.LAYOUT}
 
 @dataclass(frozen=True, repr=False)
 class Selection(api.Selection):
-    """Picked frames, best first, and the capture that they are of; see `fsel.api.Selection`.
+    """Picked frames, best first, with their capture; see `fsel.selection.select.Selection`.
 
     Attributes:
         capture: that was selected from.

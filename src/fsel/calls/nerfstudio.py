@@ -21,9 +21,9 @@ from nerfstudio.plugins.registry_dataparser import DataParserSpecification
 
 from fsel.calls import select
 from fsel.cli.posing import locked
-from fsel.export.subset import SPLIT
-from fsel.utils.cache import cache
-from fsel.utils.files import digest
+from fsel.core.cache import cache
+from fsel.core.files import digest
+from fsel.selection.export.subset import SPLIT
 
 
 @dataclass

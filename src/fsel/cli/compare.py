@@ -10,30 +10,30 @@ from typing import Any
 import cv2
 import numpy as np
 
-from fsel import api
+from fsel.captures.images.film import captioned
+from fsel.captures.images.previews import jpeg, sharpness_among
+from fsel.captures.quality.findings import BLURRED
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.health import without_bad
 from fsel.cli.optimising import bound, checked
 from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
-from fsel.data.capture import Capture, Views
-from fsel.data.problem import Method, Problem
-from fsel.data.subsets import evenly, subset_key
+from fsel.core.capture import Capture, Views
+from fsel.core.outputs import staged
+from fsel.core.problem import Method, Problem
+from fsel.core.subsets import evenly, subset_key
+from fsel.core.wording import counted
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
-from fsel.images.film import captioned
-from fsel.images.previews import jpeg, sharpness_among
-from fsel.ingest.health.findings import BLURRED
 from fsel.metrics import Metrics
 from fsel.pages.compare import comparison
 from fsel.pages.compared import Cell, Compared, differences, verdict
 from fsel.reconstruct import Model, Reconstructor
-from fsel.request.focus import Focus
-from fsel.request.problem import request_problem
-from fsel.request.targets import Targets
-from fsel.utils.outputs import staged
-from fsel.utils.wording import counted
+from fsel.selection import api
+from fsel.selection.focus import Focus
+from fsel.selection.problem import request_problem
+from fsel.selection.targets import Targets
 
 SHEETS = 6  # held-out frames that have a picture of their own in renders
 PICTURES = 600  # renderings on the page at most, or six frames

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Event, Thread
 
-from fsel.images.previews import Progress, in_silence
+from fsel.captures.images.previews import Progress, in_silence
 
 PATIENCE = 2.0  # seconds before a bar is shown
 TICK = 0.5  # seconds between two updates of a clock

@@ -7,10 +7,10 @@ import argparse
 import cv2
 import numpy as np
 
+from fsel.captures.layouts import colmap
 from fsel.cli.console import Console
-from fsel.layouts import colmap
-from fsel.synthesis import record
-from fsel.utils.outputs import staged
+from fsel.core.outputs import staged
+from fsel.synthetic import record
 
 SCENES = {"garden": ("mipnerf360", 5)}  # family and seed; COLMAP places every frame of it
 FRAMES, SIZE = 80, (320, 240)

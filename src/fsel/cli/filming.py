@@ -8,16 +8,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fsel.captures.images import film
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.cli.selected import as_written
-from fsel.data.capture import Views
-from fsel.images import film
+from fsel.core.capture import Views
+from fsel.core.names import distinct
+from fsel.core.outputs import staged
 from fsel.reconstruct.gaussians import GaussianModel
-from fsel.request.flights import flight
-from fsel.utils.names import distinct
-from fsel.utils.outputs import staged
+from fsel.selection.flights import flight
 
 ENDING = ".mp4"
 RATE = 30  # frames a second

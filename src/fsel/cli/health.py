@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel import api
+from fsel.captures.lazy import LazyCapture
+from fsel.captures.quality import Health
+from fsel.captures.quality.examination import examined
+from fsel.captures.quality.findings import ALONE, DUPLICATE
 from fsel.cli.console import Console
-from fsel.export.record import bad_frames
-from fsel.ingest.examination import examined
-from fsel.ingest.health import Health
-from fsel.ingest.health.findings import ALONE, DUPLICATE
-from fsel.ingest.lazy import LazyCapture
-from fsel.request.budget import Auto
-from fsel.request.targets import Targets
-from fsel.utils.wording import counted
+from fsel.core.wording import counted
+from fsel.selection import api
+from fsel.selection.budget import Auto
+from fsel.selection.export.record import bad_frames
+from fsel.selection.targets import Targets
 
 BAD = "bad_frames.csv"
 COLUMNS = ("name", "kind", "value", "threshold", "measure", "left_out", "alone")

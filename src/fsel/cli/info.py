@@ -8,24 +8,24 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel import api
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts import bare
+from fsel.captures.lazy import LazyCapture
+from fsel.captures.quality import Health
+from fsel.captures.quality.examination import examined
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.health import say
 from fsel.cli.request import reasons
-from fsel.data.capture import Capture
-from fsel.data.geometry import lengths
-from fsel.export.record import bad_frames, reason
-from fsel.images import files as image_files
-from fsel.ingest.examination import examined
-from fsel.ingest.health import Health
-from fsel.ingest.lazy import LazyCapture
-from fsel.layouts import bare
-from fsel.request.focus import scene_bounds
-from fsel.request.paths import attention
-from fsel.request.scene_depth import viewing_distance
-from fsel.utils.names import natural
-from fsel.utils.wording import counted
+from fsel.core.capture import Capture
+from fsel.core.geometry import lengths
+from fsel.core.names import natural
+from fsel.core.wording import counted
+from fsel.selection import api
+from fsel.selection.export.record import bad_frames, reason
+from fsel.selection.focus import scene_bounds
+from fsel.selection.paths import attention
+from fsel.selection.scene_depth import viewing_distance
 
 
 def run(args: argparse.Namespace, console: Console) -> None:

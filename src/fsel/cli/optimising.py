@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from fsel.cli.console import Console
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
+from fsel.core.registry import unknown
 from fsel.reconstruct import RECONSTRUCTORS, Model, Reconstructor, check_needs
-from fsel.utils.registry import unknown
 
 KEPT = "interrupted: the model so far is written; again to give up"
 WRITE_PLY = ("splats", "gaussians")  # whose models are Gaussians

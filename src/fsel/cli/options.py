@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from fsel.cli.values import Captures, positive, whole
-from fsel.utils.limits import MAX_ERROR
+from fsel.core.limits import MAX_ERROR
 
 LARGEST = 16384  # pixels of a working image's longer side
 OPENING = {

@@ -8,7 +8,7 @@ import shutil
 from fsel.cli.console import Console
 from fsel.cli.posing import CAPTURE, FOUND, found_poses
 from fsel.cli.request import inputs_of
-from fsel.utils.outputs import staged
+from fsel.core.outputs import staged
 
 
 def run(args: argparse.Namespace, console: Console) -> None:

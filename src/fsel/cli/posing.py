@@ -13,24 +13,24 @@ from contextlib import AbstractContextManager
 from dataclasses import asdict, replace
 from pathlib import Path
 
+from fsel.captures.colmap import features
+from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.estimator import Estimator, checked, found_by
+from fsel.captures.colmap.runs import MIN_PLACED, Work
+from fsel.captures.images import files as image_files
+from fsel.captures.images import heic, video
+from fsel.captures.images.previews import check_pixels
+from fsel.captures.layouts import bare
+from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
+from fsel.captures.poses import placement
+from fsel.captures.poses.repeated import doubt
+from fsel.captures.taking import Source
 from fsel.cli.console import Console
-from fsel.colmap import features
-from fsel.colmap.bindings import pycolmap
-from fsel.colmap.estimator import Estimator, checked, found_by
-from fsel.colmap.runs import MIN_PLACED, Work
-from fsel.images import files as image_files
-from fsel.images import heic, video
-from fsel.images.previews import check_pixels
-from fsel.ingest import placement
-from fsel.ingest.lazy import LONG_SIDE, LazyCapture, open_capture
-from fsel.ingest.repeated import doubt
-from fsel.ingest.taking import Source
-from fsel.layouts import bare
-from fsel.utils.cache import cache
-from fsel.utils.files import write_text
-from fsel.utils.limits import cores
-from fsel.utils.names import distinct
-from fsel.utils.wording import counted
+from fsel.core.cache import cache
+from fsel.core.files import write_text
+from fsel.core.limits import cores
+from fsel.core.names import distinct
+from fsel.core.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed

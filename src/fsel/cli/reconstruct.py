@@ -10,21 +10,21 @@ from typing import Any
 import cv2
 import numpy as np
 
+from fsel.captures.images.film import captioned, levels
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.cli.request import inputs_of
 from fsel.cli.selected import open_as, record_of
-from fsel.data.capture import Capture
-from fsel.export.forms import TRANSFORMS
-from fsel.export.subset import TRAIN
-from fsel.images.film import captioned, levels
+from fsel.core.capture import Capture
+from fsel.core.files import atomic
+from fsel.core.outputs import refuse_overlap, staged
+from fsel.core.wording import counted
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.quality import QUALITIES, Quality
-from fsel.request.frames import named_in
-from fsel.utils.files import atomic
-from fsel.utils.outputs import refuse_overlap, staged
-from fsel.utils.wording import counted
+from fsel.selection.export.forms import TRANSFORMS
+from fsel.selection.export.subset import TRAIN
+from fsel.selection.frames import named_in
 
 ENDING = ".ply"
 FINE = "gaussians"  # the reconstructor of --quality and --preview

@@ -9,16 +9,16 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from fsel.captures.images.film import levels
 from fsel.cli import filming, posing
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.cli.selected import as_written, of_selection
-from fsel.images.film import levels
+from fsel.core.outputs import staged
 from fsel.metrics import Metrics, score_views
 from fsel.reconstruct.gaussians import GaussianModel
-from fsel.request.targets import targets_of
-from fsel.utils.outputs import staged
+from fsel.selection.targets import targets_of
 
 LONG_SIDE = 384
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.ingest.lazy import LazyCapture
-from fsel.request import silhouettes
-from fsel.request.focus import Focus, check_within, from_box, from_masks, scene_bounds
-from fsel.utils.wording import counted
+from fsel.captures.lazy import LazyCapture
+from fsel.core.capture import Capture
+from fsel.core.wording import counted
+from fsel.selection import silhouettes
+from fsel.selection.focus import Focus, check_within, from_box, from_masks, scene_bounds
 
 
 def focus_of(args: argparse.Namespace, opened: LazyCapture) -> Focus | None:

@@ -7,9 +7,9 @@ import argparse
 from collections.abc import Mapping, Sequence
 
 from fsel.cli.console import Console
+from fsel.core.cache import cache
 from fsel.metrics import METRICS, REGISTERED, Metrics, checked, published
 from fsel.metrics.lpips import NET
-from fsel.utils.cache import cache
 
 WIDTH = 6  # letters of a column
 PERCEPTUAL = ("psnr", "ssim", "lpips")  # where a setting of LPIPS is given

@@ -11,7 +11,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from fsel import api
+from fsel.captures.images.previews import check_pixels, sharpness_of_files, thumbnails
+from fsel.captures.lazy import LONG_SIDE, LazyCapture
 from fsel.cli import health as frame_health
 from fsel.cli import posing
 from fsel.cli.again import commands
@@ -27,21 +28,20 @@ from fsel.cli.select_limits import (
     refine_of,
 )
 from fsel.cli.trying import refining, trying
-from fsel.data.capture import Capture
-from fsel.data.problem import Method
-from fsel.export import record, subset
+from fsel.core.capture import Capture
+from fsel.core.outputs import staged
+from fsel.core.problem import Method
+from fsel.core.wording import counted
 from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
-from fsel.images.previews import check_pixels, sharpness_of_files, thumbnails
-from fsel.ingest.lazy import LONG_SIDE, LazyCapture
 from fsel.pages.report import REPORT, page
 from fsel.pages.shown import Shown, frames_shown, picture_side
-from fsel.request.budget import Auto
-from fsel.request.focus import Focus
-from fsel.request.hidden import behind
-from fsel.request.targets import ALL, ORBIT, Targets
-from fsel.utils.outputs import staged
-from fsel.utils.wording import counted
+from fsel.selection import api
+from fsel.selection.budget import Auto
+from fsel.selection.export import record, subset
+from fsel.selection.focus import Focus
+from fsel.selection.hidden import behind
+from fsel.selection.targets import ALL, ORBIT, Targets
 
 SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described
 

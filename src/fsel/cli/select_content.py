@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.captures.lazy import LazyCapture
 from fsel.cli.options import OPENING
-from fsel.data.problem import Method
-from fsel.export import record
-from fsel.ingest.lazy import LazyCapture
-from fsel.request.patience import Trial, Tried
-from fsel.request.refine import Swapped
-from fsel.selector.policies import Learned
-from fsel.selector.scorer import Linear
+from fsel.core.problem import Method
+from fsel.selection.export import record
+from fsel.selection.patience import Trial, Tried
+from fsel.selection.refine import Swapped
+from fsel.selectors.policies import Learned
+from fsel.selectors.scorer import Linear
 
 SETTINGS = (
     *("k", "targets", "method", "weights", "seed", "patience", "cover", "cover_share", "refine"),

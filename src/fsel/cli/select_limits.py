@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import argparse
 
-from fsel import api
+from fsel.captures.lazy import LazyCapture
 from fsel.cli.select_options import UNTURNED
-from fsel.data.geometry import upright
-from fsel.data.problem import Method
-from fsel.export import subset
-from fsel.ingest.lazy import LazyCapture
-from fsel.request.budget import THRESHOLD, Auto
-from fsel.request.focus import Focus
-from fsel.request.memory import SPLATS
-from fsel.request.patience import Patience
-from fsel.request.refine import Refine
-from fsel.request.targets import Targets
+from fsel.core.geometry import upright
+from fsel.core.problem import Method
+from fsel.selection import api
+from fsel.selection.budget import THRESHOLD, Auto
+from fsel.selection.export import subset
+from fsel.selection.focus import Focus
+from fsel.selection.memory import SPLATS
+from fsel.selection.patience import Patience
+from fsel.selection.refine import Refine
+from fsel.selection.targets import Targets
 
 
 def budget_of(args: argparse.Namespace, opened: LazyCapture) -> int | Auto | None:

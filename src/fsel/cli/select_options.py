@@ -14,8 +14,8 @@ from fsel.cli.values import (
     size_in_bytes,
     whole,
 )
-from fsel.request.memory import TRAINERS
-from fsel.request.refine import SETTINGS
+from fsel.selection.memory import TRAINERS
+from fsel.selection.refine import SETTINGS
 
 TURNED, UNTURNED = "auto", "none"
 MOST_TIMES = 20  # that a point is to be seen

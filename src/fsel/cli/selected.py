@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from fsel.cli.options import OPENING
-from fsel.data.capture import Capture
-from fsel.data.geometry import turned
-from fsel.export.record import RECORD
+from fsel.core.capture import Capture
+from fsel.core.geometry import turned
+from fsel.selection.export.record import RECORD
 
 
 def record_of(folder: Path) -> dict:

@@ -12,21 +12,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel import api
+from fsel.captures.images.previews import sharpness_of_files
+from fsel.captures.lazy import LONG_SIDE, open_capture
 from fsel.cli.console import Console
 from fsel.cli.optimising import checked
 from fsel.cli.posing import warn_of
-from fsel.images.previews import sharpness_of_files
-from fsel.ingest.lazy import LONG_SIDE, open_capture
+from fsel.core.columns import by_row
+from fsel.core.files import digest
+from fsel.core.outputs import refuse_overlap
+from fsel.core.registry import unknown
+from fsel.core.wording import counted
 from fsel.reconstruct import reconstructor_of
-from fsel.selector import pretrained
-from fsel.selector.policies import POLICIES, RENAMED, Policy
-from fsel.selector.scorer import Network
-from fsel.utils.columns import by_row
-from fsel.utils.files import digest
-from fsel.utils.outputs import refuse_overlap
-from fsel.utils.registry import unknown
-from fsel.utils.wording import counted
+from fsel.selection import api
+from fsel.selectors import pretrained
+from fsel.selectors.policies import POLICIES, RENAMED, Policy
+from fsel.selectors.scorer import Network
 
 if TYPE_CHECKING:
     from fsel.training.imitation import Trajectory

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from fsel.cli.console import Console
 from fsel.cli.optimising import stopped_by_interrupt
-from fsel.request.patience import Patience
-from fsel.request.refine import Refine
+from fsel.selection.patience import Patience
+from fsel.selection.refine import Refine
 
 TRIED = "interrupted: what was tried so far decides; again to give up"
 REFINED = "interrupted: the best picks so far are written; again to give up"

@@ -11,19 +11,19 @@ from pathlib import Path
 
 import numpy as np
 
+from fsel.captures.images.previews import in_turn, jpeg, reduced
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.selected import as_written, open_as, record_of
-from fsel.export.forms import CLOUD
-from fsel.export.record import RECORD
-from fsel.images.previews import in_turn, jpeg, reduced
+from fsel.core.outputs import staged
+from fsel.core.wording import counted
 from fsel.pages import viewer
 from fsel.pages.report import REPORT, with_view
 from fsel.pages.shown import SIDE, adds, picture_side
 from fsel.pages.viewer.bundle import script
 from fsel.reconstruct import ply
-from fsel.utils.outputs import staged
-from fsel.utils.wording import counted
+from fsel.selection.export.forms import CLOUD
+from fsel.selection.export.record import RECORD
 
 MODEL = "/model.ply"
 KINDS = "a .ply of Gaussians, a folder that `fsel select` wrote, or a capture"

@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from fsel.captures.lazy import open_capture
 from fsel.cli.console import Console
 from fsel.cli.values import positive, whole
-from fsel.data.capture import Capture
-from fsel.ingest.lazy import open_capture
+from fsel.core.capture import Capture
+from fsel.core.programs.outcome import Unfinished
+from fsel.core.wording import counted
 from fsel.reconstruct import check_needs
 from fsel.reconstruct.cost import FITS, measured_cost
 from fsel.reconstruct.external.conformance import SIZE, Checks, ring
 from fsel.reconstruct.external.settings import ExternalSettings
-from fsel.utils.programs.outcome import Unfinished
-from fsel.utils.wording import counted
 
 
 def parser() -> argparse.ArgumentParser:

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from fsel.data.problem import Method, Problem, checked_select
+from fsel.core.columns import Columns, repeated, stacked
+from fsel.core.problem import Method, Problem, checked_select
+from fsel.core.seeds import name_seed
 from fsel.evaluation.evaluator import COSTS, Evaluator
 from fsel.metrics import METRICS, Metrics, units
-from fsel.selector import pretrained
-from fsel.selector.policies import KNOWN
-from fsel.utils.columns import Columns, repeated, stacked
-from fsel.utils.seeds import name_seed
+from fsel.selectors import pretrained
+from fsel.selectors.policies import KNOWN
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,7 +68,7 @@ def runs(methods: Iterable[Method], weights: Iterable[str | Path] = ()) -> list[
             in the order of their seeds.
 
     Raises:
-        ValueError: for a scorer of none of `fsel.selector.policies.KNOWN`.
+        ValueError: for a scorer of none of `fsel.selectors.policies.KNOWN`.
     """
     untrained = [Run(method, seed) for method in methods for seed in range(method.seeds)]
     return untrained + learned_runs(weights)

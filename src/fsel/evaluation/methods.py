@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from fsel import baselines
-from fsel.data.problem import Method
-from fsel.selector import pretrained
-from fsel.selector.policies import RENAMED
-from fsel.utils.registry import Registry
+from fsel.core.problem import Method
+from fsel.core.registry import Registry
+from fsel.selectors import baselines, pretrained
+from fsel.selectors.policies import RENAMED
 
 METHODS: Registry[Method] = Registry(
     "method",

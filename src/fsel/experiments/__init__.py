@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fsel.utils.registry import Registry
+from fsel.core.registry import Registry
 
 if TYPE_CHECKING:
     from fsel.workflow.tables import Table

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from fsel.core.files import Files, read_table
+from fsel.evaluation.latex import number
+from fsel.evaluation.summary import differences, draw_means, leaders, summarise
+from fsel.evaluation.sweep import place_of
 from fsel.experiments.specs import Scenes
 from fsel.metrics import Metrics
-from fsel.report.latex import number
-from fsel.report.summary import differences, draw_means, leaders, summarise
-from fsel.report.sweep import place_of
-from fsel.utils.files import Files, read_table
 
 KEYS = ["dataset", "method", "k", "metric"]
 GAP = ["difference", "difference_low", "difference_high"]
@@ -28,7 +28,7 @@ def cells_of(
 
     Args:
         metrics: columns to read.
-        facts: see `fsel.report.sweep.place_of`.
+        facts: see `fsel.evaluation.sweep.place_of`.
         by: columns of the trials.
 
     Returns:

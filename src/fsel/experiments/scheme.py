@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from fsel.baselines import METHODS
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, read_table, write_table
+from fsel.core.problem import Problem
+from fsel.core.split import Split
 from fsel.evaluation.evaluator import Beside, evaluators
 from fsel.evaluation.measuring import (
     PICK_UNITS,
@@ -35,7 +35,7 @@ from fsel.evaluation.measuring import (
 from fsel.experiments import specs
 from fsel.experiments.specs import Scenes, Values
 from fsel.metrics import Metrics
-from fsel.utils.files import File, Files, read_table, write_table
+from fsel.selectors.baselines import METHODS
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -98,7 +98,7 @@ class Trials:
         name: of the rules and of the files.
         of: captures, splits where it takes them, and `settings` as keywords -> trials.
         settings: experiment -> name -> value, or a function of the wildcards that returns it.
-        methods: those without training, keys of `fsel.baselines.METHODS`.
+        methods: those without training, keys of `fsel.selectors.baselines.METHODS`.
         weights: experiment -> scorers of the learned methods.
         picks: experiment -> files of picks that another rule makes; None for `select`.
         read: those files -> picks with the trials' columns, which the files have without it.

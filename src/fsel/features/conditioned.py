@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.data.capture import Views
-from fsel.data.geometry import centered, pairwise_distances
+from fsel.core.capture import Views
+from fsel.core.geometry import centered, pairwise_distances
 
 REACH = 1.8  # of the cameras' spread: how far ahead of a camera lies what it looks at
 TURN = 2.0  # what a shift of the point looked at weighs beside a shift of the camera

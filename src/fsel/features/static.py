@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.data.capture import Views
-from fsel.data.geometry import (
+from fsel.core.capture import Views
+from fsel.core.geometry import (
     directions,
     lengths,
     pairwise_angles,
@@ -13,7 +13,7 @@ from fsel.data.geometry import (
     reference_points,
     viewing_angles,
 )
-from fsel.data.problem import Problem
+from fsel.core.problem import Problem
 from fsel.features.columns import FEATURES
 
 LOWER_IS_BETTER = (

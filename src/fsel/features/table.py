@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.problem import Problem
+from fsel.core.columns import Columns
+from fsel.core.problem import Problem
 from fsel.features.columns import STATIC
 from fsel.features.static import static_features
-from fsel.utils.columns import Columns
 
 
 def features_table(problem: Problem) -> dict[str, Any]:

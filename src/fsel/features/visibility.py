@@ -20,8 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.data.capture import Views
-from fsel.data.geometry import directions, viewing_angles
+from fsel.core.capture import Views
+from fsel.core.geometry import directions, viewing_angles
 
 GRID = (6, 5)  # points across and down an image
 DEPTHS = (0.5, 1.0, 2.0, 4.0)  # where they lie, over the depth of the scene

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from fsel.core.registry import Registry
 from fsel.metrics import fused
 from fsel.metrics.contract import Metric
 from fsel.metrics.fused import PSNR_CEILING, inside
-from fsel.utils.registry import Registry
 
 REGISTERED: Registry[Metric] = Registry(
     "metric",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.utils.compiled import reordered
+from fsel.core.compiled import reordered
 
 F = np.float32
 NAMES = ("psnr", "ssim", "gmsd")  # the columns

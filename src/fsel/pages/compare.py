@@ -7,11 +7,11 @@ from html import escape
 
 import numpy as np
 
+from fsel.core.wording import counted
 from fsel.metrics import REGISTERED
 from fsel.pages.compared import Cell, Compared, verdict
 from fsel.pages.drawings import Line, legend, line_chart
 from fsel.pages.shell import choices, document, source
-from fsel.utils.wording import counted
 
 NOTE = (
     "Intervals are Student's t over the held-out frames of this capture alone. Frames that "

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.api import ALL_FRAMES
-from fsel.report.statistics import Interval, of_places
-from fsel.utils.wording import counted
+from fsel.core.wording import counted
+from fsel.evaluation.statistics import Interval, of_places
+from fsel.selection.api import ALL_FRAMES
 
 LEAST = 3  # frames of an interval: of two it is thirteen times as wide as their difference
 

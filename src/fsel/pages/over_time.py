@@ -8,10 +8,10 @@ from html import escape
 import cv2
 import numpy as np
 
-from fsel.data.geometry import viewing_angles
-from fsel.export.record import Outcome
+from fsel.core.geometry import viewing_angles
 from fsel.features.conditioned import look_depth
 from fsel.pages.drawings import timeline
+from fsel.selection.export.record import Outcome
 
 
 def over_time(outcome: Outcome, frames: np.ndarray, pictures: Mapping[int, bytes]) -> list[str]:

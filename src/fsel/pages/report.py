@@ -7,15 +7,15 @@ from html import escape
 
 import numpy as np
 
-from fsel.data.subsets import evenly
-from fsel.export.record import Outcome, covered, reason, trials
+from fsel.core.subsets import evenly
+from fsel.core.wording import counted
 from fsel.pages.drawings import Line, line_chart
 from fsel.pages.over_time import over_time
 from fsel.pages.scene import scene_data
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import SHOWN, Card, Shown, adds, cards_of, frames_shown
-from fsel.request.targets import ALL
-from fsel.utils.wording import counted
+from fsel.selection.export.record import Outcome, covered, reason, trials
+from fsel.selection.targets import ALL
 
 CELL = 84  # pixels of a frame's place on the page, were it square
 NOTE = "A point is seen well by two picks, which tell its depth; the scene is what the picks see."

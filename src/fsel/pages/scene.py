@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.data.geometry import plane_basis, upwards
-from fsel.data.points import SparsePoints
-from fsel.data.subsets import evenly
-from fsel.export.record import Outcome
+from fsel.core.geometry import plane_basis, upwards
+from fsel.core.points import SparsePoints
+from fsel.core.subsets import evenly
+from fsel.selection.export.record import Outcome
 
 MOST_POINTS = 4000
 TICK = 0.08  # length of a viewing direction, as a share of the view

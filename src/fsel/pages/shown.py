@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.data.subsets import evenly
-from fsel.export.record import Outcome
-from fsel.ingest.health.findings import ALONE
+from fsel.captures.quality.findings import ALONE
+from fsel.core.subsets import evenly
+from fsel.selection.export.record import Outcome
 
 SHOWN = 3000  # frames of a page at most, beside the picks: 50,000 would take 12 MB
 SIDE, LARGE, LEAST = 240, 300, 48  # pixels of a picture where so many are shown; with more, fewer
@@ -36,7 +36,7 @@ class Shown:
 
     Attributes:
         outcome: the selection.
-        picked, left: see `fsel.export.record`.
+        picked, left: see `fsel.selection.export.record`.
         pictures: frame -> JPEG; none where no image was opened.
         commands: that a person's wishes are added to.
         notes: further sentences about the capture.

@@ -7,9 +7,9 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views
-from fsel.utils.programs.outcome import MissingRequirement, NoDevice
-from fsel.utils.registry import Registry
+from fsel.core.capture import Capture, Views
+from fsel.core.programs.outcome import MissingRequirement, NoDevice
+from fsel.core.registry import Registry
 
 
 class Model(Protocol):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
+from fsel.core.keywords import settings_from
 from fsel.reconstruct import gpu
 from fsel.reconstruct.normalisation import Frame
-from fsel.utils.keywords import settings_from
 
 Settings = TypeVar("Settings")
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.reconstruct import reconstructor_of
 
 FITS = 3  # after the first, of which the median is taken

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from fsel.core.programs.outcome import MEMORY, NoDevice, Unfinished
 from fsel.reconstruct import memory
-from fsel.utils.programs.outcome import MEMORY, NoDevice, Unfinished
 
 DEVICES = ("cpu", "cuda")
 

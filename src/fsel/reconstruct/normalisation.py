@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.geometry import centered, pose_matrices
+from fsel.core.capture import Capture
+from fsel.core.geometry import centered, pose_matrices
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.points import SparsePoints
+from fsel.core.capture import Capture
+from fsel.core.points import SparsePoints
 
 
 def distinct(frames: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ share.
   -> printed label, in order.
 - `budgets`, `k`: frames to pick; `draws`: of targets; `seed`, `seeds`: of the scene, of its draws.
 - `reconstruction`, `appearance`, `search`, `auto`: sections of the configuration; `metrics`: names,
-  or name -> settings, in a cell's order; `facts`: what a caption tells, see `fsel.report.captions`.
+  or name -> settings, in a cell's order; `facts`: what a caption tells, see
+  `fsel.evaluation.captions`.
 - `config`: digest of the parameters, which tables carry.
 """

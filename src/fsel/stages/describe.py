@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.data.capture import Capture
+from fsel.captures.images.sharpness import sharpness
+from fsel.core.capture import Capture
+from fsel.core.files import File, write_table
 from fsel.features import appearance
-from fsel.images.sharpness import sharpness
-from fsel.utils.files import File, write_table
 
 
 def describe(

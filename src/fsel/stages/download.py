@@ -12,7 +12,7 @@ from urllib.error import HTTPError, URLError
 from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
-from fsel.utils.files import File
+from fsel.core.files import File
 
 CHUNK = 1 << 20
 TIMEOUT = 60.0  # seconds without a byte

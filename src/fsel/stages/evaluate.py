@@ -8,13 +8,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.split import Split
+from fsel.core.capture import Capture
+from fsel.core.columns import chosen
+from fsel.core.files import File, Files, read_columns, write_table
+from fsel.core.split import Split
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import evaluators
 from fsel.metrics import Metrics
-from fsel.utils.columns import chosen
-from fsel.utils.files import File, Files, read_columns, write_table
 
 NOTHING: Mapping[str, Sequence] = MappingProxyType({})
 

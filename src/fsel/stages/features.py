@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import splits_in
+from fsel.core.capture import Capture
+from fsel.core.columns import repeated, stacked
+from fsel.core.files import File, Files, read_columns, write_table
+from fsel.core.problem import Problem
+from fsel.core.split import splits_in
 from fsel.features.static import UNITS
 from fsel.features.table import features_table
-from fsel.utils.columns import repeated, stacked
-from fsel.utils.files import File, Files, read_columns, write_table
 
 
 def features(folder: File, splits: Files, tables: Files, *, config: str) -> None:

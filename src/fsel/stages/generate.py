@@ -6,9 +6,9 @@ import logging
 import shutil
 from pathlib import Path
 
-from fsel.layouts import LAYOUTS
-from fsel.synthesis import record
-from fsel.utils.files import File, unfinished
+from fsel.captures.layouts import LAYOUTS
+from fsel.core.files import File, unfinished
+from fsel.synthetic import record
 
 logger = logging.getLogger(__name__)
 
@@ -20,8 +20,8 @@ def generate(
 
     Args:
         folder: where to; what is there is replaced.
-        layout: key of `fsel.layouts.LAYOUTS`.
-        family: one of `fsel.synthesis.FAMILIES`.
+        layout: key of `fsel.captures.layouts.LAYOUTS`.
+        family: one of `fsel.synthetic.FAMILIES`.
         frames: how many.
         width: pixels.
         height: pixels.

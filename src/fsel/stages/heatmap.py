@@ -7,12 +7,12 @@ from itertools import product
 
 import pandas as pd
 
-from fsel.baselines import PAPER
-from fsel.report import heatmap as report
-from fsel.report.numbers import read_csv, write_csv
-from fsel.report.sweep import BASELINES, with_all_label
-from fsel.selector.policies import POLICIES
-from fsel.utils.files import File, Files
+from fsel.core.files import File, Files
+from fsel.evaluation import heatmap as report
+from fsel.evaluation.numbers import read_csv, write_csv
+from fsel.evaluation.sweep import BASELINES, with_all_label
+from fsel.selectors.baselines import PAPER
+from fsel.selectors.policies import POLICIES
 
 PANELS = ("fsel", "less_is_more")
 EXTERNAL = [name for name in PAPER if name != "untrained"]  # that is the paper's own control
@@ -35,7 +35,7 @@ def heatmap(
     Args:
         numbers, differences: what `fsel.stages.ksweep` wrote.
         cells: receives its numbers: method, rivals (`paper` or `all` baselines), and the columns of
-            `fsel.report.heatmap.gains`.
+            `fsel.evaluation.heatmap.gains`.
         reconstructor: its name, where it is not the first; it is named under the figure.
     """
     means, gaps = read_csv(numbers), read_csv(differences)

@@ -6,8 +6,8 @@ import logging
 from collections.abc import Mapping
 from pathlib import Path
 
-from fsel.ingest.read import read_folder
-from fsel.utils.files import File
+from fsel.captures.read import read_folder
+from fsel.core.files import File
 
 logger = logging.getLogger(__name__)
 
@@ -20,7 +20,7 @@ def ingest(source: File, folder: File, *, long_side: int, at_least: int, reading
             points.parquet, images.npy and, of captures with masks, masks.npy.
         long_side: of the images stored, pixels.
         at_least: frames that the experiment needs: its targets, their proxies, the largest budget.
-        reading: further keywords of `fsel.ingest.read.read_folder`.
+        reading: further keywords of `fsel.captures.read.read_folder`.
 
     Raises:
         ValueError: when the capture has fewer usable frames.

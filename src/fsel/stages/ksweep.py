@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from fsel.data.problem import MOST_FRAMES
+from fsel.core.files import File, Files, write_text
+from fsel.core.problem import MOST_FRAMES
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import sweep_table, tex
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import differences as paired
+from fsel.evaluation.summary import summarise, with_all_datasets
+from fsel.evaluation.sweep import BASELINES, LEARNED, named, row_groups, sweep_cells, with_all_label
 from fsel.metrics import Metrics, directions, headings
-from fsel.report.captions import made_by
-from fsel.report.latex import sweep_table, tex
-from fsel.report.numbers import write_csv
-from fsel.report.summary import differences as paired
-from fsel.report.summary import summarise, with_all_datasets
-from fsel.report.sweep import BASELINES, LEARNED, named, row_groups, sweep_cells, with_all_label
-from fsel.utils.files import File, Files, write_text
 
 
 def ksweep(

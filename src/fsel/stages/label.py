@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import splits_in
+from fsel.core.capture import Capture
+from fsel.core.columns import chosen, lines
+from fsel.core.files import File, Files, fingerprint, read_columns, write_table
+from fsel.core.problem import Problem
+from fsel.core.split import splits_in
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Enough, Journal
 from fsel.training.labelling import searched
-from fsel.utils.columns import chosen, lines
-from fsel.utils.files import File, Files, fingerprint, read_columns, write_table
 
 logger = logging.getLogger(__name__)
 

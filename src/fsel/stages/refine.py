@@ -8,21 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import evaluation_split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, fingerprint, read_columns, write_table
+from fsel.core.problem import Problem
+from fsel.core.split import evaluation_split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.features.columns import TARGET_GAIN
 from fsel.reconstruct import reconstructor_of
-from fsel.selector.greedy import Prepared, greedy
-from fsel.selector.policies import POLICIES, Policy
-from fsel.selector.scorer import Linear
+from fsel.selectors.greedy import Prepared, greedy
+from fsel.selectors.policies import POLICIES, Policy
+from fsel.selectors.scorer import Linear
 from fsel.training import refinement
 from fsel.training.journal import Journal
 from fsel.training.refinement import Coefficients, Objective, RefineSettings
 from fsel.training.scorers import save_scorer
 from fsel.training.search import Evaluate
-from fsel.utils.files import File, Files, fingerprint, read_columns, write_table
 
 logger = logging.getLogger(__name__)
 

@@ -6,17 +6,17 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.columns import repeated, stacked
+from fsel.core.files import File, fingerprint, write_table
+from fsel.core.problem import Problem
+from fsel.core.seeds import name_seed
+from fsel.core.split import Split
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
 from fsel.training.journal import Journal
 from fsel.training.labelling import LABELLERS, search_table
-from fsel.utils.columns import repeated, stacked
-from fsel.utils.files import File, fingerprint, write_table
-from fsel.utils.seeds import name_seed
 
 
 def search_oracle(

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from fsel.baselines import METHODS
-from fsel.data.problem import Problem
+from fsel.captures.layouts.protocol import read_protocol
+from fsel.core.columns import stacked
+from fsel.core.files import File, Files, read_columns, write_table
+from fsel.core.problem import Problem
 from fsel.evaluation import measuring
 from fsel.features.table import with_features
-from fsel.layouts.protocol import read_protocol
-from fsel.utils.columns import stacked
-from fsel.utils.files import File, Files, read_columns, write_table
+from fsel.selectors.baselines import METHODS
 
 
 def select(

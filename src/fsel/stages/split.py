@@ -7,10 +7,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.split import evaluation_split, partition
-from fsel.layouts.protocol import read_protocol
-from fsel.utils.files import File, Files, write_table
+from fsel.captures.layouts.protocol import read_protocol
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, write_table
+from fsel.core.split import evaluation_split, partition
 
 
 def split(
@@ -25,9 +25,9 @@ def split(
     """Draw the targets of a capture, or take those of a protocol.
 
     Args:
-        splits: one a draw, see `fsel.data.split.Split.table`.
+        splits: one a draw, see `fsel.core.split.Split.table`.
         targets: how many target views a draw.
-        protocol: `file`, `scene` and `folder` of `fsel.layouts.protocol`; empty for none.
+        protocol: `file`, `scene` and `folder` of `fsel.captures.layouts.protocol`; empty for none.
     """
     capture = Capture.load(folder)
     for draw, output in enumerate(splits):

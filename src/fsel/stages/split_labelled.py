@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsel.data.capture import Capture
-from fsel.data.split import coverage_split
-from fsel.utils.columns import repeated, stacked
-from fsel.utils.files import File, write_table
+from fsel.core.capture import Capture
+from fsel.core.columns import repeated, stacked
+from fsel.core.files import File, write_table
+from fsel.core.split import coverage_split
 
 
 def split_labelled(
@@ -16,7 +16,7 @@ def split_labelled(
     """Draw the targets of a scene that will be labelled (paper, Appendix A.2).
 
     Args:
-        splits: receives every level's split, see `fsel.data.split.Split.table`, with its coverage.
+        splits: receives every level's split, see `fsel.core.split.Split.table`, with its coverage.
         coverages: per cent.
     """
     capture = Capture.load(folder)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
-from fsel.selector.policies import KNOWN
-from fsel.selector.scorer import Network
+from fsel.core.columns import chosen, lines
+from fsel.core.files import File, Files, read_columns, write_table
+from fsel.selectors.policies import KNOWN
+from fsel.selectors.scorer import Network
 from fsel.training import imitation
 from fsel.training.labelled import training_data
 from fsel.training.scorers import save_scorer
-from fsel.utils.columns import chosen, lines
-from fsel.utils.files import File, Files, read_columns, write_table
 
 logger = logging.getLogger(__name__)
 
@@ -38,7 +38,7 @@ def train(
         weights: receive the scorers.
         logs: receive loss and agreement by epoch and split.
         scenes: their names.
-        policy: key of `fsel.selector.policies.KNOWN`.
+        policy: key of `fsel.selectors.policies.KNOWN`.
         epochs, learning_rate: of the training.
     """
     places = dict(zip(scenes, zip(folders, splits, features, strict=True), strict=True))

@@ -12,9 +12,9 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
+from fsel.core.checksums import sha256_of
+from fsel.core.files import File, unfinished
 from fsel.stages.download import CHUNK, check_room
-from fsel.utils.checksums import sha256_of
-from fsel.utils.files import File, unfinished
 
 logger = logging.getLogger(__name__)
 

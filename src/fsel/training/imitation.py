@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from fsel.core.columns import by_column
 from fsel.features.columns import INPUTS
-from fsel.selector.scorer import WIDTH
-from fsel.utils.columns import by_column
+from fsel.selectors.scorer import WIDTH
 
 Cost = Callable[..., tuple[torch.Tensor, torch.Tensor]]
 """(network, what a trajectory holds) -> loss to minimise, and agreement with the label."""
@@ -53,7 +53,7 @@ def train(
         dtype: arithmetic of the network; float32 is what the paper's scale needs.
 
     Returns:
-        The weights as float32 arrays keyed as in `fsel.selector.scorer`, and a log with one row an
+        The weights as float32 arrays keyed as in `fsel.selectors.scorer`, and a log with one row an
         epoch and set (epoch 0: before the first update): epoch, split, loss, agreement. Those of
         `train` are means over the pass, each trajectory as it was met.
     """

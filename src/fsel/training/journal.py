@@ -10,7 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from fsel.utils.files import write_text
+from fsel.core.files import write_text
 
 logger = logging.getLogger(__name__)
 

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.problem import Problem
-from fsel.selector.policies import Policy
-from fsel.selector.rollout import Rollout, follow
+from fsel.core.columns import Columns, by_row
+from fsel.core.problem import Problem
+from fsel.selectors.policies import Policy
+from fsel.selectors.rollout import Rollout, follow
 from fsel.training.imitation import Trajectory
 from fsel.training.problems import read_problems
-from fsel.utils.columns import Columns, by_row
 
 Scenes = Mapping[str, Sequence[str | Path]]
 """Scene -> the arguments of `read_problems`."""

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from fsel.baselines.nearest import nearest
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.problem import Problem
+from fsel.core.split import Split
 from fsel.metrics import METRICS, Metrics
+from fsel.selectors.baselines.nearest import nearest
 from fsel.training.search import (
     Evaluate,
     GeneticSettings,

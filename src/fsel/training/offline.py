@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import COVERAGES, Split, coverage_split, targets_at
+from fsel.core.capture import Capture
+from fsel.core.problem import Problem
+from fsel.core.split import COVERAGES, Split, coverage_split, targets_at
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import Reconstructor
-from fsel.selector.policies import Policy
+from fsel.selectors.policies import Policy
 from fsel.training.imitation import Trajectory
 from fsel.training.journal import Journal
 from fsel.training.labelled import as_seen

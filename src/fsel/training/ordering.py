@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.data.geometry import pairwise_distances, pose_distance
-from fsel.data.problem import Problem
-from fsel.utils.columns import Columns
+from fsel.core.columns import Columns
+from fsel.core.geometry import pairwise_distances, pose_distance
+from fsel.core.problem import Problem
 
 EPSILON = 1e-12
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import splits_in
+from fsel.core.capture import Capture
+from fsel.core.columns import chosen
+from fsel.core.files import read_columns
+from fsel.core.problem import Problem
+from fsel.core.split import splits_in
 from fsel.features.table import with_features
-from fsel.utils.columns import chosen
-from fsel.utils.files import read_columns
 
 
 def read_problems(

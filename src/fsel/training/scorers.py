@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from fsel.selector.scorer import Linear, Network
-from fsel.utils.files import atomic
+from fsel.core.files import atomic
+from fsel.selectors.scorer import Linear, Network
 
 
 def save_scorer(

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fsel.data.geometry import farthest_views
-from fsel.data.subsets import subset_key
+from fsel.core.geometry import farthest_views
+from fsel.core.subsets import subset_key
 
 Evaluate = Callable[[np.ndarray], np.ndarray]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from fsel.utils.checksums import damages, remade
-from fsel.utils.wording import counted
+from fsel.core.checksums import damages, remade
+from fsel.core.wording import counted
 from fsel.workflow.refusal import Refusal
 
 NOTES = Path(".snakemake/metadata")  # how files were made, by Snakemake

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fsel.layouts import LAYOUTS
+from fsel.captures.layouts import LAYOUTS
 from fsel.workflow.datasets import KINDS, ROLES, Datasets, Section, kinds_of, origin
 from fsel.workflow.refusal import refuse
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fsel.utils.names import natural
+from fsel.core.names import natural
 from fsel.workflow.refusal import refuse
 
 ROLES = ("train", "validation", "evaluation", "object")
@@ -130,7 +130,7 @@ class Datasets:
         return reading
 
     def protocol(self, dataset: str, scene: str) -> dict[str, str]:
-        """Arguments of `fsel.layouts.protocol.read_protocol`; none without a protocol."""
+        """Arguments of `fsel.captures.layouts.protocol.read_protocol`; none without a protocol."""
         file = self.entries[dataset].get("protocol")
         if not file:
             return {}

@@ -14,7 +14,7 @@ from importlib.util import resolve_name
 from pathlib import Path
 from typing import Any
 
-from fsel.utils.files import write_text
+from fsel.core.files import write_text
 
 
 class Library:

@@ -12,10 +12,10 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
-from fsel.baselines import LATER
-from fsel.layouts import LAYOUTS
+from fsel.captures.layouts import LAYOUTS
 from fsel.metrics import REGISTERED, published
 from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
+from fsel.selectors.baselines import LATER
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library

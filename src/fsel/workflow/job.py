@@ -24,8 +24,8 @@ from typing import Any, NoReturn
 
 import cv2
 
-from fsel.utils import checksums
-from fsel.utils.files import digest
+from fsel.core import checksums
+from fsel.core.files import digest
 
 CAPTURE = ("frames", "points", "images", "masks", "descriptors")  # files of a canonical capture
 LIBRARY = "lib"  # the input that holds the sources of a rule's function

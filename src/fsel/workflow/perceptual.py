@@ -6,8 +6,8 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from fsel.core import packages
 from fsel.metrics import published
-from fsel.utils import packages
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import refuse
 

@@ -14,7 +14,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from fsel.utils.checksums import sha256_of
+from fsel.core.checksums import sha256_of
 
 NAMES = ("ksweep.csv", "heatmap.csv")
 SUMS = "sha256.txt"

@@ -9,12 +9,12 @@ from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
-from fsel.colmap.runs import work_of
+from fsel.captures.colmap.runs import work_of
+from fsel.core.programs.outcome import MissingRequirement
 from fsel.features import appearance
 from fsel.metrics import lpips
 from fsel.reconstruct import check_needs
-from fsel.selector import pretrained
-from fsel.utils.programs.outcome import MissingRequirement
+from fsel.selectors import pretrained
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import MissingProgram, refuse

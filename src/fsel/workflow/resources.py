@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fsel.utils.files import mapped_array
+from fsel.core.files import mapped_array
 
 DECLARED_FRAMES = 10_000  # of a capture, up to which what a rule states suffices
 DECLARED_SIDE = 128  # pixels of a reconstruction's long side, likewise

@@ -20,8 +20,8 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from fsel.report.numbers import read_csv
-from fsel.utils.files import write_text
+from fsel.core.files import write_text
+from fsel.evaluation.numbers import read_csv
 
 FOLDER = Path("docs/results")
 

@@ -10,7 +10,7 @@ from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
-from fsel.utils.registry import Registry
+from fsel.core.registry import Registry
 from fsel.workflow.experiment import Experiment, gpus_of
 from fsel.workflow.refusal import MissingProgram, Refusal, refuse
 from fsel.workflow.settings import PAGE

@@ -1,6 +1,6 @@
 """Schemas of the configuration, whose lists of names follow the registries when they are read.
 
-In an `enum`, a word such as `fsel.layouts:LAYOUTS` stands for the names of that registry.
+In an `enum`, a word such as `fsel.captures.layouts:LAYOUTS` stands for the names of that registry.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any
 import yaml
 from jsonschema import Draft202012Validator, ValidationError, validators
 
-from fsel.selector.policies import RENAMED
-from fsel.utils.registry import closest
+from fsel.core.registry import closest
+from fsel.selectors.policies import RENAMED
 from fsel.workflow.refusal import refuse
 
 REGISTRY = re.compile(r"(fsel(?:\.\w+)+):(\w+)")

@@ -12,8 +12,8 @@ from typing import Any, Self
 
 import yaml
 
-from fsel.selector.pretrained import FILES
-from fsel.utils.seeds import name_seed
+from fsel.core.seeds import name_seed
+from fsel.selectors.pretrained import FILES
 from fsel.workflow import checks, reconstructors
 from fsel.workflow.datasets import Datasets, Section, count_of, kinds_of
 from fsel.workflow.refusal import refuse
@@ -162,7 +162,7 @@ class Settings:
 
 def shipped(folder: Path, policy: str) -> str:
     """The scorer of a policy that comes with the package, from the folder of the run."""
-    return os.path.relpath(folder / "src" / "fsel" / "selector" / "weights" / FILES[policy])
+    return os.path.relpath(folder / "src" / "fsel" / "selectors" / "weights" / FILES[policy])
 
 
 def _as_shipped(config: Section, there: Mapping[str, Section], folder: Path) -> dict[str, Any]:

@@ -6,22 +6,22 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from fsel.request import budget
-from fsel.selector import pretrained
-from fsel.utils.files import write_text
+from fsel.core.files import write_text
+from fsel.selection import budget
+from fsel.selectors import pretrained
 
 
 def ship(paths: Iterable[str | Path], folder: Path = pretrained.FOLDER) -> None:
     """Write scorers with their provenance, and what the adaptive budget predicts by.
 
     Args:
-        paths: what the workflow made: scorers of `fsel.selector.pretrained.FILES`, each of which
+        paths: what the workflow made: scorers of `fsel.selectors.pretrained.FILES`, each of which
             takes the place of that of its policy, and budget.json.
         folder: of the package.
 
     Raises:
         ValueError: for a scorer that does not come with the package, or that
-            `fsel.selector.pretrained.own` refuses; then nothing is written.
+            `fsel.selectors.pretrained.own` refuses; then nothing is written.
     """
     records = [path for path in paths if Path(path).name == budget.RECORD]
     scorers = {path: pretrained.own(path) for path in paths if path not in records}

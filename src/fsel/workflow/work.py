@@ -65,7 +65,7 @@ def evaluate(config: Section, scorers: int) -> Work:
         config: the configuration.
         scorers: learned and fixed rules that are measured.
     """
-    from fsel.baselines import METHODS  # here: it is asked for when jobs are submitted
+    from fsel.selectors.baselines import METHODS
 
     runs = sum(METHODS[name].seeds for name in METHODS if name != "all") + scorers
     return Work(config["draws"] * (runs * len(config["budgets"]) + 1), config["targets"])

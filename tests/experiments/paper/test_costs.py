@@ -7,16 +7,16 @@ import pandas as pd
 import pytest
 from described_scene import filmed
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
+from fsel.core.programs.outcome import Unfinished
 from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.latex import plain_table
+from fsel.evaluation.summary import ALL_FRAMES
 from fsel.experiments.paper.costs import cost_means
 from fsel.experiments.paper.time_quality import VARIANTS, _row, joined
 from fsel.experiments.studies.footprint import footprint, measure_alone
 from fsel.features.columns import FEATURES
 from fsel.reconstruct import reconstructor_of
-from fsel.report.latex import plain_table
-from fsel.report.summary import ALL_FRAMES
-from fsel.utils.programs.outcome import Unfinished
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 SHARPNESS = FEATURES.index("sharpness")

@@ -8,6 +8,7 @@ import pytest
 from described_scene import filmed, save_described
 from selection_problems import random_capture
 
+from fsel.evaluation.summary import leaders
 from fsel.experiments.paper.crosscapture import (
     BASELINES,
     SHOWN,
@@ -18,7 +19,6 @@ from fsel.experiments.paper.crosscapture import (
     trials,
 )
 from fsel.metrics import METRICS
-from fsel.report.summary import leaders
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 FACTS = {

@@ -9,9 +9,12 @@ from described_scene import write_scene
 from matplotlib.figure import Figure
 from selection_problems import random_capture
 
-from fsel.data.capture import Capture
-from fsel.data.split import Split
+from fsel.core.capture import Capture
+from fsel.core.split import Split
 from fsel.evaluation.evaluator import Evaluator
+from fsel.evaluation.figures import footnote
+from fsel.evaluation.plan import plan_positions
+from fsel.evaluation.views import _calmest
 from fsel.experiments.paper.pictures import (
     STRONGEST,
     picks_of,
@@ -21,10 +24,7 @@ from fsel.experiments.paper.pictures import (
 from fsel.experiments.paper.pipeline_figure import met_until, pipeline_figure
 from fsel.experiments.paper.views import qualitative, real_world
 from fsel.reconstruct import reconstructor_of
-from fsel.report.figures import footnote
-from fsel.report.plan import plan_positions
-from fsel.report.views import _calmest
-from fsel.request.paths import upwards
+from fsel.selection.paths import upwards
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 FACTS = {"embedded": ["DL3DV"], "real": [], "reconstructor": "splats", "long_side": 32}

@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 from evaluation_files import FACTS, written
 
+from fsel.evaluation.latex import difference
+from fsel.evaluation.summary import seed_spread
 from fsel.experiments.paper.learned import handsign, seedvar
-from fsel.report.latex import difference
-from fsel.report.summary import seed_spread
 
 
 @pytest.mark.parametrize(

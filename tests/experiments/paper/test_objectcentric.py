@@ -8,7 +8,9 @@ import pytest
 from selection_problems import capture_of
 from small_captures import ring
 
-from fsel.data.capture import Capture
+from fsel.captures.layouts import LAYOUTS
+from fsel.captures.read import read_capture
+from fsel.core.capture import Capture
 from fsel.experiments.paper.objectcentric import (
     SHOWN,
     TRAINED,
@@ -17,12 +19,10 @@ from fsel.experiments.paper.objectcentric import (
     object_split,
 )
 from fsel.experiments.paper.objectcentric import objectcentric as write_objectcentric
-from fsel.ingest.read import read_capture
-from fsel.layouts import LAYOUTS
 from fsel.metrics import METRICS
-from fsel.request.focus import from_capture
+from fsel.selection.focus import from_capture
 from fsel.stages.describe import describe
-from fsel.synthesis import record
+from fsel.synthetic import record
 
 FACTS = {
     "embedded": ["CO3D"],

@@ -4,12 +4,12 @@ import pose_program
 import pytest
 from dry_runs import experiment, with_dataset
 
-from fsel.data.capture import Capture
+from fsel.captures.images import files as image_files
+from fsel.core.capture import Capture
+from fsel.core.files import write_table
+from fsel.evaluation.numbers import read_csv
 from fsel.experiments.paper.pose_sources import pair_poses, pose_sources, posed_twice
 from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT, SELECTOR
-from fsel.images import files as image_files
-from fsel.report.numbers import read_csv
-from fsel.utils.files import write_table
 from fsel.workflow.refusal import Refusal
 
 FACTS = {

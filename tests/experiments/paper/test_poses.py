@@ -8,12 +8,12 @@ import pytest
 from described_scene import filmed, save_described
 from matplotlib.figure import Figure
 
-from fsel.data.capture import Capture
+from fsel.captures.poses import sfm
+from fsel.core.capture import Capture
 from fsel.experiments.paper.estimate_poses import estimate_poses
 from fsel.experiments.paper.pose_errors import perturbed, pose_errors
 from fsel.experiments.paper.pose_trials import ESTIMATES, NOISE, SELECTORS
 from fsel.experiments.paper.poses import MARKED, changes, poses
-from fsel.ingest import sfm
 from fsel.metrics import METRICS
 
 DRAWN = {"targets": 3, "split_seed": 2, "budgets": [4], "seed": 1}

@@ -6,12 +6,12 @@ import pytest
 from described_scene import filmed
 from evaluation_files import FACTS, written
 
-from fsel.data.split import Split
+from fsel.core.split import Split
+from fsel.evaluation.numbers import read_csv
+from fsel.evaluation.summary import ALL_FRAMES
 from fsel.experiments.paper.costs import cost_means
 from fsel.experiments.paper.reconchoice import evaluate_reconchoice, reconchoice
 from fsel.experiments.paper.transfer import SHOWN, transfer
-from fsel.report.numbers import read_csv
-from fsel.report.summary import ALL_FRAMES
 from fsel.stages.evaluate import evaluate
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}

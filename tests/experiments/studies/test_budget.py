@@ -22,8 +22,8 @@ from fsel.experiments.studies.budget_curves import (
     fit_budget,
     fit_worth,
 )
-from fsel.request.budget import predicted
-from fsel.selector.pretrained import FILES, FOLDER
+from fsel.selection.budget import predicted
+from fsel.selectors.pretrained import FILES, FOLDER
 
 WORTH = np.array([4.0, 2.0, 1.0])
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}

@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 from described_scene import write_scene
 
-from fsel.baselines import PAPER
-from fsel.data.split import Split
+from fsel.core.split import Split
 from fsel.experiments.studies.candidate_pools import (
     OURS,
     SETTINGS,
@@ -14,8 +13,9 @@ from fsel.experiments.studies.candidate_pools import (
     candidate_pools,
 )
 from fsel.experiments.studies.hard_cases.worlds import random_weights
-from fsel.selector import pretrained
-from fsel.selector.scorer import Network
+from fsel.selectors import pretrained
+from fsel.selectors.baselines import PAPER
+from fsel.selectors.scorer import Network
 
 FACTS = {
     "embedded": ["DL3DV"],

@@ -8,8 +8,9 @@ import pytest
 from described_scene import write_scene
 from selection_problems import random_capture, random_problem, with_points
 
-from fsel.baselines import METHODS
-from fsel.data.capture import Capture, Views
+from fsel.core.capture import Capture, Views
+from fsel.evaluation.latex import plain_table
+from fsel.evaluation.speed import gaps
 from fsel.experiments.studies.bench import Bench, depth_error, halved, rendered_inverse_depth
 from fsel.experiments.studies.economy import SAVINGS, economy
 from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
@@ -20,9 +21,8 @@ from fsel.metrics import METRICS
 from fsel.reconstruct.normalisation import Frame
 from fsel.reconstruct.splats import SplatModel
 from fsel.reconstruct.splats.culling import seen_by
-from fsel.report.latex import plain_table
-from fsel.report.speed import gaps
-from fsel.synthesis import record
+from fsel.selectors.baselines import METHODS
+from fsel.synthetic import record
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 GENERATED = {"family": "dl3dv", "seed": 3, "recorded": 40}

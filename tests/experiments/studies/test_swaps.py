@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fsel.evaluation.numbers import read_csv
 from fsel.experiments.studies.swaps import BY, TRIED, gains, swaps
-from fsel.report.numbers import read_csv
 
 
 def scene(psnr, tried=TRIED):

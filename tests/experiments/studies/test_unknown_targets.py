@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from described_scene import write_scene
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.experiments.studies import beside
 from fsel.experiments.studies import unknown_targets as protocol
 from fsel.experiments.studies.unknown_targets import TRIALS, compared, scores_of, unknown_targets

@@ -13,7 +13,7 @@ from plyfile import PlyData
 from small_captures import ring
 from splat_pages import drawn
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.pages import viewer
 from fsel.pages.viewer import bundle
 from fsel.reconstruct import ply

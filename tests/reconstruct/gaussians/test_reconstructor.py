@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from coloured_wall import psnr, wall
 
-from fsel.data.capture import Views
-from fsel.data.points import SparsePoints
+from fsel.core.capture import Views
+from fsel.core.points import SparsePoints
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.gaussians import Gaussians, initial
 from fsel.reconstruct.gaussians.model import GaussianModel

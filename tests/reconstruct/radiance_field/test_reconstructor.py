@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fsel.data.capture import Capture
-from fsel.data.points import SparsePoints
+from fsel.core.capture import Capture
+from fsel.core.points import SparsePoints
 from fsel.metrics import score_views
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.radiance_field import RadianceField

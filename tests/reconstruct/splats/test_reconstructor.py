@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from textured_walls import textured_wall
 from watched_images import Watched
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.splats import Splats, consistency, fusion, reconstructor

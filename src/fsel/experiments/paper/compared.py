@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from fsel.utils.files import Files
+from fsel.core.files import Files
 from fsel.workflow import inputs, reconstructors
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.reconstructors import Section

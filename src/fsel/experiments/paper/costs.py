@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.files import File, Files, read_table, write_table
+from fsel.core.problem import Problem
+from fsel.core.programs.outcome import FINISHED, Unfinished
+from fsel.core.split import Split
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
+from fsel.evaluation.summary import ALL_FRAMES
 from fsel.experiments import specs
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.experiments.studies.selection_time import descriptor_seconds, select_once, timed
 from fsel.metrics import Metrics
-from fsel.report.summary import ALL_FRAMES
-from fsel.utils.files import File, Files, read_table, write_table
-from fsel.utils.programs.outcome import FINISHED, Unfinished
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size

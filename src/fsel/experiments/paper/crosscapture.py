@@ -7,20 +7,20 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fsel.data.capture import Capture
-from fsel.data.geometry import pose_distance
-from fsel.data.split import Split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, write_text
+from fsel.core.geometry import pose_distance
+from fsel.core.seeds import name_seed
+from fsel.core.split import Split
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import plain_table
 from fsel.evaluation.measuring import Chance, Run
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.sweep import LABELS, LEARNED
 from fsel.experiments import scheme, specs
 from fsel.experiments.cells import cells_of, led_rows, with_leads
 from fsel.experiments.specs import Scenes
 from fsel.metrics import Metrics, headings
-from fsel.report.captions import made_by
-from fsel.report.latex import plain_table
-from fsel.report.numbers import write_csv
-from fsel.report.sweep import LABELS, LEARNED
-from fsel.utils.files import File, Files, write_text
-from fsel.utils.seeds import name_seed
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 

@@ -10,16 +10,16 @@ from tempfile import TemporaryDirectory
 
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.subsets import evenly
+from fsel.captures.poses import sfm
+from fsel.captures.read import read_folder
+from fsel.core.capture import Capture
+from fsel.core.files import File, write_table
+from fsel.core.subsets import evenly
 from fsel.experiments import specs
 from fsel.experiments.paper.pose_errors import pose_errors
 from fsel.experiments.specs import Values
-from fsel.ingest import sfm
-from fsel.ingest.read import read_folder
 from fsel.stages.describe import describe
 from fsel.stages.generate import generate
-from fsel.utils.files import File, write_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import refuse
@@ -54,7 +54,7 @@ def estimate_poses(
         matching_side: longer side in pixels of the images matched.
         long_side: of the images stored.
         at_least: frames that the experiment needs.
-        reading: further keywords of `fsel.ingest.read.read_folder`.
+        reading: further keywords of `fsel.captures.read.read_folder`.
 
     Raises:
         ValueError: when COLMAP places fewer frames than are needed.

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from fsel.core.files import File, Files, read_table, write_text
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import MISSING, difference, number, plain_table
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.sweep import named, of_scenes, sweep_cells
 from fsel.experiments import scheme, specs
 from fsel.experiments.cells import GAP, against
 from fsel.experiments.specs import Scenes, Values
-from fsel.report.captions import made_by
-from fsel.report.latex import MISSING, difference, number, plain_table
-from fsel.report.numbers import write_csv
-from fsel.report.sweep import named, of_scenes, sweep_cells
-from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from fsel.core.files import File, Files, read_table, write_text
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import MISSING, dataset_table, difference
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import ALL_FRAMES, differences, seed_spread, summarise
+from fsel.evaluation.sweep import BASELINES, named, sweep_cells
 from fsel.experiments import specs
-from fsel.report.captions import made_by
-from fsel.report.latex import MISSING, dataset_table, difference
-from fsel.report.numbers import write_csv
-from fsel.report.summary import ALL_FRAMES, differences, seed_spread, summarise
-from fsel.report.sweep import BASELINES, named, sweep_cells
-from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow.tables import Table
 
 LEARNED, UNTRAINED = "less_is_more", "untrained"

@@ -8,21 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import Split, evaluation_split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, write_text
+from fsel.core.problem import Problem
+from fsel.core.split import Split, evaluation_split
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import plain_table, tex
 from fsel.evaluation.measuring import draw_chance
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.sweep import LABELS
 from fsel.experiments import scheme, specs
 from fsel.experiments.cells import cells_of, led_rows, with_leads
 from fsel.experiments.paper.crosscapture import BASELINES
 from fsel.experiments.specs import Scenes
 from fsel.metrics import Metrics, headings, inside
-from fsel.report.captions import made_by
-from fsel.report.latex import plain_table, tex
-from fsel.report.numbers import write_csv
-from fsel.report.sweep import LABELS
-from fsel.request.focus import from_capture
-from fsel.utils.files import File, Files, write_text
+from fsel.selection.focus import from_capture
 from fsel.workflow import inputs
 
 UNTRAINED = (*BASELINES, "nearest")

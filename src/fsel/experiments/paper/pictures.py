@@ -7,22 +7,22 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from fsel.baselines import METHODS, PAPER
-from fsel.data.capture import Capture
-from fsel.data.subsets import evenly
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files
+from fsel.core.subsets import evenly
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.plan import plan_positions
+from fsel.evaluation.views import Shown, draw
 from fsel.experiments import specs
 from fsel.experiments.paper.estimate_poses import filming
 from fsel.experiments.specs import Values
 from fsel.experiments.studies.footprint import fit_and_render
 from fsel.metrics import METRICS, score_views
 from fsel.reconstruct import needs_gpu, reconstructor_of
-from fsel.report.numbers import write_csv
-from fsel.report.plan import plan_positions
-from fsel.report.views import Shown, draw
-from fsel.request.frames import frames_of
-from fsel.selector.policies import POLICIES
+from fsel.selection.frames import frames_of
+from fsel.selectors.baselines import METHODS, PAPER
+from fsel.selectors.policies import POLICIES
 from fsel.stages.ingest import ingest
-from fsel.utils.files import File, Files
 from fsel.workflow import inputs, reconstructors
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.reconstructors import Section

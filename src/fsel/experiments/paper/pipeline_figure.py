@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.split import Split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, read_table
+from fsel.core.split import Split
+from fsel.evaluation import curves
+from fsel.evaluation.captions import note
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.plan import plan_positions
 from fsel.experiments.specs import Values
-from fsel.report import curves
-from fsel.report.captions import note
-from fsel.report.numbers import write_csv
-from fsel.report.plan import plan_positions
 from fsel.training.search import fittest_so_far
-from fsel.utils.files import File, Files, read_table
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size

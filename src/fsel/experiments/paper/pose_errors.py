@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.data.geometry import camera_centers
+from fsel.core.geometry import camera_centers
 
 
 def scene_size(world_to_camera: np.ndarray) -> float:
@@ -61,7 +61,9 @@ def pose_errors(estimated: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, n
     Raises:
         ValueError: when no similarity is fixed by the centres.
     """
-    from fsel.colmap.bindings import pycolmap  # here: selecting from noisy poses does not need it
+    from fsel.captures.colmap.bindings import (
+        pycolmap,  # here: selecting from noisy poses does not need it
+    )
 
     centers, wanted = camera_centers(estimated), camera_centers(given)
     fit = pycolmap.estimate_sim3d(centers, wanted)

@@ -10,19 +10,19 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
-from fsel.colmap.estimator import source_of
+from fsel.captures.colmap.estimator import source_of
+from fsel.captures.read import read_folder
+from fsel.core.files import File, Files, write_text
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import difference, number, plain_table, tex
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import differences, summarise
 from fsel.experiments import scheme, specs
 from fsel.experiments.cells import cells_of
 from fsel.experiments.paper import estimate_poses, pose_trials
 from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT
 from fsel.experiments.specs import Scenes, Values
-from fsel.ingest.read import read_folder
 from fsel.metrics import Metrics, headings
-from fsel.report.captions import made_by
-from fsel.report.latex import difference, number, plain_table, tex
-from fsel.report.numbers import write_csv
-from fsel.report.summary import differences, summarise
-from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
@@ -53,11 +53,11 @@ def pair_poses(
 
     Args:
         given_folder, estimated_folder: receive the captures: the dataset's poses, the other ones.
-        poses: the other source, as `fsel.ingest.read.read_folder` takes it.
+        poses: the other source, as `fsel.captures.read.read_folder` takes it.
         model: folder of a COLMAP model inside the source, for `poses="file"`.
         long_side: of the images stored, pixels.
         at_least: frames that the experiment needs.
-        reading: further keywords of `fsel.ingest.read.read_folder`.
+        reading: further keywords of `fsel.captures.read.read_folder`.
 
     Raises:
         ValueError: when both place too few frames.

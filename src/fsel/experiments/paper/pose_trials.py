@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsel.baselines import FURTHER, PAPER
-from fsel.data.capture import Capture
-from fsel.data.split import Split, evaluation_split
+from fsel.core.capture import Capture
+from fsel.core.split import Split, evaluation_split
 from fsel.evaluation.measuring import draw_chance
 from fsel.experiments import specs
 from fsel.experiments.paper.pose_errors import perturbed
 from fsel.experiments.scheme import Trial, Trials
 from fsel.experiments.specs import Values
 from fsel.metrics import METRICS
+from fsel.selectors.baselines import FURTHER, PAPER
 from fsel.workflow.experiment import Experiment
 
 SELECTORS = {**PAPER, **FURTHER}

@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from fsel.core.files import File, Files, read_table, write_text
+from fsel.evaluation import curves
+from fsel.evaluation.captions import made_by, note
+from fsel.evaluation.latex import difference, number, plain_table
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import summarise
+from fsel.evaluation.sweep import LABELS, PLAIN, of_scenes
 from fsel.experiments.paper import estimate_poses, pose_trials
 from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT, SELECTOR
 from fsel.experiments.specs import Scenes, Values
-from fsel.report import curves
-from fsel.report.captions import made_by, note
-from fsel.report.latex import difference, number, plain_table
-from fsel.report.numbers import write_csv
-from fsel.report.summary import summarise
-from fsel.report.sweep import LABELS, PLAIN, of_scenes
-from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table

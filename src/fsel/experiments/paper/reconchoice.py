@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from fsel.data.split import Split
+from fsel.core.files import File, Files, read_table, write_table, write_text
+from fsel.core.split import Split
+from fsel.evaluation.captions import captures_of, printed
+from fsel.evaluation.latex import number, plain_table, tex
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import ALL_FRAMES
 from fsel.experiments import specs
 from fsel.experiments.paper import compared
 from fsel.experiments.paper.costs import UNITS, cost_means, costs_alone
 from fsel.metrics import Metrics, headings, units
-from fsel.report.captions import captures_of, printed
-from fsel.report.latex import number, plain_table, tex
-from fsel.report.numbers import write_csv
-from fsel.report.summary import ALL_FRAMES
-from fsel.utils.files import File, Files, read_table, write_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size

@@ -9,19 +9,19 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, read_table, write_text
+from fsel.core.problem import Problem
+from fsel.core.split import Split
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import MISSING, number, plain_table
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import ALL_FRAMES, differences, summarise
+from fsel.evaluation.sweep import named, sweep_cells
 from fsel.experiments import scheme, specs
 from fsel.experiments.cells import cells_of
 from fsel.experiments.paper.costs import MEASURED, cost_means
 from fsel.experiments.specs import Scenes, Values
-from fsel.report.captions import made_by
-from fsel.report.latex import MISSING, number, plain_table
-from fsel.report.numbers import write_csv
-from fsel.report.summary import ALL_FRAMES, differences, summarise
-from fsel.report.sweep import named, sweep_cells
-from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table

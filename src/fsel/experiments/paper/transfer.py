@@ -7,17 +7,17 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from fsel.core.files import File, Files, write_text
+from fsel.evaluation.captions import captures_of, printed
+from fsel.evaluation.latex import difference, number, plain_table
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import OUTCOME, summarise
+from fsel.evaluation.summary import differences as paired
+from fsel.evaluation.sweep import LABELS, named, sweep_cells
 from fsel.experiments.paper import compared, crosscapture
 from fsel.experiments.specs import Values
 from fsel.metrics import Metrics, headings
-from fsel.report.captions import captures_of, printed
-from fsel.report.latex import difference, number, plain_table
-from fsel.report.numbers import write_csv
-from fsel.report.summary import OUTCOME, summarise
-from fsel.report.summary import differences as paired
-from fsel.report.sweep import LABELS, named, sweep_cells
 from fsel.stages.evaluate import evaluate
-from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size

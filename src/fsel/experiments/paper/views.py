@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, read_table
+from fsel.evaluation.captions import note
 from fsel.experiments import specs
 from fsel.experiments.paper import crosscapture, pictures
 from fsel.experiments.paper.pictures import draw_views
 from fsel.experiments.specs import Values
-from fsel.report.captions import note
-from fsel.request.frames import frames_of
-from fsel.utils.files import File, Files, read_table
+from fsel.selection.frames import frames_of
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Job, Table

@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from fsel.baselines.nearest import nearest
-from fsel.data.capture import Capture, Views
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.capture import Capture, Views
+from fsel.core.files import Files
+from fsel.core.problem import Problem
+from fsel.core.split import Split
 from fsel.experiments.studies.true_depth import true_depth
 from fsel.metrics import score_views
 from fsel.reconstruct import RECONSTRUCTORS, Model
 from fsel.reconstruct.splats import SplatModel
-from fsel.utils.files import Files
+from fsel.selectors.baselines.nearest import nearest
 
 REPEATS = 3  # the least of three times: other work on the machine only adds
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fsel.data.capture import Capture, Views
-from fsel.data.geometry import camera_centers, moved_aside, pixel_rays
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import camera_centers, moved_aside, pixel_rays
 from fsel.experiments.studies.true_depth import recording_of
-from fsel.synthesis.caster import Caster
-from fsel.synthesis.sensor import GAMMA, to_world
+from fsel.synthetic.caster import Caster
+from fsel.synthetic.sensor import GAMMA, to_world
 
 ASIDE = 0.12  # of the cameras' reach: standard deviation of a view's shift along each axis
 TURN = 7.0  # degrees: of its turn about each axis

@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.split import Split, coverage_split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, read_table, write_table, write_text
+from fsel.core.split import Split, coverage_split
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import plain_table, tex
 from fsel.evaluation.measuring import chance
+from fsel.evaluation.numbers import write_csv
 from fsel.experiments import scheme, specs
 from fsel.experiments.specs import Scenes, Values
 from fsel.experiments.studies import budget_curves
 from fsel.experiments.studies.bench import Bench, measure_cold
-from fsel.report.captions import made_by
-from fsel.report.latex import plain_table, tex
-from fsel.report.numbers import write_csv
-from fsel.request.budget import Auto, find, view_shift
-from fsel.utils.files import File, Files, read_table, write_table, write_text
+from fsel.selection.budget import Auto, find, view_shift
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size
@@ -107,7 +107,7 @@ def kept_of(
         trial: the request.
         frames: all observed ones, in the order that they are picked.
         rules: the budgets to find.
-        worth: see `fsel.request.budget.predicted`.
+        worth: see `fsel.selection.budget.predicted`.
         size: (width, height) of the images that are reconstructed from.
     """
     pool = np.sort(frames)

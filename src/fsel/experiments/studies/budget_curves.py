@@ -1,4 +1,4 @@
-"""Fit what `fsel.request.budget` predicts, to reconstructions of training scenes."""
+"""Fit what `fsel.selection.budget` predicts, to reconstructions of training scenes."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.split import coverage_split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, read_table, write_text
+from fsel.core.split import coverage_split
 from fsel.evaluation.measuring import chance
 from fsel.experiments import scheme, specs
 from fsel.experiments.specs import Scenes, Values
-from fsel.request.budget import shifts, view_shift
-from fsel.utils.files import File, Files, read_table, write_text
+from fsel.selection.budget import shifts, view_shift
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Job
@@ -52,7 +52,7 @@ def curves(capture: Capture, picks: pd.DataFrame, evaluation: pd.DataFrame) -> p
         picks, evaluation: what the jobs of `TRIALS` wrote of it.
 
     Returns:
-        coverage, repeat, k, psnr, and the mean shifts of `fsel.request.budget.shifts`.
+        coverage, repeat, k, psnr, and the mean shifts of `fsel.selection.budget.shifts`.
     """
     tables = []
     for request, part in evaluation.groupby(REQUEST, sort=False):

@@ -9,22 +9,22 @@ from typing import cast
 
 import pandas as pd
 
-from fsel.baselines import METHODS, PAPER
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, write_text
+from fsel.core.problem import Problem
+from fsel.core.split import Split
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import difference, number, plain_table
 from fsel.evaluation.measuring import Run, chance, runs
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.summary import differences, summarise
+from fsel.evaluation.sweep import LABELS
 from fsel.experiments import scheme, specs
 from fsel.experiments.cells import cells_of
 from fsel.experiments.specs import Scenes
 from fsel.metrics import METRICS
-from fsel.report.captions import made_by
-from fsel.report.latex import difference, number, plain_table
-from fsel.report.numbers import write_csv
-from fsel.report.summary import differences, summarise
-from fsel.report.sweep import LABELS
-from fsel.selector.policies import POLICIES, Learned
-from fsel.utils.files import File, Files, write_text
+from fsel.selectors.baselines import METHODS, PAPER
+from fsel.selectors.policies import POLICIES, Learned
 
 OURS = POLICIES["less_is_more"]
 SETTINGS = {

@@ -10,7 +10,10 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, write_text
+from fsel.evaluation.latex import MISSING, plain_table
+from fsel.evaluation.numbers import write_csv
 from fsel.experiments import specs
 from fsel.experiments.studies.bench import (
     Bench,
@@ -23,9 +26,6 @@ from fsel.experiments.studies.selection_time import descriptor_seconds, timed
 from fsel.features.appearance import descriptors
 from fsel.reconstruct.splats import SplatSettings
 from fsel.reconstruct.splats.culling import seen_by
-from fsel.report.latex import MISSING, plain_table
-from fsel.report.numbers import write_csv
-from fsel.utils.files import File, Files, write_text
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table

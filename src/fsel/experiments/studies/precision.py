@@ -16,24 +16,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Views
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.capture import Views
+from fsel.core.files import File, Files, read_table, write_text
+from fsel.core.problem import Problem
+from fsel.core.split import Split
+from fsel.evaluation.captions import made_by
 from fsel.evaluation.evaluator import Evaluator, evaluators
+from fsel.evaluation.latex import MISSING, plain_table, tex
 from fsel.evaluation.measuring import measured
+from fsel.evaluation.numbers import write_csv
 from fsel.experiments import specs
 from fsel.experiments.specs import Values
 from fsel.experiments.studies.hard_cases import CASES
 from fsel.experiments.studies.hard_cases.case import on_frames
 from fsel.experiments.studies.selection_time import timed
-from fsel.report.captions import made_by
-from fsel.report.latex import MISSING, plain_table, tex
-from fsel.report.numbers import write_csv
-from fsel.selector import plain
-from fsel.selector.greedy import Prepared, greedy
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Network, Scorer
-from fsel.utils.files import File, Files, read_table, write_text
+from fsel.selectors import plain
+from fsel.selectors.greedy import Prepared, greedy
+from fsel.selectors.policies import POLICIES
+from fsel.selectors.scorer import Network, Scorer
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size

@@ -13,20 +13,20 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation, Slerp
 
-from fsel.baselines import METHODS
-from fsel.data.capture import Capture
-from fsel.data.geometry import poses_at
-from fsel.data.points import SparsePoints
-from fsel.data.problem import Problem
-from fsel.data.split import evaluation_split
+from fsel.captures.images.sharpness import sharpness
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, write_text
+from fsel.core.geometry import poses_at
+from fsel.core.points import SparsePoints
+from fsel.core.problem import Problem
+from fsel.core.split import evaluation_split
+from fsel.evaluation.latex import plain_table, tex
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.sweep import BASELINES, LABELS
 from fsel.experiments.specs import Values
 from fsel.features.appearance import descriptors
-from fsel.images.sharpness import sharpness
-from fsel.report.latex import plain_table, tex
-from fsel.report.numbers import write_csv
-from fsel.report.sweep import BASELINES, LABELS
-from fsel.utils.files import File, Files, write_text
+from fsel.selectors.baselines import METHODS
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.resources import Size

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from fsel.core.files import File, Files, read_table, write_text
+from fsel.evaluation import speed
+from fsel.evaluation.latex import MISSING, plain_table
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.sweep import LABELS, PLAIN, named, sweep_cells
 from fsel.experiments.specs import Values
 from fsel.experiments.studies import speed_settings
-from fsel.report import speed
-from fsel.report.latex import MISSING, plain_table
-from fsel.report.numbers import write_csv
-from fsel.report.sweep import LABELS, PLAIN, named, sweep_cells
-from fsel.selector.policies import POLICIES
+from fsel.selectors.policies import POLICIES
 from fsel.training.search import fittest_so_far
-from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow import inputs
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.tables import Table

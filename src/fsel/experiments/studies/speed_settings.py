@@ -8,6 +8,8 @@ from dataclasses import asdict
 
 import pandas as pd
 
+from fsel.core.files import File, Files
+from fsel.evaluation.numbers import write_csv
 from fsel.experiments import specs
 from fsel.experiments.studies.bench import (
     benches,
@@ -17,8 +19,6 @@ from fsel.experiments.studies.bench import (
     measure_splats,
 )
 from fsel.reconstruct.splats import SplatSettings
-from fsel.report.numbers import write_csv
-from fsel.utils.files import File, Files
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job
 

@@ -7,10 +7,10 @@ from dataclasses import asdict
 
 import pandas as pd
 
+from fsel.core.files import File, write_text
+from fsel.evaluation.latex import plain_table, tex
+from fsel.evaluation.numbers import write_csv
 from fsel.experiments.studies.hard_cases import CASES, observe
-from fsel.report.latex import plain_table, tex
-from fsel.report.numbers import write_csv
-from fsel.utils.files import File, write_text
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table

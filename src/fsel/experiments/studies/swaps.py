@@ -9,15 +9,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from fsel.data.problem import Problem
+from fsel.core.files import File, Files, read_table, write_table
+from fsel.core.problem import Problem
+from fsel.evaluation import curves
+from fsel.evaluation.captions import captures_of
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.statistics import of_places
 from fsel.experiments import scheme, specs
 from fsel.reconstruct import reconstructor_of
-from fsel.report import curves
-from fsel.report.captions import captures_of
-from fsel.report.numbers import write_csv
-from fsel.report.statistics import of_places
-from fsel.request.swaps import problem_swaps, scoring
-from fsel.utils.files import File, Files, read_table, write_table
+from fsel.selection.swaps import problem_swaps, scoring
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Job, Table

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.geometry import camera_centers, pixel_rays
-from fsel.synthesis.caster import Caster
-from fsel.synthesis.record import clear_shot
-from fsel.synthesis.sensor import exact_depth
+from fsel.core.capture import Capture
+from fsel.core.geometry import camera_centers, pixel_rays
+from fsel.synthetic.caster import Caster
+from fsel.synthetic.record import clear_shot
+from fsel.synthetic.sensor import exact_depth
 
 MISPLACED = 0.01  # of the cameras' spread, beyond which a capture is of another recording
 

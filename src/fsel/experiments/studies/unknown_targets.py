@@ -10,23 +10,23 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from fsel.data.capture import Capture
-from fsel.data.problem import Problem
-from fsel.data.split import Split
+from fsel.core.capture import Capture
+from fsel.core.files import File, Files, read_table, write_text
+from fsel.core.problem import Problem
+from fsel.core.split import Split
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.figures import TEXT, new_figure, save, shared_legend, style
+from fsel.evaluation.latex import plain_table
 from fsel.evaluation.measuring import SELECTION, Run, draw_chance, runs
 from fsel.evaluation.methods import METHODS
+from fsel.evaluation.numbers import write_csv
+from fsel.evaluation.statistics import of_places
+from fsel.evaluation.sweep import place_of
 from fsel.experiments import scheme, specs
 from fsel.experiments.specs import Scenes
 from fsel.experiments.studies.beside import views_beside
-from fsel.report.captions import made_by
-from fsel.report.figures import TEXT, new_figure, save, shared_legend, style
-from fsel.report.latex import plain_table
-from fsel.report.numbers import write_csv
-from fsel.report.statistics import of_places
-from fsel.report.sweep import place_of
-from fsel.request.problem import request_problem
-from fsel.request.targets import targets_of
-from fsel.utils.files import File, Files, read_table, write_text
+from fsel.selection.problem import request_problem
+from fsel.selection.targets import targets_of
 from fsel.workflow import inputs
 
 EVERY = 8  # one frame in so many is held out, as in the common protocol

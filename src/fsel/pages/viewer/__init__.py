@@ -10,15 +10,15 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.geometry import upwards
-from fsel.data.points import SparsePoints
-from fsel.data.subsets import evenly
+from fsel.core.capture import Capture
+from fsel.core.geometry import upwards
+from fsel.core.points import SparsePoints
+from fsel.core.subsets import evenly
 from fsel.pages.shell import data, head, source
 from fsel.pages.viewer.bundle import WEB, script
 from fsel.reconstruct import ply
 from fsel.reconstruct.gaussians.render import NEAREST
-from fsel.request.paths import attention
+from fsel.selection.paths import attention
 
 STATES = {  # colours of the report
     "pick": {"colour": "#d55e00", "label": "picked"},

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Views
+from fsel.core.capture import Views
+from fsel.core.keywords import settings_from
 from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.external import folder
 from fsel.reconstruct.external.serving import Served, ServedModel
 from fsel.reconstruct.external.settings import ExternalSettings
 from fsel.reconstruct.external.worker import shared
 from fsel.reconstruct.subset import distinct, restricted
-from fsel.utils.keywords import settings_from
 
 __all__ = ["External", "ExternalModel", "ExternalSettings"]
 

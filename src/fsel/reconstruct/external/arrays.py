@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views
+from fsel.core.capture import Capture, Views
 
 POINTS = ("xyz", "rgb", "track_point", "track_frame")
 

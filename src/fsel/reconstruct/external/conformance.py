@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
+from fsel.core.programs.outcome import Unfinished
 from fsel.reconstruct.external.serving import Served, ServedModel
 from fsel.reconstruct.external.settings import ExternalSettings
 from fsel.reconstruct.external.worker import GRACE, Worker
-from fsel.utils.programs.outcome import Unfinished
 
 SCHEMA = Path(__file__).with_name("worker.schema.json")
 FRAMES, SIZE, OTHER_SIZE = 16, (64, 48), (40, 56)

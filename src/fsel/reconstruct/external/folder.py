@@ -21,12 +21,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.colmap.bindings import pycolmap
-from fsel.colmap.model import build_model, write_capture_model
-from fsel.data.capture import Capture, Views
-from fsel.data.geometry import invert_pose
-from fsel.data.points import NO_POINTS, grouped_rows
-from fsel.utils.programs.outcome import MISSING, SIZE, Unfinished
+from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.model import build_model, write_capture_model
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import invert_pose
+from fsel.core.points import NO_POINTS, grouped_rows
+from fsel.core.programs.outcome import MISSING, SIZE, Unfinished
 
 RENDERINGS, CLOUD = "renderings", "sparse_pc.ply"
 OPENGL = np.diag([1.0, -1, -1, 1])

@@ -10,12 +10,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views
+from fsel.core.capture import Capture, Views
+from fsel.core.programs.outcome import MISSING, Unfinished
 from fsel.reconstruct.external import folder as files
 from fsel.reconstruct.external.arrays import Arrays
 from fsel.reconstruct.external.worker import Lost, Worker
 from fsel.reconstruct.subset import distinct, restricted
-from fsel.utils.programs.outcome import MISSING, Unfinished
 
 Result = TypeVar("Result")
 

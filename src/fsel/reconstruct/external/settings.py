@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from fsel.utils.programs.settings import Program, check_folder, words_of
+from fsel.core.programs.settings import Program, check_folder, words_of
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from fsel.core.programs import command
+from fsel.core.programs.nvml import Watch
+from fsel.core.programs.outcome import FAILED, TIMEOUT, Unfinished
 from fsel.reconstruct.external.settings import ExternalSettings
-from fsel.utils.programs import command
-from fsel.utils.programs.nvml import Watch
-from fsel.utils.programs.outcome import FAILED, TIMEOUT, Unfinished
 
 PROTOCOL = 1
 HELPER = Path(__file__).parent / "helper"  # goes on the program's path

@@ -11,6 +11,7 @@ import time
 
 import numpy as np
 
+from fsel.core.programs.outcome import FAILED, Unfinished
 from fsel.reconstruct import gpu
 from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.feed_forward import loading
@@ -18,7 +19,6 @@ from fsel.reconstruct.feed_forward.model import FeedForwardModel, frame_for, inp
 from fsel.reconstruct.feed_forward.settings import FeedForwardSettings
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.subset import distinct, restricted
-from fsel.utils.programs.outcome import FAILED, Unfinished
 
 __all__ = ["FeedForward", "FeedForwardModel", "FeedForwardSettings"]
 

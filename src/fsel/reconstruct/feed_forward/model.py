@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views
-from fsel.data.geometry import invert_pose
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import invert_pose
 from fsel.reconstruct import gpu
 from fsel.reconstruct.bound import Fitted
 from fsel.reconstruct.feed_forward.loading import package

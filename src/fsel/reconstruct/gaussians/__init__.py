@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.reconstruct import gpu
 from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.gaussians import initial

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from fsel.data.capture import Views
+from fsel.core.capture import Views
 from fsel.reconstruct import gpu
 from fsel.reconstruct.gaussians import densify, optimiser
 from fsel.reconstruct.gaussians.model import GaussianModel

@@ -8,7 +8,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from fsel.utils.compiled import EXACT
+from fsel.core.compiled import EXACT
 
 # 2^f for f from -1/2 to 1/2, to 8e-8 of the value
 POWERS = (1.00000007, 0.69314695, 0.24022122, 0.05550743, 0.00967546, 0.0013267)

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from fsel.core.compiled import inlined, reordered
 from fsel.reconstruct.gaussians.harmonics import basis, slope
 from fsel.reconstruct.gaussians.projection import (
     RED,
@@ -24,7 +25,6 @@ from fsel.reconstruct.gaussians.projection import (
     tilts,
 )
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT
-from fsel.utils.compiled import inlined, reordered
 
 LANES = 32  # Gaussians of a block
 # numbers of a Gaussian in a block: position in the camera's axes, quaternion, standard deviations,

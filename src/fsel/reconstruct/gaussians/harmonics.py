@@ -5,7 +5,7 @@ Training and `.ply` files stop at degree two and three; published feed-forward m
 
 from __future__ import annotations
 
-from fsel.utils.compiled import reordered
+from fsel.core.compiled import reordered
 
 C0 = 0.28209479177387814  # sqrt(1 / (4 pi))
 C1 = 0.4886025119029199  # sqrt(3 / (4 pi))

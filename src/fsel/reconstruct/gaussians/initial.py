@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.reconstruct.gaussians.harmonics import C0
 from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
 from fsel.reconstruct.normalisation import Frame

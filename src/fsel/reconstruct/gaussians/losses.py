@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.utils.compiled import reordered
+from fsel.core.compiled import reordered
 
 SSIM_SHARE = 0.2
 REACH = 5  # pixels of the window on each side

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.data.capture import Views
+from fsel.core.capture import Views
 from fsel.reconstruct import ply
 from fsel.reconstruct.bound import Fitted
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsel.utils.wording import counted
+from fsel.core.wording import counted
 
 
 @dataclass(frozen=True)

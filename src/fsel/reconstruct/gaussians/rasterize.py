@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
+from fsel.core.compiled import exact, reordered
 from fsel.reconstruct.gaussians.exponential import exponential
 from fsel.reconstruct.gaussians.projection import LEAST_ALPHA, PEAK, RED, XX, XY, YY, U, V
 from fsel.reconstruct.gaussians.tiles import TILE
-from fsel.utils.compiled import exact, reordered
 
 PIXELS = TILE * TILE
 LARGEST_ALPHA = 0.99

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.core.compiled import exact, inlined
 from fsel.reconstruct.gaussians.projection import HALF_X, HALF_Y, LEAN, RANGE, XX, XY, YY, U, V
-from fsel.utils.compiled import exact, inlined
 
 TILE = 8  # pixels
 SLACK = 0.01  # pixels by which spans are widened: a pair too many costs time, one too few an error

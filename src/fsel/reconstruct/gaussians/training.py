@@ -8,7 +8,7 @@ from typing import NamedTuple, SupportsFloat
 
 import numpy as np
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.reconstruct.gaussians import densify, losses, optimiser
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of
 from fsel.reconstruct.gaussians.settings import GaussianSettings

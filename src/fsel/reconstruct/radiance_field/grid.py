@@ -8,9 +8,9 @@ from itertools import product
 import numpy as np
 import scipy.ndimage
 
+from fsel.core.compiled import exact
 from fsel.reconstruct.radiance_field.rays import width_of
 from fsel.reconstruct.radiance_field.space import HALF_SIDE
-from fsel.utils.compiled import exact
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.data.capture import Views
-from fsel.data.geometry import pixel_rays
+from fsel.core.capture import Views
+from fsel.core.geometry import pixel_rays
 from fsel.reconstruct.bound import Fitted
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid

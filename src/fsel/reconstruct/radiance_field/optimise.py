@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fsel.utils.compiled import exact
+from fsel.core.compiled import exact
 
 BETAS = (0.9, 0.99)
 TINY = 1e-10  # beside the root of the second moment

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from fsel.core.compiled import exact
 from fsel.reconstruct.radiance_field.rays import (
     OPAQUE,
     backpropagate,
@@ -17,7 +18,6 @@ from fsel.reconstruct.radiance_field.rays import (
     width_of,
 )
 from fsel.reconstruct.radiance_field.space import HALF_SIDE
-from fsel.utils.compiled import exact
 
 MIDDLE = 0.5  # share of a step before the first sample, where it is not drawn
 

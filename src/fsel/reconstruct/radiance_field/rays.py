@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
+from fsel.core.compiled import exact
 from fsel.reconstruct.lanes import LANES, blend, scatter
 from fsel.reconstruct.radiance_field.space import HALF_SIDE, pace, shrink
-from fsel.utils.compiled import exact
 
 MARGIN = 0.25  # cells before the wall of the cube, at which a ray ends: the wall is at infinity
 OPAQUE = 1e-4  # transmittance at which a ray ends

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.memory import Peak
 from fsel.reconstruct.normalisation import Frame

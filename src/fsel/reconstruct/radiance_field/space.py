@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from fsel.utils.compiled import exact
+from fsel.core.compiled import exact
 
 HALF_SIDE = 2.0  # of the cube that all of space is contracted into
 

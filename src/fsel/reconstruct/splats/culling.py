@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsel.data.capture import Views
+from fsel.core.capture import Views
 from fsel.reconstruct.splats import SplatModel
 
 MARGIN = 2.0  # pixels: the renderer's footprints and depth pass reach one beyond the image

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.geometry import pixel_centers
+from fsel.core.capture import Capture
+from fsel.core.geometry import pixel_centers
 from fsel.reconstruct.splats import stereo
 
 FRAME_BYTES = 1 << 28  # of frames that are kept: 1,500 at 64x48

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsel.utils.compiled import exact
+from fsel.core.compiled import exact
 
 F, INT = np.float32, np.int32
 U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check

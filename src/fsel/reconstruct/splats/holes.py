@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.utils.compiled import exact
+from fsel.core.compiled import exact
 
 F, INT = np.float32, np.int32
 

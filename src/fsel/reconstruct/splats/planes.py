@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.geometry import centered
-from fsel.data.points import grouped_rows
+from fsel.core.capture import Capture
+from fsel.core.geometry import centered
+from fsel.core.points import grouped_rows
 
 LOOK_ANGLE = 8.0  # parallax at which stereo works best, degrees
 LOOK_SPREAD = (4.0, 12.0)  # width of that preference below and above it, degrees

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views
-from fsel.data.geometry import invert_pose
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import invert_pose
 from fsel.reconstruct import ply
 from fsel.reconstruct.bound import Bound, Fitted
 from fsel.reconstruct.memory import Peak

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsel.core.compiled import exact
 from fsel.reconstruct.lanes import add_scaled
 from fsel.reconstruct.splats.holes import fill_holes, typical_weight
-from fsel.utils.compiled import exact
 
 F, INT = np.float32, np.int32
 U, U32 = np.uint64, np.uint32  # unsigned indices: no wrapping to check

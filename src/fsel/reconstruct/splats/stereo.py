@@ -10,7 +10,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from fsel.utils.compiled import exact
+from fsel.core.compiled import exact
 
 F, S, INT = np.float32, np.int16, np.int32
 U = np.uint64

@@ -8,7 +8,7 @@ from selection_problems import permuted, random_problem
 
 from fsel.experiments.paper.ablation.extras import EXTRAS, Relations, over_step, relations
 from fsel.features.columns import FEATURES
-from fsel.selector.policies import POLICIES
+from fsel.selectors.policies import POLICIES
 
 
 def by_hand(**changes):

@@ -8,10 +8,10 @@ from fsel.experiments.paper.ablation.extras import EXTRAS, over_step, relations
 from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.features.columns import FEATURES
-from fsel.selector.greedy import greedy
-from fsel.selector.policies import POLICIES
-from fsel.selector.rollout import Rollout, follow, pick
-from fsel.selector.scorer import Network
+from fsel.selectors.greedy import greedy
+from fsel.selectors.policies import POLICIES
+from fsel.selectors.rollout import Rollout, follow, pick
+from fsel.selectors.scorer import Network
 
 PICKS = np.array([5, 0, 11, 7])
 

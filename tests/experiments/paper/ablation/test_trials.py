@@ -10,7 +10,7 @@ import pytest
 import yaml
 from described_scene import filmed
 
-from fsel.data.split import Split, coverage_split
+from fsel.core.split import Split, coverage_split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.experiments.cells import cells_of
 from fsel.experiments.paper.ablation import cases

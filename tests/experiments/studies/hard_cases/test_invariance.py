@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from selection_problems import permuted, random_problem
 
-from fsel.baselines import METHODS
 from fsel.experiments.studies.hard_cases.worlds import moved, random_weights
-from fsel.selector import plain, pretrained
-from fsel.selector.greedy import greedy
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Network
+from fsel.selectors import plain, pretrained
+from fsel.selectors.baselines import METHODS
+from fsel.selectors.greedy import greedy
+from fsel.selectors.policies import POLICIES
+from fsel.selectors.scorer import Network
 
 K = 12
 SCORERS = {
@@ -64,13 +64,13 @@ def test_nor_the_order_of_frames(loop, policy, seed):
 
 PROGRAM = """
 import numpy as np
-from fsel.baselines import METHODS
-from fsel.selector.policies import POLICIES
-from fsel.data.problem import checked_select
-from fsel.selector.greedy import greedy
+from fsel.selectors.baselines import METHODS
+from fsel.selectors.policies import POLICIES
+from fsel.core.problem import checked_select
+from fsel.selectors.greedy import greedy
 from fsel.experiments.studies.hard_cases.worlds import random_weights, world
-from fsel.selector import pretrained
-from fsel.selector.scorer import Network
+from fsel.selectors import pretrained
+from fsel.selectors.scorer import Network
 
 problem = world(1200)
 for name, policy in POLICIES.items():

@@ -10,8 +10,8 @@ from fsel.experiments.studies.hard_cases import CASES, Case, Finding
 from fsel.experiments.studies.hard_cases.problems import UTM
 from fsel.experiments.studies.hard_cases.worlds import moved, random_weights, world
 from fsel.reconstruct.splats import Splats
-from fsel.selector import pretrained
-from fsel.selector.scorer import Network
+from fsel.selectors import pretrained
+from fsel.selectors.scorer import Network
 
 
 def raises():

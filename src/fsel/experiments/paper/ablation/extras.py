@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.data.geometry import lengths, pairwise_angles, pairwise_distances
-from fsel.data.problem import Problem
+from fsel.core.geometry import lengths, pairwise_angles, pairwise_distances
+from fsel.core.problem import Problem
 from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.columns import positions
-from fsel.selector.greedy import Prepared, standardise
+from fsel.selectors.greedy import Prepared, standardise
 
 
 @dataclass(frozen=True)

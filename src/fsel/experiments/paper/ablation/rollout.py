@@ -8,15 +8,15 @@ import numpy as np
 
 from fsel.experiments.paper.ablation.extras import Extra, Relations
 from fsel.features.columns import NAMES
-from fsel.selector.greedy import Prepared, standardise
-from fsel.selector.rollout import Rollout
+from fsel.selectors.greedy import Prepared, standardise
+from fsel.selectors.rollout import Rollout
 
 
 class PartialRollout(Rollout):
     """A `Rollout` on some features only.
 
     Args:
-        prepared: see `fsel.selector.policies.Policy.prepare`.
+        prepared: see `fsel.selectors.policies.Policy.prepare`.
         scene: relations of the same pool; read by `added` alone.
         shown: features whose inputs are not held at zero.
         added: three further features, or None.

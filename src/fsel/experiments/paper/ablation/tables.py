@@ -6,15 +6,15 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from fsel.core.files import File, Files, read_table, write_text
+from fsel.evaluation.captions import made_by
+from fsel.evaluation.latex import difference, plain_table, tex
+from fsel.evaluation.numbers import write_csv
 from fsel.experiments.cells import GAP, against, cells_of
 from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.extras import EXTRAS
 from fsel.experiments.specs import Scenes
 from fsel.features.columns import FEATURES
-from fsel.report.captions import made_by
-from fsel.report.latex import difference, plain_table, tex
-from fsel.report.numbers import write_csv
-from fsel.utils.files import File, Files, read_table, write_text
 from fsel.workflow.tables import Table
 
 OURS = "less_is_more"  # the scorer that others are compared with

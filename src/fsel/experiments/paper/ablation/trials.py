@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from fsel.data.problem import Problem
+from fsel.core.files import File, Files, read_table, write_table
+from fsel.core.problem import Problem
 from fsel.experiments.paper.ablation.extras import EXTRAS, Relations, relations
 from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
-from fsel.selector.greedy import Prepared
-from fsel.selector.policies import POLICIES
-from fsel.selector.rollout import follow, pick
-from fsel.utils.files import File, Files, read_table, write_table
+from fsel.selectors.greedy import Prepared
+from fsel.selectors.policies import POLICIES
+from fsel.selectors.rollout import follow, pick
 
 if TYPE_CHECKING:
     import torch  # a third of the time of a short job

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fsel.data.capture import Capture
+from fsel.core.capture import Capture
 from fsel.evaluation.evaluator import Evaluator, evaluators
 
 if TYPE_CHECKING:
-    from fsel.data.problem import Problem
+    from fsel.core.problem import Problem
 
 
 @dataclass(frozen=True)

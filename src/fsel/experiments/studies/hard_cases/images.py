@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
+from fsel.captures.images.sharpness import sharpness
 from fsel.experiments.studies.hard_cases.case import Case, Finding, finite
 from fsel.features.appearance import descriptors
-from fsel.images.sharpness import sharpness
 from fsel.metrics import PSNR_CEILING, score_views
 
 SHAPE = (3, 24, 32, 3)

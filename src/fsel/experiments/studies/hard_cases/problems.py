@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fsel.data.problem import Problem
+from fsel.core.problem import Problem
 from fsel.experiments.studies.hard_cases import worlds
 
 UTM = np.array([5e5, 1e7, 120.0])  # easting, northing, height in metres

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsel.data.capture import Capture
-from fsel.data.geometry import pixel_rays
-from fsel.data.points import SparsePoints
+from fsel.core.capture import Capture
+from fsel.core.geometry import pixel_rays
+from fsel.core.points import SparsePoints
 from fsel.experiments.studies.hard_cases import worlds
 from fsel.experiments.studies.hard_cases.case import Case, Finding, finite, quality
 from fsel.reconstruct.splats import Splats

@@ -9,19 +9,19 @@ from statistics import fmean
 
 import numpy as np
 
-from fsel.baselines import LATER
-from fsel.data.geometry import lengths
-from fsel.data.problem import Problem
+from fsel.core.geometry import lengths
+from fsel.core.problem import Problem
 from fsel.evaluation.measuring import Run, chance, picks_at
 from fsel.evaluation.methods import METHODS
 from fsel.experiments.studies.hard_cases import problems, worlds
 from fsel.experiments.studies.hard_cases.case import Case, Finding, finite, quality
 from fsel.features.columns import STATIC
 from fsel.features.static import proxy_points, static_features
-from fsel.selector import plain, pretrained
-from fsel.selector.greedy import greedy, standardise
-from fsel.selector.policies import POLICIES
-from fsel.selector.scorer import Network, Scorer
+from fsel.selectors import plain, pretrained
+from fsel.selectors.baselines import LATER
+from fsel.selectors.greedy import greedy, standardise
+from fsel.selectors.policies import POLICIES
+from fsel.selectors.scorer import Network, Scorer
 
 K = 8
 LENGTHS = [STATIC.index(name) for name in ("d_min_o", "d_mean_o", "d_p25_o", "b_perp", "b_par")]

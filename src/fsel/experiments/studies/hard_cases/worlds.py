@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsel.data.capture import Capture, Views
-from fsel.data.geometry import directions, pixel_rays, pose_matrices, poses_at
-from fsel.data.problem import Problem
-from fsel.data.split import evaluation_split
+from fsel.captures.images.sharpness import sharpness
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import directions, pixel_rays, pose_matrices, poses_at
+from fsel.core.problem import Problem
+from fsel.core.split import evaluation_split
 from fsel.features.appearance import descriptors
-from fsel.images.sharpness import sharpness
-from fsel.selector.scorer import SHAPES
+from fsel.selectors.scorer import SHAPES
 
 FRAMES, TARGETS = 40, 5
 WIDTH, HEIGHT = 32, 24

@@ -14,8 +14,8 @@ from fsel_worker import serve
 
 sys.path.append(str(Path(__file__).resolve().parents[4]))  # where it is not installed
 
-from fsel.data.capture import Capture, Views
-from fsel.data.points import SparsePoints
+from fsel.core.capture import Capture, Views
+from fsel.core.points import SparsePoints
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
 
 POINTS = ("xyz", "rgb", "track_point", "track_frame")

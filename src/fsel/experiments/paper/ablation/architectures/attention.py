@@ -9,7 +9,7 @@ from torch import nn
 
 from fsel.experiments.paper.ablation.architectures.steps import Steps
 from fsel.features.columns import CONDITIONED, INPUTS, SHARPNESS, positions
-from fsel.selector.scorer import WIDTH
+from fsel.selectors.scorer import WIDTH
 from fsel.training.imitation import perceptron
 
 HEADS = 4

@@ -8,7 +8,7 @@ from torch import nn
 from fsel.experiments.paper.ablation.architectures.attention import encoder
 from fsel.experiments.paper.ablation.architectures.steps import Steps
 from fsel.features.columns import INPUTS
-from fsel.selector.scorer import WIDTH
+from fsel.selectors.scorer import WIDTH
 from fsel.training.imitation import perceptron
 
 CELLS = {"lstm": nn.LSTM, "gru": nn.GRU, "rnn": nn.RNN}

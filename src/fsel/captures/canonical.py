@@ -1,0 +1,238 @@
+"""Canonical captures from raw files: order, checks, undistortion, resizing."""
+
+from __future__ import annotations
+
+import logging
+import posixpath
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import cast
+
+import cv2
+import numpy as np
+
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.undistortion import Lens, common_frame, prepared
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts.contract import Layout, RawCapture
+from fsel.core.capture import Capture
+from fsel.core.geometry import check_poses, rigid
+from fsel.core.names import natural
+
+PROGRESS = 500  # frames between two lines in the log
+LARGEST = 1 << 20  # pixels of an image's side
+FOCAL = (1e-3, 1e4)  # least and greatest focal length, of an image's longer side
+LENSES = 4  # kept at once: cameras of a capture may be as many as its frames
+log = logging.getLogger(__name__)
+
+
+def ingest(
+    raw: RawCapture,
+    layout: Layout,
+    folder: Path,
+    long_side: int,
+    *,
+    lazy: bool = False,
+    store: Path | None = None,
+) -> Capture:
+    """Open, undistort and resize every image of a raw capture, one by one.
+
+    Args:
+        raw: what the layout's reader found.
+        layout: the reader.
+        folder: the capture.
+        long_side: pixels of the longer side; smaller images keep their size.
+        lazy: open images only when they are asked for, each time anew, and leave masks and
+            points out.
+        store: folder that receives images.npy and masks.npy, so that memory holds one frame at a
+            time; None keeps them in memory.
+
+    Raises:
+        ValueError: for an unreadable image, sizes that contradict the camera, or a bad pose; the
+            message names the file.
+    """
+    source = f"{layout.name} at {folder}"
+    raw = in_order(raw, source)
+    if lazy:
+        points, (frames, intrinsics), masks = None, _unopened(raw, source, long_side), None
+    else:
+        points = raw.sparse()
+        frames, intrinsics, masks = _opened(raw, source, long_side, store)
+    return Capture(
+        names=tuple(raw.names),
+        world_to_camera=raw.world_to_camera,
+        intrinsics=intrinsics,
+        images=frames,
+        sequences=tuple(raw.sequences),
+        points=points.without_pixels() if points else None,
+        masks=masks,
+        source=source,
+        files=raw,
+    )
+
+
+def natural_order(raw: RawCapture) -> list[int]:
+    """Rows of a raw capture in the canonical order: natural order of the names."""
+    return sorted(range(len(raw.names)), key=lambda i: natural(raw.names[i]))
+
+
+def in_order(raw: RawCapture, source: str) -> RawCapture:
+    """The frames in natural order of their names, with poses that are rotations.
+
+    Raises:
+        ValueError: for no frames, two of one name, no poses, one that is no rotation, or an empty
+            camera.
+    """
+    twice = sorted(name for name, count in Counter(raw.names).items() if count > 1)
+    if twice:
+        raise ValueError(f"{source}: duplicate frame names {twice[:3]}")
+    if not raw.names:
+        raise ValueError(f"{source}: no frame is left; left out {len(raw.dropped)}")
+    for name in raw.names:
+        if not _plain(name):
+            raise ValueError(
+                f"{source}: frame name {name!r} is no plain path; allowed: no `.` or `..` between "
+                "slashes, no control character, no space at either end"
+            )
+    if np.isnan(raw.world_to_camera).all():
+        raise ValueError(
+            f"{source}: images without poses. Hint: `poses: colmap` finds them, `poses: file` "
+            "reads them from a COLMAP model"
+        )
+    raw = raw.subset(natural_order(raw))
+    raw = replace(raw, world_to_camera=rigid(raw.world_to_camera))
+    check_poses(raw.names, raw.world_to_camera, source)
+    for camera, name in dict(zip(raw.cameras, raw.names, strict=True)).items():
+        if not _possible(camera):
+            raise ValueError(
+                f"{source}: frame {name!r}: camera must have a positive size and focal length "
+                f"({FOCAL[0]:g} to {FOCAL[1]:g} times the longer side) and finite parameters, got "
+                f"{camera}"
+            )
+    return raw
+
+
+def _plain(name: str) -> bool:
+    """Check whether a name can stand on a line of a list, and leads to its file without detours."""
+    return name.isprintable() and name == name.strip() and name == posixpath.normpath(name)
+
+
+def _possible(camera: Camera) -> bool:
+    if not (0 < camera.width < LARGEST and 0 < camera.height < LARGEST):
+        return False
+    model = camera.colmap
+    focal = np.array([model.focal_length_x, model.focal_length_y])
+    share = focal / max(camera.width, camera.height)
+    within = bool(((share >= FOCAL[0]) & (share <= FOCAL[1])).all())
+    return within and bool(np.isfinite(camera.params).all())
+
+
+def _opened(
+    raw: RawCapture, source: str, long_side: int, store: Path | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Images, (N, 4) intrinsics, and masks or None, all at the working size."""
+    lens_of = lru_cache(maxsize=LENSES)(partial(Lens, frame=_frame(raw, source, long_side)))
+    count, size, intrinsics, started = len(raw.names), None, [], time.perf_counter()
+    with (
+        image_files.ArrayFile(count, store / "images.npy" if store else None) as frames,
+        image_files.ArrayFile(count, store / "masks.npy" if store and raw.masks else None) as masks,
+    ):
+        for i, (file, camera) in enumerate(zip(raw.images, raw.cameras, strict=True)):
+            image = image_files.load_for(file, long_side)
+            lens = prepared(lens_of, camera, image, long_side, file)
+            size = size or lens.size
+            check_same_size(file, lens.size, size)
+            frames.append(lens.straighten(image))
+            intrinsics.append(lens.intrinsics)
+            if raw.masks:
+                mask = image_files.load_mask(raw.masks[i], raw.mask_values)
+                lens = prepared(lens_of, camera, mask, long_side, raw.masks[i])
+                check_same_size(raw.masks[i], lens.size, size)
+                masks.append(lens.straighten_mask(mask))
+            if (i + 1) % PROGRESS == 0:
+                rate = (i + 1) / (time.perf_counter() - started)
+                log.info("%s: %d of %d frames, %.0f a second", source, i + 1, count, rate)
+    return frames.array(), np.array(intrinsics), masks.array() if raw.masks else None
+
+
+def _frame(raw: RawCapture, source: str, long_side: int) -> tuple[int, int] | None:
+    """The size that images of cameras of several shapes are cropped to."""
+    frame = common_frame(raw.cameras, long_side)
+    if frame is not None:
+        log.info("%s: cameras of several shapes: images cropped to %dx%d", source, *frame)
+    return frame
+
+
+def _unopened(raw: RawCapture, source: str, long_side: int) -> tuple[np.ndarray, np.ndarray]:
+    """A lazy stack of images, and intrinsics at the size that the cameras state."""
+    lens_of: dict[Camera, Lens] = {}
+    size, frame = None, _frame(raw, source, long_side)
+    for file, camera in zip(raw.images, raw.cameras, strict=True):
+        if camera not in lens_of:
+            lens_of[camera] = Lens(camera, (camera.width, camera.height), long_side, frame)
+        size = size or lens_of[camera].size
+        check_same_size(file, lens_of[camera].size, size)
+    intrinsics = np.array([lens_of[camera].intrinsics for camera in raw.cameras])
+    images = LazyImages(raw.images, raw.cameras, lens_of[raw.cameras[0]].size, frame)
+    return cast("np.ndarray", images), intrinsics  # it can do what `Capture` needs of one
+
+
+class LazyImages:
+    """A capture's images, opened, undistorted and resized when indexed.
+
+    Args:
+        files: N image files.
+        cameras: one a file.
+        size: (width, height) that every image is brought to.
+        frame: the same where they are cropped to it, as their cameras have several shapes.
+    """
+
+    dtype = np.dtype(np.uint8)
+    ndim = 4
+
+    def __init__(
+        self,
+        files: Sequence[image_files.Image],
+        cameras: list[Camera],
+        size: tuple[int, int],
+        frame: tuple[int, int] | None,
+    ) -> None:
+        self._files, self._cameras, self._size = files, cameras, size
+        self._lens_of = lru_cache(maxsize=LENSES)(partial(Lens, frame=frame))
+        self.shape = (len(files), size[1], size[0], 3)
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+    def __getitem__(self, rows) -> np.ndarray:
+        """(h, w, 3) for a number, (n, h, w, 3) for a slice or an array of numbers."""
+        numbers = np.arange(len(self))[rows]
+        if numbers.ndim == 0:
+            return self._open(int(numbers))
+        return np.array([self._open(i) for i in numbers], np.uint8).reshape(-1, *self.shape[1:])
+
+    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+        return self[:] if dtype is None else self[:].astype(dtype)
+
+    def _open(self, row: int) -> np.ndarray:
+        file, camera = self._files[row], self._cameras[row]
+        image = image_files.load_for(file, max(self._size))
+        lens = prepared(self._lens_of, camera, image, max(self._size), file)
+        straight = lens.straighten(image)
+        if lens.size == self._size:
+            return straight
+        # images smaller than their camera states, or reduced by a factor that is not whole
+        return cv2.resize(straight, self._size, interpolation=cv2.INTER_AREA)
+
+
+def check_same_size(file: image_files.Image, size: tuple[int, int], first: tuple[int, int]) -> None:
+    """Refuse a file whose working size is not that of the first one."""
+    if size != first:
+        raise ValueError(
+            f"{file}: {size} pixels after ingestion, others {first}; a capture's images and masks "
+            "must share one size"
+        )

@@ -1,0 +1,283 @@
+"""COLMAP's steps through pycolmap, in parts that are watched, interrupted and gone on with."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import cv2
+import numpy as np
+
+from fsel.captures.colmap import features, pairs
+from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.estimator import Estimator, checked, named
+from fsel.captures.images import files as image_files
+from fsel.captures.images.headers import Size
+from fsel.captures.images.previews import Progress, in_silence
+
+THREADS = 1  # with more, COLMAP gives other bytes each time
+SEED = 0
+MIN_PLACED = 3
+EXHAUSTIVE = 150  # images up to which all pairs of a set without order are matched
+FEW = 40  # and of a video: sequential matching saves nothing below
+LIT = 64  # grey levels of an image's contrast, below which SIFT's threshold is lowered
+DIM, FAINTEST = 0.25, 3  # a step of lowering it, and how many there are
+IMAGES, PAIRS = 8, 100  # in a part: what is lost when a run is cut off
+
+
+@dataclass(frozen=True)
+class Part:
+    """Images of one camera.
+
+    Attributes:
+        numbers: one an image, which name it in the database, whatever images are added later.
+        ordered: they are frames of a video in order: neighbours are matched, and images that look
+            alike; else all pairs are, of up to 150 images.
+    """
+
+    numbers: Sequence[int]
+    ordered: bool
+
+
+@dataclass(frozen=True)
+class Work:
+    """Settings of a run of structure from motion.
+
+    Attributes:
+        folder: keeps the database, so that a run that was cut off goes on; None for none.
+        threads: of extraction, matching and bundle adjustment.
+        parts: the images, one part after the other; none for images without order.
+        watch: a step's name -> what wraps its loop.
+        by: the program that finds the poses; COLMAP's incremental mapper, in this process, if None.
+        features: that COLMAP's mapper works with, one of `features.KINDS`.
+    """
+
+    folder: Path | None = None
+    threads: int = THREADS
+    parts: Sequence[Part] = ()
+    watch: Callable[[str], Progress] = lambda label: in_silence
+    by: Estimator | None = None
+    features: str = features.SIFT
+
+    @property
+    def who(self) -> str:
+        """Name of what places the frames."""
+        if self.by is not None:
+            return self.by.name
+        return named(self.features)
+
+    @contextmanager
+    def place(self) -> Iterator[Path]:
+        """The folder to work in."""
+        if self.folder is not None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            yield self.folder
+            return
+        with TemporaryDirectory() as name:
+            yield Path(name)
+
+
+def work_of(poses: Mapping[str, Any], devices: bool = True) -> Work:
+    """Settings of a configuration's `poses`, where they are no word.
+
+    Args:
+        poses: fields of `Estimator`, or `features` for COLMAP.
+        devices: see `checked`.
+
+    Raises:
+        ValueError: for what is none of them.
+        MissingRequirement: for a program, or weights, that cannot be had here.
+    """
+    if "features" not in poses:
+        return Work(by=checked(poses, devices))
+    if set(poses) > {"features"} or poses["features"] not in features.KINDS:
+        allowed = " or ".join(features.KINDS)
+        raise ValueError(f"poses: features is {allowed}, alone: {poses}")
+    features.check(poses["features"])
+    return Work(features=poses["features"])
+
+
+def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Part]) -> list[str]:
+    """The images under plain names: links to files, copies of frames of a video."""
+    folder.mkdir(exist_ok=True)
+    names = []
+    known = [f"{at:02d}_{i:06d}" for at, part in enumerate(parts) for i in part.numbers]
+    stems = known or [f"{i:06d}" for i in range(len(files))]
+    for stem, file in zip(stems, files, strict=True):
+        if isinstance(file, image_files.VideoFrame):
+            names.append(f"{stem}.png")
+            image_files.write(image_files.load(file)[None], folder, names[-1:])
+        else:
+            names.append(f"{stem}{file.suffix}")
+            (folder / names[-1]).unlink(missing_ok=True)
+            (folder / names[-1]).symlink_to(file.resolve())
+    return names
+
+
+def extract(
+    database: Path, folder: Path, names: Sequence[str], work: Work, *, one_camera: bool
+) -> None:
+    """Features of the images that the database does not have yet.
+
+    Args:
+        database: made when it is not there.
+        folder: of the images.
+        names: below it.
+        work: how.
+        one_camera: all images of one part and size are of one camera; else each has its own.
+    """
+    mode = pycolmap.CameraMode.SINGLE if one_camera else pycolmap.CameraMode.PER_IMAGE
+    with pycolmap.Database.open(str(database)) as stored:
+        there = stored.read_all_images()
+        known = {image.name for image in there if stored.exists_keypoints(image.image_id)}
+    wanted = [name for name in names if name not in known]
+    groups: dict[tuple, list[str]] = {}
+    for name in wanted:
+        kind = (_part_of(name), _size(folder / name)) if one_camera else None
+        groups.setdefault((kind, _contrast(folder / name)), []).append(name)
+    most = IMAGES if work.folder is not None else len(names)
+    batches = [(*key, part) for key, group in groups.items() for part in _batches(group, most)]
+    for kind, contrast, part in work.watch("features")(batches, len(batches)):
+        reader = pycolmap.ImageReaderOptions()
+        if kind is not None and (camera := _camera_of(database, *kind)) is not None:
+            reader.existing_camera_id = camera
+        if work.features != features.SIFT:
+            features.extract(database, folder, part, work.features, mode, reader)
+            continue
+        options = pycolmap.FeatureExtractionOptions(num_threads=work.threads)
+        options.sift.peak_threshold *= contrast
+        pycolmap.extract_features(
+            database,
+            folder,
+            image_names=part,
+            camera_mode=mode,
+            reader_options=reader,
+            extraction_options=options,
+            device=pycolmap.Device.cpu,
+        )
+
+
+def _size(path: Path) -> Size:
+    """(width, height); (0, 0) of an image that cannot be read, for COLMAP to pass over."""
+    try:
+        return image_files.size_of(path)
+    except ValueError:
+        return 0, 0
+
+
+def _contrast(path: Path) -> float:
+    """Share of a lit image's contrast, a power of 1/4: that of the grey levels but 1 % at each end.
+
+    SIFT's threshold is of the absolute contrast: with 6 % of the light no point is above it.
+    """
+    try:
+        grey = image_files.load(path, cv2.IMREAD_REDUCED_GRAYSCALE_4)
+    except ValueError:
+        return 1.0
+    low, high = np.percentile(grey, [1, 99])
+    shares = (DIM**power for power in range(FAINTEST))
+    return next((share for share in shares if high - low >= LIT * share), DIM**FAINTEST)
+
+
+def _part_of(name: str) -> str:
+    """The part that a name of `linked` tells; empty where there are no parts."""
+    part, between, _ = name.partition("_")
+    return part if between else ""
+
+
+def _camera_of(database: Path, part: str, size: Size) -> int | None:
+    """The camera of the images of a part and a (width, height), where one was stored."""
+    with pycolmap.Database.open(str(database)) as stored:
+        alike = {c.camera_id for c in stored.read_all_cameras() if (c.width, c.height) == size}
+        cameras = [i.camera_id for i in stored.read_all_images() if _part_of(i.name) == part]
+    return next((camera for camera in cameras if camera in alike), None)
+
+
+def match(database: Path, names: Sequence[str], work: Work) -> None:
+    """Match and verify pairs of images; pairs that the database has are passed over."""
+    everything = work.folder is None and not work.parts and len(names) <= EXHAUSTIVE
+    if everything and work.features == features.SIFT:
+        options = pycolmap.FeatureMatchingOptions(num_threads=work.threads)
+        pycolmap.match_exhaustive(database, options, device=pycolmap.Device.cpu)
+        return
+    chosen = _chosen(database, names, work.parts or [Part(range(len(names)), False)])
+    batches = _batches(chosen, PAIRS)
+    for part in work.watch("matching")(batches, len(batches)):
+        named = [(names[i], names[j]) for i, j in part]
+        if work.features != features.SIFT:
+            features.match(database, named, work.features)  # what is matched is verified below
+        match_pairs(database, named, work.threads)
+
+
+def _chosen(database: Path, names: Sequence[str], parts: Sequence[Part]) -> pairs.Pairs:
+    """Pairs (i, j), i < j: near ones of each part, and those that look alike in it and beyond."""
+    if len(names) <= (FEW if any(part.ordered for part in parts) else EXHAUSTIVE):
+        return pairs.every_pair(len(names))
+    near, within, first = [], [], 0
+    for part in parts:
+        count = len(part.numbers)
+        every = not part.ordered and count <= EXHAUSTIVE
+        close = pairs.every_pair(count) if every else pairs.in_sequence(count)
+        near += [(first + i, first + j) for i, j in close]
+        within += [(first + i, first + j) for i, j in pairs.every_pair(count)]
+        first += count
+    described = pairs.described(database, names)
+    found = set(near) | set(pairs.alike(described, near))
+    if len(parts) > 1:  # those that look most alike are often of one part
+        found |= set(pairs.alike(described, within))
+    return sorted(found)
+
+
+def match_pairs(database: Path, names: Sequence[tuple[str, str]], threads: int) -> None:
+    """Match and verify some pairs of images, by name."""
+    listed = database.with_name("pairs.txt")
+    listed.write_text("".join(f"{one} {other}\n" for one, other in names), encoding="utf-8")
+    pycolmap.match_image_pairs(
+        database,
+        matching_options=pycolmap.FeatureMatchingOptions(num_threads=threads),
+        pairing_options=pycolmap.ImportedPairingOptions(match_list_path=str(listed)),
+        device=pycolmap.Device.cpu,
+    )
+
+
+def build(
+    database: Path,
+    folder: Path,
+    count: int,
+    work: Work,
+    *,
+    refine: bool,
+    start: Path | None,
+    seed: int = SEED,
+) -> dict[int, pycolmap.Reconstruction]:
+    """COLMAP's models, or the one that `start` becomes; cameras are refined where `refine` says."""
+    options = pycolmap.IncrementalPipelineOptions(
+        num_threads=work.threads,
+        random_seed=seed,
+        min_num_matches=features.INLIERS[work.features],
+        min_model_size=MIN_PLACED,
+        ba_refine_focal_length=refine,
+        ba_refine_extra_params=refine,
+    )
+    options.mapper.abs_pose_refine_focal_length = refine
+    options.mapper.abs_pose_refine_extra_params = refine
+    placed = iter(work.watch("poses")(itertools.count(), count))
+    output = folder / "models"
+    output.mkdir(exist_ok=True)
+    return pycolmap.incremental_mapping(
+        database,
+        folder / "images",
+        output,
+        options,
+        input_path=start or "",
+        next_image_callback=lambda: next(placed),
+    )
+
+
+def _batches(items: Sequence, size: int) -> list[list]:
+    return [list(items[at : at + size]) for at in range(0, len(items), max(size, 1))]

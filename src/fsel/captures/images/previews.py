@@ -1,0 +1,128 @@
+"""Reduced images of many files: decoded at reduced size where the format allows, in parallel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import cv2
+import numpy as np
+
+from fsel.captures.images import files as image_files
+from fsel.captures.images.sharpness import variance_of_laplacian
+from fsel.core.limits import cores
+
+SHARPNESS_SIDE = 480  # pixels at least: half a 4K frame's motion blur is still seen there
+MANY = 10_000  # files from which on half that size is enough: decoding is all that takes time
+GREY = {
+    1: cv2.IMREAD_GRAYSCALE,
+    2: cv2.IMREAD_REDUCED_GRAYSCALE_2,
+    4: cv2.IMREAD_REDUCED_GRAYSCALE_4,
+    8: cv2.IMREAD_REDUCED_GRAYSCALE_8,
+}
+
+Progress = Callable[[Iterable, int], Iterable]
+"""(items, how many) -> the same items, with a progress bar."""
+
+
+def in_silence(items: Iterable, count: int) -> Iterable:
+    """The progress that shows nothing."""
+    return items
+
+
+def sharpness_of_files(
+    files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
+) -> np.ndarray:
+    """Variance of the Laplacian of each file's grey image, see `fsel.captures.images.sharpness`.
+
+    Args:
+        files: N images of one camera, so that all are reduced alike.
+        longest: pixels of the images' longer side, as their cameras state it.
+        progress: wraps the loop.
+
+    Returns:
+        (N,) float64; comparable within a call only, since it depends on the reduced size.
+
+    Raises:
+        ValueError: for an unreadable image, named.
+    """
+    side = SHARPNESS_SIDE if len(files) < MANY else SHARPNESS_SIDE // 2
+    flag = GREY[image_files.reduction(longest, side)]
+
+    def measure(at: int) -> float:
+        return variance_of_laplacian(image_files.load(files[at], flag))
+
+    return np.array(in_turn(measure, files, progress))
+
+
+def sharpness_among(
+    files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Measurement of some files by their numbers; see `sharpness_of_files`."""
+    return lambda frames: sharpness_of_files([files[i] for i in frames], longest, progress)
+
+
+def thumbnails(files: Sequence[image_files.Image], longest: int, side: int) -> list[bytes | None]:
+    """JPEG files whose longer side has `side` pixels or fewer; see `sharpness_of_files`.
+
+    None for an image that cannot be decoded.
+    """
+
+    def shrink(at: int) -> bytes | None:
+        try:
+            small = shrunk(files[at], longest, side)
+        except ValueError:
+            return None
+        return jpeg(small)
+
+    return in_turn(shrink, files)
+
+
+def jpeg(image: np.ndarray, quality: int = 82) -> bytes:
+    """A JPEG file of an (h, w, 3) RGB image in 0..255, by default as small as pages want it."""
+    options = [cv2.IMWRITE_JPEG_QUALITY, quality]
+    return cv2.imencode(".jpg", np.ascontiguousarray(image[..., ::-1]), options)[1].tobytes()
+
+
+def shrunk(file: image_files.Image, longest: int, side: int) -> np.ndarray:
+    """(h, w, 3) uint8 RGB image whose longer side has `side` pixels, or as many as it has."""
+    flag = image_files.COLOR[image_files.reduction(longest, side)]
+    return reduced(image_files.load(file, flag), side)
+
+
+def reduced(image: np.ndarray, side: int) -> np.ndarray:
+    """An (h, w, 3) uint8 image whose longer side has `side` pixels, or as many as it has."""
+    scale = min(1.0, side / max(image.shape[:2]))
+    size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
+    return cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA)
+
+
+def check_pixels(files: Sequence[image_files.Image]) -> None:
+    """Decode files, JPEGs at an eighth of their size, to refuse one that no decoder takes.
+
+    Frames of a video, which are decoded to be copied, are passed over.
+
+    Raises:
+        ValueError: naming the file.
+    """
+    paths = [file for file in files if not isinstance(file, image_files.VideoFrame)]
+    in_turn(lambda at: image_files.check_pixels(paths[at]), paths)
+
+
+def in_turn(
+    work: Callable[[int], object],
+    files: Sequence[image_files.Image],
+    progress: Progress = in_silence,
+) -> list:
+    """Results of work on the number of every file, in order.
+
+    Files are worked on by threads, since decoding leaves the interpreter's lock; frames of a
+    video one after the other, since reading backwards starts it again. An error or an interruption
+    ends the call after what is under way.
+    """
+    film = any(isinstance(file, image_files.VideoFrame) for file in files)
+    pool = ThreadPoolExecutor(1 if film else cores())
+    try:
+        return list(progress(pool.map(work, range(len(files))), len(files)))
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)

@@ -1,0 +1,188 @@
+"""Frames out of a video: the sharpest of each stretch of time, upright, by the clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from fsel.captures.images import files as image_files
+from fsel.captures.images.previews import Progress, in_silence
+from fsel.captures.images.sharpness import variance_of_laplacian
+
+ENDINGS = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".3gp")
+MOST = 300  # frames that a video is thinned to by default
+LEAST = 100  # and, of a short one, so many if it has them
+RATE = 4.0  # of them a second: a person walks some 35 cm between two
+FEWEST = 3
+SIDE = 480  # pixels of the longer side of the images whose sharpness is compared
+PANORAMA = (
+    "a video of all directions (2:1, its left and right ends join up), which no perspective camera "
+    "describes. Hint: cut it into views first, as with `ffmpeg -i FILE -vf "
+    "v360=e:flat:h_fov=90:v_fov=90:yaw=0 front.mp4` and yaw=90, 180 and -90, and give these videos"
+)
+SEAM = 2.0  # of a panorama: its ends differ by so much more than neighbouring columns, at most
+BLANK = 0.5  # grey levels between columns, below which nothing is said
+
+Spans = Sequence[tuple[float, float]]
+"""Pairs of seconds, from and to."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A frame of a video that was kept.
+
+    Attributes:
+        index: of the video's frames, from 0.
+        seconds: from the start, by the video's clock.
+        sharpness: variance of the Laplacian, comparable within a video.
+    """
+
+    index: int
+    seconds: float
+    sharpness: float
+
+    @property
+    def name(self) -> str:
+        """File that it is written to."""
+        return f"frame_{self.index:05d}.jpg"
+
+
+def is_video(path: Path) -> bool:
+    """Check whether a path is a file with a video's ending."""
+    return path.suffix.lower() in ENDINGS and path.is_file()
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Number of frames that are taken of a video.
+
+    Attributes:
+        frames: how many; None for as many as `rate` gives.
+        rate: frames a second; None for 4, at least `least` and at most 300 in all.
+        least: see `rate`.
+    """
+
+    frames: int | None = None
+    rate: float | None = None
+    least: int = LEAST
+
+    @property
+    def free(self) -> bool:
+        """Check whether neither a number nor a rate was stated."""
+        return self.frames is None and self.rate is None
+
+    def pace(self, path: Path) -> float:
+        """Frames a second of a video.
+
+        Raises:
+            ValueError: when the file cannot be read as a video.
+        """
+        film = _opened(path)
+        count, per_second = film.get(cv2.CAP_PROP_FRAME_COUNT), film.get(cv2.CAP_PROP_FPS)
+        lasts = count / per_second if count > 0 and per_second > 0 else 0.0
+        if self.frames is not None and lasts > 0:
+            return self.frames / lasts
+        if self.rate is not None or lasts <= 0:
+            return self.rate or RATE
+        return max(min(RATE, MOST / lasts), self.least / lasts)
+
+
+def thin(
+    path: Path,
+    folder: Path,
+    pace: float,
+    *,
+    within: Spans = ((0.0, math.inf),),
+    progress: Progress = in_silence,
+) -> list[Kept]:
+    """Write the sharpest frame of each of many equal stretches of a video, as JPEG.
+
+    Stretches are of equal time, not of equal numbers of frames, so that videos of variable rate
+    are thinned evenly. Frames are turned upright as the file says. One frame is in memory.
+
+    Args:
+        path: the video.
+        folder: receives `frame_00000.jpg`, ..., numbered by the video's frames.
+        pace: stretches a second, as `Sampling` says.
+        within: which parts of it are looked at.
+        progress: wraps the loop over the video's frames.
+
+    Returns:
+        The frames that were kept, in order.
+
+    Raises:
+        ValueError: when the file cannot be read as a video, or is one all around.
+    """
+    film = _opened(path)
+    count, per_second = int(film.get(cv2.CAP_PROP_FRAME_COUNT)), film.get(cv2.CAP_PROP_FPS)
+    kept: list[Kept] = []
+    best: tuple[Kept, np.ndarray] | None = None
+    stretch = -1
+    for shot, image in progress(_shots(film, per_second, within), max(count, 0)):
+        if stretch < 0 and is_panorama(image):
+            raise ValueError(f"{path}: {PANORAMA}")
+        at = int(shot.seconds * pace + 1e-6)
+        if best is not None and at > stretch:
+            kept.append(_written(best, folder))
+            best = None
+        if best is None or shot.sharpness > best[0].sharpness:
+            best = shot, image
+        stretch = at
+    if best is not None:
+        kept.append(_written(best, folder))
+    return kept
+
+
+def _opened(path: Path) -> cv2.VideoCapture:
+    film = cv2.VideoCapture(str(path))
+    if not film.isOpened():
+        raise ValueError(f"{path}: not a readable video")
+    film.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
+    return film
+
+
+def is_panorama(image: np.ndarray) -> bool:
+    """Check whether an (h, w, 3) image shows all directions: 2:1, and its ends join up."""
+    height, width = image.shape[:2]
+    if width != 2 * height:
+        return False
+    columns = cv2.resize(image, (width, SIDE // 8), interpolation=cv2.INTER_AREA).astype(np.float32)
+    steps = np.abs(np.diff(columns, axis=1, append=columns[:, :1])).mean(axis=(0, 2))
+    usual = steps[:-1].mean()
+    return bool(usual > BLANK and steps[-1] <= SEAM * usual)
+
+
+def _shots(
+    film: cv2.VideoCapture, per_second: float, within: Spans
+) -> Iterator[tuple[Kept, np.ndarray]]:
+    """Frames with their times and sharpness; (h, w, 3) uint8 BGR, upright."""
+    index, last = 0, -1.0
+    while film.grab():
+        seconds = film.get(cv2.CAP_PROP_POS_MSEC) / 1000
+        if not seconds > last:  # a container without times of its own
+            seconds = index / per_second if per_second > 0 else float(index)
+        last = seconds
+        if any(start <= seconds <= end for start, end in within):
+            done, image = film.retrieve()
+            if done:
+                yield Kept(index, seconds, _sharpness(image)), image
+        index += 1
+
+
+def _sharpness(image: np.ndarray) -> float:
+    scale = SIDE / max(image.shape[:2])
+    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    if scale < 1:
+        grey = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return variance_of_laplacian(grey)
+
+
+def _written(best: tuple[Kept, np.ndarray], folder: Path) -> Kept:
+    kept, image = best
+    image_files.write(image[None, ..., ::-1], folder, [kept.name])
+    return kept

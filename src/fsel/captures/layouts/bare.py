@@ -1,0 +1,50 @@
+"""A folder of images and nothing else: poses come from COLMAP or from another estimator's file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts.contract import Layout, RawCapture
+from fsel.core.names import natural
+
+ENDINGS = (".jpg", ".jpeg", ".png")
+FOLDERS = ("images", "input", ".")
+
+
+def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
+    """The image files of the first of images/, input/ and the folder itself that has any."""
+    for name in FOLDERS:
+        inside = (folder / name).glob("*")
+        files = [path for path in inside if path.suffix.lower() in endings and path.is_file()]
+        if files:
+            return sorted(files, key=lambda path: natural(path.name))
+    return []
+
+
+def read(folder: Path) -> RawCapture:
+    """Names and files; poses are not finite and the focal length a guess until placed."""
+    files = find(folder)
+    if not files:
+        raise FileNotFoundError(f"{folder}: no images in it, in images or in input")
+    return of_files([file.name for file in files], files)
+
+
+def of_files(names: list[str], files: list[Path]) -> RawCapture:
+    """The same of some images by their names."""
+    height, width = image_files.load(files[0]).shape[:2]
+    guess = Camera("SIMPLE_PINHOLE", width, height, (max(width, height), width / 2, height / 2))
+    return RawCapture(
+        names=names,
+        images=files,
+        world_to_camera=np.full((len(files), 3, 4), np.nan),
+        cameras=[guess] * len(files),
+        sequences=["capture"] * len(files),
+    )
+
+
+LAYOUT = Layout("images", lambda folder: False, read)
+"""Never recognised: without poses there is nothing to select, so the layout must be named."""

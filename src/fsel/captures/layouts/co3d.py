@@ -1,0 +1,184 @@
+"""CO3D v2: gzipped annotations for a category, cameras in PyTorch3D's NDC conventions."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.core.parsing import inside, member, number, numbers, regular, text
+
+FRAMES = "frame_annotations.jgz"
+SEQUENCES = "sequence_annotations.jgz"
+AXES = np.array([-1.0, -1.0, 1.0])  # PyTorch3D: x left, y up
+FOREGROUND = 128  # of a mask, which is the probability of the object times 255
+ISOTROPIC, PER_AXIS = "ndc_isotropic", "ndc_norm_image_bounds"
+
+
+def recognises(folder: Path) -> bool:
+    """A sequence beside its category's annotations, or a dataset of one sequence."""
+    return _annotations(folder) is not None
+
+
+def _annotations(folder: Path) -> Path | None:
+    places = [folder.parent / FRAMES, *sorted(folder.glob(f"*/{FRAMES}"))]
+    return next((path for path in places if path.is_file()), None)
+
+
+def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
+    """A sequence's frames in order of `frame_number`; the object's masks count.
+
+    Args:
+        folder: <category>/<sequence>, or a dataset that holds one sequence.
+        min_quality: least viewpoint_quality_score of a sequence that is used.
+
+    Raises:
+        FileNotFoundError: when the annotations are missing.
+        ValueError: for a sequence of lower quality, or annotations that lack a field.
+    """
+    path = _annotations(folder)
+    if path is None:
+        raise FileNotFoundError(f"{folder}: no {FRAMES} in the category's folder, {folder.parent}")
+    root = path.parent.parent
+    frames = _read_list(path)
+    names = {str(member(frame, "sequence_name", path)) for frame in frames}
+    name = folder.name if path.parent == folder.parent else next(iter(names), "")
+    if name not in names or (path.parent != folder.parent and len(names) > 1):
+        raise ValueError(
+            f"{path}: {len(names)} sequences, and {name!r} is not the only or wanted one"
+        )
+    _check_quality(path.with_name(SEQUENCES), name, min_quality)
+    own = sorted(
+        (frame for frame in frames if frame["sequence_name"] == name),
+        key=lambda frame: number(frame.get("frame_number"), path, "frame_number"),
+    )
+    files = [text(member(frame, "image", path), "path", path, "image") for frame in own]
+    dropped = {file: _missing(frame, root, path) for frame, file in zip(own, files, strict=True)}
+    kept = [frame for frame, file in zip(own, files, strict=True) if not dropped[file]]
+    if not kept:
+        raise ValueError(f"{path}: no frame of {name} has an image and a viewpoint")
+    return _capture(kept, root, path, {at: why for at, why in dropped.items() if why})
+
+
+def _capture(frames: list[dict], root: Path, path: Path, dropped: dict[str, str]) -> RawCapture:
+    masked = [frame for frame in frames if frame.get("mask")]
+    return RawCapture(
+        names=[f"{int(frame['frame_number']):06d}" for frame in frames],
+        images=[inside(root, frame["image"]["path"], path) for frame in frames],
+        world_to_camera=np.array([_pose(frame, path) for frame in frames]),
+        cameras=[_camera(frame, path) for frame in frames],
+        sequences=[frames[0]["sequence_name"]] * len(frames),
+        masks=[inside(root, text(frame["mask"], "path", path, "mask"), path) for frame in frames]
+        if len(masked) == len(frames)
+        else None,
+        mask_values=(FOREGROUND, 255),
+        dropped=dropped,
+    )
+
+
+def _read_list(path: Path) -> list[dict]:
+    """A gzipped JSON list."""
+    try:
+        content = json.loads(gzip.decompress(regular(path).read_bytes()))
+    except (OSError, EOFError, ValueError, RecursionError, zlib.error) as error:
+        raise ValueError(f"{path}: not readable as gzipped JSON ({error})") from error
+    if not isinstance(content, list) or not all(isinstance(entry, dict) for entry in content):
+        raise ValueError(f"{path}: expected a JSON list of objects")
+    return content
+
+
+def _check_quality(path: Path, name: str, least: float) -> None:
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: missing; it says how good the poses are")
+    sequence = next((s for s in _read_list(path) if s.get("sequence_name") == name), {})
+    quality = sequence.get("viewpoint_quality_score")
+    if quality is None or number(quality, path, "viewpoint_quality_score") < least:
+        raise ValueError(
+            f"{path}: viewpoint_quality_score of {name} is {quality}, at least {least:g} is asked "
+            "for. Hint: choose another sequence, or lower `reading.min_quality`"
+        )
+
+
+def _missing(frame: dict, root: Path, path: Path) -> str:
+    """Reason why a frame cannot be used, or nothing."""
+    if not frame.get("viewpoint"):
+        return "no viewpoint"
+    file = inside(root, frame["image"]["path"], path)
+    return "" if file.is_file() else "image hidden or not downloaded"
+
+
+def _pose(frame: dict, path: Path) -> np.ndarray:
+    """World-to-camera with OpenCV axes of Xc = Xw R + T with x to the left and y up."""
+    viewpoint = frame["viewpoint"]
+    rotation = (numbers(member(viewpoint, "R", path), (3, 3), path, "viewpoint.R") * AXES).T
+    translation = numbers(member(viewpoint, "T", path), (3,), path, "viewpoint.T") * AXES
+    return np.column_stack([rotation, translation])
+
+
+def _camera(frame: dict, path: Path) -> Camera:
+    """Pixels from NDC; the annotation's size is (height, width)."""
+    size = numbers(frame["image"].get("size"), (2,), path, "image.size")
+    height, width = (int(number(length, path, "image.size")) for length in size)
+    viewpoint = frame["viewpoint"]
+    kind = viewpoint.get("intrinsics_format", PER_AXIS)
+    if kind not in (ISOTROPIC, PER_AXIS):
+        raise ValueError(f"{path}: intrinsics_format is {kind!r}; allowed: {ISOTROPIC}, {PER_AXIS}")
+    half = np.array([width, height]) / 2
+    scale = np.full(2, half.min()) if kind == ISOTROPIC else half
+    focal = numbers(viewpoint.get("focal_length"), (2,), path, "viewpoint.focal_length") * scale
+    point = numbers(viewpoint.get("principal_point"), (2,), path, "viewpoint.principal_point")
+    center = half - point * scale
+    return Camera("PINHOLE", width, height, (*focal.tolist(), *center.tolist()))
+
+
+def write(recording: Recording, folder: Path) -> None:
+    """Write a recording as a dataset of one sequence; frames whose pose was lost lack one."""
+    category, sequence = "object", "1_1_1"
+    home = f"{category}/{sequence}"
+    image_files.write(
+        recording.images, folder, [f"{home}/images/{name}.jpg" for name in recording.names]
+    )
+    if recording.masks is not None:
+        names = [f"{home}/masks/{name}.png" for name in recording.names]
+        image_files.write(recording.masks.astype(np.uint8) * 255, folder, names)
+    frames = []
+    for at, name in enumerate(recording.names):
+        frame = {
+            "sequence_name": sequence,
+            "frame_number": at,
+            "image": {
+                "path": f"{home}/images/{name}.jpg",
+                "size": [recording.camera.height, recording.camera.width],
+            },
+            "viewpoint": None if recording.lost[at] else _viewpoint(recording, at),
+        }
+        if recording.masks is not None:
+            frame["mask"] = {"path": f"{home}/masks/{name}.png"}
+        frames.append(frame)
+    quality = {"sequence_name": sequence, "category": category, "viewpoint_quality_score": 1.0}
+    for name, content in ((FRAMES, frames[::2] + frames[1::2]), (SEQUENCES, [quality])):
+        packed = gzip.compress(json.dumps(content).encode(), mtime=0)
+        (folder / category / name).write_bytes(packed)
+
+
+def _viewpoint(recording: Recording, at: int) -> dict:
+    camera, pose = recording.camera, recording.world_to_camera[at]
+    fx, fy, cx, cy = camera.params
+    scale = min(camera.width, camera.height) / 2
+    center = [(camera.width / 2 - cx) / scale, (camera.height / 2 - cy) / scale]
+    return {
+        "R": (pose[:, :3].T * AXES).tolist(),
+        "T": (pose[:, 3] * AXES).tolist(),
+        "focal_length": [fx / scale, fy / scale],
+        "principal_point": center,
+        "intrinsics_format": ISOTROPIC,
+    }
+
+
+LAYOUT = Layout("co3d", recognises, read, write, ("min_quality",))

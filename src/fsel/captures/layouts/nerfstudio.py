@@ -1,0 +1,209 @@
+"""Layout of nerfstudio: transforms.json."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts import colmap
+from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.layouts.nerfstudio_cameras import camera_of, intrinsics_of
+from fsel.core import ply_points
+from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
+from fsel.core.parsing import (
+    check_file_count,
+    inside,
+    member,
+    number,
+    numbers,
+    read_json,
+    slashed,
+    text,
+    world_transform,
+)
+from fsel.core.points import RawPoints
+
+OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
+"""World rotation of nerfstudio's COLMAP import before January 2024."""
+NEW_APPLIED_TRANSFORM = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]])
+"""And since."""
+FOLDERS = ("images_2", "images_4", "images_8")
+SPLITS = ("train_filenames", "val_filenames", "test_filenames")
+
+
+def read(folder: Path) -> RawCapture:
+    """A folder with transforms.json, paths relative to it; points from a model beside it, or else
+    from the file that `ply_file_path` names.
+
+    As in nerfstudio, a file without `applied_transform` beside colmap/sparse/0 carries the old one.
+    """
+    own = folder / "colmap" / "sparse" / "0"
+    undo = OLD_APPLIED_TRANSFORM if own.is_dir() else None
+    raw = from_json(folder / "transforms.json", folder, undo=undo)
+    model = own if own.is_dir() else folder / "sparse" / "0"
+    return colmap.with_points(raw, model) if model.is_dir() else raw
+
+
+def from_json(
+    path: Path,
+    folder: Path,
+    *,
+    content: dict | None = None,
+    images: str = "",
+    masks: str = "",
+    undo: np.ndarray | None = None,
+    copies: tuple[str, ...] = (),
+) -> RawCapture:
+    """Frames of a transforms.json.
+
+    Args:
+        path: the JSON file.
+        folder: the capture; image paths must stay inside it.
+        content: of the file, where it was read already.
+        images: folder, relative to the capture, that image names are relative to.
+        masks: folder, relative to the capture, that mask names are relative to.
+        undo: (3, 4) world transform that the poses carry though the file does not say so.
+        copies: folders beside the images' own whose smaller copies are taken instead of them.
+
+    Returns:
+        Poses in the world before `applied_transform`, which is that of a COLMAP model beside it.
+        Frames marked bad, and frames that no `*_filenames` list names, are left out. The points
+        of `ply_file_path` have no tracks.
+    """
+    content = read_json(path) if content is None else content
+    frames, dropped = _frames(content, path)
+    if (folder / images).is_dir():  # else they are in a video
+        check_file_count(folder, len(frames), path)
+    applied = _applied(content, path)
+    applied = undo if applied is None else applied
+    scale = number(content.get("applied_scale", 1.0), path, "applied_scale")
+    names = [frame["file_path"].removeprefix("./").removeprefix("images/") for frame in frames]
+    masked = [f for f in frames if f.get("mask_path")] if content.get("has_mask", True) else []
+    if masked and len(masked) != len(frames):
+        raise ValueError(f"{path}: {len(masked)} of {len(frames)} frames have a mask_path, not all")
+    return RawCapture(
+        names=names,
+        images=[
+            _existing(inside(folder, Path(images, f["file_path"]), path), copies) for f in frames
+        ],
+        world_to_camera=np.array([_pose(frame, applied, scale, path) for frame in frames]),
+        cameras=[camera_of(content, frame, path) for frame in frames],
+        sequences=[str(PurePosixPath(name).parent) for name in names],
+        masks=[
+            _existing(inside(folder, Path(masks, slashed(text(f, "mask_path", path))), path))
+            for f in masked
+        ]
+        or None,
+        points=_cloud(content, folder, applied, scale, path),
+        dropped=dropped,
+    )
+
+
+def _cloud(
+    content: dict, folder: Path, applied: np.ndarray | None, scale: float, path: Path
+) -> Callable[[tuple[int, ...]], RawPoints] | None:
+    """Reads the points of `ply_file_path`, which lie in the world of the poses."""
+    if content.get("ply_file_path") is None:
+        return None
+    file = inside(folder, slashed(text(content, "ply_file_path", path)), path)
+    return ply_points.reader(file, applied, scale)
+
+
+def _applied(content: dict, path: Path) -> np.ndarray | None:
+    stored = content.get("applied_transform")
+    return None if stored is None else world_transform(stored, path, "applied_transform")
+
+
+def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
+    """The frames to use, and those left out with the reason."""
+    frames = content.get("frames")
+    if not isinstance(frames, list) or not frames:
+        raise ValueError(f"{path}: 'frames' must be a list of frames")
+    for at, frame in enumerate(frames):
+        if not isinstance(frame, dict) or not isinstance(frame.get("file_path"), str):
+            raise ValueError(f"{path}: frames[{at}] has no file_path")
+    frames = [frame | {"file_path": slashed(frame["file_path"])} for frame in frames]
+    dropped = {f["file_path"]: "marked bad by its owner" for f in frames if f.get("is_bad")}
+    lists = [_listed(content, key, path) for key in SPLITS if key in content]
+    if lists:
+        named = {name for entry in lists for name in entry}
+        absent = sorted(named - {frame["file_path"] for frame in frames})
+        if absent:
+            raise ValueError(f"{path}: {absent[0]!r} is in a *_filenames list but not in 'frames'")
+        reason = "in none of the *_filenames lists"
+        dropped |= {f["file_path"]: reason for f in frames if f["file_path"] not in named}
+    kept = [frame for frame in frames if frame["file_path"] not in dropped]
+    if not kept:
+        raise ValueError(f"{path}: every frame is marked bad or in no *_filenames list")
+    return kept, dropped
+
+
+def _listed(content: dict, key: str, path: Path) -> list[str]:
+    names = content[key]
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"{path}: {key} must be a list of names, got {repr(names)[:80]}")
+    return [slashed(name) for name in names]
+
+
+def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:
+    """The image, or its downscaled copy where that is wanted or only that was distributed."""
+    file = file if file.suffix else file.with_suffix(".png")  # as Blender's exporters name them
+    home = file.parent.parent
+    smaller = [home / folder / file.name for folder in copies]
+    others = [home / folder / file.name for folder in FOLDERS]
+    return next((path for path in (*smaller, file, *others) if path.is_file()), file)
+
+
+def _pose(frame: dict, applied: np.ndarray | None, scale: float, path: Path) -> np.ndarray:
+    stored = member(frame, "transform_matrix", path, frame["file_path"])
+    shape = (len(stored), 4) if isinstance(stored, list) and len(stored) == 3 else (4, 4)
+    matrix = numbers(stored, shape, path, f"transform_matrix of {frame['file_path']}")
+    if not np.isfinite(matrix).all():
+        raise ValueError(f"{path}: transform_matrix of {frame['file_path']} is not finite")
+    matrix = np.vstack([matrix[:3], [0, 0, 0, 1]])
+    matrix[:3, 3] /= scale
+    if applied is not None:
+        matrix = np.linalg.inv(np.vstack([applied, [0, 0, 0, 1]])) @ matrix
+    matrix[:3, :3] = matrix[:3, :3] @ OPENGL_TO_OPENCV
+    return invert_pose(matrix)
+
+
+def matrix_of(world_to_camera: np.ndarray, applied: np.ndarray) -> list:
+    """A transform_matrix: camera to world, OpenGL axes, in the transformed world."""
+    matrix = np.eye(4)
+    matrix[:3] = invert_pose(world_to_camera)
+    matrix[:3, :3] = matrix[:3, :3] @ OPENGL_TO_OPENCV
+    return (np.vstack([applied, [0, 0, 0, 1]]) @ matrix).tolist()
+
+
+def scene_of(recording: Recording, camera: Camera, names: list[str], applied: np.ndarray) -> dict:
+    """Content of transforms.json for a recording; frames in arbitrary order, as COLMAP leaves them.
+
+    Args:
+        recording: whose poses are written.
+        camera: of the images that `names` stand for.
+        names: N files under images/.
+        applied: (3, 4) world transform that the poses carry.
+    """
+    frames = [
+        {"file_path": f"images/{name}", "transform_matrix": matrix_of(pose, applied)}
+        for name, pose in zip(names, recording.world_to_camera, strict=True)
+    ]
+    stated = {"applied_transform": applied.tolist(), "frames": frames[::2] + frames[1::2]}
+    return intrinsics_of(camera) | stated
+
+
+def write(recording: Recording, folder: Path) -> None:
+    """Write images/ and transforms.json."""
+    names = [f"{name}.png" for name in recording.names]
+    image_files.write(recording.images, folder / "images", names)
+    content = scene_of(recording, recording.camera, names, NEW_APPLIED_TRANSFORM)
+    (folder / "transforms.json").write_text(json.dumps(content))
+
+
+LAYOUT = Layout("nerfstudio", lambda folder: (folder / "transforms.json").is_file(), read, write)

@@ -1,0 +1,177 @@
+"""ScanNet++ v2: the DSLR's fisheye images, and the iPhone's video frames."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts import colmap, nerfstudio
+from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.layouts.nerfstudio_cameras import intrinsics_of
+from fsel.core.geometry import invert_pose
+from fsel.core.parsing import member, numbers, read_json, text
+
+VALID_MASK = 250  # a mask video is compressed: 255 does not survive exactly
+ROTATION = nerfstudio.OLD_APPLIED_TRANSFORM  # carried by the poses though the file does not say so
+
+
+def read_dslr(folder: Path) -> RawCapture:
+    """Read dslr/; bad frames and test frames are left out; of masks only 255 counts.
+
+    The distorted resized_images with transforms.json or, where those were not downloaded, the
+    undistorted ones with their own file; the two do not mix.
+    """
+    root = folder / "dslr"
+    kind = "" if (root / "resized_images").is_dir() else "_undistorted"
+    images_folder = f"resized{kind}_images"
+    if not (root / images_folder).is_dir():
+        raise FileNotFoundError(f"{root}: neither resized_images nor {images_folder} is there")
+    path = root / "nerfstudio" / f"transforms{kind}.json"
+    masks = f"resized{kind}_masks" if kind else "resized_anon_masks"
+    raw = nerfstudio.from_json(path, root, images=images_folder, masks=masks, undo=ROTATION)
+    listed = read_json(path).get("test_frames", [])
+    if not isinstance(listed, list):
+        raise ValueError(f"{path}: 'test_frames' must be a list of frames")
+    tests = [text(frame, "file_path", path, "test_frames") for frame in listed]
+    dropped = raw.dropped | dict.fromkeys(tests, "a test frame, never a candidate")
+    raw = replace(raw, dropped=dropped, mask_values=(255, 255))
+    if kind or not (root / "colmap" / "points3D.txt").is_file():
+        return raw  # the model's observations are of the distorted images
+    return colmap.with_points(raw, root / "colmap")
+
+
+def write_dslr(recording: Recording, folder: Path) -> None:
+    """Write a recording as a DSLR capture, every 20th frame a test frame."""
+    root = folder / "dslr"
+    names = [f"{name}.JPG" for name in recording.names]
+    image_files.write(recording.images, root / "resized_images", names)
+    frames = [
+        {
+            "file_path": name,
+            "transform_matrix": nerfstudio.matrix_of(pose, ROTATION),
+            "is_bad": bool(bad),
+        }
+        for name, pose, bad in zip(names, recording.world_to_camera, recording.bad, strict=True)
+    ]
+    if recording.masks is not None:
+        masks = [f"{name}.png" for name in recording.names]
+        image_files.write(
+            recording.masks.astype(np.uint8) * 255, root / "resized_anon_masks", masks
+        )
+        for frame, mask in zip(frames, masks, strict=True):
+            frame["mask_path"] = mask
+    content = intrinsics_of(recording.camera)
+    content["frames"] = [f for i, f in enumerate(frames) if i % 20 != 19]
+    content["test_frames"] = frames[19::20]
+    content["has_mask"] = recording.masks is not None
+    (root / "nerfstudio").mkdir(parents=True, exist_ok=True)
+    (root / "nerfstudio" / "transforms.json").write_text(json.dumps(content))
+    model = colmap.build_model(recording, recording.camera, names, np.ones(len(names), bool))
+    colmap.write_text(model, root / "colmap")
+
+
+def read_iphone(folder: Path) -> RawCapture:
+    """Read iphone/: metric poses in pose_intrinsic_imu.json, images in rgb.mkv or in rgb/.
+
+    Intrinsics and distortion come from nerfstudio/transforms.json; frames that its COLMAP model
+    did not register are left out, and so are its test frames, which are views of the DSLR.
+    """
+    root = folder / "iphone"
+    path = root / "pose_intrinsic_imu.json"
+    raw = nerfstudio.from_json(
+        root / "nerfstudio" / "transforms.json", root, images="rgb", undo=ROTATION
+    )
+    metric = read_json(path)
+    stems = [Path(name).stem for name in raw.names]
+    absent = [stem for stem in stems if stem not in metric]
+    if absent:
+        raise ValueError(f"{path}: no entry for {absent[0]!r}")
+    poses = [_aligned(metric[stem], stem, path) for stem in stems]
+    unused = {f"{stem}.jpg": "not registered by COLMAP" for stem in metric.keys() - set(stems)}
+    raw = replace(
+        raw,
+        names=[Path(name).name for name in raw.names],  # some carry a video/ or iphone/ prefix
+        images=_extracted(root, raw.names),
+        world_to_camera=np.array(poses),
+        sequences=["iphone"] * len(stems),
+        masks=_video_masks(root, stems),
+        mask_values=(VALID_MASK, 255),
+        dropped=raw.dropped | unused,
+    )
+    if not (root / "colmap" / "points3D.txt").is_file():
+        return raw
+    return colmap.with_points(raw, root / "colmap")
+
+
+def _aligned(entry: dict, stem: str, path: Path) -> np.ndarray:
+    """World-to-camera of an entry of pose_intrinsic_imu.json."""
+    pose = member(entry, "aligned_pose", path, stem)
+    return invert_pose(numbers(pose, (4, 4), path, f"aligned_pose of {stem}"))
+
+
+def _extracted(root: Path, names: list[str]) -> list[image_files.Image]:
+    """The images that were extracted, or else the video's own frames."""
+    if (root / "rgb").is_dir():
+        return [root / "rgb" / Path(name).name for name in names]
+    return _video_frames(root / "rgb.mkv", [Path(name).stem for name in names])
+
+
+def _video_masks(root: Path, stems: list[str]) -> list[image_files.Image] | None:
+    """Anonymisation masks, extracted or in their video, where they were downloaded."""
+    if (root / "rgb_masks").is_dir():
+        return [root / "rgb_masks" / f"{stem}.png" for stem in stems]
+    if (root / "rgb_mask.mkv").is_file():
+        return _video_frames(root / "rgb_mask.mkv", stems)
+    return None
+
+
+def _video_frames(path: Path, stems: list[str]) -> list[image_files.Image]:
+    """Frame n of the video is called frame_00000n."""
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: missing, and so is the folder rgb with its frames")
+    video = image_files.Video(path)
+    return [image_files.VideoFrame(video, int(stem.rsplit("_", 1)[-1])) for stem in stems]
+
+
+def write_iphone(recording: Recording, folder: Path) -> None:
+    """Write a recording as an iPhone capture whose lost frames COLMAP did not register."""
+    root = folder / "iphone"
+    names = [f"{name}.jpg" for name in recording.names]
+    image_files.write(recording.images, root / "rgb", names)
+    fx, fy, cx, cy = recording.camera.params[:4]
+    metric = {}
+    for name, pose in zip(recording.names, recording.world_to_camera, strict=True):
+        full = np.vstack([invert_pose(pose), [0, 0, 0, 1]]).tolist()
+        intrinsic = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
+        metric[name] = {"pose": full, "aligned_pose": full, "intrinsic": intrinsic}
+    (root / "pose_intrinsic_imu.json").write_text(json.dumps(metric))
+    content = intrinsics_of(recording.camera)
+    content["frames"] = [
+        {
+            "file_path": names[i],
+            "transform_matrix": nerfstudio.matrix_of(recording.world_to_camera[i], ROTATION),
+        }
+        for i in np.flatnonzero(~recording.lost)
+    ]
+    (root / "nerfstudio").mkdir(parents=True, exist_ok=True)
+    (root / "nerfstudio" / "transforms.json").write_text(json.dumps(content))
+    model = colmap.build_model(recording, recording.camera, names, ~recording.lost)
+    colmap.write_text(model, root / "colmap")
+
+
+DSLR = Layout(
+    "scannetpp_dslr",
+    lambda folder: (folder / "dslr" / "nerfstudio" / "transforms.json").is_file(),
+    read_dslr,
+    write_dslr,
+)
+IPHONE = Layout(
+    "scannetpp_iphone",
+    lambda folder: (folder / "iphone" / "pose_intrinsic_imu.json").is_file(),
+    read_iphone,
+    write_iphone,
+)

@@ -1,0 +1,144 @@
+"""Tanks and Temples: the 3DGS release, the official one with its .log of poses, and NeRF++'s."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.model import write_binary
+from fsel.captures.colmap.undistortion import HALF
+from fsel.captures.images import files as image_files
+from fsel.captures.images.matching import choose_pairs, focal_from_poses, match
+from fsel.captures.layouts import colmap
+from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.core.geometry import invert_pose
+from fsel.core.names import natural
+from fsel.core.parsing import numbers, read_matrix, read_text
+
+FACTOR = 2
+PAIRS = 12
+SPLITS = ("train", "test")  # of NeRF++; its validation repeats test, its camera_path has no images
+ENDINGS = (".jpg", ".png")
+
+
+def recognises(folder: Path) -> bool:
+    """A .log of poses, or NeRF++'s folders; the 3DGS release is plain COLMAP."""
+    return _log_file(folder) is not None or (folder / "train" / "intrinsics").is_dir()
+
+
+def read(folder: Path, focal: float | None = None) -> RawCapture:
+    """Whichever release lies there.
+
+    Args:
+        folder: the scene.
+        focal: focal length over image width, for the official release, which states none; by
+            default it is found by matching some pairs against the poses.
+
+    Raises:
+        FileNotFoundError: when it is none of the three releases.
+        ValueError: for poses without images, or images that do not match.
+    """
+    if (folder / "train" / "intrinsics").is_dir():
+        return _read_nerfpp(folder)
+    path = _log_file(folder)
+    if path is None:
+        return colmap.read(folder)
+    files, poses, dropped = _read_log(path, _images_of(folder))
+    height, width = image_files.load(files[0]).shape[:2]
+    f = width * focal if focal else _estimated(files, poses, path)
+    camera = Camera("SIMPLE_PINHOLE", width, height, (f, width / 2, height / 2))
+    return RawCapture(
+        names=[file.name for file in files],
+        images=files,
+        world_to_camera=poses,
+        cameras=[camera] * len(files),
+        sequences=["capture"] * len(files),
+        dropped=dropped,
+    )
+
+
+def _log_file(folder: Path) -> Path | None:
+    """<Scene>_COLMAP_SfM.log in the scene's folder, or beside it."""
+    places = [
+        *sorted(folder.glob("*_COLMAP_SfM.log")),
+        folder.parent / f"{folder.name}_COLMAP_SfM.log",
+    ]
+    return next((path for path in places if path.is_file()), None)
+
+
+def _images_of(folder: Path) -> list[Path]:
+    inner = folder / "images" if (folder / "images").is_dir() else folder
+    return sorted(
+        (file for file in inner.iterdir() if file.suffix.lower() in ENDINGS),
+        key=lambda file: natural(file.name),
+    )
+
+
+def _read_log(path: Path, files: list[Path]) -> tuple[list[Path], np.ndarray, dict[str, str]]:
+    """Entries `k m 0` and a 4x4 camera-to-world; k counts the images, m = -1: not registered."""
+    words = read_text(path).split()
+    if not words or len(words) % 19:
+        raise ValueError(f"{path}: {len(words)} numbers, expected 19 an entry (k m 0 and 4x4)")
+    entries = numbers(words, (len(words),), path, "the log").reshape(-1, 19)
+    if not np.array_equal(entries[:, 0], np.arange(len(entries))):
+        raise ValueError(f"{path}: entries must count 0, 1, 2, ...; got {entries[:5, 0]}")
+    if len(entries) > len(files):
+        raise ValueError(
+            f"{path}: {len(entries)} poses for {len(files)} images; poses count the images in "
+            "sorted order, so none may be missing (Church is known to come with fewer)"
+        )
+    used = entries[entries[:, 1] >= 0]
+    lost = entries[entries[:, 1] < 0, 0].astype(int)
+    dropped = {files[k].name: "not registered" for k in lost}
+    poses = np.array([invert_pose(entry.reshape(4, 4)) for entry in used[:, 3:]])
+    return [files[k] for k in used[:, 0].astype(int)], poses, dropped
+
+
+def _estimated(files: list[Path], poses: np.ndarray, path: Path) -> float:
+    """Focal length in pixels from matches of some pairs."""
+    matches, size = [], (0, 0)
+    for i, j in choose_pairs(poses, PAIRS):
+        first, second = image_files.load(files[i]), image_files.load(files[j])
+        size = first.shape[1::-1]
+        xa, xb = match(first, second)
+        if len(xa):
+            matches.append((xa, xb, poses[i], poses[j]))
+    if not matches:
+        raise ValueError(
+            f"{path}: the release states no focal length and no pair of frames matches; give "
+            "`reading: {focal: focal length over image width}`"
+        )
+    return focal_from_poses(matches, size)
+
+
+def _read_nerfpp(folder: Path) -> RawCapture:
+    """Folders train and test of rgb, pose (camera to world) and intrinsics, 16 numbers each."""
+    names, files, poses, cameras = [], [], [], []
+    for split in SPLITS:
+        for file in sorted((folder / split / "rgb").glob("*")):
+            pose = read_matrix(folder / split / "pose" / f"{file.stem}.txt")
+            k = read_matrix(folder / split / "intrinsics" / f"{file.stem}.txt")
+            height, width = image_files.load(file).shape[:2]
+            params = (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)
+            names.append(file.name)
+            files.append(file)
+            poses.append(invert_pose(pose))
+            cameras.append(Camera("PINHOLE", width, height, params))
+    if not names:
+        raise FileNotFoundError(f"{folder}: no images in train/rgb or test/rgb")
+    return RawCapture(names, files, np.array(poses), cameras, ["capture"] * len(names))
+
+
+def write(recording: Recording, folder: Path) -> None:
+    """Write images/ at half size, and sparse/0 without frames whose pose was lost."""
+    names = [f"{name}.jpg" for name in recording.names]
+    image_files.write(recording.images, folder / "images", names)
+    camera = colmap.scaled(recording.camera, FACTOR)
+    model = colmap.build_model(recording, camera, names, ~recording.lost)
+    write_binary(model, folder / "sparse" / "0")
+
+
+LAYOUT = Layout("tanks_and_temples", recognises, read, write, ("focal",))
+"""The 3DGS release is recognised as plain COLMAP, whose reader serves it."""

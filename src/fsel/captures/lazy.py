@@ -1,0 +1,191 @@
+"""A capture opened for its poses; its images are left on disk until they are indexed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsel.captures.canonical import in_order, ingest
+from fsel.captures.colmap.undistortion import pinhole_of
+from fsel.captures.images.previews import Progress, in_silence, in_turn
+from fsel.captures.layouts import LAYOUTS
+from fsel.captures.layouts.contract import Layout, RawCapture
+from fsel.captures.poses.agreement import Agreement
+from fsel.captures.read import read_raw
+from fsel.captures.validate import sample, validated
+from fsel.core.capture import Capture
+from fsel.core.limits import MAX_ERROR
+from fsel.core.points import RawPoints
+from fsel.core.wording import check_type
+
+LONG_SIDE = 128  # pixels of the images that descriptors are made from
+
+
+class NoImages:
+    """Images of a capture that has none: their shape is known, and no pixel.
+
+    Args:
+        count: frames.
+        size: (width, height) in pixels, as the cameras state it.
+    """
+
+    dtype, ndim = np.dtype(np.uint8), 4
+
+    def __init__(self, count: int, size: tuple[int, int]) -> None:
+        self.shape = (count, size[1], size[0], 3)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, rows: object) -> np.ndarray:
+        raise ValueError(
+            "the capture has poses and no images, which this asks for. Hint: give its folder, or "
+            "run where its images are"
+        )
+
+
+@dataclass(frozen=True)
+class LazyCapture:
+    """A capture and the files behind it, both in the capture's order of frames.
+
+    Attributes:
+        layout: what it was recognised as.
+        raw: what the files say.
+        capture: poses, and images that are opened when indexed.
+        agreement: how well poses, cameras and images agree.
+        skipped: frames left out since their images are missing or unreadable, with the fault.
+        found: of a video or photos, what `fsel.captures.poses.placement.place` said.
+    """
+
+    layout: str
+    raw: RawCapture
+    capture: Capture
+    agreement: Agreement
+    skipped: dict[str, str]
+    found: dict | None = None
+
+    @property
+    def longest(self) -> int:
+        """Pixels of the images' longer side, as the first camera states it."""
+        return max(self.raw.cameras[0].width, self.raw.cameras[0].height)
+
+    @property
+    def pictured(self) -> bool:
+        """Presence of images."""
+        return not isinstance(self.capture.images, NoImages)
+
+    @cached_property
+    def points(self) -> RawPoints | None:
+        """The points that its frames see, with their pixels; read once."""
+        return self.raw.sparse()
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Frames that the capture names and cannot use, with the reason, but for `skipped`."""
+        gone = self.raw.dropped.items()
+        return {name: why for name, why in gone if name not in self.skipped}
+
+    def loaded(self, frames: np.ndarray, progress: Progress = in_silence) -> Capture:
+        """A capture of some frames alone, with their images in memory and the points they see.
+
+        Args:
+            frames: (n,) distinct frames, in the order they shall have.
+            progress: wraps the loop over the images.
+        """
+        capture, points = self.capture, self.raw.subset(frames.tolist()).sparse()
+        files = [self.raw.images[i] for i in frames]
+        images = in_turn(lambda at: capture.images[frames[at]], files, progress)
+        known = None if points is None else points.without_pixels()
+        return replace(capture.subset(frames, np.stack(images)), points=known)
+
+    def with_all_points(self) -> Capture:
+        """The capture, its images unopened, with the points that its frames see."""
+        points = self.points
+        return replace(self.capture, points=None if points is None else points.without_pixels())
+
+    def with_points(self) -> Capture:
+        """The capture, its images unopened, with the points that a sample of its frames see."""
+        drawn, raw = sample(self.raw)
+        points = raw.sparse()
+        if points is None:
+            return self.capture
+        kept = points.without_pixels()
+        return replace(self.capture, points=replace(kept, track_frame=drawn[kept.track_frame]))
+
+
+def open_images(opened: LazyCapture, frames: list[int], long_side: int) -> Capture:
+    """Some frames of an opened capture at another size, undistorted and opened when indexed."""
+    known = LAYOUTS[opened.layout]
+    source = Path(opened.capture.source)
+    return ingest(opened.raw.subset(frames), known, source, long_side, lazy=True)
+
+
+def open_capture(
+    path: str | Path,
+    layout: str = "auto",
+    long_side: int = LONG_SIDE,
+    max_error: float = MAX_ERROR,
+    *,
+    skip_unreadable: bool = False,
+) -> LazyCapture:
+    """Open a capture without opening its images, refusing all that `read_folder` refuses.
+
+    Args:
+        path: its folder.
+        layout: a key of `LAYOUTS`, or `auto` to recognise it.
+        long_side: pixels of the longer side of images that are opened later.
+        max_error, skip_unreadable: see `fsel.captures.validate.validated`.
+
+    Raises:
+        FileNotFoundError: when the folder or its model is not there.
+        ValueError: for an unknown layout, or files that contradict themselves.
+    """
+    check_type("path", path, (str, Path), "a folder")
+    folder = Path(path)
+    known, raw = read_raw(folder, layout)
+    return opened(known, raw, folder, long_side, max_error, skip_unreadable=skip_unreadable)
+
+
+def opened(
+    known: Layout,
+    raw: RawCapture,
+    folder: Path,
+    long_side: int = LONG_SIDE,
+    max_error: float = MAX_ERROR,
+    *,
+    skip_unreadable: bool = False,
+) -> LazyCapture:
+    """Open what a layout's reader returned; other arguments and errors as of `open_capture`."""
+    known_gone = raw.dropped
+    raw, agreement = validated(
+        raw,
+        f"{known.name} at {folder}",
+        long_side,
+        max_error,
+        skip_unreadable=skip_unreadable,
+    )
+    capture = replace(ingest(raw, known, folder, long_side, lazy=True), files=raw)
+    skipped = {name: why for name, why in raw.dropped.items() if name not in known_gone}
+    return LazyCapture(known.name, raw, capture, agreement, skipped)
+
+
+def posed(name: str, raw: RawCapture) -> LazyCapture:
+    """A capture of poses and points alone; its images are not there."""
+    source = f"the given {name}"
+    raw = in_order(raw, source)
+    size = (raw.cameras[0].width, raw.cameras[0].height)
+    scales = [np.tile(np.divide(size, (c.width, c.height)), 2) for c in raw.cameras]
+    pinholes = [pinhole_of(camera.colmap) for camera in raw.cameras]
+    images: Any = NoImages(len(raw.names), size)
+    poses, intrinsics = raw.world_to_camera, np.array(scales) * pinholes
+    names, passes = tuple(raw.names), tuple(raw.sequences)
+    return unread(name, raw, Capture(names, poses, intrinsics, images, passes, source=source))
+
+
+def unread(layout: str, raw: RawCapture, capture: Capture) -> LazyCapture:
+    """A capture whose files are not looked at again."""
+    return LazyCapture(layout, raw, capture, Agreement("none", np.nan, np.nan, 1, 0), {})

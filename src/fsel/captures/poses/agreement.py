@@ -1,0 +1,183 @@
+"""Agreement of a capture's poses, cameras and images, measured at ingestion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from fsel.captures.colmap.undistortion import Lens, prepared
+from fsel.captures.images import files as image_files
+from fsel.captures.images.matching import choose_pairs, epipolar_distances, match
+from fsel.captures.images.previews import Progress, in_silence
+from fsel.captures.layouts.contract import RawCapture
+from fsel.captures.layouts.nerfstudio import NEW_APPLIED_TRANSFORM, OLD_APPLIED_TRANSFORM
+from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
+from fsel.core.points import RawPoints, grouped_rows
+
+PAIRS = 8
+HELD = 32  # images that are held while pairs are matched
+MATCHING_LONG_SIDE = 640
+MIN_MATCHES = 60  # over all pairs, below which nothing is concluded
+SCALES = (0.125, 0.25, 0.5, 2.0, 4.0, 8.0)
+UNKNOWN = "poses and images (or points) that belong to different reconstructions"
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Measure of how well a capture's parts agree.
+
+    Attributes:
+        kind: `reprojection` of sparse points, `epipolar` distance of matches, or `none`.
+        median: pixels; nan for none.
+        p95: 95th percentile, pixels.
+        long_side: longer side in pixels of the images that these pixels are of.
+        count: observations or matches measured.
+        cause: the mistake that would explain a large median, in words.
+    """
+
+    kind: str
+    median: float
+    p95: float
+    long_side: int
+    count: int
+    cause: str = ""
+
+    def __str__(self) -> str:
+        if not self.count:
+            return "no sparse points and too few matches to check the poses with"
+        return (
+            f"{self.kind} error of median {self.median:.2f} px and 95th percentile {self.p95:.2f} "
+            f"px over {self.count}, in images of {self.long_side} px"
+        )
+
+    @property
+    def share(self) -> float:
+        """The median as a share of the longer side."""
+        return self.median / self.long_side
+
+
+def measure(raw: RawCapture, bound: float) -> Agreement:
+    """Reproject the sparse points or, where there are none, match a few pairs of frames.
+
+    Args:
+        raw: with valid poses.
+        bound: share of the images' longer side; above it the cause is looked for.
+    """
+    points = raw.sparse()
+    if points is not None and len(points.track_xy):
+        side = max(max(camera.width, camera.height) for camera in raw.cameras)
+        return _agreement("reprojection", reprojection_errors, raw, side, bound)
+    matches = list(matches_of(raw, choose_pairs(raw.world_to_camera, PAIRS)))
+    side = max((max(m[6]) for m in matches), default=MATCHING_LONG_SIDE)
+    if sum(len(m[2]) for m in matches) < MIN_MATCHES:
+        return Agreement("none", float("nan"), float("nan"), side, 0)
+    return _agreement("epipolar", lambda r: _epipolar(r, matches), raw, side, bound)
+
+
+def _agreement(
+    kind: str,
+    errors: Callable[[RawCapture], np.ndarray],
+    raw: RawCapture,
+    side: int,
+    bound: float,
+) -> Agreement:
+    pixels = errors(raw)
+    # not interpolated: between a number and the infinity of a point behind its camera lies nan
+    median, p95 = (float(v) for v in np.percentile(pixels, [50, 95], method="higher"))
+    cause = ""
+    if median > bound * side:
+        trials = {name: float(np.median(errors(changed))) for name, changed in _mistakes(raw)}
+        best = min(trials, key=trials.__getitem__)
+        cause = best if trials[best] <= bound * side else UNKNOWN
+    return Agreement(kind, median, p95, side, len(pixels), cause)
+
+
+def reprojection_errors(raw: RawCapture, points: RawPoints | None = None) -> np.ndarray:
+    """(L,) pixels between each observation and its point's projection; inf behind the camera.
+
+    Args:
+        raw: the capture.
+        points: its points, where they are read already.
+    """
+    points = points or raw.sparse()
+    if points is None:
+        return np.empty(0)
+    errors = np.full(len(points.track_xy), np.inf)
+    for frame, rows in enumerate(grouped_rows(points.track_frame, len(raw.names))):
+        ahead, seen = raw.projected(frame, points.xyz[points.track_point[rows]])
+        # the squares of a damaged camera's positions may be no numbers
+        errors[rows[ahead]] = np.hypot(*(seen - points.track_xy[rows[ahead]]).T)
+    return np.where(np.isnan(errors), np.inf, errors)
+
+
+def matches_of(
+    raw: RawCapture, pairs: list[tuple[int, int]], progress: Progress = in_silence
+) -> Iterator[tuple]:
+    """(i, j, pixels in i, in j, intrinsics of i, of j, size) of pairs that match, undistorted."""
+
+    @lru_cache(HELD)
+    def show(i: int) -> tuple[np.ndarray, Lens]:
+        image = image_files.load_for(raw.images[i], MATCHING_LONG_SIDE)
+        lens = prepared(Lens, raw.cameras[i], image, MATCHING_LONG_SIDE, raw.images[i])
+        return lens.straighten(image), lens
+
+    for i in sorted({i for pair in pairs for i in pair})[:HELD]:
+        show(i)  # in order, so that a video is read once where all are held
+    for i, j in progress(pairs, len(pairs)):
+        (first, a), (second, b) = show(i), show(j)
+        xa, xb = match(first, second)
+        if len(xa):
+            yield i, j, xa, xb, a.intrinsics, b.intrinsics, a.size
+
+
+def epipolar_errors(raw: RawCapture, matches: list[tuple]) -> list[tuple[int, int, float]]:
+    """(i, j, median pixels) of matches' distances to the epipolar lines of the poses."""
+    return [(one[0], one[1], float(np.median(_epipolar(raw, [one])))) for one in matches]
+
+
+def _epipolar(raw: RawCapture, matches: list[tuple]) -> np.ndarray:
+    poses = raw.world_to_camera
+    return np.concatenate(
+        [
+            epipolar_distances(xa, xb, poses[i], poses[j], ka, kb)
+            for i, j, xa, xb, ka, kb, _ in matches
+        ]
+    )
+
+
+def _mistakes(raw: RawCapture) -> Iterator[tuple[str, RawCapture]]:
+    """The capture with each common mistake undone, and the mistake's name."""
+    poses = raw.world_to_camera
+    full = np.concatenate([poses, np.tile([[[0.0, 0, 0, 1]]], (len(poses), 1, 1))], axis=1)
+    turned = np.array([OPENGL_TO_OPENCV @ pose for pose in poses])
+    inverted = np.array([invert_pose(pose) for pose in poses])
+    both = np.array([invert_pose(pose @ np.diag([1.0, -1, -1, 1])) for pose in full])
+    yield "camera axes of OpenGL (y up, z back) taken for OpenCV's", _posed(raw, turned)
+    yield "camera-to-world poses taken for world-to-camera", _posed(raw, inverted)
+    yield "camera-to-world poses with OpenGL axes taken for world-to-camera", _posed(raw, both)
+    worlds = {"before": OLD_APPLIED_TRANSFORM, "since": NEW_APPLIED_TRANSFORM}
+    for name, applied in worlds.items():
+        world = np.vstack([applied, [0, 0, 0, 1]])
+        for matrix in (world, world.T):
+            what = (
+                f"the applied_transform of nerfstudio {name} January 2024, kept or undone wrongly"
+            )
+            yield what, _posed(raw, (full @ matrix)[:, :3])
+    points = raw.sparse()
+    if points is None:
+        return
+    for scale in SCALES:
+        what = f"intrinsics {scale:g} times as large as the pixels that points were seen at"
+        yield what, _scaled(raw, points, scale)
+
+
+def _scaled(raw: RawCapture, points: RawPoints, scale: float) -> RawCapture:
+    scaled = replace(points, track_xy=points.track_xy * scale)
+    return replace(raw, points=lambda _: scaled)
+
+
+def _posed(raw: RawCapture, poses: np.ndarray) -> RawCapture:
+    return replace(raw, world_to_camera=poses)

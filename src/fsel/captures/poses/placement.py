@@ -1,0 +1,164 @@
+"""Captures out of videos and photos: frames are placed, and taken denser where that fails."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+
+from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.model import write_binary
+from fsel.captures.colmap.runs import Part, Work
+from fsel.captures.images import video
+from fsel.captures.layouts import bare
+from fsel.captures.layouts.contract import RawCapture
+from fsel.captures.poses import sfm
+from fsel.captures.poses.repeated import repeated
+from fsel.captures.taking import IMAGES, Say, Source, Taken, keep, photo_name, take, take_denser
+from fsel.core.geometry import upright
+from fsel.core.names import natural
+
+MODEL = "sparse/0"
+ROUNDS = 2  # of taking frames denser
+
+
+def place(
+    sources: Sequence[Source], sampling: video.Sampling, folder: Path, work: Work, say: Say
+) -> dict:
+    """Fill a folder with a COLMAP capture of the sources, and return what was found.
+
+    Frames of a video that show the same as the one before them are left out. Where two frames or
+    more of a video in a row could not be placed, frames are taken denser, twice at most, as long
+    as that helps.
+
+    Args:
+        sources: one or more.
+        sampling: of each video.
+        folder: receives images/ and sparse/0; what an interrupted run left in it is gone on with.
+        work: how frames are placed; its folder outlives interruptions.
+        say: prints a line of a step, by a label.
+
+    Returns:
+        As `poses.json` has it: names of frames that were placed and not, times that were lost.
+
+    Raises:
+        ValueError: for what cannot be read, or where fewer than three frames can be placed, with
+            the cause.
+    """
+    taken = take(sources, sampling, folder, work, say)
+    model, raw = _placed(sources, taken, folder, work, say)
+    twice = repeated(model, work)
+    turn_upright(model)
+    write_binary(model, folder / MODEL)
+    return {"by": work.who, "repeated": twice} | _found(sources, taken, raw, model)
+
+
+def _placed(
+    sources: Sequence[Source], taken: Taken, folder: Path, work: Work, say: Say
+) -> tuple[pycolmap.Reconstruction, RawCapture]:
+    """COLMAP's model, and the frames that it was to place."""
+    model, placed = None, set[str]()
+    for rounds in itertools.count():
+        raw, parts = _raw(sources, taken, folder)
+        before = len(placed)
+        try:
+            model = sfm.place(raw, work=replace(work, parts=parts), start=model)
+        except sfm.NotPlaced as error:
+            in_vain = rounds == ROUNDS or bool(error.cause)
+            if in_vain or not _denser(sources, taken, placed, folder, work):
+                raise _refused(sources, error) from error
+        else:
+            placed = {image.name for image in model.images.values()}
+            in_vain = rounds == ROUNDS or len(placed) == before
+            if in_vain or not _denser(sources, taken, placed, folder, work):
+                break
+        say("video", "frames were not placed: taken denser there")
+        keep(taken, folder)
+    return model, raw
+
+
+def _denser(
+    sources: Sequence[Source], taken: Taken, placed: set[str], folder: Path, work: Work
+) -> bool:
+    """Take more frames where two or more in a row were not placed; false where there are none."""
+    more = False
+    for source in sources:
+        spans = _lost(source, taken, placed)
+        lost = [(low, high) for low, high, count in spans if count > 1]
+        more |= bool(lost) and take_denser(source, taken, lost, folder, work)
+    return more
+
+
+def turn_upright(model: pycolmap.Reconstruction) -> None:
+    """Turn a world that COLMAP chose until z points upwards."""
+    poses = [image.cam_from_world().matrix() for image in model.images.values()]
+    turn = pycolmap.Rotation3d(upright(np.array(poses)))
+    model.transform(pycolmap.Sim3d(1.0, turn, np.zeros(3)))
+
+
+def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
+    several = "videos" if any(source.filmed for source in sources) else "photos"
+    usual = f"the {several} show too little in common. Hint: more images that overlap each other"
+    if several == "videos":
+        usual += ", as of a slower walk"
+    paths = ", ".join(str(source.path) for source in sources)
+    return ValueError(f"{paths}: {error.said}: {error.cause or usual}")
+
+
+def _raw(sources: Sequence[Source], taken: Taken, folder: Path) -> tuple[RawCapture, list[Part]]:
+    """The frames without poses, source after source, and what COLMAP is told of each source."""
+    names, parts = [], []
+    for source in sources:
+        shots = taken.shots.get(source.name, ())
+        numbers = [shot.index for shot in shots] or range(len(source.photos))
+        files = [shot.name for shot in shots] or [photo_name(photo) for photo in source.photos]
+        parts.append(Part(numbers, ordered=source.filmed))
+        names += [source.named(name) for name in files]
+    return bare.of_files(names, [folder / IMAGES / name for name in names]), parts
+
+
+def _lost(source: Source, taken: Taken, placed: set[str]) -> list[tuple[float, float, int]]:
+    """Seconds from one placed frame to the next, or to an end, with the frames lost between."""
+    spans, start, count = [], 0.0, 0
+    shots = taken.shots.get(source.name, [])
+    for shot in shots:
+        if source.named(shot.name) not in placed:
+            count += 1
+            continue
+        if count:
+            spans.append((start, shot.seconds, count))
+        start, count = shot.seconds, 0
+    if count:  # what is like the last frame is lost with it
+        spans.append((start, taken.ends.get(source.name, shots[-1].seconds), count))
+    return spans
+
+
+def _found(
+    sources: Sequence[Source], taken: Taken, raw: RawCapture, model: pycolmap.Reconstruction
+) -> dict:
+    """Content of `poses.json`."""
+    placed = {image.name for image in model.images.values()}
+    films = [source for source in sources if source.filmed]
+    lost = [
+        {"video": source.path.name, "from": low, "to": high, "frames": count}
+        for source in films
+        for low, high, count in _lost(source, taken, placed)
+    ]
+    shots = [
+        {"name": source.named(shot.name)} | asdict(shot)
+        for source in films
+        for shot in taken.shots[source.name]
+    ]
+    ordered = sorted(raw.names, key=natural)
+    return {
+        "video": shots,
+        "turned": taken.turned,
+        "still": taken.still,
+        "frames": len(raw.names),
+        "placed": [name for name in ordered if name in placed],
+        "not_placed": [name for name in ordered if name not in placed],
+        "lost": lost,
+    }

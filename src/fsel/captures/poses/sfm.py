@@ -1,0 +1,290 @@
+"""Structure from motion on the CPU through pycolmap: points from known poses, poses from images."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.failures import SLIDES, cause, slides, slides_at_once
+from fsel.captures.colmap.model import write_binary
+from fsel.captures.colmap.observations import observed, points_of
+from fsel.captures.colmap.runs import (
+    MIN_PLACED,
+    SEED,
+    THREADS,
+    Work,
+    build,
+    extract,
+    linked,
+    match,
+    match_pairs,
+)
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts import colmap
+from fsel.captures.layouts.contract import RawCapture
+from fsel.core.capture import Capture
+from fsel.core.geometry import viewing_angles
+from fsel.core.names import matched
+from fsel.core.points import SparsePoints
+
+NEAREST = 48
+NEIGHBOURS = 12  # frames that each is matched with when poses are known
+MAX_ANGLE = np.radians(60)
+DATABASE = "database.db"
+log = logging.getLogger(__name__)
+
+
+class NotPlaced(ValueError):
+    """COLMAP placed too few frames.
+
+    Attributes:
+        said: how many, without the place.
+        cause: why, and what to do about it, where matches or the lack of them tell.
+    """
+
+    def __init__(self, image: image_files.Image, said: str, cause: str) -> None:
+        super().__init__(f"{image}: {said}" + (f": {cause}" if cause else ""))
+        self.said, self.cause = said, cause
+
+
+def triangulate(capture: Capture) -> SparsePoints | None:
+    """Sparse points from SIFT matches of the capture's images and its known poses.
+
+    Args:
+        capture: undistorted; matching wants some 600 to 1000 pixels.
+
+    Returns:
+        Points in the capture's world, or None where no match triangulates.
+    """
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        names = _export(capture.images, folder / "images")
+        database = folder / DATABASE
+        extract(database, folder / "images", names, Work(), one_camera=False)
+        model = _posed_model(capture, names, database)
+        pairs = [(names[i], names[j]) for i, j in neighbours(capture)]
+        match_pairs(database, pairs, THREADS)
+        output = folder / "sparse"
+        output.mkdir()
+        options = pycolmap.IncrementalPipelineOptions(num_threads=THREADS, random_seed=SEED)
+        triangulated = pycolmap.triangulate_points(
+            model, database, folder / "images", output, options=options
+        )
+        rows = {name: i for i, name in enumerate(names)}
+        frames = {key: rows[image.name] for key, image in triangulated.images.items()}
+        points = points_of(observed(triangulated), frames, capture.source)
+    log.info("%s: triangulated %d points", capture.source, len(points.xyz) if points else 0)
+    return points.without_pixels() if points else None
+
+
+def neighbours(capture: Capture) -> list[tuple[int, int]]:
+    """Pairs (i, j), i < j, of each frame and those of the nearest that look its way.
+
+    At most 12 a frame, from the 48 nearest, whose axes are within 60 degrees of its own.
+    """
+    from scipy.spatial import cKDTree  # here: slow to import, and seldom needed
+
+    near = min(NEAREST, len(capture))
+    _, order = cKDTree(capture.centers).query(capture.centers, k=near)
+    order = order.reshape(len(capture), near)
+    pairs = set()
+    for i, row in enumerate(order):
+        row = row[row != i]
+        alike = row[viewing_angles(capture.axes[i], capture.axes[row]) < MAX_ANGLE]
+        pairs |= {(min(i, j), max(i, j)) for j in alike[:NEIGHBOURS].tolist()}
+    return sorted(pairs)
+
+
+def _export(frames: np.ndarray, folder: Path) -> list[str]:
+    names = [f"{i:06d}.png" for i in range(len(frames))]
+    image_files.write(frames, folder, names)
+    return names
+
+
+def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap.Reconstruction:
+    """A model of the capture's poses without points, numbered as the database is.
+
+    The database's cameras, guessed from the images, are given the known intrinsics.
+    """
+    model = pycolmap.Reconstruction()
+    rows = {name: i for i, name in enumerate(names)}
+    with pycolmap.Database.open(str(database)) as stored:
+        for image in stored.read_all_images():
+            i = rows[image.name]
+            lens = Camera("PINHOLE", *capture.size, tuple(capture.intrinsics[i])).colmap
+            lens.camera_id = image.camera_id
+            stored.update_camera(lens)
+            model.add_camera_with_trivial_rig(lens)
+            pose = capture.world_to_camera[i]
+            rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
+            posed = pycolmap.Image(
+                image_id=image.image_id, name=image.name, camera_id=image.camera_id
+            )
+            model.add_image_with_trivial_frame(posed, rigid)
+    return model
+
+
+def estimate(capture: Capture) -> tuple[np.ndarray, np.ndarray, SparsePoints]:
+    """Poses and points from a capture's images and intrinsics; see `reconstruct`.
+
+    Args:
+        capture: undistorted; matching wants some 500 to 1000 pixels.
+
+    Returns:
+        (n,) frames that were placed, ascending; their (n, 3, 4) world-to-camera; and points whose
+        tracks number those n frames.
+    """
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        files = [folder / file for file in _export(capture.images, folder)]
+        cameras = [Camera("PINHOLE", *capture.size, tuple(k)) for k in capture.intrinsics]
+        raw = RawCapture(
+            list(capture.names), files, capture.world_to_camera, cameras, list(capture.sequences)
+        )
+        placed = reconstruct(raw, known_cameras=True)
+        points = placed.sparse()
+    if points is None:
+        raise ValueError(f"{capture.source}: COLMAP made no points")
+    rows = {name: i for i, name in enumerate(capture.names)}
+    kept = np.array([rows[name] for name in placed.names])
+    return kept, placed.world_to_camera, points.without_pixels()
+
+
+def reconstruct(
+    raw: RawCapture, *, known_cameras: bool = False, work: Work | None = None
+) -> RawCapture:
+    """Poses, cameras and points from the images alone; see `place`.
+
+    Returns:
+        The frames that were placed; the others are dropped.
+    """
+    work = work or Work()
+    model = place(raw, known_cameras=known_cameras, work=work)
+    return with_model(raw, model, f"not placed by {work.who}")
+
+
+def place(
+    raw: RawCapture,
+    *,
+    known_cameras: bool = False,
+    work: Work | None = None,
+    start: pycolmap.Reconstruction | None = None,
+) -> pycolmap.Reconstruction:
+    """The largest model that is built from a capture's images, its images named as the frames.
+
+    The world is COLMAP's, or the program's, own; nothing is aligned to poses that the capture came
+    with.
+
+    Args:
+        raw: of which names and images are used.
+        known_cameras: whether its cameras are used too, and fixed, by COLMAP; without, it
+            estimates one for all frames.
+        work: how; in one thread and in silence, forgetting everything, if None.
+        start: a model of some of the images that was made in the same folder, for COLMAP to go on
+            with; programs start anew.
+
+    Raises:
+        NotPlaced: when fewer than three frames could be placed.
+        ValueError: when a program fails, or leaves no model of the images.
+    """
+    work = work or Work()
+    with work.place() as folder:
+        names = linked(raw.images, folder / "images", work.parts)
+        if work.by is not None:
+            models = [colmap.load_model(path) for path in work.by.models(folder)]
+        else:
+            models = _mapped(raw, names, folder, work, known_cameras, start)
+        placed = max((model.num_reg_images() for model in models), default=0)
+        log.info("%s placed %d of %d frames", work.who, placed, len(names))
+        if placed < MIN_PLACED:
+            said = f"{work.who} placed {placed} of {len(names)} frames"
+            said += f"; at least {MIN_PLACED} are needed"
+            raise NotPlaced(raw.images[0], said, "" if work.by else cause(folder / DATABASE))
+        model = max(models, key=lambda model: model.num_reg_images())
+        rows = matched(names, [image.name for image in model.images.values()])
+        for image in model.images.values():
+            if image.name not in rows:
+                raise ValueError(f"{work.who} placed {image.name!r}, none of {names[:3]} ...")
+            image.name = raw.names[rows[image.name]]
+    return model
+
+
+def _mapped(
+    raw: RawCapture,
+    names: Sequence[str],
+    folder: Path,
+    work: Work,
+    known_cameras: bool,
+    start: pycolmap.Reconstruction | None,
+) -> list[pycolmap.Reconstruction]:
+    """The models that COLMAP's incremental mapper builds in a folder."""
+    database = folder / DATABASE
+    said = f"COLMAP cannot place its {len(names)} frames"
+    if len(work.parts) == 1 and work.parts[0].ordered and slides_at_once(raw.images):
+        raise NotPlaced(raw.images[0], said, SLIDES)
+    extract(database, folder / "images", names, work, one_camera=not known_cameras)
+    if known_cameras:
+        _state(dict(zip(names, raw.cameras, strict=True)), database)
+    match(database, names, work)
+    if slides(database):
+        raise NotPlaced(raw.images[0], said, SLIDES)
+    begun = start and _put(start, dict(zip(raw.names, names, strict=True)), folder / "begun")
+    models = build(
+        database, folder, len(names), work, refine=not known_cameras, start=begun or None
+    )
+    return list(models.values())
+
+
+def _put(model: pycolmap.Reconstruction, names: dict[str, str], folder: Path) -> Path:
+    """Write a model into a folder, its images named as the database has them."""
+    renamed = pycolmap.Reconstruction(model)
+    for image in renamed.images.values():
+        image.name = names[image.name]
+    write_binary(renamed, folder)
+    return folder
+
+
+def _state(cameras: dict[str, Camera], database: Path) -> None:
+    """Replace the database's cameras, guessed from the images, by the known ones."""
+    with pycolmap.Database.open(str(database)) as stored:
+        for image in stored.read_all_images():
+            lens = cameras[image.name].colmap
+            lens.camera_id = image.camera_id
+            lens.has_prior_focal_length = True
+            stored.update_camera(lens)
+
+
+def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:
+    """The capture's images with another model's poses, cameras and points, matched by name.
+
+    Args:
+        raw: whose own poses are put aside.
+        model: whose image names are the capture's, or their file names or stems.
+        reason: why a frame that the model lacks is dropped.
+
+    Raises:
+        ValueError: when no image of the model is one of the capture's.
+    """
+    posed = {image.name: image for image in model.images.values() if image.has_pose}
+    rows = matched(raw.names, sorted(posed))
+    if not rows:
+        raise ValueError(f"none of the model's images {sorted(posed)[:3]} is in the capture")
+    kept = sorted(rows.values())
+    images = [posed[name] for name in sorted(rows, key=rows.__getitem__)]
+    ids, seen = [image.image_id for image in images], cache(lambda: observed(model))
+    return replace(
+        raw.subset(kept, reason),
+        world_to_camera=np.array([image.cam_from_world().matrix() for image in images]),
+        cameras=[colmap.camera_of(model.cameras[image.camera_id]) for image in images],
+        points=lambda frames: points_of(
+            seen(), {ids[row]: at for at, row in enumerate(frames)}, "the model"
+        ),
+    )

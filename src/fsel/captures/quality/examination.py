@@ -1,0 +1,261 @@
+"""One pass over a capture's images, poses and points that finds its bad frames."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from fsel.captures.images.matching import choose_pairs
+from fsel.captures.images.previews import Progress, in_silence, in_turn, shrunk
+from fsel.captures.layouts.contract import RawCapture
+from fsel.captures.lazy import LazyCapture, open_capture
+from fsel.captures.poses.agreement import epipolar_errors, matches_of, reprojection_errors
+from fsel.captures.quality import blur, covered, exposure, findings, poses
+from fsel.captures.quality.cells import GRID, SIDE, Cells, measured, sharpness
+from fsel.captures.quality.duplicates import STILL, movements
+from fsel.captures.quality.findings import Finding, Health, exceeding
+from fsel.core.geometry import pose_distance
+from fsel.core.points import NO_POINTS, RawPoints, grouped_rows
+
+PARTNERS = 2  # frames that each is matched with
+NEAR = 4  # frames closest to each by pose
+BLOCK = 1000  # frames whose distances from all others are in memory at once
+THUMBNAIL = 96  # pixels of the longer side of images that are compared as wholes
+MOST_POINTS = 200  # of each frame, those in the longest tracks, that colors are compared at
+BURNT = 0.3  # share of the pixels clipped to white above that of the frames beside
+PIXELS = "pixels of reprojection error, {:.0%} of its points fit"
+OFF_PATH = "times as far off the path beside it as a smooth one may lie"
+SHOWN = 0.5  # share of a frame's points that others must see to show what it shows
+
+
+def examined(
+    opened: LazyCapture,
+    progress: Progress = in_silence,
+    *,
+    images: bool = True,
+    matching: bool = False,
+) -> Health:
+    """Find the bad frames of a capture.
+
+    Args:
+        opened: the capture.
+        progress: wraps the loop over the images.
+        images: whether they are opened; without, poses alone are judged.
+        matching: whether poses are also judged by matches of every frame with two beside it, which
+            takes some tenths of a second a frame.
+    """
+    placed = _Placed(opened)
+    found, detail = placed.misplaced(), None
+    if matching:
+        found += _mismatched(opened.raw, progress)
+    if images and len(opened.capture) > NEAR:
+        shown = in_turn(lambda at: _look(opened, at), opened.raw.images, progress)
+        cells, small, sides = zip(*shown, strict=True)
+        pictured = _Pictured(placed, Cells.of(cells), np.array(sides))
+        found += [*pictured.blurred(), *pictured.exposed(), *pictured.covered(found)]
+        found += [*_duplicates(small), *_unreadable(np.array(sides))]
+        known = np.exp(sharpness(pictured.cells).min(axis=1))
+        detail = known if np.isfinite(known).any() else None
+    found.sort(key=lambda finding: finding.severity)
+    worst = {(finding.frame, finding.kind): finding for finding in found}.values()
+    found = sorted(worst, key=lambda finding: (finding.frame, -finding.severity))
+    gone, alone = findings.left_out(tuple(found), len(opened.capture), placed.shown)
+    return Health(tuple(found), detail, gone, alone)
+
+
+def bad_frames(path: str | Path, layout: str = "auto") -> list[str]:
+    """Name the frames of a capture that `fsel select` leaves out, the least bad first.
+
+    Args:
+        path: its folder.
+        layout: a key of `LAYOUTS`, or `auto` to recognise it.
+
+    Raises:
+        FileNotFoundError, ValueError: as `fsel.read_capture`.
+
+    Example:
+        >>> bad = fsel.bad_frames("captures/garden")
+        >>> fsel.select(capture, 20, never=bad)  # a `Capture`; of a folder they are left out
+    """
+    opened = open_capture(path, layout)
+    return [opened.capture.names[frame] for frame in examined(opened).left_out]
+
+
+def _mismatched(raw: RawCapture, progress: Progress) -> list[Finding]:
+    """Frames whose poses contradict their matches with others."""
+    pairs = choose_pairs(raw.world_to_camera, len(raw.names), PARTNERS)
+    matches = list(matches_of(raw, pairs, progress))
+    side = max((max(one[6]) for one in matches), default=0)
+    error, limit = poses.epipolar(epipolar_errors(raw, matches), len(raw.names), side)
+    return exceeding(findings.MISPLACED, error, limit, "pixels from epipolar lines")
+
+
+def _look(opened: LazyCapture, at: int) -> tuple[tuple, np.ndarray, int]:
+    """The cells of a frame's image, the image small and grey, and the side that was measured."""
+    try:
+        image = shrunk(opened.raw.images[at], opened.longest, SIDE)
+    except ValueError:  # no decoder takes it
+        image = np.zeros((1, 1, 3), np.uint8)
+    side = max(image.shape[:2])
+    grey, scale = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), min(1.0, THUMBNAIL / side)
+    small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return measured(image), small, side
+
+
+def _duplicates(small: tuple[np.ndarray, ...]) -> list[Finding]:
+    """Frames that show the same as the one before them, of those of one shape."""
+    what, moved = "of the image's side moved since the frame before", np.full(len(small), np.inf)
+    for shape in {image.shape for image in small if image.size > 1}:
+        rows = [at for at, image in enumerate(small) if image.shape == shape]
+        moved[rows] = movements(np.array([small[at] for at in rows]))
+    again = np.flatnonzero(moved < STILL)
+    return [Finding(int(i), findings.DUPLICATE, float(moved[i]), STILL, what) for i in again]
+
+
+def _unreadable(sides: np.ndarray) -> list[Finding]:
+    """Frames whose image no decoder takes."""
+    return exceeding(findings.UNREADABLE, (sides == 1) * 1.0, 0.0, "image that no decoder takes")
+
+
+class _Placed:
+    """A capture's poses and points.
+
+    Attributes:
+        opened: the capture.
+        points: its points; none where it has none.
+        rows: observations of each frame.
+    """
+
+    def __init__(self, opened: LazyCapture) -> None:
+        self.opened = opened
+        self.points = opened.points or NO_POINTS
+        self.rows = grouped_rows(self.points.track_frame, len(opened.capture))
+
+    @cached_property
+    def near(self) -> np.ndarray:
+        """(N, 4) frames closest to each by pose."""
+        centers, axes = self.opened.capture.centers, self.opened.capture.axes
+        near = []
+        for block in np.array_split(np.arange(len(centers)), len(centers) // BLOCK + 1):
+            distance = pose_distance(centers[block], axes[block], centers, axes)
+            distance[np.arange(len(block)), block] = np.inf
+            near.append(np.argsort(distance, axis=1, kind="stable")[:, :NEAR])
+        return np.concatenate(near)
+
+    def misplaced(self) -> list[Finding]:
+        """Frames whose poses contradict their points or, without points, the path beside them."""
+        raw, count = self.opened.raw, len(self.rows)
+        side = max(max(camera.width, camera.height) for camera in raw.cameras)
+        errors = reprojection_errors(raw, self.points)
+        median, limit, within = poses.reprojection(errors, self.points.track_frame, count, side)
+        found = [
+            Finding(i, findings.MISPLACED, float(median[i]), limit, PIXELS.format(within[i]))
+            for i in np.flatnonzero(median > limit).tolist()
+        ]
+        off, labels = np.zeros(count), np.array(raw.sequences)
+        for label in dict.fromkeys(raw.sequences):
+            of_pass = np.flatnonzero(labels == label)
+            off[of_pass] = poses.jumps(raw.world_to_camera[of_pass])
+        off[~np.isnan(median)] = 0
+        return found + exceeding(findings.MISPLACED, off, 1.0, OFF_PATH)
+
+    def shown(self, frame: int, staying: np.ndarray) -> bool:
+        """Check whether frames show a frame's points or, without any, are near its pose."""
+        if not len(self.rows[frame]):
+            return bool(staying[self.near[frame]].any())
+        points = self.points
+        seen = np.zeros(len(points.xyz), bool)
+        seen[points.track_point[staying[points.track_frame]]] = True
+        return bool(seen[points.track_point[self.rows[frame]]].mean() >= SHOWN)
+
+
+class _Pictured:
+    """Measurements of a capture's images, and where its points lie in them.
+
+    Attributes:
+        placed: its poses and points.
+        cells: of its images.
+        points: of each frame those in the longest tracks.
+        rows: observations of each frame.
+        gains: (N, 3) logarithms of the gains of the frames' channels.
+        colors: (M, 3) those of the points' colors.
+    """
+
+    def __init__(self, placed: _Placed, cells: Cells, sides: np.ndarray) -> None:
+        """Args: the capture; cells of its images; (N,) the longer sides that they were of."""
+        self.placed, self.cells = placed, cells
+        cameras = placed.opened.raw.cameras
+        self._scale = sides / [max(camera.width, camera.height) for camera in cameras]
+        self.points = points = _longest(placed.points, placed.rows)
+        self.rows = grouped_rows(points.track_frame, len(sides))
+        self._cell = cells.at(points.track_xy, self._scale[points.track_frame])
+        self._tracks = cells, self._cell, points.track_point, points.track_frame
+        if len(points.track_frame):
+            self.gains, self.colors = exposure.gains_at_points(*self._tracks)
+        else:
+            self.gains, self.colors = exposure.gains_beside(cells, placed.near), np.empty((0, 3))
+
+    def blurred(self) -> list[Finding]:
+        """Frames with less detail than they should have, by three references."""
+        detail = sharpness(self.cells)
+        by = {
+            "the frames beside it": (blur.beside(detail, self.placed.near), blur.BESIDE),
+            "sharp frames at the points that it sees": (
+                blur.at_points(*self._tracks),
+                blur.AT_POINTS,
+            ),
+            "the capture's sharpest tenth": (blur.of_capture(detail), blur.OF_CAPTURE),
+        }
+        return [
+            finding
+            for what, (times, limit) in by.items()
+            for finding in exceeding(
+                findings.BLURRED, times, limit, f"times less detail than {what}"
+            )
+        ]
+
+    def exposed(self) -> list[Finding]:
+        """Frames that are too bright, too dark or of another tint than the others, or burnt out."""
+        times, most, tint, tinted = exposure.unusual(self.gains)
+        clipped = self.cells.clipped
+        usual = np.median(clipped[self.placed.near], axis=1) + BURNT
+        return [
+            *exceeding(findings.EXPOSED, times, most, "times brighter or darker than the capture"),
+            *exceeding(findings.TINTED, tint, tinted, "times as strong a channel as usual"),
+            *exceeding(findings.BURNT, clipped, usual, "of the image clipped to white"),
+        ]
+
+    def covered(self, others: list[Finding]) -> list[Finding]:
+        """Frames whose middle is hidden, but those that are known to be misplaced."""
+        share = np.array([self._hidden(frame) for frame in range(len(self.rows))])
+        share[[one.frame for one in others]] = np.nan
+        what = "of the points expected in its middle hidden"
+        return exceeding(findings.COVERED, share, covered.HIDDEN, what)
+
+    def _hidden(self, frame: int) -> float:
+        """Share of the points that two frames beside one see and that are hidden in its middle."""
+        raw, points = self.placed.opened.raw, self.points
+        beside = [points.track_point[self.rows[near]] for near in self.placed.near[frame]]
+        expected, times = np.unique(np.concatenate(beside), return_counts=True)
+        expected = expected[times > 1]
+        ahead, pixels = raw.projected(frame, points.xyz[expected])
+        camera = raw.cameras[frame]
+        inside = covered.in_the_middle(pixels, (camera.width, camera.height))
+        expected, pixels = expected[ahead[inside]], pixels[inside]
+        cell = self.cells.at(pixels, np.full(len(pixels), self._scale[frame]))
+        color = self.cells.color[frame].reshape(3, GRID * GRID)[:, cell].T
+        observed = np.isin(expected, points.track_point[self.rows[frame]])
+        return covered.hidden(color, np.exp(self.colors[expected]), observed)
+
+
+def _longest(points: RawPoints, rows: list[np.ndarray]) -> RawPoints:
+    """Observations of the points in the longest tracks of each frame."""
+    length = np.bincount(points.track_point, minlength=len(points.xyz))
+    chosen = np.zeros(len(points.xyz), bool)
+    for row in rows:
+        seen = points.track_point[row]
+        chosen[seen[np.argsort(-length[seen], kind="stable")[:MOST_POINTS]]] = True
+    return points.observed(chosen[points.track_point])

@@ -1,0 +1,106 @@
+"""Poses that contradict the points that their frames see, or the path beside them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.captures.quality.grouped import quantile_of
+from fsel.core.geometry import camera_centers, lengths
+
+TIMES = 6.0  # the capture's median error that a frame's is at most
+LEAST_ERROR = 0.004  # of the longer side: 2 pixels at 480
+LEAST_OBSERVED = 6  # points of a frame whose pose is judged by them
+PAIRS = ((-1, 1), (-2, 2), (1, 2), (2, 4), (-1, -2), (-2, -4))  # frames that predict one
+LEAST_PATH = 8  # frames of a pass whose smoothness can be told
+FAR = 3.0  # typical steps that a frame lies off the path of those beside it, at most
+TURNED = np.radians(5)  # that it is turned off their directions, at most
+SMOOTH = 0.95  # share of the frames that lie within a part of both, on a path
+PART = (0.5 / FAR, 0.5)
+
+
+def reprojection(
+    errors: np.ndarray, frame: np.ndarray, count: int, side: float
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """Median reprojection error of each frame, the largest that is usual, and its inliers.
+
+    Args:
+        errors: (L,) pixels between observations and their points' projections; inf behind the
+            camera.
+        frame: (L,) of each.
+        count: how many frames there are.
+        side: pixels of the images' longer side.
+
+    Returns:
+        (N,) medians in pixels, NaN for frames with few observations; the limit; (N,) shares of the
+        frames' observations that it holds for.
+    """
+    many = np.bincount(frame, minlength=count)
+    median = quantile_of(errors, frame, count, 0.5)
+    median[many < LEAST_OBSERVED] = np.nan
+    limit = _limit(median[np.isfinite(median)], side)
+    within = np.bincount(frame[errors <= limit], minlength=count) / np.maximum(many, 1)
+    return median, limit, within
+
+
+def epipolar(
+    errors: list[tuple[int, int, float]], count: int, side: float
+) -> tuple[np.ndarray, float]:
+    """Epipolar error of each frame, that of its best pair, and the largest that is usual.
+
+    A frame that is misplaced agrees with no other; another that was matched with it agrees with
+    its other partner.
+
+    Args:
+        errors: two frames and their matches' median distance from the epipolar lines, in pixels.
+        count: how many frames there are.
+        side: pixels of the images' longer side.
+
+    Returns:
+        (N,) pixels, NaN for frames without a pair, and the limit.
+    """
+    best = np.full(count, np.nan)
+    for *pair, error in errors:
+        best[pair] = np.fmin(best[pair], error)
+    known = best[~np.isnan(best)]
+    return best, _limit(known, side)
+
+
+def jumps(world_to_camera: np.ndarray) -> np.ndarray:
+    """Distances of frames from the path of those beside them, over the allowed distance.
+
+    A frame is predicted from pairs of frames before, after and around it, linearly; the prediction
+    that comes nearest counts, so that a frame beside one that jumps does not jump itself.
+
+    Args:
+        world_to_camera: (n, 3, 4) of a pass, in the order in which it was filmed.
+
+    Returns:
+        (n,) above 1 for a frame that jumps, by its position or its direction; zeros where the
+        frames are no smooth path, as photos are.
+    """
+    count, nothing = len(world_to_camera), np.zeros(len(world_to_camera))
+    if count < LEAST_PATH:
+        return nothing
+    centers = camera_centers(world_to_camera)
+    step = float(np.median(lengths(np.diff(centers, axis=0))))
+    moved = _off(centers) / (FAR * step) if step > 0 else np.full(count, np.inf)
+    turned = np.max([_off(world_to_camera[:, row, :3]) for row in (1, 2)], axis=0) / TURNED
+    off = np.quantile([moved, turned], SMOOTH, axis=1, method="lower")
+    return np.maximum(moved, turned) if (off <= PART).all() else nothing
+
+
+def _limit(errors: np.ndarray, side: float) -> float:
+    """The largest error that is usual, in pixels."""
+    return max(TIMES * float(np.median(errors)) if len(errors) else 0.0, LEAST_ERROR * side)
+
+
+def _off(vectors: np.ndarray) -> np.ndarray:
+    """(n,) distances of (n, 3) vectors from what those beside them predict, by the best pair."""
+    count = len(vectors)
+    rows, off = np.arange(count), np.full(count, np.inf)
+    for one, other in PAIRS:
+        inside = rows[(rows + min(one, other) >= 0) & (rows + max(one, other) < count)]
+        weight = other / (other - one)
+        predicted = weight * vectors[inside + one] + (1 - weight) * vectors[inside + other]
+        off[inside] = np.minimum(off[inside], lengths(vectors[inside] - predicted))
+    return off

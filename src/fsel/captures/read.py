@@ -1,0 +1,185 @@
+"""Captures read from disk in any layout, checked, and made canonical."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from numbers import Integral
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsel.captures.canonical import ingest, natural_order
+from fsel.captures.colmap.runs import Work, work_of
+from fsel.captures.layouts import LAYOUTS, bare, colmap
+from fsel.captures.layouts.contract import Layout, RawCapture
+from fsel.captures.poses import sfm
+from fsel.captures.poses.agreement import Agreement
+from fsel.captures.validate import validated
+from fsel.core.capture import Capture
+from fsel.core.limits import MAX_ERROR
+from fsel.core.wording import check_type
+
+log = logging.getLogger(__name__)
+
+POSES = ("layout", "colmap", "file")
+POINTS = ("layout", "triangulate")
+# folders inside of captures, which somebody may give in place of the capture
+PARTS = ("sparse", "0", "images", "color", "rgb", "pose", "intrinsic", "dslr", "iphone", "colmap")
+TRIANGULATION_LONG_SIDE = 800
+
+
+@dataclass(frozen=True)
+class Ingestion:
+    """A capture, and what reading it showed.
+
+    Attributes:
+        capture: the canonical capture.
+        agreement: how well its poses, cameras and images agree.
+        dropped: frames left out, and why.
+    """
+
+    capture: Capture
+    agreement: Agreement
+    dropped: dict[str, str]
+
+
+def recognise(folder: str | Path) -> list[str]:
+    """Names of the layouts that a folder looks like, the most particular first."""
+    return [layout.name for layout in LAYOUTS.values() if layout.recognises(Path(folder))]
+
+
+def read_raw(
+    path: str | Path, layout: str = "auto", reading: dict | None = None
+) -> tuple[Layout, RawCapture]:
+    """Layout and raw capture of a folder, before images are opened; see `read_folder`."""
+    known = _layout_of(Path(path), layout)
+    for key in reading or {}:
+        if key not in known.options:
+            allowed = ", ".join(known.options) or "nothing"
+            raise ValueError(f"reading.{key}: layout {known.name} takes {allowed}")
+    with np.errstate(over="ignore", invalid="ignore"):  # what becomes of it is refused by name
+        return known, known.read(Path(path), **reading or {})
+
+
+def read_capture(
+    path: str | Path, layout: str = "auto", long_side: int = 128, **options
+) -> Capture:
+    """Read a capture from disk; `options` are those of `read_folder`."""
+    return read_folder(path, layout, long_side, **options).capture
+
+
+def read_folder(
+    path: str | Path,
+    layout: str = "auto",
+    long_side: int = 128,
+    *,
+    poses: str | Mapping[str, Any] = "layout",
+    model: str = "",
+    points: str = "layout",
+    every: int = 1,
+    max_error: float = MAX_ERROR,
+    skip_unreadable: bool = False,
+    reading: dict | None = None,
+    store: Path | None = None,
+) -> Ingestion:
+    """Read a capture from disk, with the agreement of its parts and the frames left out.
+
+    Args:
+        path: its folder.
+        layout: a key of `LAYOUTS`, or `auto` to recognise it.
+        long_side: pixels of the images' longer side.
+        poses: `layout` for the dataset's own; `colmap` for COLMAP's from the images alone; `file`
+            for those of the COLMAP model in the folder `model`; or a mapping, see
+            `fsel.captures.colmap.runs.work_of`: other features, or a program that finds them.
+        model: folder inside the capture, for `poses="file"`.
+        points: `layout` for the dataset's own, if any; `triangulate` to make them otherwise.
+        every: keep every n-th frame of each sequence.
+        max_error: greatest median disagreement of poses and images, as a share of the images'
+            longer side (see `Agreement`).
+        skip_unreadable: leave out frames whose image is missing or cannot be decoded, and log them.
+        reading: keywords of the layout's own reader.
+        store: folder for the image arrays, so that memory stays small; None for memory.
+
+    Raises:
+        FileNotFoundError: when the folder, its model or its images are not there.
+        ValueError: for an unknown choice, or files that contradict themselves.
+    """
+    check_type("path", path, (str, Path), "a folder")
+    check_type("long_side", long_side, Integral, "a whole number of pixels")
+    folder = Path(path)
+    work = Work() if isinstance(poses, str) else work_of(poses)
+    if isinstance(poses, str):
+        _allowed("poses", poses, POSES)
+    _allowed("points", points, POINTS)
+    if layout == "auto" and poses != "layout" and not recognise(folder):
+        layout = bare.LAYOUT.name
+    known, raw = read_raw(folder, layout, reading)
+    source = f"{known.name} at {folder}"
+    raw = _thinned(raw, every)
+    if poses == "colmap" or not isinstance(poses, str):
+        raw = sfm.reconstruct(raw, work=work)
+    elif poses == "file":
+        if not model:
+            raise ValueError(f"{folder}: poses are from a file, but `model` names no folder")
+        raw = sfm.with_model(raw, colmap.load_model(folder / model), f"not in {model}")
+    raw, agreement = validated(raw, source, long_side, max_error, skip_unreadable=skip_unreadable)
+    for reason, count in sorted(Counter(raw.dropped.values()).items()):
+        log.info("%s: left out %d frames: %s", source, count, reason)
+    log.info("%s: %s", source, agreement)
+    capture = ingest(raw, known, folder, long_side, store=store)
+    if capture.points is None and points == "triangulate":
+        large = ingest(raw, known, folder, TRIANGULATION_LONG_SIDE, lazy=True)
+        capture = replace(capture, points=sfm.triangulate(large))
+    if capture.points is None:
+        log.info("%s: no sparse points; co-visibility is predicted from the poses", source)
+    return Ingestion(capture, agreement, raw.dropped)
+
+
+def _layout_of(folder: Path, layout: str) -> Layout:
+    if folder.is_file():
+        raise ValueError(f"{folder}: is a file; a capture is a folder with images and poses")
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder}: no such {'file' if folder.suffix else 'folder'}")
+    if layout != "auto":
+        _allowed("layout", layout, ("auto", *LAYOUTS))
+        return LAYOUTS[layout]
+    names = recognise(folder)
+    pictured = any((folder / name).is_dir() for name in colmap.IMAGE_FOLDERS)
+    if not names or (names[0] == colmap.LAYOUT.name and not pictured):
+        near = folder.resolve().parents[:2] if folder.resolve().name in PARTS else ()
+        around = next((outer for outer in near if recognise(outer)), None)
+        if around is not None:
+            raise ValueError(f"{folder}: is part of the capture {around}, give that folder")
+    if not names:
+        inner = [child.name for child in sorted(folder.iterdir()) if child.is_dir()]
+        scenes = [name for name in inner if recognise(folder / name)]
+        hint = f"; its folders {scenes[:3]} are captures, give one of them" if scenes else ""
+        if not scenes and bare.find(folder):
+            hint = (
+                "; its images have no poses. Hint: --poses colmap finds them (in a config "
+                "`poses: colmap` or a program, or `poses: file` reads them)"
+            )
+        raise ValueError(f"{folder}: no known layout ({', '.join(LAYOUTS)}){hint}")
+    also = f" (it also looks like {', '.join(names[1:])})" if names[1:] else ""
+    log.info("%s: recognised as %s%s", folder, names[0], also)
+    return LAYOUTS[names[0]]
+
+
+def _thinned(raw: RawCapture, every: int) -> RawCapture:
+    """Every n-th frame of each sequence, in natural order."""
+    if every == 1:
+        return raw
+    rows: dict[str, list[int]] = {}
+    for i in natural_order(raw):
+        rows.setdefault(raw.sequences[i], []).append(i)
+    kept = sorted(i for row in rows.values() for i in row[::every])
+    return raw.subset(kept, f"not one of every {every}")
+
+
+def _allowed(key: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise ValueError(f"{key} is {value!r}; allowed: {', '.join(allowed)}")

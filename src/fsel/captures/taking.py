@@ -1,0 +1,182 @@
+"""Frames and photos taken of what a scene is shown by: videos, and folders of photos."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from fsel.captures.colmap.failures import STANDS
+from fsel.captures.colmap.runs import Work
+from fsel.captures.images import files as image_files
+from fsel.captures.images import heic, orientation, video
+from fsel.captures.quality import duplicates
+from fsel.core.files import write_text
+from fsel.core.wording import counted
+
+IMAGES, TAKEN = "images", "taken.json"
+DENSER = 3.0  # times as many frames a second, where some were not placed
+THUMBNAIL = 96  # pixels of the longer side of images that are compared with their neighbours
+Say = Callable[[str, str], None]
+
+
+@dataclass(frozen=True)
+class Source:
+    """Video or photos of a scene, by one camera.
+
+    Attributes:
+        path: the video, or the folder.
+        name: folder below images/; empty where there is one source alone.
+        photos: files, in natural order of their names; none of a video.
+    """
+
+    path: Path
+    name: str = ""
+    photos: tuple[Path, ...] = ()
+
+    @property
+    def filmed(self) -> bool:
+        """Check whether it is a video."""
+        return not self.photos
+
+    def named(self, name: str) -> str:
+        """Name of a frame in the capture."""
+        return f"{self.name}/{name}" if self.name else name
+
+
+@dataclass
+class Taken:
+    """Frames that were taken of the sources.
+
+    Attributes:
+        shots: by a video's name, its frames in order.
+        paces: by a video's name, frames a second.
+        still: how many frames of videos were left out as equal to those before them.
+        turned: names of photos that were turned upright.
+        ends: by a video's name, seconds of its last frame, left out or not.
+    """
+
+    shots: dict[str, list[video.Kept]]
+    paces: dict[str, float]
+    still: int
+    turned: list[str]
+    ends: dict[str, float] = field(default_factory=dict)
+
+
+def take(
+    sources: Sequence[Source], sampling: video.Sampling, folder: Path, work: Work, say: Say
+) -> Taken:
+    """Frames and photos of the sources, put into images/, as an earlier run left them if it did."""
+    if (folder / TAKEN).is_file():
+        content = json.loads((folder / TAKEN).read_text(encoding="utf-8"))
+        shots = content.pop("shots").items()
+        return Taken({name: [video.Kept(*s) for s in rows] for name, rows in shots}, **content)
+    taken = Taken({}, {}, 0, [])
+    for source in sources:
+        images = folder / IMAGES / source.name
+        images.mkdir(parents=True, exist_ok=True)
+        if source.filmed:
+            _film(source, sampling, images, taken, work, say)
+        else:
+            taken.turned += _put(source, images, work, say)
+    keep(taken, folder)
+    return taken
+
+
+def _film(
+    source: Source, sampling: video.Sampling, images: Path, taken: Taken, work: Work, say: Say
+) -> None:
+    """Take the frames of a video; more of them where a pause leaves too few that differ."""
+    pace = sampling.pace(source.path)
+    shots = video.thin(source.path, images, pace, progress=work.watch("video"))
+    moving = _moving(source, shots, images)
+    if sampling.free and len(moving) < sampling.least <= len(shots):
+        pace *= sampling.least / len(moving)
+        shots = video.thin(source.path, images, pace, progress=work.watch("video"))
+        moving = _moving(source, shots, images)
+    still = len(shots) - len(moving)
+    taken.shots[source.name], taken.paces[source.name] = moving, pace
+    taken.ends[source.name] = shots[-1].seconds
+    taken.still += still
+    said = f"the sharpest of each of {len(shots)} stretches of {source.path.name}"
+    left_out = f"; {counted(still, 'frame')} like the one before left out" if still else ""
+    say("video", said + left_out)
+
+
+def take_denser(
+    source: Source, taken: Taken, within: video.Spans, folder: Path, work: Work
+) -> bool:
+    """Take more frames of some parts of a video; false where it has no more."""
+    shots, images = taken.shots[source.name], folder / IMAGES / source.name
+    pace = taken.paces[source.name] = taken.paces[source.name] * DENSER
+    watch = work.watch("video")
+    found = video.thin(source.path, images, pace, within=within, progress=watch)
+    known = {shot.index for shot in shots}
+    new = [shot for shot in found if shot.index not in known]
+    shots[:] = sorted([*shots, *new], key=lambda shot: shot.index)
+    return bool(new)
+
+
+def keep(taken: Taken, folder: Path) -> None:
+    """Store what was taken, for a run that is gone on with."""
+    rows = {
+        name: [list(asdict(shot).values()) for shot in shots] for name, shots in taken.shots.items()
+    }
+    write_text(json.dumps(asdict(taken) | {"shots": rows}), folder / TAKEN)
+
+
+def _moving(source: Source, shots: list[video.Kept], images: Path) -> list[video.Kept]:
+    """Frames that differ from the one before them; the files of the others are removed.
+
+    Raises:
+        ValueError: when fewer than three frames are left.
+    """
+    small = []
+    for shot in shots:
+        image = image_files.load(images / shot.name, cv2.IMREAD_REDUCED_GRAYSCALE_2)
+        scale = THUMBNAIL / max(image.shape)
+        small.append(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA))
+    keep = duplicates(np.array(small)) if shots else np.empty(0, bool)
+    for shot, kept in zip(shots, keep, strict=True):
+        if not kept:
+            (images / shot.name).unlink()
+    moving = [shot for shot, kept in zip(shots, keep, strict=True) if kept]
+    if len(shots) < video.FEWEST:
+        raise ValueError(
+            f"{source.path}: gives {counted(len(shots), 'frame')}; at least {video.FEWEST} are "
+            "needed. Hint: --video-frames or --rate take more of it"
+        )
+    if len(moving) < video.FEWEST:
+        raise ValueError(
+            f"{source.path}: {len(shots) - len(moving)} of {len(shots)} frames show the same as "
+            f"the one before them: {STANDS}"
+        )
+    return moving
+
+
+def _put(source: Source, folder: Path, work: Work, say: Say) -> list[str]:
+    """Links to photos, and upright copies of those whose EXIF asks for a turn, which are named."""
+    turned = []
+    for file in work.watch("photos")(source.photos, len(source.photos)):
+        place = folder / photo_name(file)
+        place.unlink(missing_ok=True)
+        if heic.is_heic(file):
+            heic.write_jpeg(file, place, image_files.QUALITY)
+        elif orientation.of_file(file) == orientation.UPRIGHT:
+            place.symlink_to(file.resolve())
+        else:
+            image_files.write_upright(file, place)
+            turned.append(source.named(file.name))
+    if turned:
+        how = f"as their EXIF says; JPEGs encoded again at quality {image_files.QUALITY}"
+        say("turned", f"{len(turned)} of {len(source.photos)} photos upright, {how}")
+    return turned
+
+
+def photo_name(file: Path) -> str:
+    """Name in the capture; beside IMG_1.HEIC phones keep an IMG_1.JPG."""
+    return f"{file.name}.jpg" if heic.is_heic(file) else file.name

@@ -1,0 +1,224 @@
+"""Writing and reading the workflow's tables: atomically, with units and a digest of the config."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import socket
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fsel.core.columns import Columns, from_arrow, to_arrow
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+File = str | Path
+Files = Sequence[str | Path]
+
+LARGE = 1 << 24  # bytes; a file from here on is known by its size and time, not by its content
+FORGOTTEN = 24 * 3600  # seconds that an unfinished file lies untouched before it is removed
+
+
+def unfinished(path: Path) -> Path:
+    """The name beside `path` under which this process writes it.
+
+    The name holds the machine and the process: two jobs of a cluster that write one file never
+    share it. What processes of this machine left that are gone is removed, and of other machines
+    what lies untouched for a day.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    pattern = re.compile(rf"\.([^.]+)\.(\d{{1,9}})\.{re.escape(path.name)}")
+    for other in path.parent.iterdir():
+        parts = pattern.fullmatch(other.name)
+        if parts and _forsaken(other, parts[1], int(parts[2])):
+            shutil.rmtree(other) if other.is_dir() else other.unlink(missing_ok=True)
+    return path.with_name(f".{host()}.{os.getpid()}.{path.name}")
+
+
+def host() -> str:
+    """Name of this machine, as a part of a file's name."""
+    return re.sub(r"[^\w-]", "-", socket.gethostname())
+
+
+def _forsaken(path: Path, machine: str, process: int) -> bool:
+    if machine == host() and not running(process):
+        return True
+    return time.time() - _touched(path) > FORGOTTEN
+
+
+def running(process: int) -> bool:
+    """Check whether a process of this machine runs, by its number; on Windows, whether it may."""
+    if os.name == "nt":  # where signal 0 is not a question
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:  # somebody else's
+        return True
+    return True
+
+
+def _touched(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except FileNotFoundError:  # finished in this moment
+        return time.time()
+
+
+@contextmanager
+def atomic(path: str | Path) -> Iterator[Path]:
+    """A temporary path beside `path` that takes its place when the block ends without an error.
+
+    A job that is killed half-way leaves the old file, or none, but never half a file.
+    """
+    path = Path(path)
+    temporary = unfinished(path)
+    try:
+        yield temporary
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(text: str, path: str | Path) -> None:
+    """Write a text file atomically."""
+    with atomic(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def digest(values: Mapping[str, Any]) -> str:
+    """Twelve hexadecimal digits of a mapping's content, whatever the order of its keys."""
+    text = json.dumps(dict(values), sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def fingerprint(paths: Iterable[str | Path], values: Mapping[str, Any]) -> str:
+    """Twelve hexadecimal digits of files and of a mapping: what a result depends on.
+
+    Of a large file, such as a capture's images, size and time of change stand for its content:
+    reading it would take as long as using it.
+    """
+    total = hashlib.sha256(digest(values).encode())
+    for path in map(Path, paths):
+        stat = path.stat()
+        if stat.st_size < LARGE:
+            total.update(path.read_bytes())
+        else:
+            total.update(f"{path.name} {stat.st_size} {stat.st_mtime_ns}".encode())
+    return total.hexdigest()[:12]
+
+
+def write_table(
+    table: Columns | pd.DataFrame, path: str | Path, *, units: Mapping[str, str], config: str
+) -> None:
+    """Write a Parquet file whose schema metadata tells units and the config's digest.
+
+    Args:
+        table: the rows; the index of a DataFrame is dropped.
+        path: where to.
+        units: column -> unit, for columns that have one.
+        config: digest of the parameters that made the rows, see `digest`.
+
+    Raises:
+        ValueError: when `units` names a column that is not there.
+    """
+    unknown = set(units) - set(table)
+    if unknown:
+        raise ValueError(f"{path}: units for {sorted(unknown)}, columns are {list(table)}")
+    write_parquet(table, path, {"units": json.dumps(dict(units)), "config": config})
+
+
+def write_parquet(
+    table: Columns | pd.DataFrame, path: str | Path, metadata: Mapping[str, str]
+) -> None:
+    """Write a Parquet file whose schema has metadata; arguments as of `write_table`."""
+    parquet = _parquet()
+    import pyarrow as pa
+
+    if isinstance(table, Mapping):
+        rows = pa.table({name: to_arrow(table[name]) for name in table})
+    else:
+        rows = pa.Table.from_pandas(table, preserve_index=False)
+    rows = rows.replace_schema_metadata({**(rows.schema.metadata or {}), **metadata})
+    with atomic(path) as temporary:
+        parquet.write_table(rows, temporary)
+
+
+def read_table(path: str | Path) -> pd.DataFrame:
+    """Read a Parquet file.
+
+    Raises:
+        ValueError: for a file that is none, or damaged, naming it.
+    """
+    import pandas as pd  # here: it takes longer to import than a selection takes
+
+    with _readable(path):
+        return pd.read_parquet(path)
+
+
+def read_columns(path: str | Path) -> dict[str, np.ndarray]:
+    """Read a Parquet file without missing values; see `fsel.core.columns.from_arrow`.
+
+    Raises:
+        ValueError: for a file that is none, damaged, or lacks values, naming it.
+    """
+    parquet = _parquet()
+    with _readable(path), parquet.ParquetFile(path) as file:
+        table = file.read()
+        if lacking := [name for name in table.column_names if table[name].null_count]:
+            raise ValueError(f"missing values in {', '.join(lacking)}")
+        return {name: from_arrow(table[name].combine_chunks()) for name in table.column_names}
+
+
+def read_metadata(path: str | Path) -> dict[str, str]:
+    """Read the metadata of a Parquet file's schema."""
+    stored = _parquet().read_schema(path).metadata or {}
+    return {name.decode(): text.decode() for name, text in stored.items()}
+
+
+def _parquet() -> ModuleType:
+    """Import what reads and writes Parquet, which `fsel` is installed without."""
+    try:
+        import pyarrow.parquet
+    except ImportError as error:
+        raise ImportError(
+            "tables and saved captures are Parquet files, and pyarrow is not installed. "
+            "Hint: pip install 'fsel[workflow]', or pyarrow"
+        ) from error
+    return pyarrow.parquet
+
+
+@contextmanager
+def _readable(path: str | Path) -> Iterator[None]:
+    from pyarrow import ArrowException
+
+    try:
+        yield
+    except FileNotFoundError:
+        raise
+    except (ArrowException, OSError, ValueError) as error:
+        said = " ".join(str(error).split())
+        raise ValueError(f"{path}: not a readable Parquet file ({said})") from error
+
+
+def mapped_array(path: str | Path) -> np.ndarray:
+    """A .npy file as a read-only map: pages are read when they are touched.
+
+    Raises:
+        ValueError: for a file that is none, or shorter than its header says, naming it.
+    """
+    try:
+        return np.load(path, mmap_mode="r")
+    except (ValueError, EOFError) as error:
+        raise ValueError(f"{path}: not a whole .npy file ({error})") from error

@@ -1,0 +1,73 @@
+"""The points of a `.ply` that a capture names, which say nothing of who saw them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from plyfile import PlyData, PlyParseError
+
+from fsel.core.geometry import MOST_LENGTH
+from fsel.core.parsing import regular
+from fsel.core.points import NO_POINTS, RawPoints
+
+PLACE, COLOUR = ("x", "y", "z"), ("red", "green", "blue")
+GREY = 128  # of points without a colour
+
+
+def reader(
+    path: Path, applied: np.ndarray | None, scale: float
+) -> Callable[[tuple[int, ...]], RawPoints]:
+    """Reader of a file's points, once for whatever frames, in the world of COLMAP's poses.
+
+    Args:
+        path: the file.
+        applied: (3, 4) world transform that the points carry, or None.
+        scale: that they carry besides.
+    """
+
+    @cache
+    def points() -> RawPoints:
+        stated = read(path)
+        xyz = stated.xyz / scale
+        if applied is not None:
+            xyz = (xyz - applied[:, 3]) @ np.linalg.inv(applied[:, :3]).T
+        return replace(stated, xyz=xyz)
+
+    return lambda frames: points()
+
+
+def read(path: Path) -> RawPoints:
+    """Positions and colours as the file states them, no tracks.
+
+    Raises:
+        ValueError: naming the file, when it is missing, no `.ply`, or holds no finite points.
+    """
+    if not path.exists():
+        raise ValueError(f"{path}: file of points is missing")
+    try:
+        content = PlyData.read(str(regular(path)))
+        vertices = content["vertex"].data
+        with np.errstate(invalid="ignore"):  # a signalling NaN, which is refused below
+            xyz = np.stack([vertices[name] for name in PLACE], axis=1).astype(np.float64)
+        rgb = _colours(vertices)
+    except (OSError, PlyParseError, ValueError, KeyError, MemoryError) as error:
+        raise ValueError(f"{path}: no .ply file of points: {error}") from error
+    for row in np.flatnonzero(~(np.abs(xyz) < MOST_LENGTH).all(axis=1))[:1]:
+        raise ValueError(f"{path}: point {row} lies at {xyz[row].tolist()}, not finite")
+    return replace(NO_POINTS, xyz=xyz, rgb=rgb)
+
+
+def _colours(vertices: np.ndarray) -> np.ndarray:
+    """(M, 3) uint8; colours that are no bytes count from 0 to 1."""
+    if not set(COLOUR) <= set(vertices.dtype.names or ()):
+        return np.full((len(vertices), 3), GREY, np.uint8)
+    rgb = np.stack([vertices[name] for name in COLOUR], axis=1)
+    if rgb.dtype.kind == "O":
+        raise ValueError("a colour is a list; allowed: a number")
+    if rgb.dtype.kind == "f":
+        rgb = np.clip(np.nan_to_num(rgb), 0, 1) * 255
+    return np.clip(np.round(rgb), 0, 255).astype(np.uint8)

@@ -1,0 +1,147 @@
+"""Registries: names, and what each stands for, imported when it is first used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, MutableMapping
+from difflib import get_close_matches
+from functools import cached_property
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from operator import attrgetter
+from typing import TypeVar
+
+from fsel.core.wording import counted
+
+Entry = TypeVar("Entry")
+
+
+class Registry(MutableMapping[str, Entry]):
+    """Name -> entry, in the order of the tables; listing the names imports nothing.
+
+    Args:
+        kind: what its entries are, for error messages.
+        homes: name -> `module:attribute`. Adding an entry is one line here.
+        renamed: former name -> name, which the refusal of a former name says.
+        group: of entry points by which other installed packages add entries.
+        ahead: whether these come before the homes.
+
+    Entries that are set by hand need no home.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        homes: Mapping[str, str],
+        renamed: Mapping[str, str] | None = None,
+        *,
+        group: str | None = None,
+        ahead: bool = False,
+    ) -> None:
+        self.kind, self.renamed = kind, dict(renamed or {})
+        self._own, self._group, self._ahead = dict(homes), group, ahead
+        self._found: dict[str, Entry] = {}
+
+    @cached_property
+    def homes(self) -> dict[str, str]:
+        """Name -> `module:attribute`, those of other packages too.
+
+        Raises:
+            ValueError: for a package that gives an entry the name of another.
+        """
+        added: dict[str, str] = {}
+        for point in entry_points(group=self._group) if self._group else ():
+            if point.name in self._own or added.get(point.name, point.value) != point.value:
+                raise ValueError(
+                    f"{_package(point)}: {self.kind} {point.name!r} ({point.value}) has the name "
+                    "of another. Hint: rename it in the package's entry points, or uninstall it"
+                )
+            added[point.name] = point.value
+        return added | self._own if self._ahead else self._own | added
+
+    def __getitem__(self, name: str) -> Entry:
+        """The entry.
+
+        Raises:
+            KeyError: for a name that is not registered.
+            ImportError: when it is not there, or needs a package that is not installed, by name.
+            ValueError: for an entry that calls itself otherwise.
+        """
+        if name not in self._found:
+            self._found[name] = self._imported(self.homes[name], name)
+        return self._found[name]
+
+    def __repr__(self) -> str:
+        return f"<{counted(len(self), self.kind)}: {', '.join(self)}>"
+
+    def _imported(self, home: str, name: str) -> Entry:
+        module, _, attribute = home.partition(":")
+        try:
+            entry: Entry = attrgetter(attribute)(import_module(module))
+        except ModuleNotFoundError as error:
+            raise ImportError(
+                f"{self.kind} {name!r} ({home}) needs {error.name}, which is not installed"
+            ) from error
+        except AttributeError as error:
+            raise ImportError(f"{self.kind} {name!r} ({home}): {error}") from error
+        called = getattr(entry, "name", name) if name not in self._own else name
+        if isinstance(called, str) and called != name:  # of another package
+            raise ValueError(f"{self.kind} {name!r} ({home}) calls itself {called!r}")
+        return entry
+
+    def __setitem__(self, name: str, entry: Entry) -> None:
+        self.homes.setdefault(name, "")
+        self._found[name] = entry
+
+    def __delitem__(self, name: str) -> None:
+        del self.homes[name]
+        self._found.pop(name, None)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.homes
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.homes)
+
+    def __len__(self) -> int:
+        return len(self.homes)
+
+    def checked(self, name: str) -> Entry:
+        """The entry.
+
+        Raises:
+            ValueError: for a name that is not registered; the message lists those that are.
+            ImportError: as above.
+        """
+        if name not in self.homes:
+            raise unknown(self.kind, name, self.homes, self.renamed)
+        return self[name]
+
+
+def _package(point: EntryPoint) -> str:
+    """Name of the installed package that an entry point is of."""
+    return "an installed package" if point.dist is None else f"package {point.dist.name}"
+
+
+def closest(name: str, allowed: Iterable[str]) -> str:
+    """The allowed name that is most like another; empty where none is."""
+    return next(iter(get_close_matches(str(name).lower(), allowed, 1)), "")
+
+
+def unknown(
+    kind: str, name: str, allowed: Iterable[str], renamed: Mapping[str, str] | None = None
+) -> ValueError:
+    """Make the refusal of a name: what is allowed, and which was meant.
+
+    Args:
+        kind: what is named.
+        name: that is not allowed.
+        allowed: names.
+        renamed: former name -> name.
+    """
+    names = list(allowed)
+    hint = ""
+    if renamed and name in renamed:
+        hint = f". Hint: {name!r} is named {renamed[name]!r} now"
+    elif near := closest(name, names):
+        hint = f". Hint: did you mean {near!r}?"
+    return ValueError(f"{kind} is {name!r}; allowed: {', '.join(names)}{hint}")

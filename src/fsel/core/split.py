@@ -1,0 +1,161 @@
+"""Targets H, proxies O, candidates P (paper, section 3.1 and Appendix A.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsel.core.capture import Capture
+from fsel.core.columns import Columns, chosen
+from fsel.core.files import read_columns
+from fsel.core.geometry import pairwise_distances, pose_distance
+
+COVERAGES = (25, 40, 60, 80, 100)
+
+
+@dataclass(frozen=True)
+class Split:
+    """A partition of a capture's frames.
+
+    Attributes:
+        targets: (H,) int64, ascending.
+        proxies: (H,) int64, proxies[i] stands in for targets[i].
+        candidates: (P,) int64, ascending.
+        region: (R,) int64, the candidates inside the target region, ascending.
+    """
+
+    targets: np.ndarray
+    proxies: np.ndarray
+    candidates: np.ndarray
+    region: np.ndarray
+
+    def table(self, names: Sequence[str]) -> dict[str, Any]:
+        """One row a frame: frame, name, role, proxy_of (-1 unless a proxy), in_region."""
+        role = np.full(len(names), "candidate", dtype=object)
+        proxy_of = np.full(len(names), -1)
+        role[self.targets], role[self.proxies] = "target", "proxy"
+        proxy_of[self.proxies] = self.targets
+        frames = np.arange(len(names))
+        inside = np.isin(frames, self.region)
+        table = {"frame": frames, "name": names, "role": role, "proxy_of": proxy_of}
+        return {**table, "in_region": inside}
+
+    @classmethod
+    def from_table(cls, table: Columns) -> Split:
+        """Split that `table` wrote down, its rows in any order."""
+        table = chosen(table, np.argsort(table["frame"]))
+        frame, role = table["frame"], table["role"]
+        proxies = frame[role == "proxy"]
+        return cls(
+            targets=frame[role == "target"],
+            proxies=proxies[np.argsort(table["proxy_of"][role == "proxy"])],
+            candidates=frame[role == "candidate"],
+            region=frame[table["in_region"]],
+        )
+
+    @classmethod
+    def load(cls, path: str | Path) -> Split:
+        """Read a split.parquet."""
+        return cls.from_table(read_columns(path))
+
+
+def splits_in(table: Columns) -> Iterator[tuple[dict[str, int], Split]]:
+    """Every split of a table, and what tells it from the others.
+
+    Args:
+        table: of one split, as `Split.table` returns it; or of several, told apart by a column
+            `coverage` in per cent.
+
+    Yields:
+        `{"coverage": 25}` and the split, by ascending coverage; `{}` and the split where it is the
+        only one.
+    """
+    if "coverage" not in table:
+        yield {}, Split.from_table(table)
+        return
+    levels = np.asarray(table["coverage"])
+    for coverage in np.unique(levels).tolist():
+        yield {"coverage": coverage}, Split.from_table(chosen(table, levels == coverage))
+
+
+def evaluation_split(
+    capture: Capture, draw: int, seed: int, targets: int = 15, among: np.ndarray | None = None
+) -> Split:
+    """Targets drawn anywhere in the capture, or among some of its frames.
+
+    Args:
+        capture: the capture.
+        draw: number of the draw; draws differ.
+        seed: of the experiment.
+        targets: how many.
+        among: (n,) int64 frames that may be targets; None for all.
+
+    Raises:
+        ValueError: when fewer than 3 frames a target are there, or too few in `among`.
+    """
+    rng = np.random.default_rng([seed, 1, draw])
+    every = np.arange(len(capture))
+    chosen = _drawn(every if among is None else among, targets, rng, capture)
+    return partition(capture, chosen, every)
+
+
+def coverage_split(capture: Capture, coverage: int, seed: int) -> Split:
+    """Targets from the `coverage` per cent of frames nearest to a random anchor camera.
+
+    Args:
+        capture: the capture.
+        coverage: per cent, one of `COVERAGES`.
+        seed: of the experiment.
+
+    Raises:
+        ValueError: for a coverage outside 1..100, or a capture too small for its targets.
+    """
+    if not 1 <= coverage <= 100:
+        raise ValueError(f"coverage must be 1 to 100 per cent, got {coverage}")
+    rng = np.random.default_rng([seed, 2, coverage])
+    anchor = int(rng.integers(len(capture)))
+    gap = pairwise_distances(capture.centers, capture.centers[anchor : anchor + 1])[:, 0]
+    count = max(1, round(len(capture) * coverage / 100))
+    region = np.sort(np.argsort(gap, kind="stable")[:count])
+    chosen = _drawn(region, targets_at(coverage), rng, capture)
+    return partition(capture, chosen, region)
+
+
+def targets_at(coverage: int) -> int:
+    """4, 6, 9, 12, 15 targets at 25, 40, 60, 80, 100 per cent (paper, Appendix A.3)."""
+    return max(4, int(0.15 * coverage + 0.5))
+
+
+def _drawn(
+    region: np.ndarray, count: int, rng: np.random.Generator, capture: Capture
+) -> np.ndarray:
+    if len(region) < count or len(capture) < 3 * count:
+        raise ValueError(
+            f"{capture.source}: {len(capture)} frames ({len(region)} that may be targets) are too "
+            f"few for {count} targets, as many proxies and a pool; at least {3 * count} frames "
+            f"({count} that may be targets) are needed: lower the number of targets"
+        )
+    return np.sort(rng.choice(region, size=count, replace=False))
+
+
+def partition(capture: Capture, targets: np.ndarray, region: np.ndarray) -> Split:
+    """One distinct proxy a target, minimising the summed distance by linear assignment.
+
+    Args:
+        capture: the capture.
+        targets: (H,) int64, ascending; at most half of the frames.
+        region: (R,) int64 frames whose candidates count as inside the target region.
+    """
+    from scipy.optimize import linear_sum_assignment  # here: most jobs do without, and it is slow
+
+    rest = np.setdiff1d(np.arange(len(capture)), targets)
+    centers, axes = capture.centers, capture.axes
+    cost = pose_distance(centers[targets], axes[targets], centers[rest], axes[rest])
+    _, match = linear_sum_assignment(cost)
+    proxies = rest[match]
+    candidates = np.setdiff1d(rest, proxies)
+    return Split(targets, proxies, candidates, np.intersect1d(candidates, region))

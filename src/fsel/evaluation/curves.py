@@ -1,0 +1,142 @@
+"""Curves: over epochs, over generations, over the number of frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from fsel.evaluation.figures import (
+    COLORS,
+    COLUMN,
+    TEXT,
+    footnote,
+    name_axes,
+    new_figure,
+    save,
+    shared_legend,
+    style,
+)
+from fsel.evaluation.plan import draw_cameras
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.ticker import MaxNLocator
+
+
+def swaps(gains: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None:
+    """Gain of swaps on the targets against seconds, and the swaps' own estimate of it.
+
+    Args:
+        gains: seconds, estimate, gain, ci_low, ci_high: means over scenes, dB.
+        outputs: paths; their endings choose the format.
+        note: what made the numbers.
+    """
+    figure = new_figure((COLUMN, 2.6))
+    axis = figure.subplots()
+    axis.plot(gains["seconds"], gains["gain"], label="targets", **style(0))
+    band = (gains["ci_low"], gains["ci_high"])
+    axis.fill_between(gains["seconds"], *band, color=COLORS[0], alpha=0.2, linewidth=0)
+    axis.plot(gains["seconds"], gains["estimate"], label="estimated by the swaps", **style(1))
+    axis.axhline(0, color="black", linewidth=0.5)
+    name_axes(axis, "processor seconds of swaps", "PSNR gained (dB)")
+    axis.legend(fontsize=7)
+    footnote(figure, note)
+    save(figure, outputs)
+
+
+def pose_noise(
+    points: pd.DataFrame, labels: Mapping[str, str], outputs: Sequence[str | Path], note: str
+) -> None:
+    """PSNR against noise in rotations and centres, seen by the selector alone and by both.
+
+    Args:
+        points: change (`none`, `degrees`, `percent`), level, scope (`selector`, `both`), method,
+            mean; levels are drawn evenly spaced, the exact poses first.
+        labels: method -> printed name, of up to eight with a style; the others are thin and grey.
+        outputs: paths; their endings choose the format.
+        note: what made the numbers.
+    """
+    changes = {"degrees": "noise in rotations (degrees)", "percent": "in centres (% of the scene)"}
+    scopes = {"selector": "selector alone", "both": "selector and reconstruction"}
+    figure = new_figure((TEXT, 4.8))
+    axes = figure.subplots(2, 2, sharey="row", sharex="col")
+    exact = points[points["change"] == "none"]
+    for row, (scope, who) in zip(axes, scopes.items(), strict=True):
+        row[0].set_ylabel(f"PSNR (dB): {who}", fontsize=7)
+        for axis, change in zip(row, changes, strict=True):
+            chosen = (points["change"] == change) & (points["scope"] == scope)
+            part = pd.concat([exact, points[chosen]])
+            _against_noise(axis, part.sort_values("level"), labels)
+    for axis, label in zip(axes[-1], changes.values(), strict=True):
+        axis.set_xlabel(label, fontsize=8)
+    shared_legend(figure, "upper", 4)
+    footnote(figure, note)
+    save(figure, outputs)
+
+
+def _against_noise(axis: Axes, part: pd.DataFrame, labels: Mapping[str, str]) -> None:
+    levels = part["level"].unique()
+    wide = part.pivot(index="level", columns="method", values="mean")
+    rest = [name for name in wide if name not in labels]
+    axis.plot(range(len(levels)), wide[rest], "-", color="0.8", linewidth=0.8)
+    for number, (name, label) in enumerate(labels.items()):
+        axis.plot(range(len(levels)), wide[name], label=label, **style(number))
+    axis.set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
+    axis.tick_params(labelsize=7)
+
+
+def search_and_labels(
+    population: pd.DataFrame,
+    plans: Mapping[str, Mapping],
+    outputs: Sequence[str | Path],
+    note: str,
+) -> None:
+    """The search's population over generations, and trajectories of labels from above.
+
+    Args:
+        population: generation, psnr, one row a distinct subset, and best: the PSNR of the fittest
+            subset met until then.
+        plans: title -> places (N, 2), targets (H,), picks (K,) frames in the order of the label.
+        outputs: paths; their endings choose the format.
+        note: what made the numbers.
+    """
+    figure = new_figure((TEXT, 2.1))
+    axes = figure.subplots(1, 1 + len(plans), width_ratios=[1.3, *[1.0] * len(plans)])
+    _population(axes[0], population)
+    for axis, (title, plan) in zip(axes[1:], plans.items(), strict=True):
+        shown = _trajectory(axis, title, plan)
+    bar = figure.colorbar(shown, ax=list(axes[1:]), shrink=0.8, ticks=_whole_numbers())
+    bar.set_label("step of the label", fontsize=7)
+    bar.ax.tick_params(labelsize=6)
+    footnote(figure, note)
+    save(figure, outputs)
+
+
+def _whole_numbers() -> MaxNLocator:
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(integer=True)
+
+
+def _population(axis: Axes, population: pd.DataFrame) -> None:
+    axis.plot(population["generation"], population["psnr"], ".", color="0.6", markersize=3)
+    best = population.groupby("generation")["best"].last()
+    axis.step(best.index, best, where="post", color=COLORS[0], label="fittest so far")
+    name_axes(axis, "generation that met it", "PSNR on the proxies (dB)")
+    axis.xaxis.set_major_locator(_whole_numbers())
+    axis.legend(fontsize=7)
+
+
+def _trajectory(axis: Axes, title: str, plan: Mapping):
+    places, picks = plan["places"], plan["picks"]
+    draw_cameras(axis, places, plan["targets"])
+    x, y = places[picks].T
+    axis.plot(x, y, "-", color="0.5", linewidth=0.4, zorder=2)
+    steps = np.arange(1, len(picks) + 1)
+    shown = axis.scatter(x, y, c=steps, cmap="viridis", s=18, zorder=4)
+    axis.set_title(title, fontsize=8)
+    return shown

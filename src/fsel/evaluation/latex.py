@@ -1,0 +1,233 @@
+"""The budget sweep as a LaTeX table in the form of the paper's (Appendix E.1).
+
+The document needs `booktabs` and `graphicx`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from fsel.evaluation.summary import ALL_FRAMES
+from fsel.metrics import REGISTERED
+
+MISSING = "--"
+BLOCKS = 3  # of two datasets each, on a page
+APART = r"\setlength{\belowcaptionskip}{4pt}"  # a table follows its caption; LaTeX leaves no room
+# to the page where it is wider, never enlarged
+SHRUNK = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%"
+
+
+def tex(text: str) -> str:
+    """Plain text with LaTeX's special characters escaped."""
+    return re.sub(r"([&%$#_{}])", r"\\\1", text)
+
+
+def number(value: float, metric: str) -> str:
+    """A metric's value with its decimals; without a unit, as in the paper, no leading zero."""
+    own = REGISTERED[metric]
+    text = own.printed(value)
+    return text if own.unit else text.replace("0.", ".", 1)
+
+
+def difference(value: float, low: float, high: float, interval: bool = True) -> str:
+    """A signed difference in dB with its 95% interval; bold where the interval excludes zero.
+
+    One draw of one scene has no interval: NaN bounds are not printed, and nothing is bold. Where
+    there is no room for the `interval`, bold alone tells. Of what did not finish, nothing is said.
+    """
+    if np.isnan(value):
+        return ""
+    sure = low > 0 or high < 0
+    text = rf"$\mathbf{{{value:+.2f}}}$" if sure else f"${value:+.2f}$"
+    if np.isnan(low) or not interval:
+        return text
+    return rf"{text} {{\tiny$[{low:+.2f},{high:+.2f}]$}}"
+
+
+def sweep_table(
+    summary: pd.DataFrame,
+    *,
+    datasets: Mapping[str, str],
+    groups: Sequence[Mapping[str, str]],
+    ranked: Sequence[str],
+    budgets: Sequence[int],
+    higher_is_better: Mapping[str, bool],
+    caption: str,
+    label: str,
+) -> str:
+    """Two datasets side by side, one row a method, one cell a budget.
+
+    Args:
+        summary: see `fsel.evaluation.summary.summarise`.
+        datasets: name -> LaTeX label, in order.
+        groups: method -> LaTeX label, one mapping a group of rows set apart by a rule.
+        ranked: methods among which the best of a column is set in bold.
+        budgets, higher_is_better: columns, and metrics in the order of a cell's numbers.
+        caption, label: LaTeX.
+    """
+    keyed = summary.set_index(["dataset", "method", "k", "metric"])
+    scenes = summary.groupby("dataset")["n"].max().to_dict()
+    sheet = _Sheet(keyed["mean"].to_dict(), scenes, budgets, higher_is_better, ranked)
+    sheet.ended = keyed["outcome"].to_dict() if "outcome" in keyed else {}
+    titles = list(datasets.items())
+    blocks = [sheet.block(dict(titles[i : i + 2]), groups) for i in range(0, len(titles), 2)]
+    pages = [blocks[i : i + BLOCKS] for i in range(0, len(blocks), BLOCKS)]
+    heads = [[rf"\caption{{{caption}}}", rf"\label{{{label}}}"]]
+    heads += [[rf"\caption{{Table~\ref{{{label}}}, continued.}}"] for _ in pages[1:]]
+    return "\n".join(map(_page, pages, heads))
+
+
+def _page(blocks: Sequence[str], head: Sequence[str]) -> str:
+    """Blocks below one another, as many as a page holds."""
+    return "\n".join(
+        [
+            r"\begin{table*}[t]",
+            r"\centering",
+            APART,
+            *head,
+            r"\scriptsize",
+            r"\setlength{\tabcolsep}{2.5pt}",
+            "\n\\vspace{6pt}\n\n".join(blocks),
+            r"\end{table*}",
+            "",
+        ]
+    )
+
+
+def plain_table(
+    header: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    *,
+    caption: str,
+    label: str,
+    columns: str | None = None,
+    groups: Sequence[tuple[str, int]] = (),
+) -> str:
+    """A table of ready cells, in LaTeX.
+
+    Args:
+        header: of each column.
+        rows: cells.
+        caption, label: LaTeX.
+        columns: LaTeX's own; without, the first goes to the left, the others to the right.
+        groups: headings above the columns after the first, and how many columns each spans.
+    """
+    over = "".join(rf" & \multicolumn{{{width}}}{{c}}{{{title}}}" for title, width in groups)
+    lines = [
+        r"\begin{table}[t]",
+        r"\centering",
+        APART,
+        rf"\caption{{{caption}}}",
+        rf"\label{{{label}}}",
+        r"\scriptsize",
+        SHRUNK,
+        rf"\begin{{tabular}}{{{columns or 'l' + 'r' * (len(header) - 1)}}}",
+        r"\toprule",
+        *([over + r" \\"] if groups else []),
+        " & ".join(header) + r" \\",
+        r"\midrule",
+        *(" & ".join(row) + r" \\" for row in rows),
+        r"\bottomrule",
+        r"\end{tabular}}",
+        r"\end{table}",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def dataset_table(
+    texts: Mapping[tuple[str, int], str],
+    counts: Mapping[str, int],
+    datasets: Mapping[str, str],
+    budgets: Sequence[int],
+    *,
+    caption: str,
+    label: str,
+) -> str:
+    """A row a dataset, a column a budget.
+
+    Args:
+        texts: (dataset, budget) -> cell.
+        counts: dataset -> its scenes.
+        datasets: name -> printed label, in order.
+        budgets: columns.
+        caption, label: see `plain_table`.
+    """
+    head = ["Dataset", "$n$", *(f"$K{{=}}{k}$" for k in budgets)]
+    rows = [
+        [tex(title), str(counts[name]), *(texts[name, k] for k in budgets)]
+        for name, title in datasets.items()
+    ]
+    return plain_table(head, rows, caption=caption, label=label)
+
+
+class _Sheet:
+    """Formats cells of one summary."""
+
+    def __init__(self, means, scenes, budgets, higher_is_better, ranked) -> None:
+        self.means, self.scenes, self.budgets = means, scenes, budgets
+        self.higher_is_better, self.ranked = higher_is_better, ranked
+        self.ended: Mapping[tuple, str] = {}  # dataset, method, budget, metric -> outcome
+
+    def block(self, datasets: Mapping[str, str], groups: Sequence[Mapping[str, str]]) -> str:
+        """One tabular: the given datasets side by side."""
+        width = len(self.budgets)
+        heads, rules = [], []
+        for i, (name, title) in enumerate(datasets.items()):
+            head = rf"\textbf{{{title}}} ($n{{=}}{self.scenes[name]}$)"
+            heads.append(rf"& \multicolumn{{{width}}}{{c}}{{{head}}}")
+            rules.append(rf"\cmidrule(lr){{{2 + i * width}-{1 + (i + 1) * width}}}")
+        budgets = " ".join(f"& $K{{=}}{k}$" for k in self.budgets)
+        lines = [
+            SHRUNK,
+            rf"\begin{{tabular}}{{l{'|'.join(['c' * width] * len(datasets))}}}",
+            r"\toprule",
+            " ".join(heads) + r" \\",
+            " ".join(rules),
+            f"Selection {' '.join([budgets] * len(datasets))} \\\\",
+        ]
+        for group in groups:
+            lines.append(r"\midrule")
+            lines += [self.row(datasets, method, title) for method, title in group.items()]
+        return "\n".join([*lines, r"\bottomrule", r"\end{tabular}}"])
+
+    def row(self, datasets: Mapping[str, str], method: str, title: str) -> str:
+        """A method's row; one wide cell where it takes every frame."""
+        parts = [title]
+        last = list(datasets)[-1]
+        for dataset in datasets:
+            if (dataset, method, ALL_FRAMES, "psnr") in self.means:
+                cell = self.cell(dataset, method, ALL_FRAMES)
+                form = "c" if dataset == last else "c|"
+                parts.append(rf"\multicolumn{{{len(self.budgets)}}}{{{form}}}{{{cell}}}")
+            else:
+                parts += [self.cell(dataset, method, k) for k in self.budgets]
+        return " & ".join(parts) + r" \\"
+
+    def cell(self, dataset: str, method: str, k: int) -> str:
+        """All metrics of a cell, those that lead their column in bold."""
+        if (dataset, method, k, "psnr") not in self.means:
+            return MISSING
+        if ended := self.ended.get((dataset, method, k, "psnr")):
+            return rf"\textit{{{ended}}}"
+        texts = []
+        for metric in self.higher_is_better:
+            text = number(self.means[dataset, method, k, metric], metric)
+            leads = method in self.ranked and text == self.best(dataset, k, metric)
+            texts.append(rf"\textbf{{{text}}}" if leads else text)
+        return "/".join(texts)
+
+    def best(self, dataset: str, k: int, metric: str) -> str | None:
+        """The leading number of a column as printed, so that equal prints share the lead."""
+        values = [
+            self.means[dataset, method, k, metric]
+            for method in self.ranked
+            if np.isfinite(self.means.get((dataset, method, k, metric), np.nan))
+        ]
+        if not values:
+            return None
+        return number(max(values) if self.higher_is_better[metric] else min(values), metric)

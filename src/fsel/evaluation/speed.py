@@ -1,0 +1,150 @@
+"""Speed against error: methods, settings of the reconstructor, evaluations of a search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from fsel.evaluation.figures import COLORS, MARKERS, TEXT, name_axes, new_figure, save, style
+
+METRIC = "psnr"
+SEARCHES = {
+    "search": "genetic search, evaluation scenes",
+    "random_search": "random search, evaluation scenes",
+    "labels": "genetic search, labels",
+}
+
+
+def gaps(cells: pd.DataFrame, *, reference: str, methods: Sequence[str]) -> pd.DataFrame:
+    """PSNR of a reference minus that of each method, where both were measured.
+
+    Args:
+        cells: dataset, scene, draw, method, psnr at one budget.
+        reference: the method to compare with.
+        methods: to compare, in order.
+
+    Returns:
+        method, gap in dB: means over draws, then scenes, then datasets.
+
+    Raises:
+        ValueError: when the reference was measured nowhere.
+    """
+    wide = cells.pivot(index=["dataset", "scene", "draw"], columns="method", values=METRIC)
+    if reference not in wide:
+        raise ValueError(
+            f"no PSNR of {reference!r} at this budget among {sorted(wide.columns)}. Hint: set "
+            "oracle.draws to 1 or more, and search.k to one of budgets"
+        )
+    behind = wide[list(methods)].rsub(wide[reference], axis=0).dropna()
+    mean = behind.groupby(["dataset", "scene"]).mean().groupby("dataset").mean().mean()
+    return mean.rename("gap").rename_axis("method").reset_index()
+
+
+def draw(
+    methods: pd.DataFrame,
+    settings: pd.DataFrame,
+    curves: pd.DataFrame,
+    outputs: Sequence[str | Path],
+    *,
+    labels: Mapping[str, str],
+    ours: Sequence[str],
+    selected: str,
+    k: int,
+) -> None:
+    """Three panels: methods, the reconstructor's settings (depth, PSNR), evaluations of a search.
+
+    Args:
+        methods: method, seconds, gap; labels: method -> printed name; ours: set apart by colour.
+        settings: setting, value, default, seconds, depth_error, psnr.
+        curves: search, evaluations, gap.
+        outputs: paths; their endings choose the format.
+        selected: what was timed, in words.
+        k: frames that the search picks.
+    """
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    figure = new_figure((TEXT, 6.2))
+    (first, third), (second, fourth) = figure.subplots(2, 2)
+    _draw_methods(first, methods, labels, ours)
+    first.set_title("a  methods", loc="left", fontsize=9, fontweight="bold")
+    name_axes(first, f"seconds to select {selected}", f"PSNR behind the search (dB), K = {k}")
+    _draw_curves(second, curves)
+    second.set_title("c  the search", loc="left", fontsize=9, fontweight="bold")
+    drawn = {third: ("depth_error", "depth error (%)", 100), fourth: ("psnr", "PSNR (dB)", 1)}
+    for letter, (axis, (column, label, unit)) in zip("bd", drawn.items(), strict=True):
+        _draw_settings(axis, settings.assign(value_of=unit * settings[column]))
+        title = f"{letter}  the reconstructor"
+        axis.set_title(title, loc="left", fontsize=9, fontweight="bold")
+        name_axes(axis, "seconds, nothing cached", label)
+    handles, names = third.get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower right", ncols=6, fontsize=7, frameon=False)
+    for axis in figure.axes:
+        if axis.get_xscale() == "log":
+            low, high = axis.get_xlim()
+            axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30 * low else (1,)))
+            axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axis.xaxis.set_minor_formatter(NullFormatter())
+    save(figure, outputs)
+
+
+def _draw_curves(axis, curves: pd.DataFrame) -> None:
+    for number, (name, part) in enumerate(curves.groupby("search", sort=False)):
+        line = style(number) | {"marker": ""}
+        axis.plot(part["evaluations"], part["gap"], label=SEARCHES[name], **line)
+    name_axes(axis, "subsets reconstructed", "PSNR behind the search's end (dB)")
+    axis.set_ylim(bottom=0)
+    axis.legend(fontsize=7, frameon=False)
+
+
+def _draw_settings(axis, settings: pd.DataFrame) -> None:
+    """A colour and a marker a setting, its values tied to the default, which is a star."""
+    default = settings[settings["default"]].iloc[-1]
+    for i, (name, part) in enumerate(settings.groupby("setting", sort=False)):
+        changed = part[~part["default"]].sort_values("seconds")
+        color, marker = COLORS[i], MARKERS[i]
+        places = (changed["seconds"], changed["value_of"])
+        axis.plot(*places, marker, color=color, ms=4, label=name)
+        for row in changed.itertuples():
+            at = (row.seconds, row.value_of)
+            axis.plot(
+                *zip(at, (default["seconds"], default["value_of"]), strict=True),
+                "-",
+                color=color,
+                linewidth=0.6,
+                alpha=0.5,
+            )
+            axis.annotate(
+                row.value, at, xytext=(3, 3), textcoords="offset points", fontsize=6, color=color
+            )
+    axis.plot(default["seconds"], default["value_of"], "k*", markersize=11, label="default")
+    axis.set_xscale("log")
+    axis.margins(x=0.1)
+
+
+def _draw_methods(axis, points: pd.DataFrame, labels: Mapping[str, str], ours: Sequence[str]):
+    """One labelled point a method; down and left is better."""
+    axis.axhline(0, color="0.6", linewidth=0.8)
+    axis.set_xscale("log")
+    points = points.sort_values("gap", kind="stable").reset_index(drop=True)
+    for i, (name, seconds, gap) in enumerate(points[["method", "seconds", "gap"]].to_numpy()):
+        color, marker = (COLORS[0], "s") if name in ours else (COLORS[1], "o")
+        axis.plot(seconds, gap, marker, color=color, markersize=4)
+        # names stand beside the axes in the points' order, where they cannot overlap
+        axis.annotate(
+            labels[name],
+            (seconds, gap),
+            xytext=(1.06, (i + 0.5) / len(points)),
+            textcoords="axes fraction",
+            va="center",
+            fontsize=7,
+            color=color,
+            fontweight="bold" if name in ours else "normal",
+            arrowprops={
+                "arrowstyle": "-",
+                "color": "0.75",
+                "linewidth": 0.5,
+                "relpos": (0, 0.5),  # to the start of the name
+            },
+        )

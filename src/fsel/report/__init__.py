@@ -1,1 +1,0 @@
-"""Summaries with intervals, LaTeX tables, figures."""

@@ -1,0 +1,38 @@
+"""The library's face: select frames, fit a reconstruction to them, evaluate it."""
+
+from fsel.selection.covering import check_cover_and_swaps, served
+from fsel.selection.measured import as_read, described, measured
+from fsel.selection.reconstruction import evaluate, fit
+from fsel.selection.request import (
+    ALL_FRAMES,
+    AUTO,
+    LEAST_FRAMES,
+    checked_request,
+    method_of,
+    number_of,
+    patience_of,
+    stated_beside,
+    without_bad,
+)
+from fsel.selection.select import Selection, select
+
+__all__ = [
+    "ALL_FRAMES",
+    "AUTO",
+    "LEAST_FRAMES",
+    "Selection",
+    "as_read",
+    "check_cover_and_swaps",
+    "checked_request",
+    "described",
+    "evaluate",
+    "fit",
+    "measured",
+    "method_of",
+    "number_of",
+    "patience_of",
+    "select",
+    "served",
+    "stated_beside",
+    "without_bad",
+]

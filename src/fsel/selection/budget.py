@@ -1,0 +1,180 @@
+"""Number of frames that is enough: what more would gain, predicted, and what memory allows.
+
+A frame serves a view to the degree that their images are alike. The shift of a view is the parallax
+and the turn between it and a picked frame, in fields of view: how far the image moves. A frame that
+is a whole field of view away serves the view as little as no frame. PSNR is predicted to fall in
+proportion to the mean shift of the views' closest, second and third picked frame; by how much was
+fitted to reconstructions of training scenes (`fsel.experiments.studies.budget_curves`).
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import pairwise_angles, pairwise_distances
+from fsel.selection.memory import LEAST, SPLATS, within
+from fsel.selection.scene_depth import viewing_distance
+
+THRESHOLD = 0.02  # dB a frame; the choice: docs/notebook/2026-11-number-of-frames.md
+WHOLE = 30  # views of a whole capture that the number of frames is found by
+NEAREST = 3  # picked frames that a view is served by
+RECORD = "budget.json"
+
+
+@dataclass(frozen=True)
+class Auto:
+    """A number of frames to be found: the smallest that is enough, within a memory.
+
+    Attributes:
+        threshold: dB; picking ends where no further frames are predicted to gain as much each.
+        memory: bytes that a reconstruction may take, or None.
+        size: (width, height) in pixels of the images that are reconstructed from, which `memory`
+            is counted by; the capture's own where it is None.
+        trainer: whose memory it is, a key of `fsel.selection.memory.NEEDS`.
+
+    Raises:
+        ValueError: for a threshold that is not above zero.
+    """
+
+    threshold: float = THRESHOLD
+    memory: int | None = None
+    size: tuple[int, int] | None = None
+    trainer: str = SPLATS
+
+    def __post_init__(self) -> None:
+        if not 0 < self.threshold < np.inf:
+            raise ValueError(
+                f"threshold is {self.threshold}; allowed: numbers above 0, in dB a frame. "
+                f"Hint: {THRESHOLD} is the default, larger values end sooner"
+            )
+
+
+@dataclass(frozen=True)
+class Budget:
+    """A number of frames that was found, and why.
+
+    Attributes:
+        rule: that it was found by.
+        frames: how many.
+        enough: the smallest number after which no frames are predicted to gain the threshold each.
+        within: the largest number that fit the memory, or None without one.
+        gain: dB that the last frame kept is predicted to gain.
+        missing: dB a frame that the best continuation is predicted to gain; 0 where none is left.
+    """
+
+    rule: Auto
+    frames: int
+    enough: int
+    within: int | None
+    gain: float
+    missing: float
+
+
+def view_shift(capture: Capture, pool: np.ndarray, views: Views) -> np.ndarray:
+    """(n, T) parallax and turn between frames and views, in fields of view; 1 at most.
+
+    Parallax is the distance of the cameras over the median depth of what the pool looks at.
+
+    Args:
+        capture: with sparse points, where it has them, to tell depth.
+        pool: (n,) frames.
+        views: T views.
+    """
+    depth = np.median(viewing_distance(capture.views, capture.points)[pool])
+    apart = pairwise_distances(capture.centers[pool], views.centers)
+    parallax = np.divide(apart, depth, out=np.where(apart > 0, np.inf, 0.0), where=depth > 0)
+    turn = pairwise_angles(capture.axes[pool], views.axes)
+    return np.minimum(np.hypot(parallax, turn) / (2 * views.half_fov), 1.0)
+
+
+def shifts(shift: np.ndarray) -> np.ndarray:
+    """(n + 1, 3) mean shift over the views of their closest, second and third picked frame.
+
+    Args:
+        shift: (n, T) of the picks in order, see `view_shift`.
+
+    Returns:
+        Row k is after k picks; what is not there counts as a shift of 1.
+    """
+    closest = np.ones((NEAREST, shift.shape[1]))
+    out = np.ones((len(shift) + 1, NEAREST))
+    for k, row in enumerate(shift, 1):
+        closest = np.sort(np.concatenate([closest, row[None]]), axis=0)[:NEAREST]
+        out[k] = closest.mean(axis=1)
+    return out
+
+
+def predicted(mean_shifts: np.ndarray, worth: np.ndarray) -> np.ndarray:
+    """(n + 1,) dB gained over no frames at all, never falling.
+
+    Args:
+        mean_shifts: see `shifts`.
+        worth: (3,) dB that a field of view of the closest, second and third frame is worth.
+    """
+    return (1 - mean_shifts) @ worth
+
+
+def enough(quality: np.ndarray, threshold: float) -> int:
+    """The smallest number of frames, two or more, from which on no further ones gain as much as the
+    threshold each, on average.
+
+    A single frame that gains little does not end the picking where the next ones gain more. The
+    number never falls when the threshold does, since it is the first that maximises the quality
+    less the threshold for each frame.
+
+    Args:
+        quality: (n + 1,) dB after 0, 1, ... n picks, n >= 2.
+        threshold: dB a frame.
+    """
+    return LEAST + int(np.argmax((quality - threshold * np.arange(len(quality)))[LEAST:]))
+
+
+def most(shift: np.ndarray, auto: Auto, worth: np.ndarray) -> int:
+    """Number of picks that suffices to find the budget.
+
+    With more, the whole gain would be below the threshold for each.
+
+    Args:
+        shift: (n, T) of the whole pool, in any order, see `view_shift`.
+        auto: the rule.
+        worth: see `predicted`.
+    """
+    whole = (1 - np.sort(shift, axis=0)[:NEAREST].mean(axis=1)) @ worth[: len(shift)]
+    return min(len(shift), LEAST + int(min(whole / auto.threshold, len(shift))))
+
+
+def find(shift: np.ndarray, auto: Auto, size: tuple[int, int], worth: np.ndarray) -> Budget:
+    """Find how many of some picks to keep.
+
+    Args:
+        shift: (n, T) of the picks in order, see `view_shift`; n from `most`.
+        auto: the rule.
+        size: (width, height) of the capture's images.
+        worth: see `predicted`.
+    """
+    quality = predicted(shifts(shift), worth)
+    least = enough(quality, auto.threshold)
+    fits = None if auto.memory is None else within(auto.memory, auto.size or size, auto.trainer)
+    frames = least if fits is None else min(least, fits)
+    ahead = (quality[frames + 1 :] - quality[frames]) / np.arange(1, len(quality) - frames)
+    return Budget(
+        rule=auto,
+        frames=frames,
+        enough=least,
+        within=fits,
+        gain=float(quality[frames] - quality[frames - 1]),
+        missing=float(ahead.max(initial=0.0)),
+    )
+
+
+@cache
+def shipped_worth() -> np.ndarray:
+    """(3,) what `predicted` multiplies, as the package has it; `make weights` remakes it."""
+    text = (files("fsel.selectors") / "weights" / RECORD).read_text(encoding="utf-8")
+    return np.array(json.loads(text)["worth"])

@@ -1,0 +1,97 @@
+"""Simple selections for a capture, or for targets that are frames of it.
+
+Not in the paper. Each is good on some captures and bad on others; `fsel.selection.trials` lets the
+capture choose.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.core.problem import Problem
+from fsel.core.subsets import evenly
+from fsel.selection.covisible import covisible
+from fsel.selection.places import scene_distances
+from fsel.selectors.baselines.kmedoids import fasterpam
+from fsel.selectors.baselines.nearest import in_turn, nearest
+
+EVEN = "uniform"  # every n-th frame, which the others are compared with
+RULE = "fsel"
+STEEP = 3  # power of the distance of the steep medoids: the farthest frames decide
+SCALE = 1000.0  # of the largest distance: sums in float32 then keep what tells two swaps apart
+
+
+def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
+    """A few selections by name, (k,) ascending frames each.
+
+    Args:
+        problem: of a whole capture.
+        k: how many of the frames of `problem.sequence`.
+
+    Returns:
+        `uniform`: every n-th frame. `middles`: the middles of k equal stretches. `kmedoids`: the
+        medoids of the frames' distances, see `fsel.selection.places`. `steep_medoids`: those of the
+        distances' third power. `paced_medoids`: the same where a step along the sequence counts as
+        a typical step between neighbours. `covisibility`: see `fsel.selection.covisible`.
+    """
+    pool = problem.sequence
+    n = len(pool)
+    distance, middles = scene_distances(problem.capture, pool), stretches(n, k)
+    order = np.arange(n)
+    pace = np.median(distance[order[:-1], order[1:]]) * np.abs(order[:, None] - order)
+    rows = {
+        EVEN: evenly(n, k),
+        "middles": middles,
+        "kmedoids": medoids(distance, k, 1),
+        "steep_medoids": medoids(distance, k, STEEP),
+        "paced_medoids": medoids(distance + pace, k, STEEP),
+        "covisibility": covisible(problem, pool, k),
+    }
+    return {name: pool[found] for name, found in rows.items()}
+
+
+def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str, np.ndarray]:
+    """A few selections by name, (k,) frames each, for targets that are frames of the capture.
+
+    Args:
+        problem: of the targets.
+        rule: (k,) the picks of `fsel`, best first.
+        targets: (F,) frames, none of which may be picked.
+
+    Returns:
+        `nearest`: see `fsel.selectors.baselines.nearest`. `nearest_in_depths`: the same by
+        distances in depths of the scene, see `fsel.selection.places`. `half_nearest`: the first
+        half of `nearest`, then the first of the rule. `covisibility`: of what the targets see, see
+        `fsel.selection.covisible`.
+    """
+    pool, k = problem.sequence, len(rule)
+    frames = np.union1d(pool, targets)
+    held = np.isin(frames, targets)
+    depths = scene_distances(problem.capture, frames)[np.ix_(~held, held)]
+    close = nearest(problem, pool, k)
+    first = close[: (k + 1) // 2]
+    rest = rule[~np.isin(rule, first)][: k - len(first)]
+    return {
+        "nearest": close,
+        "nearest_in_depths": pool[in_turn(depths, k)],
+        "half_nearest": np.concatenate([first, rest]),
+        "covisibility": frames[covisible(problem, frames, k, held)],
+    }
+
+
+def stretches(count: int, k: int) -> np.ndarray:
+    """(k,) int64 the middle row of each of k equal stretches of `count` rows."""
+    return ((2 * np.arange(k) + 1) * count // (2 * k)).astype(np.int64)
+
+
+def medoids(distance: np.ndarray, k: int, power: float) -> np.ndarray:
+    """(k,) ascending rows, swapped one by one from evenly spaced ones until no swap lowers the sum.
+
+    Args:
+        distance: (n, n), symmetric.
+        k: how many.
+        power: of the distance to the nearest medoid, in the sum over all rows.
+    """
+    largest = distance.max()
+    rows = (SCALE * (distance / (largest if largest > 0 else 1.0)) ** power).astype(np.float32)
+    return np.sort(fasterpam(rows.__getitem__, len(rows), evenly(len(rows), k)))

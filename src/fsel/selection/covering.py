@@ -1,0 +1,182 @@
+"""Guarantees of picks: no frame far from them by pose, or every sparse point seen so often."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from fsel.core.problem import Method, Problem
+from fsel.core.subsets import evenly
+from fsel.core.wording import counted
+from fsel.selection.budget import Auto
+from fsel.selection.cover import Cover, covering
+from fsel.selection.places import scene_places
+from fsel.selection.targets import Targets
+from fsel.selectors.policies import Learned
+
+if TYPE_CHECKING:
+    from fsel.selectors.baselines.covisibility import Tracks
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+def check_cover_and_swaps(
+    cover: int,
+    share: float,
+    k: int | str | Auto | None,
+    targets: Targets,
+    method: Method,
+    *,
+    refine: bool,
+) -> None:
+    """Refuse a cover or swaps that cannot be, or that something else would break.
+
+    Args:
+        cover: how often points are to be seen; 0 for no cover.
+        share: of these points.
+        k, targets, method: as of `fsel.select`.
+        refine: whether picks are to be swapped.
+
+    Raises:
+        ValueError: for a cover below zero, a share of nothing or of more than all, or beside
+            frames that are always to be selected, a number that is to be found, swaps, or a method
+            that does not score frames; for neither a cover nor a number of frames; for swaps
+            beside frames that are always to be selected.
+    """
+    if refine and len(targets.always):
+        raise ValueError("frames that are always to be selected cannot be swapped: no refine")
+    if cover < 0:
+        raise ValueError(f"cover is {cover}; allowed: 1 or more, how often a point is to be seen")
+    if not 0 < share <= 1:
+        raise ValueError(f"the share of a cover is {share:g}; allowed: above 0 and up to 1")
+    if not cover:
+        if share < 1:
+            raise ValueError(f"{share:g} of the points are to be seen, and no cover is stated")
+        if k is None:
+            raise ValueError("neither a number of frames nor a cover is stated. Hint: -k 30")
+        return
+    against = (
+        ("frames that are always to be selected", len(targets.always) > 0),
+        ("a number of frames that is to be found", isinstance(k, str | Auto)),
+        ("swaps, which would break it", refine),
+        (f"the method {method.name}, which does not score frames", not isinstance(method, Learned)),
+    )
+    for what, there in against:
+        if there:
+            raise ValueError(f"cover is {cover}, which does not go with {what}")
+
+
+def near_all(problem: Problem, k: int) -> Problem:
+    """The same with frames that are picked first, so that none is left far from the picks."""
+    pool = problem.observed
+    return replace(problem, given=pool[covering(scene_places(problem.capture, pool), k)])
+
+
+def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float) -> Problem:
+    """The same with frames that are picked first, so that points are seen so often.
+
+    Args:
+        problem: whose capture has sparse points.
+        k: a number of frames, or None for as few as needed.
+        times: how often the points that so many frames see are to be seen.
+        share: of these points, above 0 and up to 1.
+
+    Raises:
+        ValueError: for a capture without points that so many frames see, or more frames needed
+            than k.
+    """
+    from fsel.selection.multicover import multicover  # here: numba takes long to import
+
+    given = problem.observed[multicover(_tracks(problem, times), times, share)]
+    if isinstance(k, int) and k < len(given):
+        often = sighted(problem, times)(given[:k])
+        reached = often[-1] / sum(often)
+        fits = np.floor(100 * reached) / 100
+        share_of = f", or a cover_share, --cover-share, of {fits:.2f}" if fits else ""
+        raise ValueError(
+            f"k is {k}, and a cover of {times} takes {counted(len(given), 'frame')}; {k} see "
+            f"{reached:.1%} of the points so often. Hint: k of {len(given)}{share_of}"
+        )
+    return replace(problem, given=given)
+
+
+def cover_of(problem: Problem, picks: np.ndarray, times: int, share: float) -> Cover:
+    """Say how often the picks see the points, and as many frames evenly spaced."""
+    often = sighted(problem, times)
+    found, frames = often(picks), len(problem.given)
+    even = often(problem.observed[evenly(len(problem.observed), len(picks))])
+    return Cover(times, share, frames, points=sum(found), picks=found, even=even)
+
+
+def served(
+    problem: Problem, picks: Mapping[Key, Sequence[np.ndarray]], times: int
+) -> dict[Key, tuple[float, float]]:
+    """Shares of sparse points that picks see often enough, and that every n-th frame does.
+
+    Args:
+        problem: the selection problem.
+        picks: key -> selections, whose mean share is told.
+        times: how often; points that fewer observed frames see do not count.
+
+    Returns:
+        Key -> share of the picks, and of as many frames evenly spaced; nothing for a capture
+        without such points.
+    """
+    try:
+        often = sighted(problem, times)
+    except ValueError:
+        return {}
+    pool = problem.observed
+
+    def share(selections: Sequence[np.ndarray]) -> float:
+        counts = np.array([often(frames) for frames in selections])
+        return round(float((counts[:, -1] / counts.sum(axis=1)).mean()), 5)
+
+    return {
+        key: (share(own), share([pool[evenly(len(pool), len(own[0]))]]))
+        for key, own in picks.items()
+    }
+
+
+def sighted(problem: Problem, times: int) -> Callable[[np.ndarray], tuple[int, ...]]:
+    """Make what counts the points that observed frames see 0, 1, ..., `times` times or more.
+
+    Args:
+        problem: whose capture has sparse points.
+        times: points that fewer observed frames see do not count.
+
+    Raises:
+        ValueError: for a capture without points that so many frames see.
+    """
+    from fsel.selection.multicover import sightings, wanted
+
+    seen, pool = _tracks(problem, times), problem.observed
+    counted_points = wanted(seen, times)
+
+    def often(frames: np.ndarray) -> tuple[int, ...]:
+        seeing = sightings(seen, np.searchsorted(pool, frames))[counted_points]
+        return tuple(np.bincount(np.minimum(seeing, times), minlength=times + 1).tolist())
+
+    return often
+
+
+def _tracks(problem: Problem, times: int) -> Tracks:
+    from fsel.selection.multicover import wanted
+    from fsel.selectors.baselines.covisibility import tracks
+
+    points = problem.capture.points
+    if points is None or not len(points.track_point):
+        raise ValueError(
+            f"{problem.capture.source}: has no sparse points with the frames that see them, which "
+            "a cover is of. Hint: fsel poses, or --poses colmap"
+        )
+    seen = tracks(problem, problem.observed)
+    if not wanted(seen, times).any():
+        raise ValueError(
+            f"cover is {times}, and no point of {problem.capture.source} is seen by so many of "
+            f"{counted(len(problem.observed), 'frame')} that may be selected"
+        )
+    return seen

@@ -1,0 +1,171 @@
+"""Picks that see what every frame sees, from directions near the frame's own.
+
+Not in the paper. A pick serves a frame to the degree that it sees the sparse points that the frame
+sees, at small angles. The best pick of each observation counts 0.7 and the second best 0.3, so that
+stereo partners are worth something. Picks are made greedily and then exchanged one by one while
+that helps.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from fsel.core.problem import Problem
+from fsel.selectors.baselines.covisibility import Tracks, tracks
+
+FOLD = np.radians(
+    15
+)  # angle between two directions to a point over which a pick's worth falls to 1/e
+SECOND = 0.3  # share of the second best pick
+PAIRS = 4_000_000  # of observations of one point that are held at most: 32 MB
+ROUNDS = 4  # over all picks, each of which may be exchanged
+RISE = 1e-6  # share by which an exchange must raise the value: sums are not more exact
+
+_jit = numba.njit(cache=True, nogil=True)
+Pairs = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""What `_pairs` returns."""
+
+
+def covisible(
+    problem: Problem, pool: np.ndarray, k: int, targets: np.ndarray | None = None
+) -> np.ndarray:
+    """(k,) rows of a pool of frames, ascending, that serve the frames of the pool best.
+
+    Args:
+        problem: whose capture has sparse points; without any, the reference points of the frames
+            stand in, see `fsel.selectors.baselines.covisibility.tracks`.
+        pool: (n,) ascending frames, n >= k.
+        k: how many.
+        targets: (n,) bool: frames that are served and not picked; None where all are both.
+    """
+    seen = tracks(problem, pool)
+    pairs = _pairs(seen.arrays, _kept(seen), FOLD)
+    weight, taken = _weights(seen.row, pairs[1], len(pool)), np.zeros(len(pool), bool)
+    if targets is not None:
+        weight, taken = weight * targets[seen.row], targets.copy()
+    return np.sort(_exchanged(pairs, weight, k, ROUNDS, taken))
+
+
+def _kept(seen: Tracks) -> np.ndarray:
+    """(M,) bool: points of which all pairs of observations are few enough, drawn always alike."""
+    squares = np.diff(seen.point_start) ** 2
+    order = np.random.default_rng(0).permutation(len(squares))
+    kept = np.zeros(len(squares), dtype=bool)
+    kept[order[np.cumsum(squares[order]) <= PAIRS]] = True
+    return kept
+
+
+def _weights(row: np.ndarray, partner: np.ndarray, count: int) -> np.ndarray:
+    """(L,) of the observations: those that are held count one together for each frame."""
+    weight = np.zeros(len(row))
+    held = np.unique(partner)
+    weight[held] = 1 / np.bincount(row[held], minlength=count)[row[held]]
+    return weight
+
+
+@_jit
+def _pairs(arrays: tuple[np.ndarray, ...], kept: np.ndarray, fold: float) -> Pairs:
+    """List for each row the observations of the points it sees, its own too, and its worths.
+
+    Returns (n + 1,) starts of the rows' parts, (P,) int32 observations, (P,) float32 worths.
+    """
+    point_start, _, point, bearing, row_start, seen = arrays
+    n = len(row_start) - 1
+    start = np.zeros(n + 1, np.int64)
+    for r in range(n):
+        start[r + 1] = start[r]
+        for at in range(row_start[r], row_start[r + 1]):
+            p = point[seen[at]]
+            if kept[p]:
+                start[r + 1] += point_start[p + 1] - point_start[p]
+    partner, worth = np.empty(start[n], np.int32), np.empty(start[n], np.float32)
+    for r in range(n):
+        to = start[r]
+        for at in range(row_start[r], row_start[r + 1]):
+            own = seen[at]
+            p = point[own]
+            if not kept[p]:
+                continue
+            for other in range(point_start[p], point_start[p + 1]):
+                square = 0.0
+                for a in range(3):
+                    square += (bearing[own, a] - bearing[other, a]) ** 2
+                angle = 2 * np.arcsin(min(1.0, 0.5 * np.sqrt(square)))
+                partner[to], worth[to] = other, np.exp(-angle / fold)
+                to += 1
+    return start, partner, worth
+
+
+@_jit
+def _gain(r: int, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
+    """Value that a row adds to that of the picks, which serve each observation as noted."""
+    start, partner, worth = pairs
+    total = 0.0
+    for at in range(start[r], start[r + 1]):
+        e, value = partner[at], worth[at]
+        if value > first[e]:
+            total += weight[e] * (
+                (1 - SECOND) * (value - first[e]) + SECOND * (first[e] - second[e])
+            )
+        elif value > second[e]:
+            total += weight[e] * SECOND * (value - second[e])
+    return total
+
+
+@_jit
+def _add(r: int, pairs: Pairs, first: np.ndarray, second: np.ndarray) -> None:
+    """Note the best and second best worth of every observation with one pick more."""
+    start, partner, worth = pairs
+    for at in range(start[r], start[r + 1]):
+        e, value = partner[at], worth[at]
+        if value > first[e]:
+            second[e], first[e] = first[e], value
+        elif value > second[e]:
+            second[e] = value
+
+
+@_jit
+def _best(
+    picked: np.ndarray, pairs: Pairs, weight: np.ndarray, first: np.ndarray, second: np.ndarray
+) -> tuple[int, float]:
+    """The free row that adds most, and how much; the lowest of equals."""
+    most, best = -1.0, -1
+    for r in range(len(picked)):
+        if not picked[r]:
+            gain = _gain(r, pairs, weight, first, second)
+            if gain > most:
+                most, best = gain, r
+    return best, most
+
+
+@_jit
+def _exchanged(
+    pairs: Pairs, weight: np.ndarray, k: int, rounds: int, picked: np.ndarray
+) -> np.ndarray:
+    """(k,) rows: the greedy ones, each exchanged for a better one as long as there is any.
+
+    `picked` tells the rows that are not free.
+    """
+    count, picks = len(weight), np.empty(k, np.int64)
+    first, second = np.zeros(count, np.float32), np.zeros(count, np.float32)
+    for i in range(k):
+        picks[i], _ = _best(picked, pairs, weight, first, second)
+        picked[picks[i]] = True
+        _add(picks[i], pairs, first, second)
+    for _ in range(rounds):
+        changed = False
+        for i in range(k):
+            first[:] = 0
+            second[:] = 0
+            for j in range(k):
+                if j != i:
+                    _add(picks[j], pairs, first, second)
+            own = _gain(picks[i], pairs, weight, first, second)
+            best, most = _best(picked, pairs, weight, first, second)
+            if best >= 0 and most > own * (1 + RISE):
+                picked[picks[i]], picked[best] = False, True
+                picks[i], changed = best, True
+        if not changed:
+            break
+    return picks

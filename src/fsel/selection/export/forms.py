@@ -1,0 +1,138 @@
+"""One subset in the forms that trainers read: a COLMAP model, transforms.json, Long-LRM's JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.model import build_model, write_capture_model
+from fsel.captures.layouts.nerfstudio import matrix_of
+from fsel.captures.layouts.nerfstudio_cameras import STRAIGHT, intrinsics_of
+from fsel.core.points import RawPoints, grouped_rows
+
+CLOUD, TRANSFORMS = "sparse_pc.ply", "transforms.json"
+LONG_LRM, SCENES = "scene.json", "scenes.txt"
+LONG_LRM_KEYS = {"w": "w", "h": "h", "fx": "fl_x", "fy": "fl_y", "cx": "cx", "cy": "cy"}
+
+
+@dataclass(frozen=True)
+class Subset:
+    """Frames as they are written.
+
+    Attributes:
+        names: n names below images/.
+        cameras: n, at the size of the images that are written.
+        stated: n (width, height) that the points' pixels are of.
+        world_to_camera: (n, 3, 4).
+        points: whose tracks number these frames.
+        masked: whether masks/ has one for every image.
+    """
+
+    names: list[str]
+    cameras: list[Camera]
+    stated: list[tuple[int, int]]
+    world_to_camera: np.ndarray
+    points: RawPoints
+    masked: bool
+
+
+def write_forms(subset: Subset, folder: Path, scene: str) -> None:
+    """Write every form into a folder that holds images/.
+
+    Args:
+        subset: the frames.
+        folder: to write to.
+        scene: name of the capture, for Long-LRM.
+    """
+    cloud = _write_model(subset, folder)
+    listed = [f"images/{name}" for name in subset.names]
+    every = dict.fromkeys(("train_filenames", "val_filenames", "test_filenames"), listed)
+    write_json(transforms([(subset, "")], cloud) | every, folder / TRANSFORMS)
+    if all(camera.model in STRAIGHT for camera in subset.cameras):
+        write_json(_long_lrm(subset, scene), folder / LONG_LRM)
+        (folder / SCENES).write_text(f"{LONG_LRM}\n", encoding="utf-8")
+
+
+def write_json(content: dict, path: Path) -> None:
+    """Write JSON as every file here has it."""
+    path.write_text(json.dumps(content, indent=1), encoding="utf-8")
+
+
+def transforms(parts: Sequence[tuple[Subset, str]], cloud: bool) -> dict:
+    """Content of transforms.json for subsets and their folders, in the capture's own world.
+
+    Args:
+        parts: (subset, folder with a slash behind, or nothing); the first one's cloud is named.
+        cloud: whether there is one.
+    """
+    frames, intrinsics = [], []
+    for subset, folder in parts:
+        for name, pose, camera in zip(
+            subset.names, subset.world_to_camera, subset.cameras, strict=True
+        ):
+            frame = {
+                "file_path": f"{folder}images/{name}",
+                "transform_matrix": matrix_of(pose, np.eye(4)[:3]),
+            }
+            if subset.masked:
+                frame["mask_path"] = f"{folder}masks/{name}.png"
+            frames.append(frame)
+            intrinsics.append(intrinsics_of(camera))
+    shared = intrinsics[0]
+    if any(values != shared for values in intrinsics):
+        frames = [frame | values for frame, values in zip(frames, intrinsics, strict=True)]
+        shared = {"camera_model": shared["camera_model"]}
+    content = {**shared, "frames": frames}
+    return content | ({"ply_file_path": f"{parts[0][1]}{CLOUD}"} if cloud else {})
+
+
+def _long_lrm(subset: Subset, scene: str) -> dict:
+    """The scene JSON of Long-LRM (Ziwen et al. 2024), whose loader knows no distortion."""
+    frames = []
+    for name, pose, camera in zip(
+        subset.names, subset.world_to_camera, subset.cameras, strict=True
+    ):
+        known = intrinsics_of(camera)
+        frames.append(
+            {
+                "file_path": f"images/{name}",
+                **{key: known[own] for key, own in LONG_LRM_KEYS.items()},
+                "w2c": np.vstack([pose, [0, 0, 0, 1]]).tolist(),
+            }
+        )
+    return {"scene_name": scene, "frames": frames}
+
+
+def _errors(subset: Subset) -> np.ndarray | None:
+    """(M,) errors of the points in pixels of the images as they are written."""
+    error = subset.points.error
+    if error is None:
+        return None
+    scale = subset.cameras[0].width / subset.stated[0][0]
+    return np.where(error < 0, error, error * scale)
+
+
+def _write_model(subset: Subset, folder: Path) -> bool:
+    """A COLMAP model of all of the frames and the points; returns whether there are points."""
+    points = subset.points
+    rows = grouped_rows(points.track_frame, len(subset.names))
+    sizes = [(camera.width, camera.height) for camera in subset.cameras]
+    model = build_model(
+        subset.names,
+        [camera.colmap for camera in subset.cameras],
+        subset.world_to_camera,
+        points.xyz,
+        points.rgb,
+        [points.track_point[row] for row in rows],
+        [
+            points.track_xy[row] * np.divide(size, stated)
+            for row, size, stated in zip(rows, sizes, subset.stated, strict=True)
+        ],
+        error=_errors(subset),
+    )
+    return write_capture_model(model, folder, folder / CLOUD)

@@ -1,0 +1,112 @@
+"""Images and masks of a subset, put where trainers look for them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from fsel.captures.colmap.undistortion import Lens, is_straight
+from fsel.captures.images import files as image_files
+from fsel.captures.images import orientation
+from fsel.captures.layouts.contract import RawCapture
+from fsel.selection.focus import load_white, mask_file
+
+FILM = ".jpg"  # ending of images that are frames of a video
+FICLONE = 0x40049409  # of Linux: let a file share another one's blocks until either is written to
+WRITABLE = (".png", ".jpg", ".jpeg")  # what is changed into another file of its kind
+
+
+def file_name(raw: RawCapture, frame: int, changed: bool) -> str:
+    """Name of the frame's image below `images`, with the ending that its file has."""
+    name, file = raw.names[frame], raw.images[frame]
+    ending = FILM if isinstance(file, image_files.VideoFrame) else file.suffix
+    if changed and ending.lower() not in WRITABLE:
+        ending = ".png"
+    return name if Path(name).suffix.lower() == ending.lower() else f"{name}{ending}"
+
+
+def inside(folder: Path, name: str) -> Path:
+    """The path of a name below a folder.
+
+    Raises:
+        ValueError: for a name that leads out of it.
+    """
+    path = Path(os.path.normpath(folder / name))
+    if not path.is_relative_to(folder):
+        raise ValueError(f"frame {name!r}: its name leads out of the folder that it is written to")
+    return path
+
+
+def place(
+    file: image_files.Image,
+    path: Path,
+    link: bool,
+    size: tuple[int, int] | None,
+    lens: Lens | None = None,
+) -> None:
+    """Put an image at a path.
+
+    Args:
+        file: the image.
+        path: below a folder that may not be there yet.
+        link: as a hard link where the file system has them; else as a copy, which shares its
+            blocks with the original where the file system can. A file whose EXIF asks for a turn
+            is copied without that word, since cameras describe the pixels as they are stored and
+            some trainers would turn them.
+        size: (width, height) that it is reduced to; None as it is.
+        lens: undistorts it to that size; None to keep its distortion.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if size is not None or isinstance(file, image_files.VideoFrame):
+        image = np.ascontiguousarray(image_files.load(file))
+        image = image if lens is None else lens.straighten(image)
+        if size is not None and image.shape[1::-1] != size:
+            image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        image_files.write(image[None], path.parent, [path.name])
+        return
+    if orientation.of_file(file) != orientation.UPRIGHT:
+        path.write_bytes(orientation.taken_out(file.read_bytes(), file))
+        return
+    if link:
+        try:
+            os.link(file.resolve(), path)
+            return
+        except OSError:
+            pass  # another file system, or one without hard links
+    if not _cloned(file, path):
+        shutil.copy2(file, path)
+
+
+def _cloned(file: Path, path: Path) -> bool:
+    """Let the path share the file's blocks; False where the file system cannot."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return False
+    with file.open("rb") as source, path.open("wb") as target:
+        try:
+            fcntl.ioctl(target.fileno(), FICLONE, source.fileno())
+        except OSError:
+            return False
+    shutil.copystat(file, path)
+    return True
+
+
+def mask(
+    raw: RawCapture, frame: int, shapes: Path | None, size: tuple[int, int], undistort: bool
+) -> np.ndarray:
+    """(h, w) uint8 0 or 255 at (width, height) `size`: of the object, else the capture's own."""
+    white = np.zeros(size[::-1], bool)
+    if shapes is not None:
+        file = mask_file(shapes, raw.names[frame])
+        white = load_white(file) if file else white
+    elif raw.masks is not None:
+        white = image_files.load_mask(raw.masks[frame], raw.mask_values)
+    if undistort and not is_straight(raw.cameras[frame]):
+        lens = Lens(raw.cameras[frame], white.shape[::-1], max(white.shape))
+        white = lens.straighten_mask(white)
+    return cv2.resize(white.astype(np.uint8) * 255, size, interpolation=cv2.INTER_NEAREST_EXACT)

@@ -1,0 +1,173 @@
+"""A selection as captures that trainers read: images, transforms.json, a COLMAP model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.undistortion import Lens, is_straight, straight
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts.contract import RawCapture
+from fsel.captures.layouts.nerfstudio_cameras import COEFFICIENTS
+from fsel.captures.lazy import LazyCapture
+from fsel.core.geometry import turned
+from fsel.core.points import RawPoints, SparsePoints
+from fsel.selection.export import cloud, placing
+from fsel.selection.export.forms import Subset, transforms, write_forms, write_json
+
+LENSES = 2  # kept at once: the tables of a large image take as much as the image
+TRAIN, TEST = "train", "test"
+SPLIT = "transforms_split.json"  # of both folders, for nerfstudio, which reads the lists in it
+
+
+@dataclass(frozen=True)
+class Form:
+    """Form in which images and points are written.
+
+    Attributes:
+        link: as hard links; else as copies.
+        long_side: pixels of the images' longer side; None as they are.
+        points: one of `fsel.selection.export.cloud.POINTS`.
+        matched: triangulate points from matches of images where the capture has none.
+        shapes: folder of an object's masks; a frame without one shows nothing of it.
+        undistort: images and cameras without distortion.
+        turn: (3, 3) rotation from the capture's world to the one that is written; None for none.
+    """
+
+    link: bool = False
+    long_side: int | None = None
+    points: str = cloud.SEEN
+    matched: bool = True
+    shapes: Path | None = None
+    undistort: bool = False
+    turn: np.ndarray | None = None
+
+
+def check_cameras(raw: RawCapture, undistort: bool) -> None:
+    """Refuse, before any work, cameras that transforms.json cannot state.
+
+    Raises:
+        ValueError: for a camera model that nerfstudio does not have, or, with `undistort`, one that
+            cannot be undistorted.
+    """
+    for camera in dict.fromkeys(raw.cameras):
+        if undistort:
+            straight(camera)
+        elif camera.model not in COEFFICIENTS:
+            raise ValueError(
+                f"camera model {camera.model} has no counterpart in transforms.json; allowed: "
+                f"{', '.join(COEFFICIENTS)}. Hint: --undistort"
+            )
+
+
+def write(
+    stage: Path, opened: LazyCapture, picks: np.ndarray, held: np.ndarray, form: Form
+) -> SparsePoints:
+    """Write the picks as a capture; with held-out frames, `train` and `test`, a capture each.
+
+    Trainers that hold frames out by themselves, or that ignore the lists of transforms.json, then
+    cannot train on what is held out. Both have the points that the picks see. Where there are
+    masks, of the object or else the capture's own, each image gets one of its size, white where
+    pixels count.
+
+    Args:
+        stage: folder to fill.
+        opened: the capture, its cameras checked by `check_cameras`.
+        picks: (k,) frames to train on.
+        held: (F,) frames to evaluate on.
+        form: how.
+
+    Returns:
+        The points that were written, in the capture's world.
+
+    Raises:
+        ValueError: for a frame whose name leads out of the folder, or an unreadable image.
+    """
+    train, kept_back = np.sort(picks).tolist(), np.sort(held).tolist()
+    used = sorted(train + kept_back)
+    cameras = dict(zip(used, true_cameras(opened.raw, used, form), strict=True))
+    points = cloud.cloud_of(opened, used, train, form.points, form.matched)
+    own = points.without_pixels()
+    if form.undistort:
+        points = cloud.straightened(points, [opened.raw.cameras[i] for i in used])
+    raw = opened.raw
+    if form.turn is not None:
+        points = replace(points, xyz=points.xyz @ form.turn.T)
+        raw = replace(raw, world_to_camera=turned(raw.world_to_camera, form.turn))
+    scene = Path(opened.capture.source).resolve().name
+    if not kept_back:
+        part = _written(stage, raw, train, used, cameras, points, form)
+        write_forms(part, stage, scene)
+        return own
+    parts = []
+    for folder, frames in ((TRAIN, train), (TEST, kept_back)):
+        part = _written(stage / folder, raw, frames, used, cameras, points, form)
+        write_forms(part, stage / folder, f"{scene}_{folder}")
+        parts.append((part, f"{folder}/"))
+    lists = [[f"{folder}images/{name}" for name in part.names] for part, folder in parts]
+    content = transforms(parts, len(points.xyz) > 0)
+    keys = ("train_filenames", "val_filenames", "test_filenames")
+    write_json(content | dict(zip(keys, (*lists, lists[1]), strict=True)), stage / SPLIT)
+    return own
+
+
+def _written(
+    folder: Path,
+    raw: RawCapture,
+    frames: list[int],
+    used: list[int],
+    cameras: dict[int, Camera],
+    points: RawPoints,
+    form: Form,
+) -> Subset:
+    """Images and masks of some frames, in a folder, and what forms are written from."""
+    names, lens_of = [], lru_cache(maxsize=LENSES)(Lens)
+    for i in frames:
+        camera, size = raw.cameras[i], (cameras[i].width, cameras[i].height)
+        lens = None
+        if form.undistort and not is_straight(camera):
+            lens = lens_of(camera, image_files.size_of(raw.images[i]), max(size))
+        changed = lens is not None or form.long_side is not None
+        name = placing.file_name(raw, i, changed)
+        target = placing.inside(folder / "images", name)
+        placing.place(raw.images[i], target, form.link, size if changed else None, lens)
+        names.append(name)
+    masked = form.shapes is not None or raw.masks is not None
+    for i, name in zip(frames, names, strict=True) if masked else ():
+        size = (cameras[i].width, cameras[i].height)
+        mask = placing.mask(raw, i, form.shapes, size, form.undistort)
+        image_files.write(mask[None], folder / "masks", [f"{name}.png"])
+    return Subset(
+        names=names,
+        cameras=[cameras[i] for i in frames],
+        stated=[(raw.cameras[i].width, raw.cameras[i].height) for i in frames],
+        world_to_camera=raw.world_to_camera[frames],
+        points=points.seen_from(np.searchsorted(used, frames), len(used)),
+        masked=masked,
+    )
+
+
+def true_cameras(raw: RawCapture, frames: Sequence[int], form: Form) -> list[Camera]:
+    """Cameras at the size that their images will have, as one image of each camera has it.
+
+    Args:
+        raw: the capture.
+        frames: n numbers.
+        form: longer side, and whether cameras are undistorted.
+    """
+    true: dict[Camera, Camera] = {}
+    for i in frames:
+        camera = raw.cameras[i]
+        if camera not in true:
+            width, height = image_files.size_of(raw.images[i])
+            scale = min(1.0, (form.long_side or np.inf) / max(width, height))
+            size = max(1, round(width * scale)), max(1, round(height * scale))
+            scaled = (straight(camera) if form.undistort else camera).colmap
+            scaled.rescale(*size)
+            true[camera] = Camera(scaled.model_name, *size, tuple(scaled.params))
+    return [true[raw.cameras[i]] for i in frames]

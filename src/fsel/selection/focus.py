@@ -1,0 +1,193 @@
+"""Position of the object that a person wants to see, from a box or from masks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from fsel.captures.images import files as image_files
+from fsel.core.capture import Capture
+from fsel.core.geometry import directions, line_equations
+from fsel.core.wording import counted
+from fsel.selection.scene_depth import viewing_distance
+
+WHITE = 128  # least value of a mask's pixels that count
+TINT = 32  # difference of a pixel's channels from which it is in colour: JPEG tints grey by less
+COLOURED = 0.01  # share of such pixels from which an image is no mask
+ROUNDS = 20  # of reweighting; an L1 fit, so that one wrong mask does not move the object
+
+
+@dataclass(frozen=True)
+class Focus:
+    """An object in the world.
+
+    Attributes:
+        center: (3,) its centre.
+        corners: (C, 3) points that stand for it where a view either sees it or not.
+        kind: where it was given, in words.
+    """
+
+    center: np.ndarray
+    corners: np.ndarray
+    kind: str
+
+
+def from_box(values: np.ndarray) -> Focus:
+    """An axis-aligned box: x, y, z of one corner, then of the opposite one.
+
+    Raises:
+        ValueError: for anything but six finite numbers, a box without extent, or one whose second
+            corner is less than the first along an axis.
+    """
+    ends = np.asarray(values, float).reshape(-1)
+    whole = ends.shape == (6,) and bool(np.isfinite(ends).all())
+    if not whole or np.all(ends[:3] == ends[3:]) or np.any(ends[:3] > ends[3:]):
+        raise ValueError(
+            f"box is {ends.tolist()}; allowed: x y z of its least corner, then of its greatest, "
+            "finite and different"
+        )
+    corners = np.array(list(product(*ends.reshape(2, 3).T)))
+    center = corners.mean(axis=0)
+    return Focus(center, np.vstack([center, corners]), "a box")
+
+
+def check_within(focus: Focus, bounds: np.ndarray) -> None:
+    """Refuse an object outside of the scene.
+
+    Args:
+        focus: the object.
+        bounds: (2, 3) least and greatest corner of the scene, see `scene_bounds`.
+
+    Raises:
+        ValueError: with the bounds.
+    """
+    low, high = focus.corners.min(axis=0), focus.corners.max(axis=0)
+    if np.any(low > bounds[1]) or np.any(high < bounds[0]):
+        raise ValueError(
+            f"{focus.kind} from {low.round(4).tolist()} to {high.round(4).tolist()} lies outside "
+            f"of the scene, which reaches from {bounds[0].round(4).tolist()} to "
+            f"{bounds[1].round(4).tolist()} (world units; fsel info prints it)"
+        )
+
+
+def scene_bounds(capture: Capture) -> np.ndarray:
+    """(2, 3) least and greatest corner of the box of the cameras and of 98 % of the points.
+
+    Args:
+        capture: with its sparse points; where it has none, what the cameras look at stands for
+            them, on all sides of where it is.
+    """
+    centers = capture.centers
+    if capture.points is not None and len(capture.points.xyz):
+        seen = np.percentile(capture.points.xyz, [1, 99], axis=0)
+    else:
+        far = viewing_distance(capture.views, None)[:, None]
+        ahead = centers + far * capture.axes
+        seen = np.concatenate([ahead - far, ahead + far])
+    shown = np.concatenate([centers, seen])
+    return np.stack([shown.min(axis=0), shown.max(axis=0)])
+
+
+def from_masks(capture: Capture, folder: str | Path) -> Focus:
+    """An object from masks, white on black, named like the frames; frames may lack one.
+
+    Args:
+        capture: the capture.
+        folder: `name.png`, or `name.jpg.png` as COLMAP has it.
+
+    Raises:
+        ValueError: when fewer than two masks show the object, or a file cannot be read.
+        FileNotFoundError: when there is no such folder.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder}: no such folder of masks")
+    hint = f"they are named like the frames, for instance {Path(capture.names[0]).stem}.png"
+    return _seen_in(capture, _opened(folder, capture.names), str(folder), hint)
+
+
+def _opened(folder: Path, names: Sequence[str]) -> Iterator[tuple[int, np.ndarray]]:
+    """Number and (h, w) mask of every frame that has one."""
+    for row, name in enumerate(names):
+        if file := mask_file(folder, name):
+            yield row, load_white(file)
+
+
+def from_capture(capture: Capture, frames: np.ndarray) -> Focus:
+    """The object that a capture's own masks show.
+
+    Args:
+        capture: with masks.
+        frames: (n,) the frames whose masks may be used.
+
+    Raises:
+        ValueError: when the capture has no masks, or fewer than two of these show the object.
+    """
+    if capture.masks is None:
+        raise ValueError(f"{capture.source}: has no masks. Hint: give a box, or a folder of masks")
+    stored = capture.masks
+    masks = ((int(row), np.asarray(stored[row])) for row in frames)
+    hint = f"masks of {counted(len(frames), 'frame')} were looked at"
+    return _seen_in(capture, masks, capture.source, hint)
+
+
+def mask_file(folder: Path, name: str) -> Path | None:
+    """A frame's mask in a folder of them, if it is there."""
+    files = [folder / f"{name}.png", folder / Path(name).with_suffix(".png"), folder / name]
+    return next((file for file in files if file.is_file()), None)
+
+
+def load_white(file: Path) -> np.ndarray:
+    """(h, w) bool, the white pixels of a mask.
+
+    Raises:
+        ValueError: for an image in colour, or an unreadable one, named.
+    """
+    image = np.ascontiguousarray(image_files.load(file))
+    channels = cv2.split(image)
+    spread = np.maximum.reduce(channels) - np.minimum.reduce(channels)
+    if (spread > TINT).mean() > COLOURED:
+        raise ValueError(f"{file}: is in colour and no mask; allowed: white on black")
+    return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) >= WHITE
+
+
+def _seen_in(
+    capture: Capture, masks: Iterable[tuple[int, np.ndarray]], where: str, hint: str
+) -> Focus:
+    """An object from (h, w) masks of frames, each with its frame's number.
+
+    Its centre is the point closest to the rays through the masks' centroids, in the sense of least
+    summed distance (iteratively reweighted least squares), which needs no sparse points.
+    """
+    origins, rays = [], []
+    for row, mask in masks:
+        if not mask.any():
+            continue
+        rows, columns = np.nonzero(mask)
+        middle = np.array([columns.mean(), rows.mean()]) + 0.5
+        pixel = middle / mask.shape[::-1] * capture.size
+        x, y = (pixel - capture.intrinsics[row, 2:]) / capture.intrinsics[row, :2]
+        rays.append(capture.world_to_camera[row, :, :3].T @ np.array([x, y, 1.0]))
+        origins.append(capture.centers[row])
+    if len(rays) < 2:
+        raise ValueError(
+            f"{where}: the object is in {counted(len(rays), 'mask')}, at least two are needed; "
+            f"{hint}"
+        )
+    center = _closest_point(np.array(origins), directions(np.array(rays), np.zeros(3)))
+    return Focus(center, center[None], f"{counted(len(rays), 'mask')} in {where}")
+
+
+def _closest_point(origins: np.ndarray, bearings: np.ndarray) -> np.ndarray:
+    weight = np.ones(len(origins))
+    for _ in range(ROUNDS):
+        matrix, right, across = line_equations(origins, bearings, weight)
+        point, *_ = np.linalg.lstsq(matrix, right, rcond=None)
+        gap = np.linalg.norm(np.einsum("nij,nj->ni", across, point - origins), axis=1)
+        weight = 1 / np.maximum(gap, 1e-6 * (1 + gap.max()))
+    return point

@@ -1,0 +1,168 @@
+"""Views made from a capture's own cameras: an orbit, the smoothed trajectory, the whole of it, and
+views beside others."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import (
+    line_equations,
+    moved_aside,
+    plane_basis,
+    pose_distance,
+    poses_at,
+    upwards,
+)
+from fsel.core.subsets import evenly
+
+GAP = np.radians(60)  # an arc as wide without a camera was not filmed: an orbit leaves it out
+SMOOTH = 0.02  # width of a trajectory's smoothing, as a share of the frames
+NEIGHBOURS = 4  # frames averaged into a view that stands for a part of the capture
+ASIDE = 0.2  # of a capture's reach: standard deviation of a shift along each axis of a camera
+TURN = np.radians(12)  # of a turn about each of them
+
+
+def attention(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """(3,) the point closest to all optical axes, by least squares.
+
+    Args:
+        centers, axes: (N, 3) camera centres and unit optical axes.
+
+    Raises:
+        ValueError: when the cameras look along parallel lines, or mostly away from the point.
+    """
+    matrix, right, _ = line_equations(centers, axes)
+    if np.linalg.cond(matrix) > 1e6:
+        raise ValueError("the cameras look along parallel lines: there is no point to orbit")
+    point = np.linalg.solve(matrix, right)
+    ahead = np.einsum("ni,ni->n", point - centers, axes) > 0
+    if ahead.mean() < 0.8:
+        raise ValueError(
+            f"only {ahead.sum()} of {len(ahead)} cameras look towards a common point: this is no "
+            "orbit. Hint: use `trajectory`"
+        )
+    return point
+
+
+def orbit(capture: Capture, count: int) -> Views:
+    """Views around the point of attention, at the cameras' median distance and height.
+
+    The part of the circle that no camera filmed (a gap of 60 degrees or more) is left out.
+
+    Args:
+        capture: the capture.
+        count: how many views.
+
+    Raises:
+        ValueError: see `attention`.
+    """
+    centers = capture.centers
+    point = attention(centers, capture.axes)
+    up = upwards(capture.world_to_camera)
+    side, ahead = plane_basis(up)
+    offset = centers - point
+    azimuth = np.arctan2(offset @ ahead, offset @ side)
+    start, span = _filmed_arc(azimuth)
+    turn = start + span * np.arange(count) / (count if span >= 2 * np.pi else max(count - 1, 1))
+    radius = np.median(np.hypot(offset @ side, offset @ ahead))
+    height = np.median(offset @ up)
+    ring = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * ahead
+    return looking_at(point + radius * ring + height * up, point, up, capture)
+
+
+def _filmed_arc(azimuth: np.ndarray) -> tuple[float, float]:
+    """Start and width of the arc around the largest gap; a whole turn where gaps are small."""
+    ordered = np.sort(azimuth)
+    gaps = np.diff(np.append(ordered, ordered[0] + 2 * np.pi))
+    largest = int(np.argmax(gaps))
+    if gaps[largest] < GAP:
+        return float(ordered[0]), 2 * np.pi
+    return float(ordered[(largest + 1) % len(ordered)]), float(2 * np.pi - gaps[largest])
+
+
+def looking_at(centers: np.ndarray, point: np.ndarray, up: np.ndarray, capture: Capture) -> Views:
+    """Views from (T, 3) centres towards a point, with the capture's first intrinsics."""
+    ahead = point - centers
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    right = np.cross(ahead, up)
+    right /= np.maximum(np.linalg.norm(right, axis=1, keepdims=True), 1e-12)
+    rotation = np.stack([right, np.cross(ahead, right), ahead], axis=1)
+    return _views(rotation, centers, capture)
+
+
+def trajectory(capture: Capture, count: int) -> Views:
+    """Views along the smoothed camera path of a video, evenly spaced in time.
+
+    Args:
+        capture: frames in the order of filming.
+        count: how many views; poses are means over neighbouring frames of the same pass.
+    """
+    n = len(capture)
+    passes = np.array(capture.sequences)
+    times = np.linspace(0, n - 1, count)
+    same = passes[np.round(times).astype(int)][:, None] == passes[None]
+    width = max(1.0, SMOOTH * n)
+    return _means(capture, np.exp(-0.5 * ((times[:, None] - np.arange(n)) / width) ** 2) * same)
+
+
+def whole(capture: Capture, count: int) -> Views:
+    """Views that stand for all of a capture: means of frames evenly drawn and their neighbours.
+
+    They lie between the frames. At the frames' own poses, the few that were drawn would be picked,
+    being their own targets. Neighbours are found by pose, not by order, so that an unordered set of
+    photos works like a video.
+
+    Args:
+        capture: the capture.
+        count: how many views; no more than frames.
+    """
+    n = len(capture)
+    drawn = evenly(n, count)
+    distance = pose_distance(
+        capture.centers[drawn], capture.axes[drawn], capture.centers, capture.axes
+    )
+    reach = np.sort(distance, axis=1)[:, min(NEIGHBOURS, n - 1)]
+    return _means(capture, np.exp(-0.5 * (distance / np.where(reach > 0, reach, 1)[:, None]) ** 2))
+
+
+def with_views_beside(views: Views, capture: Capture) -> Views:
+    """Some views, and as many off the path: each shifted and turned at random, always alike.
+
+    Shifts follow the axes of the cameras, so that they turn with the world and scale with it.
+
+    Args:
+        views: (T,) on the path.
+        capture: whose reach is the greatest distance of a camera from their mean.
+
+    Returns:
+        (2T,) views.
+    """
+    rng = np.random.default_rng(0)
+    reach = np.linalg.norm(capture.centers - capture.centers.mean(axis=0), axis=1).max()
+    shift = rng.normal(0, ASIDE * reach, (len(views), 3))
+    turn = np.array([cv2.Rodrigues(about)[0] for about in rng.normal(0, TURN, (len(views), 3))])
+    off = moved_aside(views.world_to_camera, turn, shift)
+    return views.joined(Views(off, views.intrinsics, views.size))
+
+
+def _means(capture: Capture, weight: np.ndarray) -> Views:
+    """Views at weighted means of poses, rotations by the chordal mean.
+
+    Args:
+        capture: the capture.
+        weight: (T, N), of any scale.
+    """
+    weight = weight / weight.sum(axis=1, keepdims=True)
+    left, _, right = np.linalg.svd(
+        np.einsum("tn,nij->tij", weight, capture.world_to_camera[:, :, :3])
+    )
+    flip = np.tile(np.eye(3), (len(weight), 1, 1))
+    flip[:, 2, 2] = np.linalg.det(left @ right)
+    return _views(left @ flip @ right, weight @ capture.centers, capture)
+
+
+def _views(rotation: np.ndarray, centers: np.ndarray, capture: Capture) -> Views:
+    poses = poses_at(centers, rotation)
+    return Views(poses, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)

@@ -1,0 +1,92 @@
+"""Limits of how long selections are tried on a capture's own frames, and what was found; see
+`fsel.selection.trials`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from numbers import Real
+
+import numpy as np
+
+from fsel.core.wording import check_type
+
+DEFAULT = 10.0  # seconds, where nobody says what will be rendered
+LEAST_TARGETS = 3  # of which there are images
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A selection that was tried.
+
+    Attributes:
+        name: what made it.
+        frames: (K,) int64, ascending.
+        gain: mean PSNR over that of the first selection, dB, by `splats` and `gaussians`, which
+            have equal weight, or by the one that was fitted; 0 for the first selection itself, NaN
+            where too few frames are left to score on.
+        least: the lesser of the two gains.
+        ssim: the same of SSIM.
+        error: standard error of the gain, dB; infinite where `gaussians` were not fitted.
+        validation: how many frames both were scored on, which neither holds.
+        fits: reconstructions of it.
+    """
+
+    name: str
+    frames: np.ndarray
+    gain: float
+    least: float
+    ssim: float
+    error: float
+    validation: int
+    fits: int
+
+
+@dataclass(frozen=True)
+class Tried:
+    """Outcome of trying selections.
+
+    Attributes:
+        trials: first every n-th frame, or what the rule picks for stated targets.
+        kept: name of the selection that was kept.
+        fits: reconstructions, all together.
+        cut: whether the time was over before all planned reconstructions were made.
+        on_targets: whether the images of the targets were looked at.
+    """
+
+    trials: tuple[Trial, ...]
+    kept: str
+    fits: int
+    cut: bool
+    on_targets: bool = False
+
+    @property
+    def frames(self) -> np.ndarray:
+        """(K,) int64 of the selection that was kept, ascending."""
+        return next(trial.frames for trial in self.trials if trial.name == self.kept)
+
+    @property
+    def validation(self) -> int:
+        """The most frames that one selection was scored on."""
+        return max(trial.validation for trial in self.trials)
+
+
+@dataclass(frozen=True)
+class Patience:
+    """Limit of how long trying may take.
+
+    Attributes:
+        seconds: as many reconstructions are planned as a slow processor makes in that time, so
+            that a faster one ends sooner with the same picks; 0 tries nothing.
+        progress: is given the reconstructions made and planned, and the seconds gone, after each;
+            False ends them.
+    """
+
+    seconds: float = DEFAULT
+    progress: Callable[[int, int, float], bool] = lambda made, planned, gone: True
+
+    def __post_init__(self) -> None:
+        check_type("patience", self.seconds, Real, "seconds")
+        if not self.seconds >= 0:
+            raise ValueError(f"patience is {self.seconds} s; allowed: 0 or more")

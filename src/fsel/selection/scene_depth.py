@@ -1,0 +1,37 @@
+"""The distance from a view to what it looks at."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.core.capture import Views
+from fsel.core.geometry import lengths
+from fsel.core.points import SparsePoints
+from fsel.selection.paths import attention
+
+
+def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
+    """(T,) how far what each view looks at is, world units.
+
+    The median depth of the sparse points that it sees; of all frames' points where it sees none;
+    without points, the distance of the point that the cameras look at, or their spread where
+    there is no such point.
+
+    Args:
+        views: T frames.
+        points: whose tracks number these frames.
+    """
+    if points is not None and len(points.track_frame):
+        pose = views.world_to_camera[points.track_frame]
+        seen = points.xyz[points.track_point]
+        depth = np.einsum("li,li->l", pose[:, 2, :3], seen) + pose[:, 2, 3]
+        depths = np.full(len(views), np.median(depth))
+        order = np.argsort(points.track_frame, kind="stable")
+        frames, starts = np.unique(points.track_frame[order], return_index=True)
+        depths[frames] = [np.median(part) for part in np.split(depth[order], starts[1:])]
+        return depths
+    centers = views.centers
+    try:
+        return lengths(attention(centers, views.axes) - centers)
+    except ValueError:
+        return np.full(len(views), lengths(centers - centers.mean(axis=0)).max())

@@ -1,0 +1,246 @@
+"""Targets: what a person wants rendered, in words or as a file, as poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import check_poses, pairwise_distances
+from fsel.core.subsets import evenly
+from fsel.core.wording import counted
+from fsel.selection.camera_path import camera_path
+from fsel.selection.frames import Wish, frames_of, frames_wished, named_in
+from fsel.selection.paths import orbit, trajectory, whole
+
+MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
+FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world
+ROUNDING = 1e-9  # of the centres' greatest coordinate: cameras in one place differ by less
+WORDS = ("every:N", "orbit", "trajectory", "a .json camera path", "a .txt list of frame names")
+ALL = "the whole capture"
+ORBIT = "orbit"
+EVERY = "every:"
+LISTS = ("", ".txt", ".lst", ".list")  # endings of files of frame names
+
+Request = None | str | Path | Views | Sequence[str] | Sequence[int] | np.ndarray
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Views to select for.
+
+    Attributes:
+        views: T poses.
+        frames: (F,) int64 frames of the capture that are held out: never selected. Empty where
+            the views are no frames of the capture.
+        kind: where the views come from, in words.
+        far: (T,) bool, views so far from every camera that no frame can show what they see.
+        blind: (B,) int64 frames that see nothing of the object of interest: never selected.
+        never: frames that a person does not want: never selected.
+        always: frames that a person wants: selected first.
+        bad: frames that are bad, see `fsel.captures.quality`: not selected.
+    """
+
+    views: Views
+    frames: np.ndarray
+    kind: str
+    far: np.ndarray
+    blind: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    never: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    always: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    bad: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+
+    def pool(self, capture: Capture) -> np.ndarray:
+        """(n,) int64 the frames that may be selected, ascending."""
+        unwanted = np.concatenate([frames for frames, _, _ in self.left_out()])
+        return np.setdiff1d(np.arange(len(capture)), unwanted)
+
+    def wished(self, capture: Capture, always: Wish = None, never: Wish = None) -> Targets:
+        """The same with frames that are always, and never, to be selected.
+
+        Args:
+            capture: the capture.
+            always, never: names or numbers of frames, or a file with a name a line; or None.
+
+        Raises:
+            ValueError: for frames that the capture does not have, or that cannot be selected.
+        """
+        wanted, unwanted = (frames_wished(capture, wish) for wish in (always, never))
+        wished = replace(self, never=unwanted, always=wanted)
+        for frames, why, _ in wished.left_out():
+            for lost in np.intersect1d(wanted, frames):
+                raise ValueError(
+                    f"frame {capture.names[lost]!r} is to be selected always, and {why}"
+                )
+        return wished
+
+    def left_out(self) -> list[tuple[np.ndarray, str, str]]:
+        """Frames that may not be selected, (n,) numbers, and why, of one and of several."""
+        return [
+            (self.frames, "is held out as a target", "being held out as targets"),
+            (self.blind, "sees nothing of the object", "not seeing the object"),
+            (self.never, "is never to be selected", "being unwanted"),
+            (self.bad, "is bad", "being bad (--keep-bad keeps them)"),
+        ]
+
+    def seeing(self, corners: np.ndarray, capture: Capture) -> Targets:
+        """The views that see any of (C, 3) points of an object, to be served by frames that do.
+
+        Raises:
+            ValueError: when no view does.
+        """
+        kept = np.flatnonzero(sees(self.views, corners).any(axis=1))
+        if not len(kept):
+            raise ValueError(
+                f"{_where(capture)}none of {counted(len(self.views), 'target view')} ({self.kind}) "
+                "sees the object; is its position in the capture's world frame?"
+            )
+        blind = np.flatnonzero(~sees(capture.views, corners).any(axis=1))
+        return replace(self, views=self.views.subset(kept), far=self.far[kept], blind=blind)
+
+
+def targets_of(capture: Capture, request: Request, most: int = MOST_VIEWS) -> Targets:
+    """Read a request.
+
+    Args:
+        capture: the capture that it is made of.
+        request: None for the whole capture; `every:N` holds out every N-th frame, the first
+            included; `orbit` and `trajectory` are paths made from the cameras; a path to a .json
+            camera path (nerfstudio's, or any with `frames` and their `transform_matrix`) or to a
+            .txt with a frame name a line, which are held out; names or numbers of frames to hold
+            out; or poses: `Views`, or (T, 3, 4) or (T, 4, 4) numbers, world to camera with OpenCV
+            axes, seen with the capture's first intrinsics.
+        most: views that a path has.
+
+    Raises:
+        ValueError: for a request that is none of these, names that the capture does not have, or
+            views that all lie far from every camera.
+        FileNotFoundError: when a file is not there.
+    """
+    if request is None:
+        return _request(capture, whole(capture, MOST_VIEWS), ALL)
+    if isinstance(request, Views):
+        return _request(capture, request, "given poses", most)
+    if isinstance(request, str) and (request.startswith(EVERY) or "." not in request):
+        return _of_word(capture, request, most)
+    if isinstance(request, str | Path):
+        return _of_file(capture, Path(request), most)
+    if np.asarray(request).ndim == 3:
+        return _request(capture, _views(capture, np.asarray(request)), "given poses", most)
+    frames = np.sort(frames_of(capture, request, "targets"))
+    return _held_out(capture, frames, counted(len(frames), "given frame"))
+
+
+def check_count(k: int, targets: Targets, capture: Capture, *, everything: bool = False) -> None:
+    """Refuse more frames than may be selected.
+
+    Args:
+        k: how many are to be selected.
+        targets: of the request.
+        capture: what is selected from.
+        everything: the method takes every frame, so that no other number will do.
+
+    Raises:
+        ValueError: with the numbers that are allowed, and why.
+    """
+    most = len(targets.pool(capture))
+    gone = targets.left_out()
+    why = "".join(f", {len(frames)} {text}" for frames, _, text in gone if len(frames))
+    if not 1 <= k <= most:
+        raise ValueError(
+            f"k is {k}; allowed: 1 to {most}, the frames of {capture.source} that may be "
+            f"selected{why}"
+        )
+    if len(targets.always) > k:
+        raise ValueError(f"k is {k}, and {len(targets.always)} are to be selected always")
+    if everything and k != most:
+        raise ValueError(
+            f"k is {k}, and this method takes every frame; allowed: {most}, the frames of "
+            f"{capture.source} that may be selected{why}"
+        )
+
+
+def _views(capture: Capture, poses: np.ndarray) -> Views:
+    """Views at (T, 3, 4) or (T, 4, 4) poses."""
+    if poses.shape[1:] not in ((3, 4), (4, 4)) or poses.dtype.kind not in "fiu":
+        raise ValueError(
+            f"targets are an array of {poses.shape} {poses.dtype}; allowed: (T, 3, 4) or "
+            "(T, 4, 4) numbers, world to camera"
+        )
+    poses = poses[:, :3].astype(np.float64)
+    check_poses([f"target {at}" for at in range(len(poses))], poses, "given poses")
+    return Views(poses, np.tile(capture.intrinsics[0], (len(poses), 1)), capture.size)
+
+
+def _where(capture: Capture) -> str:
+    """The beginning of a refusal that only the capture can be blamed for."""
+    return f"{capture.source}: " if capture.source else ""
+
+
+def _of_word(capture: Capture, word: str, most: int) -> Targets:
+    if word == ORBIT:
+        try:
+            views = orbit(capture, most)
+        except ValueError as error:
+            raise ValueError(f"{_where(capture)}{error}") from error
+        return _request(capture, views, "an orbit", most)
+    if word == "trajectory":
+        return _request(capture, trajectory(capture, most), "the smoothed camera path", most)
+    step = word.removeprefix(EVERY)
+    if step == word or not step.isdecimal() or int(step) < 2:
+        raise ValueError(
+            f"targets are {word!r}; allowed: {', '.join(WORDS)}, N being a whole number from 2"
+        )
+    frames = np.arange(0, len(capture), min(int(step), len(capture)))
+    return _held_out(capture, frames, f"one frame in {step}, held out")
+
+
+def _of_file(capture: Capture, path: Path, most: int) -> Targets:
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file of targets; allowed: {', '.join(WORDS)}")
+    if path.suffix == ".json":
+        return _request(capture, camera_path(path, capture), f"the poses of {path.name}", most)
+    if path.suffix not in LISTS:
+        raise ValueError(f"{path}: is no file of targets; allowed: {', '.join(WORDS)}")
+    frames = np.sort(named_in(path, capture))
+    return _held_out(capture, frames, f"{counted(len(frames), 'frame')} of {path.name}, held out")
+
+
+def _held_out(capture: Capture, frames: np.ndarray, kind: str) -> Targets:
+    if len(frames) > len(capture) - 2:
+        raise ValueError(
+            f"{_where(capture)}{kind}: {len(frames)} of {len(capture)} frames are targets; "
+            "at least two must remain to select from"
+        )
+    return replace(_request(capture, capture.view(frames), kind), frames=frames)
+
+
+def _request(capture: Capture, views: Views, kind: str, most: int = MOST_VIEWS) -> Targets:
+    """Thin the views evenly, and see that they are of this world."""
+    views = views.subset(evenly(len(views), most))
+    centers = capture.centers
+    extent = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+    gap = pairwise_distances(views.centers, centers).min(axis=1)
+    far = gap > max(FAR * extent, ROUNDING * np.abs(centers).max())
+    if far.all():
+        raise ValueError(
+            f"{_where(capture)}{kind}: every target view is far from every camera, the "
+            f"nearest {gap.min():.4g} away where the capture reaches {extent:.4g} from its middle. "
+            "Are they in another world frame? Hint: nerfstudio's viewer exports paths in its own; "
+            "put dataparser_transforms.json of the training run beside the path"
+        )
+    return Targets(views, np.empty(0, np.int64), kind, far)
+
+
+def sees(views: Views, points: np.ndarray) -> np.ndarray:
+    """(T, C) bool: the points lie in front of the view and inside its image."""
+    moved = np.einsum("tij,cj->tci", views.world_to_camera[:, :, :3], points)
+    moved += views.world_to_camera[:, None, :, 3]
+    depth = np.where(moved[..., 2] > 0, moved[..., 2], np.inf)
+    focal, middle = views.intrinsics[:, None, :2], views.intrinsics[:, None, 2:]
+    pixel = moved[..., :2] / depth[..., None] * focal + middle
+    inside = ((pixel >= 0) & (pixel <= np.array(views.size))).all(axis=-1)
+    return inside & (moved[..., 2] > 0)

@@ -1,0 +1,256 @@
+"""Selections tried on the capture itself, on frames that nobody asks for or on its targets.
+
+Not in the paper. No simple rule is good on every capture: every n-th frame is hard to beat where a
+camera moves steadily and bad where photos lie in clusters. So a few selections are reconstructed
+and scored on frames that neither they nor every n-th frame hold: by `splats`, and those that are
+ahead there by small `gaussians`, too. Another one is kept instead of every n-th frame where both
+reconstructors put it ahead by 0.2 dB and not behind in SSIM, and the mean of both says that it is
+ahead by 0.5 dB and beyond chance: what one reconstructor alone prefers does not speak for others.
+
+Where targets are stated that are frames of the capture, a person may ask for the same on their own
+images, which no pick holds. Then the first selection is what the rule picks for them, and another
+one is kept where `gaussians` put it ahead by 0.2 dB. What this gains is in
+docs/results/captures_unknown.md.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import stdtrit
+
+from fsel.core.problem import Problem
+from fsel.core.subsets import evenly, subset_key
+from fsel.selection.candidates import EVEN, RULE, candidates, serving
+from fsel.selection.patience import LEAST_TARGETS, Patience, Trial, Tried
+from fsel.selection.small_fits import Scorer, small_fits
+
+VALIDATION = 96  # frames at most that are rendered and scored
+LEAST_PICKS = 3  # that are reconstructed from
+HEATS = ((None, 1), (3, 1), (1, 2))  # selections that run, None for all, and shares of new fits
+SHARE_SECONDS = 5.0  # of patience for one fit of each share
+MOST_SHARES = 20  # beyond which fits tell no more
+STRETCHES = 12  # of the validation frames at most: neighbours are not independent
+LEAST_STRETCH = 3  # frames of a stretch
+CONFIDENCE = 0.95  # one-sided, by Student's t over the stretches
+FIT_DEVIATION = 0.17  # dB of one fit by `gaussians`, by its seed alone
+
+
+class Bar(NamedTuple):
+    """Conditions on which another selection is kept in place of the first one.
+
+    Attributes:
+        margin: dB that it is to be ahead by.
+        validation: frames at least that neither holds.
+        sure: whether `splats` must agree, SSIM not be less, and the lead be beyond chance, since
+            the frames that are scored stand for others; else `gaussians` alone score.
+    """
+
+    margin: float
+    validation: int
+    sure: bool
+
+
+LEAST_VALIDATION = 8  # frames that neither of two selections holds, of a whole capture
+WHOLE = Bar(0.5, LEAST_VALIDATION, True)
+STATED = Bar(0.2, LEAST_TARGETS, False)
+LEAST_GAIN = 0.2  # dB that each reconstructor alone puts a selection ahead by, where both score
+
+
+def tried(
+    problem: Problem, rule: np.ndarray, patience: Patience, targets: np.ndarray
+) -> Tried | None:
+    """Try the picks of the rule, and the simple selections of `fsel.selection.candidates`.
+
+    Every machine keeps the same picks, unless the time is over before the planned fits are made.
+
+    Args:
+        problem: of a request; the images of frames that may be picked are read, and of targets.
+        rule: (K,) the picks of `fsel`, best first.
+        patience: for how long.
+        targets: (F,) frames that are held out; empty where the whole capture is to be rendered.
+
+    Returns:
+        What was found; None without patience, or where there are too few frames to reconstruct
+        from or to score on.
+    """
+    race = race_of(problem, rule, targets) if patience.seconds else None
+    if race is None:
+        return None
+    share = max(1, round(min(patience.seconds / SHARE_SECONDS, MOST_SHARES)))
+    return race.run(share, patience)
+
+
+def race_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Race | None:
+    """The race before its first fit; None and arguments as of `tried`."""
+    pool, k, bar = problem.sequence, len(rule), WHOLE if problem.whole else STATED
+    spare = len(pool) - k if problem.whole else len(targets)
+    if k < LEAST_PICKS or spare < bar.validation:
+        return None
+    if problem.whole:
+        picks = {EVEN: pool[evenly(len(pool), k)], RULE: rule} | candidates(problem, k)
+    else:
+        picks = {RULE: rule} | serving(problem, rule, targets)
+    validation = pool if problem.whole else targets
+    validation = validation[evenly(len(validation), VALIDATION)]
+    picks = _distinct(picks)
+    return Race(small_fits(problem.capture, validation, picks), picks, validation, bar)
+
+
+def _distinct(picks: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The same in ascending order, without those that equal one before them."""
+    names: dict[tuple[int, ...], str] = {}
+    for name, frames in picks.items():
+        names.setdefault(subset_key(frames), name)
+    return {name: np.array(key) for key, name in names.items()}
+
+
+class Race:
+    """Selections against a first one, in heats: the best go on with new fits.
+
+    Args:
+        score: what a fit of a selection is worth.
+        picks: name -> (K,) ascending frames; the first is kept unless another reaches the bar.
+        validation: (W,) frames that are scored.
+        bar: what is asked of the others.
+    """
+
+    def __init__(
+        self,
+        score: Scorer,
+        picks: Mapping[str, np.ndarray],
+        validation: np.ndarray,
+        bar: Bar = WHOLE,
+    ) -> None:
+        self._score, self._picks, self._validation = score, dict(picks), validation
+        self._bar = bar
+        self._scores: dict[str, dict[str, list[np.ndarray]]] = {
+            name: {"splats": [], "gaussians": []} for name in picks
+        }
+        self._first, *others = self._picks
+        self._hopeful = [name for name in others if self._free(name).sum() >= bar.validation]
+        self._started: float | None = None
+
+    def run(self, share: int, patience: Patience) -> Tried:
+        """All heats, or those before the time is over.
+
+        Args:
+            share: fits of a selection in the first heat.
+            patience: for how long, and what follows the progress. The time runs from the end of the
+                first fit by `gaussians`, which may have to be compiled.
+        """
+        for name in (self._first, *self._hopeful) if self._hopeful and self._bar.sure else ():
+            self._scores[name]["splats"].append(self._score(self._picks[name], None))
+        self._hopeful = [name for name in self._hopeful if self._ahead(self.trial(name))]
+        heats = [(count, share * shares) for count, shares in HEATS]
+        left = sum(self._runners(count) * seeds for count, seeds in heats)
+        over, cut, seed = False, False, 0
+        for count, seeds in heats:
+            names = self._contenders()[:count]
+            cut = cut or (over and len(names) > 0)
+            if cut or not names:
+                break
+            jobs = [(name, seed + at) for at in range(seeds) for name in (self._first, *names)]
+            made = self._made
+            over = self._heat(jobs, left, patience)
+            cut = over and self._made < made + len(jobs)
+            left -= self._runners(count) * seeds
+            seed += seeds
+        trials = tuple(map(self.trial, self._picks))
+        return Tried(trials, self._kept(), self._made, cut, on_targets=not self._bar.sure)
+
+    def trial(self, name: str) -> Trial:
+        """Return what is known of a selection; its error is infinite before both have scored it."""
+        frames, free, made = self._picks[name], self._free(name), self._scores
+        count, first = int(free.sum()), made[self._first]
+        both = {
+            by: (np.array(own)[:, free], np.array(first[by])[:, free])
+            for by, own in made[name].items()
+            if own and first[by]
+        }
+        fits = sum(map(len, made[name].values()))
+        if count < self._bar.validation or not both:
+            return Trial(name, frames, np.nan, np.nan, np.nan, np.inf, count, fits)
+        gain, least, ssim, error = compared(both)
+        error = error if "gaussians" in both else np.inf
+        return Trial(name, frames, gain, least, ssim, error, count, fits)
+
+    def _free(self, name: str) -> np.ndarray:
+        """(W,) validation frames that neither a selection nor the first one holds."""
+        return ~np.isin(self._validation, np.union1d(self._picks[name], self._picks[self._first]))
+
+    def _contenders(self) -> list[str]:
+        """Selections that may still be kept, the best first."""
+        trials = [self.trial(name) for name in self._hopeful]
+        open_ = [one for one in trials if not one.gain + _chance(one) <= self._bar.margin]
+        return [one.name for one in sorted(open_, key=lambda one: -one.gain)]
+
+    def _kept(self) -> str:
+        """The best selection of those that reach the bar; else the first one."""
+        trials = [one for one in map(self.trial, self._hopeful) if self._ahead(one)]
+        ahead = [one for one in trials if one.gain > self._margin(one)]
+        return max(ahead, key=lambda one: one.gain).name if ahead else self._first
+
+    def _ahead(self, trial: Trial) -> bool:
+        """Return whether each reconstructor puts a selection ahead, and not behind in SSIM."""
+        return not self._bar.sure or (trial.least > LEAST_GAIN and trial.ssim >= 0)
+
+    def _margin(self, trial: Trial) -> float:
+        """Gain in dB to be exceeded; infinite where `gaussians` were not fitted."""
+        sure = self._bar.sure or np.isinf(trial.error)
+        return max(self._bar.margin, _chance(trial)) if sure else self._bar.margin
+
+    def _runners(self, count: int | None) -> int:
+        """Count the selections that a heat has at most, the first one included."""
+        return len(self._hopeful[:count]) + 1 if self._hopeful else 0
+
+    @property
+    def _made(self) -> int:
+        return sum(len(scores) for made in self._scores.values() for scores in made.values())
+
+    def _heat(self, jobs: list[tuple[str, int]], left: int, patience: Patience) -> bool:
+        """Make some fits, one after the other, until the time is over; whether it is."""
+        planned = self._made + left
+        for name, seed in jobs:
+            self._scores[name]["gaussians"].append(self._score(self._picks[name], seed))
+            self._started = self._started or time.perf_counter()
+            gone = time.perf_counter() - self._started
+            if not patience.progress(self._made, planned, gone) or gone > patience.seconds:
+                return True
+        return False
+
+
+def compared(
+    judged: Mapping[str, tuple[np.ndarray, np.ndarray]],
+) -> tuple[float, float, float, float]:
+    """Measure how far one selection is ahead of another on frames that neither holds.
+
+    Args:
+        judged: `splats`, `gaussians` or both: (S, J, 2) and (S', J, 2) PSNR in dB and SSIM by fits
+            and frames, of the one and the other, J >= 2, frames in capture order.
+
+    Returns:
+        Mean difference of PSNR; the least of a reconstructor, of PSNR and of SSIM; the standard
+        error of the first: of frames, by the spread of the means of neighbours, and of fits.
+    """
+    each = np.array([own.mean(axis=0) - other.mean(axis=0) for own, other in judged.values()])
+    mean = each[..., 0].mean(axis=0)
+    means = np.array([group.mean() for group in np.array_split(mean, _stretches(len(mean)))])
+    of_frames = means.var(ddof=1) / len(means)
+    fits = sum(1 / len(fitted) for fitted in judged.get("gaussians", ()))
+    of_fits = FIT_DEVIATION**2 * fits / len(judged) ** 2
+    least, ssim = each.mean(axis=1).min(axis=0)
+    return float(mean.mean()), float(least), float(ssim), float(np.sqrt(of_frames + of_fits))
+
+
+def _stretches(count: int) -> int:
+    """Count the stretches that so many validation frames are cut into."""
+    return int(np.clip(count // LEAST_STRETCH, 2, STRETCHES))
+
+
+def _chance(trial: Trial) -> float:
+    """Gain in dB that chance may bring: the fewer frames are scored, the more."""
+    return trial.error * float(stdtrit(_stretches(trial.validation) - 1, CONFIDENCE))

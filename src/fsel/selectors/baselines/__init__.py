@@ -1,0 +1,49 @@
+"""Selection methods without training: one file each, one contract (see `fsel.core.problem`)."""
+
+from fsel.core.problem import Method
+from fsel.core.registry import Registry
+
+PAPER: Registry[Method] = Registry(
+    "method",
+    {
+        "random": "fsel.selectors.baselines.random_:METHOD",
+        "uniform": "fsel.selectors.baselines.uniform:METHOD",
+        "fvs": "fsel.selectors.baselines.fvs:METHOD",
+        "nerf_director": "fsel.selectors.baselines.nerf_director:METHOD",
+        "mvsnet": "fsel.selectors.baselines.mvsnet:METHOD",
+        "dpp": "fsel.selectors.baselines.dpp:METHOD",
+        "kmedoids": "fsel.selectors.baselines.kmedoids:METHOD",
+        "fisher_rf": "fsel.selectors.baselines.fisher_rf:METHOD",
+        "cover": "fsel.selectors.baselines.cover:METHOD",
+        "untrained": "fsel.selectors.baselines.untrained:METHOD",
+    },
+)
+"""The paper's baselines, in the order of the tables."""
+
+FURTHER: Registry[Method] = Registry(
+    "method",
+    {
+        "nearest": "fsel.selectors.baselines.nearest:METHOD",
+        "sharpest": "fsel.selectors.baselines.sharpest:METHOD",
+        "long_lrm": "fsel.selectors.baselines.long_lrm:METHOD",
+        "indoor_traj": "fsel.selectors.baselines.indoor_traj:METHOD",
+        "facility": "fsel.selectors.baselines.facility_location:METHOD",
+        "mvsnet_location": "fsel.selectors.baselines.mvsnet_location:METHOD",
+    },
+)
+"""Further methods, in the order of the tables."""
+
+HOMES = {**PAPER.homes, **FURTHER.homes, "all": "fsel.selectors.baselines.all_frames:METHOD"}
+GROUP = "fsel.selectors.baselines"  # of entry points
+METHODS: Registry[Method] = Registry("method", HOMES, group=GROUP)
+
+LATER: Registry[Method] = Registry(
+    "method",
+    {
+        "indoor_traj_dpp": "fsel.selectors.baselines.indoor_traj_dpp:METHOD",
+        "fisher_rf_gaussians": "fsel.selectors.baselines.on_gaussians:FISHER_RF",
+        "cover_gaussians": "fsel.selectors.baselines.on_gaussians:COVER",
+        "avs": "fsel.selectors.baselines.avs:METHOD",
+    },
+)
+"""Methods that `fsel compare` and `fsel select` know, and the workflow's tables leave out."""

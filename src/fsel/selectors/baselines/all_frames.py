@@ -1,0 +1,19 @@
+"""Every observed frame: the full sequence, without selection."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.core.problem import Method, Problem
+
+
+def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """The whole sequence, whatever came first; any prefix of it is the start of the sequence.
+
+    Asked for more frames than stand for all, it takes the first of those observed.
+    """
+    frames = problem.sequence
+    return (frames if k <= len(frames) else problem.observed)[:k]
+
+
+METHOD = Method("all", "All frames", "observed", nested=True, select=select)

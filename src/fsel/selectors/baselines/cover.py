@@ -1,0 +1,108 @@
+"""COVER: the view whose splats have been seen least from its side (Chen et al. 2026)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.core.compiled import exact
+from fsel.core.geometry import camera_centers
+from fsel.core.problem import Method, Problem
+from fsel.selectors.baselines.splat_views import Blends, greedy_on_splats, held_by
+
+BINS = 128  # directions on the sphere
+EMPTY = -2.0  # score of a view that no splat reaches: below that of full coverage
+
+
+def fibonacci_sphere(count: int) -> np.ndarray:
+    """(count, 3) float32 unit vectors, evenly spread on a spiral."""
+    turn = np.arange(count) * np.pi * (3 - np.sqrt(5))
+    z = 1 - (2 * np.arange(count) + 1) / count
+    radius = np.sqrt(1 - z**2)
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1).astype(np.float32)
+
+
+class Coverage:
+    """Coverage (1 + u . b) / 2 of a splat seen along u, b being the closest direction already seen.
+
+    A pick sees every splat inside its image, hidden or not, along the nearest of 128 directions. A
+    view's coverage is its splats', blended, averaged over the pixels that they reach; a view that
+    they do not reach comes last.
+    """
+
+    def __init__(self, blends: Blends) -> None:
+        self.blends = blends
+        self.directions = fibonacci_sphere(BINS)
+        self.known = np.zeros((blends.splats.shape[1], BINS), np.bool_)
+        self.centers = camera_centers(blends.poses)
+        self.best = np.zeros(len(blends.index), np.float32)
+
+    def scores(self) -> np.ndarray:
+        covered = self.blends.covered
+        total = _summed(self.blends.start, self.blends.weight, self.best)
+        return np.where(covered > 0, -total / np.maximum(covered, 1), EMPTY)
+
+    def add(self, row: int) -> None:
+        blends = self.blends
+        held = np.flatnonzero(held_by(blends, row))
+        rays = blends.splats[:3, held] - self.centers[row][:, None]
+        nearest = _nearest(rays, self.directions)
+        first = ~self.known[held, nearest]
+        held, nearest = held[first], nearest[first]
+        self.known[held, nearest] = True
+        new = np.full(len(self.known), -1, np.int16)
+        new[held] = nearest
+        entries = blends.start, blends.index, self.best
+        _raise(new, self.directions, blends.splats, self.centers, *entries)
+
+
+@exact
+def _summed(start, weight, best):
+    """(V,) sums over each view's entries."""
+    total = np.zeros(len(start) - 1)
+    for view in range(len(total)):
+        for e in range(start[view], start[view + 1]):
+            total[view] += weight[e] * best[e]
+    return total
+
+
+@exact
+def _nearest(rays, directions):
+    """(n,) the direction of largest cosine with each of (3, n) rays; rays inside: it vectorises."""
+    n = rays.shape[1]
+    out, most = np.zeros(n, np.int32), np.full(n, np.float32(-1e30))
+    for g in range(len(directions)):
+        x, y, z = directions[g]
+        for i in range(n):
+            value = rays[0, i] * x + rays[1, i] * y + rays[2, i] * z
+            closer = value > most[i]
+            most[i] = value if closer else most[i]
+            out[i] = g if closer else out[i]
+    return out
+
+
+@exact
+def _raise(new, directions, splats, centers, start, index, best):
+    """Raise the coverage of all entries of some splats to that by a newly seen direction.
+
+    `new` holds each splat's direction, -1 for none.
+    """
+    for view in range(len(centers)):
+        for e in range(start[view], start[view + 1]):
+            i = index[e]
+            if new[i] < 0:
+                continue
+            cosine, square = np.float32(0), np.float32(0)
+            for a in range(3):
+                gap = splats[a, i] - centers[view, a]
+                cosine += gap * directions[new[i], a]
+                square += gap * gap
+            cosine /= max(np.sqrt(square), np.float32(1e-12))
+            best[e] = max(best[e], np.float32(0.5) * (np.float32(1) + cosine))
+
+
+def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """Pick by `greedy_on_splats`."""
+    return greedy_on_splats(problem, k, Coverage)
+
+
+METHOD = Method("cover", "COVER", "observed", nested=True, select=select, tracks=True)

@@ -1,0 +1,68 @@
+"""Long-LRM's own selector: k-means on camera centre and viewing direction (Ziwen et al. 2025)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.core.geometry import centered, farthest_views
+from fsel.core.problem import Method, Problem
+from fsel.selectors.baselines.greedy import most_central
+
+ROUNDS = 300  # Lloyd's iterations at most
+ROUNDING = 1e-9  # of distances between points of about unit size
+
+
+def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+    """The nearest free frame of each cluster's mean.
+
+    Centres are divided by their radius about their mean, so that the world's unit has no effect.
+    The first means are a farthest-point sample from the most central frame, so that the result is
+    deterministic.
+    """
+    pool = problem.observed
+    centers = problem.capture.centers[pool]
+    offset = centered(centers)
+    radius = np.linalg.norm(offset, axis=1).max()
+    points = np.hstack([offset / (radius if radius > 0 else 1.0), problem.capture.axes[pool]])
+    start = farthest_views(np.arange(len(pool)), points, k, most_central(points))
+    return pool[snapped(points, lloyd(points, points[start], ROUNDS))]
+
+
+def lloyd(points: np.ndarray, means: np.ndarray, rounds: int) -> np.ndarray:
+    """Lloyd's algorithm: (n, d) points and (k, d) first means -> (k, d) means.
+
+    Stops when no point changes its cluster; a cluster left empty keeps its mean.
+    """
+    from scipy.spatial.distance import cdist  # here: most jobs do without, and it is slow
+
+    means = means.copy()
+    label = np.full(len(points), -1)
+    for _ in range(rounds):
+        nearest = cdist(points, means, "sqeuclidean").argmin(axis=1)
+        if (nearest == label).all():
+            break
+        label = nearest
+        count = np.bincount(label, minlength=len(means))
+        total = np.zeros_like(means)
+        np.add.at(total, label, points)
+        means[count > 0] = total[count > 0] / count[count > 0, None]
+    return means
+
+
+def snapped(points: np.ndarray, means: np.ndarray) -> np.ndarray:
+    """(k,) int64 rows: the nearest one to each mean that no mean before it took.
+
+    Both members of a pair are equally near to their mean: the more central one is taken, so that
+    rounding does not choose.
+    """
+    remote = np.linalg.norm(centered(points), axis=1)
+    free = np.ones(len(points), dtype=bool)
+    rows = np.empty(len(means), dtype=np.int64)
+    for m, mean in enumerate(means):
+        gap = np.where(free, np.linalg.norm(points - mean, axis=1), np.inf)
+        rows[m] = np.argmin(np.where(gap <= gap.min() + ROUNDING, remote, np.inf))
+        free[rows[m]] = False
+    return rows
+
+
+METHOD = Method("long_lrm", "Long-LRM $k$-means", "observed", nested=False, select=select)

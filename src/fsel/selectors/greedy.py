@@ -1,0 +1,130 @@
+"""The greedy loop around a scorer (paper, section 3.3), without torch and without waste.
+
+What does not change is computed once: the static features, their standardisation and their part
+of the score. What follows the selection is kept running (see `fsel.selectors.following`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+
+from fsel.features.columns import FOLLOWING_INPUTS
+from fsel.features.static import FLAT
+from fsel.features.visibility import Visibility
+from fsel.selectors.scorer import Linear, Network, Scorer, layers_of
+
+
+def loop() -> ModuleType:
+    """The compiled loop, imported when first used: numba takes longer to import than a small
+    pool takes to select from (see `fsel.selectors.plain`)."""
+    from fsel.selectors import compiled
+
+    return compiled
+
+
+class Rows(NamedTuple):
+    """Poses and appearance by which the n rows of a pool are compared, with O views.
+
+    Attributes:
+        centers: (n, 3) float64 camera centres, relative to their mean.
+        axes: (n, 3) unit optical axes.
+        bearings: (n, 3) unit directions from the common reference point.
+        descriptors: (n, D) float32; D = 0 when appearance is not read.
+        closeness: (n, O) float64 of row and view, for the target gain; O = 0 when it is not read.
+        looks: (n, 6) float64, see `fsel.features.conditioned.looks`.
+        visible: what the rows see of the views, for the target gain.
+        lasting: picks after which the target gain counts less, in inverse proportion to their
+            number; infinite unless the views stand for a whole capture.
+    """
+
+    centers: np.ndarray
+    axes: np.ndarray
+    bearings: np.ndarray
+    descriptors: np.ndarray
+    closeness: np.ndarray
+    looks: np.ndarray
+    visible: Visibility
+    lasting: float = np.inf
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Everything that a greedy selection needs and that no pick changes.
+
+    Attributes:
+        pool: (n,) int64 frames, ascending; the rows of everything below.
+        static: (n, 19) float64 inputs less what follows the selection: standardised, but for the
+            target gain's, which is minus the remoteness.
+        rows: what they are compared by.
+        given: (g,) int64 rows that are picked first, whatever they score.
+    """
+
+    pool: np.ndarray
+    static: np.ndarray
+    rows: Rows
+    given: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+
+
+def standardise(columns: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
+    """Standardise columns by the population deviation; flat ones become zero.
+
+    Args:
+        columns: (n, c) raw values.
+        rows: (n,) bool, the rows that mean and deviation are taken over; all without.
+
+    Returns:
+        (n, c) float64.
+    """
+    used = columns if rows is None else columns[rows]
+    mean, deviation = used.mean(axis=0), used.std(axis=0)
+    informative = deviation > FLAT * np.abs(used).max(axis=0)
+    scaled = (columns - mean) / np.where(informative, deviation, 1.0)
+    return np.where(informative, scaled, 0.0)
+
+
+def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Pick k rows, the best-scored remaining one at each step (paper, Eq. 1 and 2).
+
+    Args:
+        prepared: see `fsel.selectors.policies.Policy.prepare`.
+        scorer: linear or a network.
+        k: at most the size of the pool.
+
+    Returns:
+        (k,) int64 rows of the pool in pick order, and (k,) float64 their scores. Ties go to the
+        lowest row.
+
+    Raises:
+        ValueError: when k is not between 1 and the size of the pool.
+        TypeError: for a scorer of another kind.
+    """
+    check_budget(prepared, k)
+    picks, scores = np.empty(k, np.int64), np.empty(k)
+    if isinstance(scorer, Linear):
+        fixed = scorer.scores(prepared.static)
+        following = scorer.vector[FOLLOWING_INPUTS]
+        loop().run_linear(k, fixed, following, prepared.rows, picks, scores)
+    elif isinstance(scorer, Network):
+        base = _first_layer(prepared, scorer)
+        loop().run_network(
+            k, prepared.static, base, prepared.rows, layers_of(scorer), picks, scores
+        )
+    else:
+        raise TypeError(f"{type(scorer).__name__} is neither a linear scorer nor a network")
+    return picks, scores
+
+
+def _first_layer(prepared: Prepared, network: Network) -> np.ndarray:
+    """(n, 64) float32 part of the first layer that no pick changes."""
+    first, bias = network.weights["layer1.weight"], network.weights["layer1.bias"]
+    return prepared.static.astype(np.float32) @ first.T + bias
+
+
+def check_budget(prepared: Prepared, k: int) -> None:
+    """Refuse to pick no row, or more than there are."""
+    if not 1 <= k <= len(prepared.pool):
+        raise ValueError(f"k must be between 1 and the pool's {len(prepared.pool)} rows, got {k}")

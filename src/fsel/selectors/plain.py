@@ -1,0 +1,140 @@
+"""The greedy loop in plain NumPy, for pools so small that compiling would take longer.
+
+It picks what `fsel.selectors.compiled` picks: the first run after an installation then needs no
+compiler, and no run needs to import one. `benchmarks/selector.py` times both.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.core.geometry import viewing_angles
+from fsel.features.columns import (
+    CONDITIONED_INPUTS,
+    D_MIN_S,
+    FOLLOWING,
+    GAIN,
+    GAMMA_MIN_S,
+    PHI_NOV,
+    RHO_MAX_S,
+    SPREAD,
+    TARGET_GAIN_INPUT,
+)
+from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
+from fsel.features.visibility import visibility_counts, visibility_gain
+from fsel.selectors.greedy import Prepared, check_budget, standardise
+from fsel.selectors.scorer import Scorer
+
+LARGEST = 200_000  # rows times picks; beyond, the compiled loop is faster even with its import
+TIE = 450  # roundings of a score: a matrix product may part equal rows in their last bits
+
+
+def greedy(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Pick k rows, the best-scored remaining one at each step (paper, Eq. 1 and 2).
+
+    Arguments, returned arrays, ties and errors are those of `fsel.selectors.greedy.greedy`. The
+    arithmetic is that of `prepared.static`: float64, or float32 to see what that would cost.
+    """
+    check_budget(prepared, k)
+    picks, scores = np.empty(k, np.int64), np.empty(k)
+    tie = TIE * np.finfo(prepared.static.dtype).eps
+    walk = Walk(prepared)
+    for step in range(k):
+        value = np.where(walk.free, scorer.scores(walk.inputs()), -np.inf)
+        best = value.max()
+        if step < len(prepared.given):
+            picks[step] = prepared.given[step]
+        else:
+            picks[step] = np.argmax(value >= best - tie * abs(best))
+        scores[step] = value[picks[step]]
+        walk.add(picks[step])
+    return picks, scores
+
+
+class Walk:
+    """The inputs of a pool's rows while rows are picked, in the precision of `prepared.static`.
+
+    Attributes:
+        free: (n,) bool, False once a row is picked.
+    """
+
+    def __init__(self, prepared: Prepared) -> None:
+        n = len(prepared.pool)
+        self.free = np.ones(n, bool)
+        self._inputs = prepared.static.copy()
+        self._remote = prepared.static[:, TARGET_GAIN_INPUT]
+        self._raw = np.zeros((n, FOLLOWING), prepared.static.dtype)
+        self._memory, self._picked = _Memory(prepared), 0
+        self._raw[:, GAIN] = self._memory.gain()
+
+    def inputs(self) -> np.ndarray:
+        """(n, 19) inputs at the present step."""
+        self._inputs[:, CONDITIONED_INPUTS] = standardise(self._raw[:, :GAIN], self.free)
+        self._inputs[:, TARGET_GAIN_INPUT] = self._remote + self._raw[:, GAIN]
+        return self._inputs
+
+    def add(self, row: int) -> None:
+        """Pick a row."""
+        self.free[row] = False
+        self._picked += 1
+        self._memory.update(row, self._picked, self.free, self._raw)
+
+
+class _Memory:
+    """State that the picks leave behind; arrays are of the arithmetic's precision."""
+
+    def __init__(self, prepared: Prepared) -> None:
+        self.rows = prepared.rows
+        (n, views), precision = self.rows.closeness.shape, prepared.static.dtype
+        self.covered = np.zeros(views, precision)
+        self.rates = visibility_counts(self.rows.visible, np.empty(0, np.int64))
+        self.apart = np.full(n, NOVEL, precision)
+        self.squares = np.empty((len(SPREAD), 0, n), precision)
+
+    def update(self, row: int, picked: int, free: np.ndarray, raw: np.ndarray) -> None:
+        """Update d_min_s, gamma_min_s, rho_max_s, phi_nov and target gain by the newest pick."""
+        described, first = self.rows.descriptors, picked == 1
+        likeness = np.einsum("nd,d->n", described, described[row], dtype=np.float64)
+        raw[:, RHO_MAX_S] = likeness if first else np.maximum(raw[:, RHO_MAX_S], likeness)
+        if len(self.covered) == 0:
+            self._nearest(row, first, raw)
+            return
+        self._spread(row, free, raw)
+        self.covered += self.rows.closeness[row]
+        self.rates += visibility_counts(self.rows.visible, np.array([row]))
+        shift = (self.rows.looks - self.rows.looks[row]).reshape(-1, 2, 3)
+        self.apart = np.minimum(self.apart, np.linalg.norm(shift, axis=2).sum(axis=1))
+        raw[:, GAIN] = self.gain() * min(1.0, self.rows.lasting / picked)
+
+    def gain(self) -> np.ndarray:
+        """(n,) see `compiled.target_gain`."""
+        gain = self.rows.closeness @ (1 / (1 + self.covered)) / max(len(self.covered), 1)
+        seen = visibility_gain(self.rows.visible, self.rates, len(gain))
+        return gain * (self.apart / NOVEL) + POINTS * seen
+
+    def _nearest(self, row: int, first: bool, raw: np.ndarray) -> None:
+        rows = self.rows
+        nearest = {
+            D_MIN_S: np.linalg.norm(rows.centers - rows.centers[row], axis=1),
+            GAMMA_MIN_S: viewing_angles(rows.axes, rows.axes[row]),
+            PHI_NOV: viewing_angles(rows.bearings, rows.bearings[row]),
+        }
+        for column, value in nearest.items():
+            raw[:, column] = value if first else np.minimum(raw[:, column], value)
+
+    def _spread(self, row: int, free: np.ndarray, raw: np.ndarray) -> None:
+        """Update the distances to the picks, see `fsel.features.conditioned`."""
+        given = (self.rows.centers, self.rows.axes, self.rows.bearings)
+        new = [np.sum((points - points[row]) ** 2, axis=1) for points in given]
+        self.squares = np.concatenate([self.squares, np.array(new)[:, None]], axis=1)
+        picked = self.squares.shape[1]
+        if picked < FEW:
+            nth = min(picked, GROUP) - 1
+            distance = np.sqrt(np.sort(self.squares, axis=1)[:, nth])
+        else:
+            with np.errstate(divide="ignore"):  # a pick's own distance is zero, and so is its sum
+                distance = 1 / np.sqrt((1 / self.squares).sum(axis=1))
+        ceiling = np.zeros(len(SPREAD))
+        if free.any():
+            ceiling = ENOUGH * distance[:, free].mean(axis=1)
+        raw[:, SPREAD] = np.minimum(distance, ceiling[:, None]).T

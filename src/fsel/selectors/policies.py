@@ -1,0 +1,232 @@
+"""Policies: what a learned or fixed scorer may see and pick, and how it scores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fsel.core.capture import Views
+from fsel.core.geometry import centered, directions
+from fsel.core.problem import Method, Problem
+from fsel.features.columns import (
+    APPEARANCE,
+    FEATURES,
+    INPUTS,
+    NAMES,
+    RELATIONAL,
+    SHARPNESS,
+    STATIC_INPUTS,
+    TARGET_GAIN,
+    TARGET_GAIN_INPUT,
+)
+from fsel.features.conditioned import (
+    LASTING,
+    closeness,
+    look_depth,
+    look_distance,
+    looks,
+    remoteness,
+)
+from fsel.features.static import proxy_points, static_features
+from fsel.features.visibility import NOTHING, visibility
+from fsel.selectors.greedy import Prepared, Rows, greedy, standardise
+from fsel.selectors.scorer import Linear, Network, Scorer
+
+Ranked = Callable[[Problem, int], tuple[np.ndarray, np.ndarray]]
+Loop = Callable[[Prepared, Scorer, int], tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Learned(Method):
+    """A selection method that scores frames.
+
+    Attributes:
+        scorer: with its provenance.
+        ranked: (problem, k) -> (k,) int64 frames in pick order, and (k,) float64 their scores when
+            picked.
+    """
+
+    scorer: Scorer
+    ranked: Ranked
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Contract of a scorer: what it sees and picks, and its kind. Training and selection read it.
+
+    Attributes:
+        name: of the method.
+        label: how tables print it (LaTeX).
+        pool: `candidates` (P) or `observed` (P and O).
+        reference: `proxies`, as in the paper, or `targets`: whose poses geometric features compare
+            with.
+        inputs: those of `fsel.features.columns.NAMES` that the scorer reads. Similarities,
+            sharpness, features of the relation to the views and the target gain are computed only
+            where one of theirs is read. With the target gain, distances to the picks are those of
+            `fsel.features.conditioned`.
+        kind: of the scorer: `Linear` or `Network`.
+        points: whether the target gain counts the points of the views that come into view.
+    """
+
+    name: str
+    label: str
+    pool: str
+    reference: str
+    inputs: tuple[str, ...]
+    kind: type[Scorer]
+    points: bool = False
+
+    @cached_property
+    def reads(self) -> tuple[str, ...]:
+        """Parts of the images that it looks at: `appearance`, `sharpness`, both or neither."""
+        appearance = ("appearance",) if self._read(APPEARANCE) else ()
+        return appearance + ((SHARPNESS,) if self._read([SHARPNESS]) else ())
+
+    def _read(self, names: Iterable[str]) -> bool:
+        return not set(names).isdisjoint(self.inputs)
+
+    def without(self, inputs: Iterable[str], name: str, label: str) -> Policy:
+        """The same policy under another name without some inputs, which its label says."""
+        left = tuple(own for own in self.inputs if own not in inputs)
+        return replace(self, name=name, label=f"{self.label}, {label}", inputs=left)
+
+    def prepare(self, problem: Problem) -> Prepared:
+        """Compute what no pick changes.
+
+        Args:
+            problem: the selection problem.
+        """
+        frames, references = problem.pool(self.pool), self._references(problem)
+        static = np.zeros((len(frames), INPUTS))
+        appearance = self._read(APPEARANCE)
+        if self._read((*RELATIONAL, SHARPNESS)):
+            raw = self._known(problem)
+            if raw is None:
+                raw = static_features(problem, frames, references, appearance)
+            static[:, STATIC_INPUTS] = standardise(raw)
+            static[:, ~np.isin(NAMES, self.inputs)] = 0
+        capture = problem.capture
+        centers, axes = capture.centers[frames], capture.axes[frames]
+        close, visible = np.zeros((len(frames), 0)), NOTHING
+        if self._read([TARGET_GAIN]):
+            distance = look_distance(centers, axes, references)
+            close = closeness(distance)
+            static[:, TARGET_GAIN_INPUT] = -remoteness(distance)
+            if self.points:
+                depth = look_depth(centers)
+                seeing = capture.view(frames)
+                visible = visibility(seeing, references, distance, depth)
+        # angular novelty is measured from the mean of the views' reference points
+        common = proxy_points(problem, references).mean(axis=0)
+        rows = Rows(
+            centers=centered(centers),
+            axes=np.ascontiguousarray(axes),
+            bearings=directions(centers, common),
+            descriptors=problem.descriptors[frames][:, : None if appearance else 0],
+            closeness=close,
+            looks=looks(centers, axes),
+            visible=visible,
+            lasting=LASTING if problem.whole else np.inf,
+        )
+        return Prepared(frames, static, rows, np.searchsorted(frames, problem.given))
+
+    def _known(self, problem: Problem) -> np.ndarray | None:
+        """(n, 14) the problem's own features, if they are of this pool and these references."""
+        if (self.pool, self.reference) == ("candidates", "proxies"):
+            return problem.features
+        return None
+
+    def _references(self, problem: Problem) -> Views:
+        """Poses that stand for the request: the proxies' or the targets' own."""
+        if self.reference == "targets":
+            return problem.targets
+        return problem.capture.view(problem.proxies)
+
+    def method(self, scorer: Scorer, pick: Loop = greedy) -> Learned:
+        """The selection method with a scorer.
+
+        Args:
+            scorer: of the policy's kind.
+            pick: the greedy loop; see `fsel.selectors.greedy.greedy`.
+
+        Raises:
+            ValueError: for a scorer of another kind, or one that reads what the policy does not.
+        """
+        self.check(scorer)
+
+        def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:
+            prepared = self.prepare(problem)
+            rows, scores = pick(prepared, scorer, k)
+            return prepared.pool[rows], scores
+
+        def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
+            return ranked(problem, k)[0]
+
+        return Learned(
+            *(self.name, self.label, self.pool),
+            nested=True,
+            select=select,
+            reads=self.reads,
+            scorer=scorer,
+            ranked=ranked,
+        )
+
+    def check(self, scorer: Scorer) -> None:
+        """Refuse a scorer of another kind, or one that reads what the policy does not."""
+        if not isinstance(scorer, self.kind):
+            raise ValueError(
+                f"the policy {self.name} has a scorer of the kind {self.kind.__name__}, not "
+                f"{type(scorer).__name__}"
+            )
+        if isinstance(scorer, Linear):
+            others = [name for name in scorer.coefficients if name not in self.inputs]
+            if others:
+                raise ValueError(
+                    f"the policy {self.name} does not read {', '.join(others)}; allowed: "
+                    f"{', '.join(self.inputs)}"
+                )
+
+
+LESS_IS_MORE = Policy(
+    name="less_is_more",
+    label="Ours",
+    pool="candidates",
+    reference="proxies",
+    inputs=FEATURES,
+    kind=Network,
+)
+FSEL = Policy(
+    name="fsel",
+    label="fsel",
+    pool="observed",
+    reference="targets",
+    inputs=("d_min_s", "gamma_min_s", "phi_nov", TARGET_GAIN),
+    kind=Linear,
+    points=True,
+)
+POLICIES: dict[str, Policy] = {
+    policy.name: policy
+    for policy in (
+        LESS_IS_MORE.without(APPEARANCE, "less_is_more_no_appearance", "no appearance"),
+        LESS_IS_MORE,
+        FSEL,
+        replace(FSEL, name="fsel_rule", label="fsel, without points", points=False),
+    )
+}
+"""Policies in the order of the tables; `less_is_more` is the paper's, `fsel` knows the targets."""
+
+GEOMETRY = LESS_IS_MORE.without(
+    (*APPEARANCE, SHARPNESS), "less_is_more_geometry", "no appearance, no sharpness"
+)
+KNOWN: dict[str, Policy] = {**POLICIES, GEOMETRY.name: GEOMETRY}
+"""Every policy that can be trained; `GEOMETRY` is of the table of runtimes alone."""
+
+RENAMED = {
+    "ours": "less_is_more",
+    "ours_no_appearance": "less_is_more_no_appearance",
+    "ours_geometry": "less_is_more_geometry",
+}
+"""Former name of a policy -> its name. Scorers on disk may say the former."""

@@ -1,0 +1,76 @@
+"""Scorers on disk as methods: those that come with the package, and one's own."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from fsel.selectors import greedy, plain
+from fsel.selectors.greedy import Prepared
+from fsel.selectors.policies import KNOWN, RENAMED, Learned
+from fsel.selectors.scorer import Linear, Scorer
+
+FOLDER = Path(__file__).parent / "weights"
+FILES = {
+    "fsel": "fsel.json",
+    "fsel_rule": "fsel_rule.json",
+    "less_is_more": "less_is_more.safetensors",
+    "less_is_more_no_appearance": "less_is_more_no_appearance.safetensors",
+}
+"""Policy -> file in `FOLDER`; `make weights` remakes them."""
+DEFAULT = "fsel"
+NETWORK_COST = 10  # what scoring a row by a network costs in plain NumPy beside a linear rule
+
+
+@cache
+def method(name: str = DEFAULT) -> Learned:
+    """A method that comes with the package.
+
+    Args:
+        name: a key of `FILES`.
+    """
+    return own(FOLDER / FILES[name], name)
+
+
+def own(path: str | Path, name: str | None = None) -> Learned:
+    """The method of a scorer on disk.
+
+    Args:
+        path: what `fsel train` or the workflow wrote.
+        name: of the policy that it must have been made for; None for any.
+
+    Raises:
+        ValueError: for another kind of file, arrays of other shapes, a scorer that does not say
+            what it was made for and by, or one that was made for another policy.
+    """
+    scorer = Scorer.load(path)
+    made_for = scorer.provenance.get("policy")
+    if made_for in RENAMED:
+        made_for = RENAMED[made_for]
+    if made_for not in KNOWN:
+        raise ValueError(
+            f"{path}: scorer of the policy {made_for!r}; known: {', '.join(KNOWN)}. Hint: `fsel "
+            "train` and the workflow write scorers that say it"
+        )
+    if "made by" not in scorer.provenance:
+        raise ValueError(f"{path}: does not say what it was made by, as scorers of fsel do")
+    if name not in (None, made_for):
+        raise ValueError(
+            f"{path}: made for the policy {made_for!r}, not {name!r}. Hint: leave the method out"
+        )
+    try:
+        return KNOWN[made_for].method(scorer, ranking)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def ranking(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Pick as `fsel.selectors.greedy.greedy` does, in plain NumPy where that is faster.
+
+    It is faster than compiling for small pools; and only it looks at rows that are given.
+    """
+    cost = 1 if isinstance(scorer, Linear) else NETWORK_COST
+    small = cost * k * len(prepared.pool) <= plain.LARGEST or len(prepared.given)
+    return (plain.greedy if small else greedy.greedy)(prepared, scorer, k)

@@ -1,0 +1,264 @@
+"""Scorers: the paper's network (Appendix A.3), and a linear rule of a few inputs."""
+
+from __future__ import annotations
+
+import json
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import load_file, save_file
+
+from fsel.features.columns import FOLLOWING_INPUTS, INPUTS, NAMES, positions
+
+WIDTH = 64
+SHAPES = {
+    "layer1.weight": (WIDTH, INPUTS),
+    "layer1.bias": (WIDTH,),
+    "layer2.weight": (WIDTH, WIDTH),
+    "layer2.bias": (WIDTH,),
+    "layer3.weight": (1, WIDTH),
+    "layer3.bias": (1,),
+}
+TURN = 0.62891  # GELU's slope is within this of one half
+
+
+class Scorer(ABC):
+    """Scores candidates by their inputs: a `Linear` rule or a `Network`, stored with provenance."""
+
+    provenance: Mapping[str, str]
+
+    @abstractmethod
+    def scores(self, inputs: np.ndarray) -> np.ndarray:
+        """(n,) scores of (n, 19) standardised inputs, in their precision: the plain form."""
+
+    @abstractmethod
+    def save(self, path: str | Path) -> None:
+        """Write the scorer with its provenance; equal scorers are equal files."""
+
+    @staticmethod
+    def load(path: str | Path) -> Scorer:
+        """Read what `save` wrote: a linear rule from JSON, a network from safetensors.
+
+        Raises:
+            ValueError: for another kind of file, or one that does not hold a scorer.
+        """
+        kinds: dict[str, type[Linear] | type[Network]]
+        kinds = {".json": Linear, ".safetensors": Network}
+        kind = kinds.get(Path(path).suffix)
+        if kind is None:
+            raise ValueError(
+                f"{path}: not a scorer; allowed: .json (a linear rule), .safetensors (a network)"
+            )
+        try:
+            return kind.load(path)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{path}: {error}") from error
+
+
+@dataclass(frozen=True)
+class Linear(Scorer):
+    """The sum of a few standardised inputs, each times its coefficient.
+
+    Attributes:
+        coefficients: name of an input (`fsel.features.columns.NAMES`) -> float.
+        provenance: free text fields, stored beside the coefficients.
+
+    Raises:
+        ValueError: when a name is unknown, there is none, or a coefficient is not finite.
+    """
+
+    coefficients: Mapping[str, float]
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        unknown = [name for name in self.coefficients if name not in NAMES]
+        if unknown or not self.coefficients:
+            raise ValueError(
+                f"a linear scorer has coefficients of {', '.join(unknown) or 'no input'}; "
+                f"allowed: {', '.join(NAMES)}"
+            )
+        for name, value in self.coefficients.items():
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise ValueError(f"the coefficient of {name} is {value!r}, not a number")
+            if not math.isfinite(value):
+                raise ValueError(f"the coefficient of {name} is {value}, not finite")
+
+    @property
+    def vector(self) -> np.ndarray:
+        """(19,) float64 a coefficient an input, zero where there is none."""
+        full = np.zeros(INPUTS)
+        full[positions(self.coefficients)] = list(self.coefficients.values())
+        return full
+
+    def scores(self, inputs: np.ndarray) -> np.ndarray:
+        # einsum sums every row alike; a matrix product may part equal rows in their last bit
+        return np.einsum("ni,i->n", inputs, self.vector.astype(inputs.dtype))
+
+    def save(self, path: str | Path) -> None:
+        content = {
+            "coefficients": dict(self.coefficients),
+            "provenance": dict(sorted(self.provenance.items())),
+        }
+        Path(path).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Linear:
+        """Read what `save` wrote."""
+        try:
+            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            coefficients, provenance = content["coefficients"], content["provenance"]
+            return cls(dict(coefficients), dict(provenance))
+        except (ValueError, TypeError, KeyError) as error:
+            raise ValueError(f"not a linear scorer: {error}") from error
+
+
+@dataclass(frozen=True)
+class Network(Scorer):
+    """The paper's scorer f_theta, a 19-64-64-1 perceptron with exact GELU (Appendix A.3).
+
+    Attributes:
+        weights: float32 arrays as in `SHAPES`, 5,505 numbers.
+        provenance: free text fields, stored beside the weights.
+
+    Raises:
+        ValueError: when an array is missing, misshapen or not finite.
+    """
+
+    weights: Mapping[str, np.ndarray]
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        shapes = {name: array.shape for name, array in self.weights.items()}
+        if shapes != SHAPES:
+            raise ValueError(f"scorer weights have shapes {shapes}, expected {SHAPES}")
+        for name, array in self.weights.items():
+            if not np.isfinite(array).all():
+                raise ValueError(f"scorer weights {name} are not finite")
+
+    def scores(self, inputs: np.ndarray) -> np.ndarray:
+        hidden = inputs
+        for layer in ("layer1", "layer2"):
+            weight = self.weights[f"{layer}.weight"].astype(inputs.dtype)
+            hidden = _gelu(hidden @ weight.T + self.weights[f"{layer}.bias"])
+        return hidden @ self.weights["layer3.weight"][0] + self.weights["layer3.bias"][0]
+
+    def save(self, path: str | Path) -> None:
+        # one field of JSON: safetensors writes several in an order that changes from run to run
+        provenance = json.dumps(dict(self.provenance), sort_keys=True)
+        save_file(dict(self.weights), str(path), metadata={"provenance": provenance})
+
+    @classmethod
+    def load(cls, path: str | Path) -> Network:
+        """Read what `save` wrote."""
+        try:
+            weights = load_file(str(path))
+            with safe_open(str(path), framework="numpy") as file:
+                metadata = file.metadata() or {}
+        except SafetensorError as error:
+            raise ValueError(f"not a network: {error}") from error
+        single = {name: array.astype(np.float32) for name, array in weights.items()}
+        return cls(single, dict(json.loads(metadata.get("provenance", "{}"))))
+
+
+def _gelu(z: np.ndarray) -> np.ndarray:
+    from scipy.special import erf  # here: most jobs do without, and it is slow
+
+    share = erf(z * math.sqrt(0.5))
+    share += 1
+    share *= z
+    share *= 0.5
+    return share
+
+
+class Narrow(NamedTuple):
+    """A network's layers in float32, as `fsel.selectors.screening` multiplies by them.
+
+    Attributes:
+        following: (5, 64) first-layer weights of the inputs that follow the selection.
+        second: (64, 64) second layer, transposed; second_bias: (64,).
+        third: (64,) third layer.
+    """
+
+    following: np.ndarray
+    second: np.ndarray
+    second_bias: np.ndarray
+    third: np.ndarray
+
+
+class Wide(NamedTuple):
+    """A network's six arrays in float64 and their own shapes."""
+
+    first: np.ndarray
+    first_bias: np.ndarray
+    second: np.ndarray
+    second_bias: np.ndarray
+    third: np.ndarray
+    third_bias: np.ndarray
+
+
+class Layers(NamedTuple):
+    """Arrays of a network that the compiled loop needs.
+
+    Attributes:
+        narrow, wide: the layers.
+        bounds: (11, 5), see `change_bounds`.
+    """
+
+    narrow: Narrow
+    wide: Wide
+    bounds: np.ndarray
+
+
+def layers_of(network: Network) -> Layers:
+    """A network's arrays for the compiled loop."""
+    weights = network.weights
+    # copies: arrays read from a file may be read-only, for which the loop would compile anew
+    narrow = Narrow(
+        following=np.ascontiguousarray(weights["layer1.weight"][:, FOLLOWING_INPUTS].T),
+        second=np.ascontiguousarray(weights["layer2.weight"].T),
+        second_bias=weights["layer2.bias"].copy(),
+        third=weights["layer3.weight"][0].copy(),
+    )
+    wide = Wide(*(weights[name].astype(np.float64) for name in SHAPES))
+    bounds = change_bounds(wide.first[:, FOLLOWING_INPUTS], wide.second, wide.third[0])
+    return Layers(narrow, wide, bounds)
+
+
+def change_bounds(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
+    """Bounds of what a change d of the inputs that follow the selection adds to a score.
+
+    With the slopes of both layers written as 1/2 + e, |e| <= 0.629, the score's gradient is
+    w3 (1/2 + e2) W2 (1/2 + e1) W1: an exact part and two kinds of remainder. A score grows by at
+    most a.d + |B d| + |C d|.
+
+    Args:
+        first: (64, 5) columns of W1; second: (64, 64) W2; third: (64,) w3, float64.
+
+    Returns:
+        (11, 5) float64: a, and upper triangular factors of B and C.
+    """
+    both = second @ first
+    size = np.linalg.norm(third)
+    loose = TURN / 2 * np.linalg.norm(third @ second) + TURN**2 * size * _stretch(second)
+    parts = (TURN / 2 * size * both, loose * first)
+    return np.vstack([third @ both / 4, *(np.linalg.qr(part, mode="r") for part in parts)])
+
+
+def _stretch(matrix: np.ndarray) -> float:
+    """Bound of the largest singular value: no less than it, and at most a seventh more.
+
+    A decomposition would take longer than a selection from a small pool.
+    """
+    size = np.linalg.norm(matrix)
+    if size == 0:
+        return 0.0
+    gram = matrix.T @ matrix / size**2
+    for _ in range(3):
+        gram = gram @ gram
+    return float(size * np.linalg.norm(gram) ** (1 / 16))

@@ -1,1 +1,0 @@
-"""Files, tables, registries, seeds, names and limits: what every part uses."""

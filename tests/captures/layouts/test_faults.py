@@ -1,0 +1,249 @@
+"""What is wrong on disk is refused, naming the file and the field; other captures go on."""
+
+import gzip
+import json
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+from layout_recordings import recording, write_colmap
+
+from fsel.captures.layouts import LAYOUTS
+from fsel.captures.read import read_capture, read_raw
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda p: p.write_bytes(b""), "0 bytes"),
+        (lambda p: p.write_bytes(p.read_bytes()[:200]), "truncated"),
+        (lambda p: p.unlink(), "missing"),
+        (lambda p: p.write_text("no image"), "not a readable image"),
+        (lambda p: cv2.imwrite(str(p), np.zeros((48, 90, 3), np.uint8)), "1 %"),
+    ],
+)
+def test_a_damaged_image_is_named(tmp_path, damage, message):
+    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
+    file = tmp_path / "images_4" / "f9.jpg"
+    damage(file)
+    with pytest.raises((ValueError, FileNotFoundError), match=message) as error:
+        read_capture(tmp_path, "mipnerf360")
+    assert "f9.jpg" in str(error.value)
+
+
+def edit(path, change):
+    content = json.loads(path.read_text())
+    change(content)
+    path.write_text(json.dumps(content))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: c["frames"][2].update(file_path="images/../../../etc/x.png"), "leads outside"),
+        (
+            lambda c: c["frames"][2]["transform_matrix"][0].__setitem__(3, float("nan")),
+            "not finite",
+        ),
+        (lambda c: c.pop("fl_x"), "intrinsics of .* are missing"),
+        (lambda c: c.update(frames=[]), "list of frames"),
+        (lambda c: c["frames"].append(c["frames"][0]), "duplicate frame names"),
+        (lambda c: c["frames"][1].update(transform_matrix=[[1]]), "of images/f9.png must be 4x4"),
+        (lambda c: c["frames"][1].pop("transform_matrix"), "f9.png: field 'transform_matrix'"),
+        (lambda c: c["frames"][1].pop("file_path"), r"frames\[1\] has no file_path"),
+        (lambda c: c.update(frames={"a": 1}), "list of frames"),
+        (lambda c: c.update(fl_x="wide"), "fl_x of .* must be one number, got 'wide'"),
+        (lambda c: c.update(w=float("nan")), "w of .* must be finite"),
+        (lambda c: c.update(fl_y=-3.0), "positive size and focal length"),
+        (lambda c: c.update(camera_model="EQUIRECTANGULAR"), "camera_model is 'EQUI.*allowed"),
+        (lambda c: c.update(k4=0.1), "k4 is 0.1"),
+        (lambda c: c.update(applied_transform=[[1, 2]]), "applied_transform must be 3x4"),
+        (lambda c: c.update(applied_scale=float("inf")), "applied_scale must be finite"),
+        (lambda c: c.update(applied_transform=[[0.0] * 4] * 3), "applied_transform cannot be und"),
+        (lambda c: c.update(w=-64), "positive size and focal length"),
+        (lambda c: c.update(h=10**400), "h of .* must be one number"),
+        (lambda c: [f.update(mask_path=7) for f in c["frames"]], "'mask_path' must be a string"),
+        (lambda c: c.update(train_filenames=["images/gone.png"]), "'images/gone.png' is in a"),
+        (lambda c: c["frames"][0].update(mask_path="m.png"), "1 of 22 frames have a mask_path"),
+    ],
+)
+def test_a_damaged_transforms_file_is_refused(tmp_path, change, message):
+    LAYOUTS["dl3dv"].write(recording("dl3dv"), tmp_path)
+    edit(tmp_path / "nerfstudio" / "transforms.json", change)
+    with pytest.raises(ValueError, match=message) as error:
+        read_capture(tmp_path, "dl3dv")
+    assert str(tmp_path) in str(error.value)
+
+
+def test_a_reflection_is_refused(tmp_path):
+    LAYOUTS["dl3dv"].write(recording("dl3dv"), tmp_path)
+    path = tmp_path / "nerfstudio" / "transforms.json"
+
+    def mirror(content):
+        for row in content["frames"][0]["transform_matrix"][:3]:
+            row[0] *= -1
+
+    edit(path, mirror)
+    with pytest.raises(ValueError, match="reflection"):
+        read_capture(tmp_path, "dl3dv")
+
+
+def test_a_lost_pose_is_left_out(tmp_path):
+    LAYOUTS["seven_scenes"].write(recording("seven_scenes"), tmp_path)
+    np.savetxt(tmp_path / "seq-01" / "frame-000003.pose.txt", np.full((4, 4), -np.inf))
+    capture = read_capture(tmp_path)
+    assert len(capture) == 21
+    assert "seq-01/frame-000003" not in capture.names
+
+
+def test_absent_or_unknown_folders_are_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such folder"):
+        read_capture(tmp_path / "nothing")
+    with pytest.raises(ValueError, match="no known layout"):
+        read_capture(tmp_path)
+    with pytest.raises(ValueError, match="allowed: auto"):
+        read_capture(tmp_path, "kitti")
+    with pytest.raises(FileNotFoundError, match="no COLMAP model"):
+        read_capture(tmp_path, "colmap")
+
+
+def test_an_image_of_another_size_is_named(tmp_path):
+    LAYOUTS["mipnerf360"].write(recording("mipnerf360"), tmp_path)
+    cv2.imwrite(str(tmp_path / "images_4" / "f20.jpg"), np.zeros((24, 32, 3), np.uint8))
+    with pytest.raises(ValueError, match=r"f20\.jpg: \(32, 24\) pixels .* others \(64, 48\)"):
+        read_capture(tmp_path, "mipnerf360")
+
+
+@pytest.mark.parametrize("depth", [100_000_000, 50_000])
+def test_json_of_nothing_but_nesting(tmp_path, depth):
+    (tmp_path / "transforms.json").write_bytes(b'{"frames":' + b"[" * depth)
+    with pytest.raises(ValueError, match=r"transforms\.json: not readable as JSON"):
+        read_capture(tmp_path, "nerfstudio")
+
+
+def test_a_model_of_no_images_is_refused(tmp_path):
+    (tmp_path / "images").mkdir()
+    (tmp_path / "sparse").mkdir()
+    pycolmap.Reconstruction().write_binary(str(tmp_path / "sparse"))
+    with pytest.raises(FileNotFoundError, match="images: no images in it"):
+        read_capture(tmp_path)
+    (tmp_path / "images" / "a.jpg").touch()
+    with pytest.raises(ValueError, match="sparse: the COLMAP model holds no images"):
+        read_capture(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["images.bin", "points3D.bin", "cameras.bin", "frames.bin"])
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+def test_a_binary_model_cut_short_is_refused(tmp_path, name, share):
+    write_colmap(recording("mipnerf360"), tmp_path, text=False)
+    path = tmp_path / "sparse" / "0" / name
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(ValueError, match=r"sparse/0") as error:
+        read_capture(tmp_path)
+    if name != "frames.bin":
+        assert f"{name}: cut short" in str(error.value)
+
+
+def test_a_binary_model_with_more_behind_it_is_refused(tmp_path):
+    write_colmap(recording("mipnerf360"), tmp_path, text=False)
+    path = tmp_path / "sparse" / "0" / "images.bin"
+    path.write_bytes(path.read_bytes() + b"more")
+    with pytest.raises(ValueError, match=r"images\.bin: .* entries take"):
+        read_capture(tmp_path)
+
+
+def text_model(folder, change):
+    """A text model without rigs whose lines of images.txt are changed."""
+    write_colmap(recording("mipnerf360"), folder, text=True)
+    model = folder / "sparse" / "0"
+    for name in ("rigs.txt", "frames.txt"):
+        (model / name).unlink()
+    path = model / "images.txt"
+    lines = path.read_text().splitlines()
+    head = [line for line in lines if line.startswith("#")]
+    path.write_text("\n".join(head + change(lines[len(head) :])) + "\n")
+
+
+def test_quaternions_that_are_not_normalised_are_refused(tmp_path):
+    def stretch(lines):
+        first = lines[0].split()
+        first[1:5] = [repr(1.5 * float(q)) for q in first[1:5]]
+        return [" ".join(first), *lines[1:]]
+
+    text_model(tmp_path, stretch)
+    with pytest.raises(ValueError, match=r"frame 'f7\.png': .* unnormalised quaternion"):
+        read_capture(tmp_path)
+
+
+def test_a_text_model_without_a_line_of_points_is_refused(tmp_path):
+    text_model(tmp_path, lambda lines: lines[:1] + lines[2:])
+    with pytest.raises(ValueError, match=r"images\.txt|not a readable COLMAP model"):
+        read_capture(tmp_path)
+
+
+def test_a_model_may_not_name_images_outside(tmp_path):
+    names = [f"{i}.png" for i in range(21)] + ["../../outside.png"]
+    (tmp_path / "a").mkdir()
+    write_colmap(recording("mipnerf360"), tmp_path / "a" / "b", names)
+    with pytest.raises(ValueError, match=r"'\.\./\.\./outside\.png' leads outside"):
+        read_capture(tmp_path / "a" / "b")
+
+
+def test_lost_poses_of_any_kind_are_left_out(tmp_path):
+    LAYOUTS["scannet"].write(recording("scannet"), tmp_path)
+    for stem, value in (("9", np.nan), ("10", np.inf), ("11", 0.0)):
+        np.savetxt(tmp_path / "pose" / f"{stem}.txt", np.full((4, 4), value))
+    raw = read_raw(tmp_path)[1]
+    assert set(raw.dropped) == {"4", "9", "10", "11"}
+    assert set(raw.dropped.values()) == {"tracking lost"}
+
+
+@pytest.mark.parametrize(
+    ("layout", "file", "text", "message"),
+    [
+        ("seven_scenes", "seq-01/frame-000002.pose.txt", "1 2 3", "expected a 4x4 matrix, got 3"),
+        ("seven_scenes", "seq-01/frame-000002.pose.txt", "a b", "not readable as numbers"),
+        ("seven_scenes", "TrainSplit.txt", "seq one", "expected lines like sequence3"),
+        ("scannet", "pose/7.txt", "", "expected a 4x4 matrix, got 0"),
+        ("scannet", "intrinsic/intrinsic_color.txt", "0", "expected a 4x4 matrix, got 1"),
+        ("scannetpp_iphone", "iphone/pose_intrinsic_imu.json", "{}", "no entry for 'f7"),
+        ("scannetpp_iphone", "iphone/pose_intrinsic_imu.json", "[]", "expected a JSON object"),
+    ],
+)
+def test_a_damaged_text_file_is_named(tmp_path, layout, file, text, message):
+    LAYOUTS[layout].write(recording(layout), tmp_path)
+    (tmp_path / file).write_text(text)
+    with pytest.raises(ValueError, match=message) as error:
+        read_capture(tmp_path, layout)
+    assert str(tmp_path / file) in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda f: f[0].pop("image"), "field 'image' is missing"),
+        (lambda f: f[0]["image"].update(path="../x.jpg"), "leads outside"),
+        (lambda f: f[0]["image"].update(size=[1, 2, 3]), "image.size must be 2"),
+        (lambda f: f[0]["viewpoint"].update(R=[[1]]), r"viewpoint\.R must be 3x3"),
+        (lambda f: f[0]["viewpoint"].pop("focal_length"), r"viewpoint\.focal_length must be 2"),
+        (lambda f: f.append(7), "list of objects"),
+        (lambda f: f.clear(), "0 sequences"),
+        (lambda f: f[0]["image"].update(path=7), "image: field 'path' must be a string"),
+        (lambda f: f[0]["image"].update(size=[float("inf"), 2]), "image.size must be finite"),
+        (lambda f: f[0].update(viewpoint="x"), "field 'R' is missing"),
+        (lambda f: f[0].update(frame_number=None), "frame_number must be finite"),
+        (lambda f: f[0].update(mask=7), "mask: field 'path' is missing"),
+    ],
+)
+def test_damaged_annotations_are_named(tmp_path, change, message):
+    LAYOUTS["co3d"].write(recording("co3d"), tmp_path)
+    (tmp_path.parent / "x.jpg").write_bytes(b"outside")
+    path = tmp_path / "object" / "frame_annotations.jgz"
+    frames = json.loads(gzip.decompress(path.read_bytes()))
+    change(frames)
+    path.write_bytes(gzip.compress(json.dumps(frames).encode()))
+    with pytest.raises(ValueError, match=message) as error:
+        read_capture(tmp_path, "co3d")
+    assert "frame_annotations.jgz" in str(error.value)

@@ -1,0 +1,67 @@
+"""Frames with less detail than they should have."""
+
+import numpy as np
+import pytest
+
+from fsel.captures.quality import blur
+from fsel.captures.quality.cells import GRID, Cells
+
+NEAR = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
+
+
+def test_a_frame_is_compared_with_the_second_sharpest_beside_it():
+    detail = np.log([[8.0] * 4, [4.0, 4, 4, 1], [16.0] * 4, [np.e] * 4])
+    detail[3] = np.nan
+    times = blur.beside(detail, NEAR)
+    assert times[0] == pytest.approx(4 / 8)  # of 4 and 16, in the direction that lost most
+    assert times[1] == pytest.approx(8)
+    assert times[2] == pytest.approx(4 / 16)
+    assert np.isnan(times[3])
+    assert np.isnan(blur.beside(np.full((4, 4), np.nan), NEAR)).all()
+    assert np.isnan(blur.beside(detail, NEAR[:, :1])).all()  # one says nothing
+
+
+def test_a_frame_is_compared_with_the_sharpest_tenth():
+    detail = np.log(np.repeat(np.arange(1.0, 12)[:, None], 4, axis=1))
+    np.testing.assert_allclose(blur.of_capture(detail), 10 / np.arange(1.0, 12))
+    assert np.isnan(blur.of_capture(np.full((2, 4), np.nan))).all()
+
+
+def seen(frames=10, points=60, seed=0):
+    """Cells of frames that all see the same points, each place with a detail of its own."""
+    rng = np.random.default_rng(seed)
+    cells = rng.permutation(GRID * GRID)[:points]
+    energy = np.zeros((frames, 4, GRID * GRID), np.float32)
+    energy[:, :, cells] = rng.uniform(1, 90, points)
+    variance = np.zeros((frames, GRID * GRID), np.float32)
+    variance[:, cells] = 100
+    frame, point = (part.ravel() for part in np.indices((frames, points)))
+    return energy, variance, cells[point], point, frame
+
+
+def judged(energy, variance, cell, point, frame):
+    shape = (len(energy), -1, GRID, GRID)
+    color = np.zeros((len(energy), 3, GRID, GRID), np.float32)
+    cells = Cells(
+        energy.reshape(shape), variance.reshape(shape)[:, 0], color, np.zeros(len(energy))
+    )
+    return blur.at_points(cells, cell, point, frame)
+
+
+def test_places_are_compared_with_themselves():
+    energy, *rest = seen()
+    np.testing.assert_allclose(judged(energy, *rest), 1)
+    energy[4:7, 2] /= 9  # a stretch, along one direction
+    np.testing.assert_allclose(judged(energy, *rest), [1] * 4 + [9] * 3 + [1] * 3, rtol=1e-5)
+
+
+def test_few_places_or_short_tracks_say_nothing():
+    energy, variance, cell, point, frame = seen()
+    few = (frame != 3) | (point < 15)
+    times = judged(energy, variance, cell[few], point[few], frame[few])
+    assert np.flatnonzero(np.isnan(times)).tolist() == [3]
+    short = frame < 3
+    times = judged(energy, variance, cell[short], point[short], frame[short])
+    assert np.isnan(times).all()
+    nothing = np.empty(0, np.int64)
+    assert np.isnan(judged(energy, variance, nothing, nothing, nothing)).all()

@@ -1,0 +1,264 @@
+"""Videos and photos placed together: frames taken denser, times that are lost, causes named."""
+
+import json
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+from small_captures import ring
+
+from fsel.captures import taking
+from fsel.captures.colmap import failures
+from fsel.captures.colmap.runs import Part, Work
+from fsel.captures.images import files as image_files
+from fsel.captures.images import video
+from fsel.captures.images.video import Kept, Sampling
+from fsel.captures.poses import placement, sfm
+from fsel.captures.taking import Source
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+
+def shots(*indices):
+    return [Kept(i, i / 10, 1.0) for i in indices]
+
+
+def model_of(names):
+    """A model that has the given images, and nothing else."""
+    model = pycolmap.Reconstruction()
+    camera = pycolmap.Camera(model="PINHOLE", width=8, height=8, params=[8, 8, 4, 4], camera_id=1)
+    model.add_camera_with_trivial_rig(camera)
+    for at, (name, pose) in enumerate(zip(names, ring(max(3, len(names))), strict=False)):
+        rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
+        image = pycolmap.Image(image_id=at + 1, name=name, camera_id=1)
+        model.add_image_with_trivial_frame(image, rigid)
+    return model
+
+
+@pytest.fixture
+def scripted(monkeypatch):
+    """No video is read and nothing matched: frames are black, and COLMAP places what it is told.
+
+    Returns:
+        A list of the frames that it places, an entry a run, or a cause of failure; and a list that
+        receives the frames that it was given.
+    """
+    placing, given = [], []
+
+    def thin(path, folder, pace, *, within=((0.0, np.inf),), progress=None):
+        at = np.arange(0, 10, 1 / pace)
+        kept = [t for t in at if any(a <= t <= b for a, b in within)]
+        found = shots(*np.unique(np.round(np.array(kept) * 10).astype(int)).tolist())
+        for shot in found:
+            image_files.write(np.zeros((1, 8, 8, 3), np.uint8), folder, [shot.name])
+        return found
+
+    def place(raw, *, work, start=None):
+        assert [n for part in work.parts for n in part.numbers]
+        given.append((raw.names, start and start.num_images()))
+        keep = placing.pop(0)
+        if isinstance(keep, str):
+            raise sfm.NotPlaced(Path("first.jpg"), "COLMAP placed 0 frames", keep)
+        return model_of([name for name in raw.names if keep(name)])
+
+    monkeypatch.setattr(video, "thin", thin)
+    monkeypatch.setattr(Sampling, "pace", lambda self, path: 1.0)
+    monkeypatch.setattr(taking, "duplicates", lambda small: np.ones(len(small), bool))
+    monkeypatch.setattr(sfm, "place", place)
+    return placing, given
+
+
+def number(name):
+    return int(name.removesuffix(".jpg").rpartition("_")[2])
+
+
+def test_where_frames_in_a_row_are_not_placed_they_are_taken_denser(scripted, tmp_path):
+    """Ten frames at 0, 1, ... 9 s. Two in a row are lost, and one alone, which is left at that."""
+    placing, given = scripted
+    placing += [lambda name: number(name) not in (20, 50, 60), lambda name: number(name) != 20]
+    sources, said = [Source(tmp_path / "walk.mp4")], []
+
+    def say(*line):
+        said.append(line)
+
+    found = placement.place(sources, Sampling(), tmp_path, Work(), say)
+    assert [len(names) for names, _ in given] == [10, 16]
+    assert [start for _, start in given] == [None, 7]
+    added = sorted(number(name) for name in set(given[1][0]) - set(given[0][0]))
+    assert added == [43, 47, 53, 57, 63, 67]  # thrice as many a second, from 4 to 7 s
+    assert found["not_placed"] == ["frame_00020.jpg"]
+    assert found["lost"] == [{"video": "walk.mp4", "from": 1.0, "to": 3.0, "frames": 1}]
+    assert len(pycolmap.Reconstruction(str(tmp_path / "sparse" / "0")).images) == 15
+    assert ("video", "frames were not placed: taken denser there") in said
+
+
+def test_the_end_of_a_video_that_stays_unplaced_is_told(scripted, tmp_path):
+    placing, given = scripted
+    sources = [Source(tmp_path / "walk.mp4")]
+    placing += [lambda name, last=last: number(name) < last for last in (65, 70, 70)]
+    found = placement.place(sources, Sampling(), tmp_path / "a", Work(), lambda *_: None)
+    assert len(given) == 3  # twice denser, at most
+    assert found["lost"] == [{"video": "walk.mp4", "from": 6.9, "to": 9.0, "frames": 19}]
+    placing += [lambda name: number(name) < 61] * 2
+    found = placement.place(sources, Sampling(), tmp_path / "b", Work(), lambda *_: None)
+    assert len(given) == 5  # denser frames were not placed either
+    assert found["lost"] == [{"video": "walk.mp4", "from": 6.0, "to": 9.0, "frames": 9}]
+
+
+def test_what_is_like_the_last_frame_is_lost_with_it(scripted, tmp_path, monkeypatch):
+    """The end is black: of its frames, at 7, 8 and 9 s, the first alone is taken."""
+    placing, _ = scripted
+    monkeypatch.setattr(taking, "duplicates", lambda small: np.arange(len(small)) < 8)
+    placing += [lambda name: number(name) < 70]
+    sources = [Source(tmp_path / "walk.mp4")]
+    found = placement.place(sources, Sampling(), tmp_path, Work(), lambda *_: None)
+    assert found["lost"] == [{"video": "walk.mp4", "from": 6.0, "to": 9.0, "frames": 1}]
+    placing += [lambda name: number(name) < 70]  # and as an earlier run kept it
+    again = placement.place(sources, Sampling(), tmp_path, Work(), lambda *_: None)
+    assert again["lost"] == found["lost"]
+
+
+def test_a_known_cause_ends_it_at_once_and_an_unknown_one_after_denser_frames(scripted, tmp_path):
+    placing, given = scripted
+    walk = tmp_path / "walk.mp4"
+    placing += [failures.STANDS]
+    with pytest.raises(ValueError, match=r"walk\.mp4: COLMAP placed 0 frames: .*does not move"):
+        placement.place([Source(walk)], Sampling(), tmp_path / "a", Work(), lambda *_: None)
+    assert len(given) == 1
+    placing += ["", "", ""]
+    with pytest.raises(ValueError, match=r"too little in common.*as of a slower walk"):
+        placement.place([Source(walk)], Sampling(), tmp_path / "b", Work(), lambda *_: None)
+    assert [len(names) for names, _ in given] == [10, 10, 28, 82]
+
+
+def test_what_was_taken_before_an_interruption_is_not_taken_again(scripted, tmp_path, monkeypatch):
+    placing, given = scripted
+    sources = [Source(tmp_path / "walk.mp4")]
+    placing += [lambda name: number(name) < 70]
+    with pytest.raises(IndexError):  # in the second run of COLMAP
+        placement.place(sources, Sampling(), tmp_path, Work(), lambda *_: None)
+    placing += [lambda name: True]
+    monkeypatch.setattr(video, "thin", lambda *_, **__: pytest.fail("was taken again"))
+    placement.place(sources, Sampling(), tmp_path, Work(), lambda *_: None)
+    assert given[-1][0] == given[-2][0]
+    assert len(given[-1][0]) > 10
+
+
+def test_a_pause_is_thinned_and_a_film_that_stands_is_refused(scripted, tmp_path, monkeypatch):
+    placing, given = scripted
+    placing += [lambda name: True]
+    sources = [Source(tmp_path / "walk.mp4")]
+    monkeypatch.setattr(taking, "duplicates", lambda small: np.arange(len(small)) % 10 < 4)
+    found = placement.place(sources, Sampling(), tmp_path / "a", Work(), lambda *_: None)
+    assert found["still"] == 6
+    assert [number(name) for name in given[0][0]] == [0, 10, 20, 30]
+    assert len(list((tmp_path / "a" / "images").iterdir())) == 4
+    monkeypatch.setattr(taking, "duplicates", lambda small: np.arange(len(small)) < 1)
+    with pytest.raises(ValueError, match=r"9 of 10 frames show the same.*camera does not move"):
+        placement.place(sources, Sampling(), tmp_path / "b", Work(), lambda *_: None)
+
+
+def database(path, keypoints, shift, config, parallax=0.0):
+    """Features of five images, each pair verified, its matches `shift` pixels apart, and the near
+    ones so much farther."""
+    size = {"width": 480, "height": 270}
+    with pycolmap.Database.open(str(path)) as stored:
+        camera = pycolmap.Camera(model="SIMPLE_PINHOLE", **size, params=[400, 240, 135])
+        camera.camera_id = stored.write_camera(camera)
+        rng, ids = np.random.default_rng(0), []
+        xy = rng.uniform(0, 270, (keypoints, 2)).astype(np.float32)
+        near = parallax * rng.uniform(0, 1, keypoints)
+        for at in range(5):
+            image = pycolmap.Image(name=f"{at}.jpg", camera_id=camera.camera_id)
+            ids.append(stored.write_image(image))
+            moved = at * np.stack([shift + near, np.zeros(keypoints)], axis=1)
+            stored.write_keypoints(ids[-1], (xy + moved).astype(np.float32))
+        for i in ids:
+            for j in (j for j in ids if j > i):
+                geometry = pycolmap.TwoViewGeometry()
+                geometry.config = config
+                rows = np.arange(keypoints, dtype=np.uint32)
+                geometry.inlier_matches = np.stack([rows, rows], axis=1)
+                stored.write_two_view_geometry(i, j, geometry)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("keypoints", "shift", "config", "said"),
+    [
+        (200, 0.5, "UNCALIBRATED", failures.STANDS),
+        (200, 30.0, "PANORAMIC", failures.ROTATES),
+        (200, 30.0, "UNCALIBRATED", ""),
+        (20, 30.0, "UNCALIBRATED", failures.DARK.format(count=20)),
+    ],
+)
+def test_causes_are_told_by_features_and_matches(keypoints, shift, config, said, tmp_path):
+    kind = getattr(pycolmap.TwoViewGeometryConfiguration, config)
+    assert failures.cause(database(tmp_path / "d.db", keypoints, shift, kind)) == said
+
+
+@pytest.mark.parametrize(
+    ("shift", "parallax", "expected"), [(30.0, 0.0, True), (30.0, 8.0, False), (0.5, 0.0, False)]
+)
+def test_a_picture_that_slides_is_not_placed(shift, parallax, expected, tmp_path):
+    """Under a drone near things move by some per cent more than far ones; one picture has none."""
+    kind = pycolmap.TwoViewGeometryConfiguration.PLANAR_OR_PANORAMIC
+    made = database(tmp_path / "d.db", 200, shift, kind, parallax)
+    assert failures.slides(made) is expected
+
+
+def test_a_film_of_one_picture_is_known_by_a_few_pairs(tmp_path):
+    from test_sfm import poses, render
+
+    coarse = np.random.default_rng(0).integers(0, 255, (60, 120, 3), np.uint8)
+    picture = cv2.resize(coarse, (960, 480), interpolation=cv2.INTER_CUBIC)
+    slid = [picture[100:340, 12 * at : 12 * at + 320] for at in range(20)]
+    films = {"slid": slid, "walked": render(poses(20)), "stood": [picture[:240, :320]] * 20}
+    for name, frames in films.items():
+        names = [f"{at:02d}.png" for at in range(20)]
+        image_files.write(np.stack(frames), tmp_path / name, names)
+        files = [tmp_path / name / file for file in names]
+        assert failures.slides_at_once(files) is (name == "slid")
+        assert not failures.slides_at_once(files[:5])
+
+
+def test_pairs_of_several_parts_are_near_in_each_and_alike_between_them(monkeypatch):
+    """Two walks of 60 frames along the same 60 places: a frame's likeness is its place."""
+    from fsel.captures.colmap import pairs, runs
+
+    turn = np.tile(np.arange(60) * 0.02, 2)
+    vectors = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    monkeypatch.setattr(pairs, "described", lambda *_: vectors)
+    parts = [Part(range(60), True), Part(range(60), True)]
+    names = [str(i) for i in range(120)]
+    chosen = set(runs._chosen(Path("unused"), names, parts))
+    assert {(0, 1), (60, 61), (0, 60), (20, 80), (59, 119)} <= chosen
+    assert (0, 40) not in chosen
+    across = [(i, j) for i, j in chosen if i < 60 <= j]
+    assert max(abs(j - 60 - i) for i, j in across) <= 8
+
+
+def test_passes_have_a_camera_each(tmp_path):
+    """Photos of two folders: what one camera sees is not told of the other."""
+    from test_sfm import poses, render
+
+    frames = render(poses(10))
+    sources = []
+    for at, name in enumerate(("near", "far")):
+        folder = tmp_path / name
+        chosen = frames[at::2]
+        image_files.write(chosen, folder, [f"{i}.png" for i in range(5)])
+        files = tuple(sorted(folder.iterdir()))
+        sources.append(Source(folder, name, files))
+    found = placement.place(
+        sources, Sampling(), tmp_path / "out", Work(tmp_path / "work"), lambda *_: None
+    )
+    assert len(found["placed"]) == 10
+    model = pycolmap.Reconstruction(str(tmp_path / "out" / "sparse" / "0"))
+    cameras = {image.name.partition("/")[0]: image.camera_id for image in model.images.values()}
+    assert sorted(cameras) == ["far", "near"]
+    assert cameras["near"] != cameras["far"]
+    assert json.dumps(found)

@@ -1,0 +1,194 @@
+"""Poses from images, points from poses: on textured planes whose truth is known."""
+
+import json
+import shutil
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+from layout_recordings import full
+from scipy.spatial.transform import Rotation
+
+from fsel.captures.images import files as image_files
+from fsel.captures.layouts import colmap
+from fsel.captures.poses.sfm import estimate, neighbours
+from fsel.captures.read import read_capture, read_folder
+from fsel.core.capture import Capture
+from fsel.core.geometry import OPENGL_TO_OPENCV
+
+SIZE = (320, 240)
+K = np.array([[300.0, 0, 160], [0, 300.0, 120], [0, 0, 1]])
+PLANES = ((0.0, 6.0, 9.0), (-1.6, 4.0, 2.2), (1.7, 4.8, 2.2))  # centre x, depth, extent
+
+
+def poses(count=10):
+    """Cameras on an arc, turned a little towards the middle."""
+    out = []
+    for at in np.linspace(-1, 1, count):
+        rotation = Rotation.from_euler("y", 8 * at, degrees=True).as_matrix()
+        center = np.array([1.2 * at, 0.25 * np.sin(5 * at), 0.3 * at**2])
+        out.append(np.column_stack([rotation, -rotation @ center]))
+    return np.array(out)
+
+
+def render(world_to_camera, seed=0):
+    """(N, h, w, 3) uint8: planes facing the cameras, far to near, each with its own texture."""
+    rng = np.random.default_rng(seed)
+    textures = []
+    for _ in PLANES:
+        coarse = rng.integers(0, 255, (60, 60, 3), dtype=np.uint8)
+        textures.append(cv2.resize(coarse, (600, 600), interpolation=cv2.INTER_LINEAR))
+    out = []
+    for pose in world_to_camera:
+        image = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+        for (x, z, extent), texture in zip(PLANES, textures, strict=True):
+            # texture pixel (u, v) lies at (x + (u - 300) s, (v - 300) s, z)
+            s = extent / 600
+            plane = np.array([[s, 0, x - 300 * s], [0, s, -300 * s], [0, 0, z], [0, 0, 1]])
+            warp = K @ (pose @ plane)
+            shown = cv2.warpPerspective(texture, warp, SIZE)
+            there = cv2.warpPerspective(np.ones((600, 600), np.uint8), warp, SIZE)
+            image[there > 0] = shown[there > 0]
+        out.append(image)
+    return np.stack(out)
+
+
+def write_posed(folder, truth):
+    """transforms.json without points; pixel centres at (0.5, 0.5)."""
+    names = [f"{i}.png" for i in range(len(truth))]
+    image_files.write(render(truth), folder / "images", names)
+    frames = []
+    for name, pose in zip(names, truth, strict=True):
+        matrix = full(pose)
+        matrix[:3, :3] = matrix[:3, :3] @ OPENGL_TO_OPENCV
+        frames.append({"file_path": f"images/{name}", "transform_matrix": matrix.tolist()})
+    content = {"w": 320, "h": 240, "fl_x": 300, "fl_y": 300, "cx": 160.5, "cy": 120.5}
+    (folder / "transforms.json").write_text(json.dumps(content | {"frames": frames}))
+
+
+def aligned_error(found, truth):
+    """Greatest distance of camera centres after the best similarity, over their extent."""
+    a = np.array([full(pose)[:3, 3] for pose in found])
+    b = np.array([full(pose)[:3, 3] for pose in truth])
+    fit = pycolmap.estimate_sim3d(a, b)
+    moved = np.array([fit * center for center in a])
+    return np.linalg.norm(moved - b, axis=1).max() / np.linalg.norm(np.ptp(b, axis=0))
+
+
+def test_points_are_triangulated_onto_the_surfaces(tmp_path):
+    write_posed(tmp_path, poses())
+    assert read_capture(tmp_path, long_side=64).points is None
+    points = read_capture(tmp_path, long_side=64, points="triangulate").points
+    assert len(points.xyz) > 200
+    depths = np.array([z for _, z, _ in PLANES])
+    off = np.abs(points.xyz[:, 2:] - depths).min(axis=1)
+    assert np.median(off) < 0.02
+    assert np.percentile(off, 90) < 0.2
+    assert np.bincount(points.track_point).min() >= 2
+
+
+def test_triangulation_gives_the_same_bytes_again(tmp_path):
+    write_posed(tmp_path, poses(5))
+    first, second = (
+        read_capture(tmp_path, long_side=64, points="triangulate").points for _ in range(2)
+    )
+    for field in ("xyz", "rgb", "track_point", "track_frame"):
+        np.testing.assert_array_equal(getattr(first, field), getattr(second, field))
+
+
+def test_poses_are_found_from_images_alone(tmp_path):
+    truth = poses()
+    image_files.write(render(truth), tmp_path / "images", [f"{i}.png" for i in range(10)])
+    flat = np.full((1, 240, 320, 3), 99, np.uint8)
+    image_files.write(flat, tmp_path / "images", ["10.png"])
+    found = read_folder(tmp_path, poses="colmap", long_side=64)
+    assert found.dropped == {"10.png": "not placed by COLMAP"}
+    assert found.capture.names == tuple(f"{i}.png" for i in range(10))
+    assert aligned_error(found.capture.world_to_camera, truth) < 0.03
+    assert found.agreement.kind == "reprojection"
+    assert found.agreement.median < 1
+    assert len(found.capture.points.xyz) > 100
+
+
+def test_estimated_poses_serve_the_images_as_they_are():
+    truth = np.concatenate([poses(), poses()[:1]])
+    frames = render(truth)
+    frames[4] = 99  # shows nothing
+    given = np.tile([300.0, 300, 160.5, 120.5], (11, 1))
+    wrong = np.tile(np.eye(3, 4), (11, 1, 1))  # is not looked at
+    capture = Capture(tuple("abcdefghijk"), wrong, given, frames, ("s",) * 11)
+    kept, found, points = estimate(capture)
+    assert kept.tolist() == [0, 1, 2, 3, 5, 6, 7, 8, 9, 10]
+    assert aligned_error(found, truth[kept]) < 0.01
+    # points lie inside the images of the frames that see them, by the capture's own pinhole
+    seen, point = points.track_frame, points.xyz[points.track_point]
+    local = np.einsum("nij,nj->ni", found[seen][:, :, :3], point) + found[seen][:, :, 3]
+    pixels = 300 * local[:, :2] / local[:, 2:] + [160.5, 120.5]
+    assert ((pixels > 0) & (pixels < SIZE)).all()
+    assert len(points.xyz) > 100
+
+
+def test_images_without_poses_say_what_to_do(tmp_path):
+    image_files.write(render(poses(3)), tmp_path, [f"{i}.jpg" for i in range(3)])
+    with pytest.raises(ValueError, match=r"no poses. Hint: --poses colmap finds them"):
+        read_capture(tmp_path)
+    with pytest.raises(ValueError, match=r"images without poses.*`poses: colmap` finds them"):
+        read_capture(tmp_path, "images")
+
+
+def test_images_that_cannot_be_placed_are_refused(tmp_path):
+    noise = np.random.default_rng(0).integers(0, 255, (4, 60, 80, 3), dtype=np.uint8)
+    image_files.write(noise, tmp_path, [f"{i}.png" for i in range(4)])
+    with pytest.raises(ValueError, match="COLMAP placed 0 of 4 frames"):
+        read_capture(tmp_path, poses="colmap")
+
+
+def write_estimate(folder, truth, kept):
+    """A COLMAP model as an estimator exports it: half the size, a camera an image, no rigs."""
+    model = pycolmap.Reconstruction()
+    for i in kept:
+        camera = pycolmap.Camera(
+            model="PINHOLE", width=160, height=120, params=[150, 150, 80.25, 60.25], camera_id=i + 1
+        )
+        model.add_camera_with_trivial_rig(camera)
+        rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(truth[i, :, :3]), truth[i, :, 3])
+        image = pycolmap.Image(image_id=i + 1, name=f"{i}.png", camera_id=i + 1)
+        model.add_image_with_trivial_frame(image, rigid)
+    colmap.write_text(model, folder)
+    for name in ("rigs.txt", "frames.txt"):
+        (folder / name).unlink()
+
+
+def test_poses_of_another_estimator(tmp_path):
+    truth = poses()
+    write_posed(tmp_path, poses()[::-1])  # the layout's own poses are others
+    shutil.rmtree(tmp_path / "images")
+    image_files.write(render(truth), tmp_path / "images", [f"{i}.png" for i in range(10)])
+    write_estimate(tmp_path / "vggt" / "sparse", truth, [0, 1, 2, 4, 6, 9])
+    found = read_folder(tmp_path, poses="file", model="vggt/sparse", long_side=320)
+    assert found.capture.names == ("0.png", "1.png", "2.png", "4.png", "6.png", "9.png")
+    np.testing.assert_allclose(found.capture.world_to_camera, truth[[0, 1, 2, 4, 6, 9]], atol=1e-9)
+    np.testing.assert_allclose(found.capture.intrinsics[0], [300, 300, 160.5, 120.5])
+    assert set(found.dropped.values()) == {"not in vggt/sparse"}
+    assert found.agreement.kind == "epipolar"
+    assert found.agreement.median < 1
+
+
+def test_a_model_of_other_images_is_refused(tmp_path):
+    image_files.write(render(poses(3)), tmp_path / "images", ["a.png", "b.png", "c.png"])
+    write_estimate(tmp_path / "vggt", poses(3), range(3))
+    with pytest.raises(ValueError, match=r"none of the model's images \['0\.png'"):
+        read_capture(tmp_path, poses="file", model="vggt")
+    with pytest.raises(ValueError, match="`model` names no folder"):
+        read_capture(tmp_path, poses="file")
+
+
+def test_neighbours_are_near_and_look_alike(tmp_path):
+    truth = poses(30)
+    truth[15:] = np.array([np.diag([-1.0, 1, -1]) @ pose for pose in truth[15:]])
+    write_posed(tmp_path, truth)
+    pairs = neighbours(read_capture(tmp_path, long_side=16))
+    assert all((i < 15) == (j < 15) for i, j in pairs)
+    assert (0, 1) in pairs
+    assert (0, 14) not in pairs

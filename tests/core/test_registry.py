@@ -1,0 +1,69 @@
+"""Registries: names without imports, entries on demand, refusals by name."""
+
+import subprocess
+import sys
+
+import pytest
+
+from fsel.captures.layouts import LAYOUTS
+from fsel.core.registry import Registry
+from fsel.metrics import REGISTERED
+from fsel.reconstruct import RECONSTRUCTORS
+from fsel.selectors.baselines import METHODS
+
+LISTING = """
+import sys
+from fsel.selectors.baselines import METHODS
+from fsel.captures.layouts import LAYOUTS
+from fsel.reconstruct import RECONSTRUCTORS
+
+listed = [*METHODS, *LAYOUTS, *RECONSTRUCTORS]
+assert "splats" in RECONSTRUCTORS
+lazy = {"fsel.selectors.baselines.fvs", "fsel.captures.layouts.co3d", "fsel.reconstruct.splats"}
+print(*lazy & set(sys.modules))
+METHODS["fvs"], LAYOUTS["co3d"], RECONSTRUCTORS["splats"]
+print(*{"fsel.selectors.baselines.cover", "fsel.captures.layouts.scannet"} & set(sys.modules))
+"""
+
+
+def test_listing_imports_nothing_and_one_entry_not_the_others():
+    done = subprocess.run([sys.executable, "-c", LISTING], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == []
+
+
+@pytest.mark.parametrize("registry", [METHODS, LAYOUTS, REGISTERED])
+def test_entries_are_registered_under_their_own_names(registry):
+    assert [entry.name for entry in registry.values()] == list(registry)
+
+
+def test_an_unknown_name_is_refused_with_those_that_are_known():
+    with pytest.raises(ValueError, match=r"reconstructor is 'nerf'; allowed: splats, gaussians"):
+        RECONSTRUCTORS.checked("nerf")
+    with pytest.raises(KeyError, match="nerf"):
+        RECONSTRUCTORS["nerf"]
+
+
+def test_a_missing_package_is_named():
+    registry = Registry("reconstructor", {"mine": "no_such_package.mine:Mine"})
+    message = r"reconstructor 'mine' \(no_such_package.mine:Mine\) needs no_such_package"
+    with pytest.raises(ImportError, match=message):
+        registry["mine"]
+
+
+def test_an_entry_set_by_hand_stands_for_itself_and_goes_again():
+    registry = Registry("metric", {"first": "no_such_package:FIRST"})
+    registry["second"] = entry = object()
+    assert list(registry) == ["first", "second"]
+    assert len(registry) == 2
+    assert registry["second"] is entry
+    del registry["second"]
+    assert "second" not in registry
+
+
+def test_a_former_name_is_refused_with_the_name_of_today():
+    methods = Registry("method", {"less_is_more": "", "fsel": ""}, {"ours": "less_is_more"})
+    with pytest.raises(ValueError, match=r"allowed: less_is_more, fsel\. Hint: 'ours' is named"):
+        methods.checked("ours")
+    with pytest.raises(ValueError, match=r"allowed: less_is_more, fsel$"):
+        methods.checked("theirs")

@@ -1,0 +1,281 @@
+"""Summaries, the LaTeX table and the heatmap: hand-worked values and slow twins."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from fsel.evaluation.heatmap import draw, gains
+from fsel.evaluation.latex import number, sweep_table, tex
+from fsel.evaluation.summary import (
+    ALL_FRAMES,
+    differences,
+    draw_means,
+    summarise,
+    with_all_datasets,
+)
+
+METRICS = ("psnr", "ssim")
+
+
+def cells(values: dict) -> pd.DataFrame:
+    """(dataset, scene, draw, method, k) -> psnr; ssim is a hundredth of it."""
+    rows = [(*key, value, value / 100) for key, value in values.items()]
+    return pd.DataFrame(rows, columns=["dataset", "scene", "draw", "method", "k", *METRICS])
+
+
+def grid(seed: int = 0, scenes: int = 3, draws: int = 2) -> pd.DataFrame:
+    rng = np.random.default_rng(seed)
+    return cells(
+        {
+            ("d", f"s{s}", d, method, k): rng.normal(20, 2)
+            for s in range(scenes)
+            for d in range(draws)
+            for method in ("random", "less_is_more")
+            for k in (10, 20)
+        }
+    )
+
+
+def test_targets_are_averaged_within_a_seed_first():
+    evaluation = pd.DataFrame(
+        {
+            "method": "random",
+            "seed": [0, 0, 0, 1],
+            "k": 10,
+            "target": [1, 2, 3, 1],
+            "psnr": [1.0, 2.0, 3.0, 10.0],
+        }
+    )
+    table = draw_means(evaluation, ["psnr"])
+    assert table.to_dict("records") == [{"method": "random", "k": 10, "psnr": 6.0}]
+
+
+def test_all_frames_have_one_budget_whatever_their_number():
+    evaluation = pd.DataFrame({"method": ["all"], "seed": 0, "k": [145], "psnr": [20.0]})
+    assert draw_means(evaluation, ["psnr"])["k"].tolist() == [ALL_FRAMES]
+
+
+def test_unequal_draws_are_refused():
+    table = grid()
+    lost = (table["scene"] == "s0") & (table["draw"] == 1)
+    with pytest.raises(ValueError, match=r"unequal sets.*'s0': 1, 's1': 2"):
+        summarise(table[~lost], METRICS)
+
+
+def test_summary_mean_interval_and_count():
+    table = summarise(grid(), METRICS)
+    source = grid().query("method == 'less_is_more' and k == 20")["psnr"]
+    row = table.query("method == 'less_is_more' and k == 20 and metric == 'psnr'").iloc[0]
+    assert row["mean"] == pytest.approx(source.mean())
+    means = grid().query("method == 'less_is_more' and k == 20").groupby("scene")["psnr"].mean()
+    wanted = stats.ttest_1samp(means, 0).confidence_interval(0.95)
+    np.testing.assert_allclose(row[["ci_low", "ci_high"]].astype(float), wanted)
+    assert row["n"] == 3
+    assert list(table["method"].unique()) == ["random", "less_is_more"]
+
+
+def test_one_draw_of_one_scene_has_no_interval():
+    table = summarise(grid(scenes=1, draws=1), METRICS)
+    assert table[["ci_low", "ci_high"]].isna().all(axis=None)
+    assert table["mean"].notna().all()
+
+
+def test_equal_scenes_have_an_interval_without_width():
+    values = {("d", f"s{s}", 0, "m", 10): 20.0 for s in range(3)}
+    row = summarise(cells(values), ["psnr"]).iloc[0]
+    assert row["ci_low"] == row["ci_high"] == pytest.approx(20)
+
+
+def test_scenes_of_one_place_are_one_place():
+    table = grid(scenes=4).assign(place=lambda t: t["scene"].map({"s0": "a", "s1": "a"}))
+    table["place"] = table["place"].fillna(table["scene"])
+    row = summarise(table, ["psnr"]).query("method == 'less_is_more' and k == 10").iloc[0]
+    own = table.query("method == 'less_is_more' and k == 10")
+    scenes = own.groupby(["place", "scene"])["psnr"].mean()
+    assert row["n"] == 3
+    assert row["mean"] == pytest.approx(scenes.groupby("place").mean().mean())
+
+
+def test_training_seeds_move_the_interval_and_not_the_mean():
+    seeds = {0: -1.0, 1: 0.0, 2: 1.0}
+    parts = [
+        grid(scenes=6).assign(seed=s, psnr=lambda t, up=up: t["psnr"] + up)
+        for s, up in seeds.items()
+    ]
+    table = pd.concat(parts)
+    apart, alike = summarise(table, ["psnr"], trained=["less_is_more"]), summarise(table, ["psnr"])
+    np.testing.assert_allclose(apart["mean"], alike["mean"])
+    wider = (apart["ci_high"] - apart["ci_low"]) / (alike["ci_high"] - alike["ci_low"])
+    assert (wider[apart["method"] == "less_is_more"] > 1.2).all()
+    np.testing.assert_allclose(wider[apart["method"] == "random"], 1)
+
+
+def test_all_datasets_are_one_more():
+    two = pd.concat([grid(0), grid(1).assign(dataset="e")], ignore_index=True)
+    table = summarise(with_all_datasets(two), ["psnr"]).set_index(["dataset", "method", "k"])
+    assert table.loc[("all", "less_is_more", 10), "n"] == 6
+    halves = table.loc[[("d", "less_is_more", 10), ("e", "less_is_more", 10)], "mean"]
+    assert table.loc[("all", "less_is_more", 10), "mean"] == pytest.approx(halves.mean())
+    lacking = two[(two["dataset"] == "d") | (two["method"] == "less_is_more")]
+    assert "random" not in with_all_datasets(lacking).query("dataset == 'all'")["method"].to_numpy()
+    assert len(with_all_datasets(grid())) == len(grid())
+
+
+def test_a_method_missing_in_a_scene_is_refused():
+    table = grid()
+    gap = (table["scene"] == "s0") & (table["method"] == "less_is_more")
+    with pytest.raises(ValueError, match=r"d: a mean over unequal sets.*2 of 3 scenes"):
+        summarise(table[~gap], METRICS)
+
+
+def test_a_method_of_fewer_draws_is_summarised_over_those():
+    table = grid()
+    table = table[(table["method"] != "less_is_more") | (table["draw"] == 0)]
+    summary = summarise(table, ["psnr"])
+    row = summary.query("method == 'less_is_more' and k == 10").iloc[0]
+    kept = table.query("method == 'less_is_more' and k == 10")["psnr"]
+    assert row["mean"] == pytest.approx(kept.mean())
+    assert row["n"] == 3
+
+
+def test_paired_differences_are_narrower_than_their_parts():
+    values, rng = {}, np.random.default_rng(0)
+    for s in range(10):
+        hard = rng.normal(0, 5)
+        values["d", f"s{s}", 0, "random", 10] = 20 + hard
+        values["d", f"s{s}", 0, "less_is_more", 10] = 21 + hard
+    table = differences(cells(values), ["less_is_more"], ["psnr"])
+    row = table.iloc[0]
+    assert (row["method"], row["reference"], row["k"], row["n"]) == (
+        "less_is_more",
+        "random",
+        10,
+        10,
+    )
+    np.testing.assert_allclose(row[["mean", "ci_low", "ci_high"]].astype(float), 1)
+
+
+def test_every_budget_is_compared_with_all_frames():
+    values = {("d", "s", 0, "less_is_more", k): 20.0 + k for k in (10, 20)}
+    values["d", "s", 0, "all", ALL_FRAMES] = 25.0
+    table = differences(cells(values), ["less_is_more"], ["psnr"])
+    assert table[["reference", "k", "mean"]].to_numpy().tolist() == [
+        ["all", 10, 5.0],
+        ["all", 20, 15.0],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("value", "metric", "text"),
+    [
+        (20.004, "psnr", "20.00"),
+        (0.9, "psnr", "0.90"),
+        (0.6994, "ssim", ".699"),
+        (1, "ssim", "1.000"),
+    ],
+)
+def test_numbers(value, metric, text):
+    assert number(value, metric) == text
+
+
+def test_special_characters_are_escaped():
+    assert tex("Tanks & Temples_2 (100%)") == r"Tanks \& Temples\_2 (100\%)"
+
+
+def table_of(summary: pd.DataFrame, datasets: dict) -> str:
+    return sweep_table(
+        summary,
+        datasets=datasets,
+        groups=[{"random": "Random", "less_is_more": "Ours"}, {"all": "All frames"}],
+        ranked=["random", "less_is_more"],
+        budgets=[10, 20],
+        higher_is_better={"psnr": True, "ssim": True},
+        caption="Text.",
+        label="tab:x",
+    )
+
+
+def test_table_cells_bold_and_counts():
+    values = {
+        ("d", "s", 0, "random", 10): 20.0,
+        ("d", "s", 0, "less_is_more", 10): 21.0,
+        ("d", "s", 0, "less_is_more", 20): 22.0,
+        ("d", "s", 0, "all", ALL_FRAMES): 30.0,
+    }
+    text = table_of(summarise(cells(values), METRICS), {"d": "D"})
+    assert r"Random & 20.00/.200 & -- \\" in text
+    assert r"Ours & \textbf{21.00}/\textbf{.210} & \textbf{22.00}/\textbf{.220} \\" in text
+    assert r"All frames & \multicolumn{2}{c}{30.00/.300} \\" in text
+    assert r"\multicolumn{2}{c}{\textbf{D} ($n{=}1$)}" in text
+
+
+def test_equal_prints_share_the_lead():
+    values = {("d", "s", 0, "random", 10): 20.001, ("d", "s", 0, "less_is_more", 10): 20.002}
+    text = table_of(summarise(cells(values), METRICS), {"d": "D"})
+    assert text.count(r"\textbf{20.00}") == 2
+
+
+def test_three_datasets_make_two_blocks_of_equal_columns():
+    values = {(d, "s", 0, "random", k): 20.0 for d in "abc" for k in (10, 20)}
+    text = table_of(
+        summarise(cells(values), METRICS),
+        dict(zip("abc", "ABC", strict=True)),
+    )
+    forms = re.findall(r"\\begin\{tabular\}\{(.*?)\}", text)
+    assert forms == ["lcc|cc", "lcc"]
+    for line in text.splitlines():
+        if line.startswith("Random"):
+            assert line.count("&") in (4, 2)
+    assert text.count(r"\begin{") == text.count(r"\end{")
+
+
+def test_seven_datasets_go_on_on_a_second_page():
+    names = "abcdefg"
+    values = {(d, "s", 0, "random", k): 20.0 for d in names for k in (10, 20)}
+    text = table_of(summarise(cells(values), METRICS), {name: name.upper() for name in names})
+    first, second = text.split(r"\begin{table*}")[1:]
+    assert (first.count(r"\toprule"), second.count(r"\toprule")) == (3, 1)
+    assert text.count(r"\label{") == 1
+    assert r"continued" in second
+    assert text.count(r"\begin{") == text.count(r"\end{")
+
+
+def panel(method: str = "less_is_more") -> pd.DataFrame:
+    values = {}
+    for s in range(6):
+        values["d", f"s{s}", 0, "random", 10] = 20.0 + s
+        values["d", f"s{s}", 0, "nearest", 10] = 21.0 + s
+        values["d", f"s{s}", 0, "less_is_more", 10] = 21.5 + s
+        values["d", f"s{s}", 0, "random", 20] = 24.0 + s
+        values["d", f"s{s}", 0, "nearest", 20] = 23.0 + s
+        values["d", f"s{s}", 0, "less_is_more", 20] = 24.0 + s + (-1) ** s
+    table = cells(values)
+    return gains(
+        summarise(table, METRICS),
+        differences(table, [method], METRICS),
+        method=method,
+        baselines=["random", "nearest"],
+        datasets=["d"],
+        budgets=[10, 20],
+    )
+
+
+def test_gain_is_over_the_strongest_baseline_of_each_cell():
+    table = panel()
+    assert table["reference"].tolist() == ["nearest", "random"]
+    np.testing.assert_allclose(table["gain"], [0.5, 0.0])
+    assert table["significant"].tolist() == [True, False]
+
+
+def test_figures_of_equal_numbers_are_equal_bytes(tmp_path):
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        outputs = [tmp_path / name / "h.pdf", tmp_path / name / "h.png"]
+        draw({"a": panel(), "b": panel()}, {"d": "Dataset"}, outputs)
+    for form in ("h.pdf", "h.png"):
+        first = (tmp_path / "first" / form).read_bytes()
+        assert first == (tmp_path / "second" / form).read_bytes()
+        assert len(first) > 1000

@@ -1,0 +1,226 @@
+"""Selections scored on the capture itself: who is kept, by how many fits, when the time is over."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from small_captures import record_of, select, write_ring
+
+import fsel
+from fsel.selection import trials
+from fsel.selection.candidates import EVEN
+from fsel.selection.patience import Patience
+from fsel.selection.trials import FIT_DEVIATION, STATED, WHOLE, Race, compared
+
+FRAMES = np.arange(40)
+EVENLY, OTHER, THIRD = np.array([0, 13, 26, 39]), np.array([1, 2, 3, 4]), np.array([5, 6, 7, 8])
+
+
+def race(gains, ssim=0.0, log=None, splats=None, bar=WHOLE):
+    """Of picks whose frames are all scored alike: 20 dB, and what `gains` adds by name.
+
+    `splats` has those of that reconstructor, `gains` those of both where it is None.
+    """
+    picks = {EVEN: EVENLY, "other": OTHER, "third": THIRD}
+
+    def score(frames, seed):
+        name = next(name for name, own in picks.items() if np.array_equal(own, frames))
+        if log is not None:
+            log.append((name, seed))
+        own = gains if seed is not None or splats is None else splats
+        return np.tile([20 + own.get(name, 0.0), 0.5 + (name != EVEN) * ssim], (40, 1))
+
+    return Race(score, picks, FRAMES, bar)
+
+
+def test_the_best_of_those_ahead_is_kept():
+    found = race({"other": 1.0, "third": 2.0}).run(2, Patience(1e6))
+    assert found.kept == "third"
+    np.testing.assert_array_equal(found.frames, THIRD)
+    assert [trial.name for trial in found.trials] == [EVEN, "other", "third"]
+    assert found.trials[2].gain == pytest.approx(2.0)
+    assert found.trials[2].validation == 40 - 8
+
+
+def test_on_targets_gaussians_alone_decide_and_little_keeps_the_rule():
+    log = []
+    asked = {"log": log, "splats": {"other": -9.0}, "bar": STATED}
+    found = race({"other": 0.3, "third": 0.25}, ssim=-0.01, **asked).run(2, Patience(1e6))
+    assert (found.kept, found.on_targets) == ("other", True)
+    assert found.trials[1].gain == pytest.approx(0.3)
+    assert [seed for name, seed in log if name == "other"] == list(range(8))
+    assert [seed for name, seed in log if name == "third"] == [0, 1, 2, 3]
+    assert race({"other": 0.1}, bar=STATED).run(2, Patience(1e6)).kept == EVEN
+
+
+def test_little_gain_and_worse_structure_keep_every_nth_frame():
+    assert race({"other": 0.4}).run(2, Patience(1e6)).kept == EVEN
+    assert race({"other": 3.0}, ssim=-0.01).run(2, Patience(1e6)).kept == EVEN
+    assert race({"other": 3.0}, ssim=0.01).run(2, Patience(1e6)).kept == "other"
+
+
+def test_what_one_reconstructor_alone_prefers_is_not_kept():
+    log = []
+    assert race({"other": 3.0}, splats={"other": -0.1}, log=log).run(2, Patience(1e6)).kept == EVEN
+    assert {seed for _, seed in log} == {None}  # and `gaussians` are not fitted for it
+    assert race({"other": -0.1}, splats={"other": 3.0}).run(2, Patience(1e6)).kept == EVEN
+    assert race({"other": 0.1}, splats={"other": 3.0}).run(2, Patience(1e6)).kept == EVEN
+    found = race({"other": 0.3, "third": 2.0}, splats={"other": 3.0, "third": 0.6})
+    found = found.run(2, Patience(1e6))
+    assert found.kept == "other"
+    assert [trial.gain for trial in found.trials] == pytest.approx([0.0, 1.65, 1.3])
+    assert [trial.least for trial in found.trials] == pytest.approx([0.0, 0.3, 0.6])
+
+
+def test_heats_make_new_fits_and_the_hopeless_leave():
+    log = []
+    race({"other": 2.0, "third": -5.0}, log=log).run(2, Patience(1e6))
+    assert [seed for name, seed in log if name == "other"] == [None, *range(8)]
+    assert [seed for name, seed in log if name == EVEN] == [None, *range(8)]
+    assert [seed for name, seed in log if name == "third"] == [None]
+    log = []
+    race({"other": 2.0, "third": -2.0}, log=log, splats={"third": 1.0, "other": 1.0}).run(
+        2, Patience(1e6)
+    )
+    assert [seed for name, seed in log if name == "third"] == [None, 0, 1]
+
+
+def test_the_time_ends_it_and_is_seen():
+    log, seen = [], []
+
+    def watch(made, planned, gone):
+        seen.append((made, planned))
+        return made < 7
+
+    found = race({"other": 9.0, "third": 1.0}, log=log).run(1, Patience(1e6, watch))
+    assert (found.cut, found.fits, len(log)) == (True, 7, 7)
+    assert seen[0] == (4, 3 + 3 + 3 + 4)
+    late = race({"other": 9.0}).run(1, Patience(1e-9))
+    assert (late.cut, late.fits, late.kept) == (True, 4, EVEN)
+
+
+def test_the_time_runs_once_the_first_fit_has_compiled(monkeypatch):
+    clock = [1.0]
+    monkeypatch.setattr(trials, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+
+    def score(frames, seed):
+        if seed is not None:
+            clock[0] += 60 if clock[0] == 1 else 1
+        return np.full((40, 2), 20.0 + np.array_equal(frames, OTHER))
+
+    picks = {EVEN: EVENLY, "other": OTHER}
+    assert Race(score, picks, FRAMES).run(4, Patience(3.0)).fits == 2 + 1 + 4
+
+
+def test_a_race_that_ends_with_a_heat_makes_no_fit_more():
+    stop = Patience(1e6, lambda made, planned, gone: made < 5)
+    found = race({"other": 9.0}).run(1, stop)
+    assert (found.fits, found.cut, found.kept) == (5, True, "other")
+    found = race({"other": -9.0}, splats={"other": 1.0}).run(1, stop)
+    assert (found.fits, found.cut, found.kept) == (5, False, EVEN)  # nothing was left to be tried
+
+
+def test_selections_that_leave_too_few_validation_frames_are_not_fitted():
+    log = []
+    picks = {EVEN: np.arange(0, 40, 2), "odd": np.arange(1, 30, 2)}
+    outcome = Race(lambda frames, seed: log.append(seed), picks, FRAMES).run(2, Patience(1e6))
+    assert (outcome.kept, outcome.fits, log) == (EVEN, 0, [])
+
+
+def test_the_error_is_that_of_stretches_and_of_fits():
+    even = np.zeros((2, 24, 2))
+    own = even.copy()
+    own[:, :12, 0] = 2.0  # four of the eight stretches
+    one = {"splats": (own[:1], even[:1])}
+    of_frames = (8 / 7) / 8  # variance of four zeros and four twos is 8 / 7
+    assert compared(one) == pytest.approx((1.0, 1.0, 0.0, np.sqrt(of_frames)))
+    of_fits = FIT_DEVIATION**2 * (1 / 2 + 1 / 2) / 4  # half of the mean comes from these fits
+    gain, least, ssim, error = compared(one | {"gaussians": (own + [1.0, -0.2], even)})
+    assert (gain, least, ssim) == pytest.approx((1.5, 1.0, -0.2))
+    assert error == pytest.approx(np.sqrt(of_frames + of_fits))
+
+
+def test_what_few_frames_say_is_chance():
+    picks = {EVEN: EVENLY, "other": OTHER}
+    for count, kept in ((40, "other"), (16, EVEN)):
+
+        def score(frames, seed, count=count):
+            gains = np.where(np.arange(count) // 4 % 2, 2.0, -0.2) * np.array_equal(frames, OTHER)
+            return np.stack([20 + gains, np.full(count, 0.5)], axis=1)
+
+        assert Race(score, picks, FRAMES[:count]).run(1, Patience(1e6)).kept == kept
+
+
+@pytest.fixture
+def ring(tmp_path):
+    write_ring(tmp_path / "ring", frames=24)
+    return tmp_path / "ring"
+
+
+def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
+    capture = fsel.read_capture(ring, long_side=32)
+    rule = fsel.select(capture, 5, method="fsel")
+    assert rule.tried is None
+    assert fsel.select(capture, 5, patience=0).names == rule.names
+    assert fsel.select(capture, 5, "every:4").tried is None
+    assert fsel.select(capture, "auto").tried is None
+    for stated, said in (
+        ({"targets": "orbit"}, "patience is 2 s, and the views to be rendered are stated"),
+        ({"targets": [3, 4]}, "targets that are 3 frames or more"),
+        ({"method": "uniform"}, "the method is uniform"),
+        ({"always": [0]}, "frames are stated that are always to be selected"),
+        ({"k": "auto"}, "the number of frames is to be found"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            fsel.select(capture, **{"k": 5, "patience": 2} | stated)
+    with pytest.raises(ValueError, match="patience is -1 s; allowed: 0 or more"):
+        fsel.select(capture, 5, patience=-1)
+
+
+def test_what_is_kept_is_one_of_what_was_tried_and_always_the_same(ring):
+    capture = fsel.read_capture(ring, long_side=32)
+    first, again = (fsel.select(capture, 5, patience=Patience(1e-9)) for _ in range(2))
+    assert first.names == again.names
+    assert first.tried.trials[0].name == EVEN
+    np.testing.assert_array_equal(first.tried.trials[0].frames, np.round(np.linspace(0, 23, 5)))
+    assert sorted(first.indices) == sorted(first.tried.frames)
+    fits = sum(trial.fits for trial in first.tried.trials)
+    assert first.tried.fits == fits <= len(first.tried.trials) + 1
+
+
+def test_stated_targets_are_looked_at_where_that_is_asked_for(ring, tmp_path, capsys):
+    asked = ("--targets", "every:4", "-k", 5)
+    assert select(ring, *asked, "-o", tmp_path / "rule") == 0
+    assert "looked at" not in capsys.readouterr().out
+    assert record_of(tmp_path / "rule")["tried"] is None
+    assert select(ring, *asked, "--patience", "2s", "-o", tmp_path / "out") == 0
+    said, record = capsys.readouterr().out, record_of(tmp_path / "out")
+    assert "on the images of 6 targets, which were looked at" in said
+    assert "dB over the rule (fsel)" in said
+    assert (record["tried"]["on_targets"], record["tried"]["selections"][0]["name"]) == (
+        True,
+        "fsel",
+    )
+
+
+def test_the_command_tells_what_was_tried(ring, tmp_path, capsys):
+    assert select(ring, "-k", 5, "--patience", "2s", "-o", tmp_path / "out") == 0
+    said, record = capsys.readouterr().out, record_of(tmp_path / "out")["tried"]
+    assert record["kept"] in {one["name"] for one in record["selections"]}
+    assert sum(one["fits"] for one in record["selections"]) == record["fits"]
+    assert f"kept: {record['kept']}" in said
+    assert f"kept: {record['kept']}" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_images_that_stay_unopened_are_not_tried_on(ring, tmp_path, capsys):
+    assert select(ring, "-k", 5, "--geometry-only", "-o", tmp_path / "out") == 0
+    assert record_of(tmp_path / "out")["tried"] is None
+    asked = ("-k", 5, "--geometry-only", "--patience", "3s", "-o", tmp_path / "no")
+    assert select(ring, *asked) == 1
+    assert "--geometry-only leaves unopened" in capsys.readouterr().err
+
+
+def test_too_few_frames_try_nothing(ring):
+    capture = fsel.read_capture(ring, long_side=32)
+    assert fsel.select(capture, 2, patience=5).tried is None
+    assert fsel.select(capture, 17, patience=5).tried is None

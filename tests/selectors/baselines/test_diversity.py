@@ -1,0 +1,312 @@
+"""Selection by diversity: hand-worked cases, brute force, and published packages as oracles."""
+
+from dataclasses import replace
+from itertools import combinations
+from math import factorial
+
+import kmedoids
+import numpy as np
+import pytest
+from scipy.cluster.vq import kmeans2
+from scipy.spatial.transform import Rotation
+from selection_problems import capture_of, random_problem
+
+from fsel.core.geometry import pairwise_angles, pairwise_distances
+from fsel.features.appearance import KERNEL_JITTER
+from fsel.selectors.baselines import LATER, METHODS
+from fsel.selectors.baselines import kmedoids as kmedoids_method
+from fsel.selectors.baselines.dpp import greedy_map
+from fsel.selectors.baselines.greedy import lazy_greedy, locate, most_central
+from fsel.selectors.baselines.indoor_traj import similarities
+from fsel.selectors.baselines.kmedoids import distances, fasterpam
+from fsel.selectors.baselines.long_lrm import lloyd, snapped
+
+
+def select(name, problem, k):
+    return METHODS[name].select(problem, k, np.random.default_rng(0))
+
+
+def described_by(rows):
+    """A problem of len(rows) observed frames with given descriptors, and two targets behind."""
+    rows = np.array(rows, np.float32)
+    n = len(rows)
+    problem = random_problem(n + 2, targets=2)
+    return replace(
+        problem,
+        descriptors=np.vstack([rows, np.ones((2, rows.shape[1]), np.float32)]),
+        proxies=np.array([0, 1]),
+        candidates=np.arange(2, n),
+    )
+
+
+def unit_rows(rng, n, width):
+    rows = rng.normal(size=(n, width)) + 0.8
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_lazy_and_plain_greedy_pick_alike(seed):
+    rng = np.random.default_rng(seed)
+    value = rng.integers(0, 4, (20, 20)).astype(np.float32)  # many ties
+    served, picked = np.zeros(20, np.float32), []
+    for _ in range(20):
+        gains = np.maximum(value - served, 0).sum(axis=1)
+        gains[picked] = -1
+        picked.append(int(np.argmax(gains)))
+        served = np.maximum(served, value[picked[-1]])
+    np.testing.assert_array_equal(locate(lambda rows: value[rows], np.full(20, np.inf), 20), picked)
+
+
+def test_lazy_greedy_looks_again_only_where_it_could_matter():
+    known = np.array([5.0, 4.0, 1.0, 0.5])
+    computed = []
+
+    def gains(rows):
+        computed.extend(rows.tolist())
+        return known[rows]
+
+    assert lazy_greedy(known, gains, lambda row: None, 2).tolist() == [0, 1]
+    assert computed == [0, 1]
+
+
+def test_facility_location_is_near_the_best_subset():
+    rng = np.random.default_rng(3)
+    value = rng.random((10, 10)).astype(np.float32)
+
+    def worth(rows):
+        return value[list(rows)].max(axis=0).sum()
+
+    best = max(map(worth, combinations(range(10), 3)))
+    assert (
+        (1 - 1 / np.e) * best
+        <= worth(locate(lambda rows: value[rows], np.full(10, np.inf), 3))
+        <= best
+    )
+
+
+def test_facility_location_by_hand():
+    # three alike, two alike and one alone, orthogonal: gains 9, then 2, then 1, then nothing
+    rows = np.eye(3)[[0, 0, 0, 1, 1, 2]]
+    assert select("facility", described_by(rows), 4).tolist() == [0, 3, 5, 1]
+
+
+def test_dpp_by_hand():
+    # frame 3 is likest to all; then the orthogonal frame 4; then the lower of 0, 1 and 2, which
+    # have half of their length left
+    half = np.sqrt(0.5)
+    rows = [[1, 0, 0], [1, 0, 0], [0, 1, 0], [half, half, 0], [0, 0, 1], [0, 0, 0]]
+    assert select("dpp", described_by(rows), 3).tolist() == [3, 4, 0]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_dpp_takes_the_largest_determinant_at_every_step(seed):
+    rows = unit_rows(np.random.default_rng(seed), 25, 30)
+    kernel = rows @ rows.T + KERNEL_JITTER * np.eye(25)
+    picks = greedy_map(rows, KERNEL_JITTER, 12)
+    assert picks[0] == np.argmax(kernel.sum(axis=1))
+    for step in range(1, 12):
+        left = np.setdiff1d(np.arange(25), picks[:step])
+        sets = [[*picks[:step], i] for i in left]
+        logdet = [np.linalg.slogdet(kernel[np.ix_(s, s)])[1] for s in sets]
+        assert picks[step] == left[np.argmax(logdet)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_dpp_is_within_its_bound_of_the_best_subset(seed):
+    rows = unit_rows(np.random.default_rng(seed), 9, 9)
+    kernel = rows @ rows.T + KERNEL_JITTER * np.eye(9)
+
+    def determinant(s):
+        return np.linalg.det(kernel[np.ix_(s, s)])
+
+    for k in (2, 3, 4):
+        best = max(determinant(list(s)) for s in combinations(range(9), k))
+        got = determinant(greedy_map(rows, KERNEL_JITTER, k))
+        # Civril and Magdon-Ismail 2009: greedy volume is at least 1/k! of the largest
+        assert best / factorial(k) ** 2 <= got <= best * (1 + 1e-9)
+
+
+def test_dpp_beyond_the_rank_goes_on_in_order():
+    # the jitter leaves a second copy 2 parts in a million of its length, a third copy 1.5
+    rows = np.repeat(np.eye(3), 3, axis=0)
+    assert greedy_map(rows, KERNEL_JITTER, 9).tolist() == [0, 3, 6, 1, 4, 7, 2, 5, 8]
+
+
+def slow_distances(problem):
+    pool = problem.observed
+    centers, axes = problem.capture.centers[pool], problem.capture.axes[pool]
+    f = problem.descriptors[pool].astype(np.float64)
+    parts = (pairwise_distances(centers, centers), pairwise_angles(axes, axes), 1 - f @ f.T)
+    return sum(part / part.max() for part in parts) / 3
+
+
+def test_kmedoids_distance_against_numpy():
+    problem = random_problem(30)
+    pool = problem.observed
+    capture = problem.capture
+    got = distances(capture.centers[pool], capture.axes[pool], problem.descriptors[pool])
+    rows = np.arange(len(pool))
+    np.testing.assert_allclose(got(rows), slow_distances(problem), atol=1e-6)
+    np.testing.assert_array_equal(got(rows[[7, 3]]), got(rows)[[7, 3]])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_kmedoids_cannot_be_bettered_by_one_swap(seed):
+    problem = random_problem(40, seed)
+    distance, k = slow_distances(problem), 7
+    picks = np.searchsorted(problem.observed, select("kmedoids", problem, k))
+    loss = distance[picks].min(axis=0).sum()
+    for m in range(k):
+        for candidate in np.setdiff1d(np.arange(len(distance)), picks):
+            swapped = [*np.delete(picks, m), candidate]
+            assert distance[swapped].min(axis=0).sum() >= loss - 1e-5
+    oracle = kmedoids.fasterpam(distance, picks.astype(np.uint64))
+    assert oracle.n_swap == 0
+    assert oracle.loss == pytest.approx(loss)
+
+
+def slow_fasterpam(distance, medoids):
+    """Every candidate in turn against all medoids, from the whole matrix."""
+    n, medoids = len(distance), list(medoids)
+    order = np.argsort(distance.sum(axis=1, dtype=np.float64), kind="stable")
+    turn, since = 0, 0
+    while since < n:
+        candidate = order[turn % n]
+        if candidate not in medoids:
+            loss = distance[medoids].min(axis=0).sum(dtype=np.float64)
+            changes = [
+                distance[[*np.delete(medoids, m), candidate]].min(axis=0).sum(dtype=np.float64)
+                - loss
+                for m in range(len(medoids))
+            ]
+            if min(changes) < -1e-6:
+                medoids[int(np.argmin(changes))] = candidate
+                since = 0
+        turn, since = turn + 1, since + 1
+    return np.array(medoids)
+
+
+@pytest.mark.parametrize("block", [1, 7, 64])
+def test_kmedoids_in_blocks_picks_as_from_the_whole_matrix(monkeypatch, block):
+    monkeypatch.setattr(kmedoids_method, "HELD", 0)
+    monkeypatch.setattr(kmedoids_method, "BLOCK", block)
+    problem = random_problem(60, seed=block)
+    pool, capture = problem.observed, problem.capture
+    distance = distances(capture.centers[pool], capture.axes[pool], problem.descriptors[pool])
+    whole = distance(np.arange(len(pool)))
+    start = np.arange(0, 36, 4)
+    slow = slow_fasterpam(whole, start)
+    assert set(slow) != set(start)
+    np.testing.assert_array_equal(fasterpam(distance, len(pool), start), slow)
+    build = locate(lambda rows: 1 - whole[rows], np.full(len(pool), np.inf), 9)
+    expected = pool[np.sort(slow_fasterpam(whole, build))]
+    np.testing.assert_array_equal(select("kmedoids", problem, 9), expected)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_build_against_a_published_package(seed):
+    distance = slow_distances(random_problem(40, seed)).astype(np.float32)
+    got = locate(lambda rows: 1 - distance[rows], np.full(len(distance), np.inf), 6)
+    oracle = kmedoids.pam_build(distance, 6)
+    assert set(got) == set(oracle.medoids.astype(int))
+
+
+def test_kmedoids_finds_the_best_of_all_subsets_of_clusters():
+    rng = np.random.default_rng(0)
+    points = np.repeat([[0, 0], [5, 0], [0, 7]], 4, axis=0) + rng.normal(scale=0.3, size=(12, 2))
+    distance = pairwise_distances(points, points).astype(np.float32)
+    best = min(combinations(range(12), 3), key=lambda s: distance[list(s)].min(axis=0).sum())
+    # from the worst start: all medoids in one cluster
+    got = fasterpam(distance.__getitem__, 12, np.arange(3))
+    np.testing.assert_array_equal(np.sort(got), best)
+    one = min(range(12), key=lambda i: distance[i].sum())
+    nearness = distance.max() - distance
+    assert locate(lambda rows: nearness[rows], np.full(12, np.inf), 1).tolist() == [one]
+
+
+def test_lloyd_against_scipy():
+    rng = np.random.default_rng(4)
+    points = rng.normal(size=(60, 6))
+    start = points[:7]
+    expected, _ = kmeans2(points, start, iter=300, minit="matrix")
+    np.testing.assert_allclose(lloyd(points, start, 300), expected)
+
+
+def test_long_lrm_by_hand():
+    # two groups of cameras on a line, means at 1 and 10.5: the nearest frames are 1 and the tie 3
+    line = np.array([0.0, 1, 2, 10, 11, 3, 3])[:, None] * [1.0, 0, 0]
+    capture = capture_of(line, np.tile(np.eye(3), (7, 1, 1)))
+    problem = replace(
+        random_problem(7, targets=2),
+        capture=capture,
+        proxies=np.array([0, 1]),
+        candidates=np.array([2, 3, 4]),
+    )
+    assert set(select("long_lrm", problem, 2)) == {1, 3}
+
+
+def test_a_frame_serves_one_mean_only():
+    points = np.array([[0.0], [1], [5]])
+    np.testing.assert_array_equal(snapped(points, np.array([[0.1], [0.2], [0.3]])), [0, 1, 2])
+
+
+def test_indoor_traj_against_a_plain_loop():
+    problem = random_problem(40, seed=5)
+    pool, capture = problem.observed, problem.capture
+    centers, f = capture.centers, problem.descriptors.astype(np.float64)
+    offset = centers[pool] - centers[pool].mean(axis=0)
+    sigma = 0.5 * np.sqrt(np.mean(np.sum(offset**2, axis=1)))
+    turns = Rotation.from_matrix(capture.world_to_camera[:, :, :3])
+
+    def alike(i, j):
+        near = np.exp(-(np.linalg.norm(centers[i] - centers[j]) ** 2) / (2 * sigma**2))
+        angle = (turns[i] * turns[j].inv()).magnitude()
+        return 0.7 * near + 0.2 * (np.cos(angle) + 1) / 2 + 0.1 * f[i] @ f[j]
+
+    picks = select("indoor_traj", problem, 12)
+    assert picks[0] == pool[most_central(centers[pool])]
+    for step in range(1, 12):
+        left = np.setdiff1d(pool, picks[:step])
+        assert picks[step] == min(left, key=lambda i: max(alike(i, j) for j in picks[:step]))
+
+
+def test_sets_are_drawn_as_often_as_their_determinants_say():
+    line = np.array([0.0, 0.2, 1, 1.3, 3, 4, 9, 9])[:, None] * [1.0, 0, 0]
+    capture = capture_of(line, np.tile(np.eye(3), (8, 1, 1)))
+    problem = replace(described_by(np.eye(6) + 0.4), capture=capture)
+    pool = problem.observed
+    similar = similarities(problem, pool)
+    kernel = np.stack([similar(row) for row in range(len(pool))])
+    values, vectors = np.linalg.eigh(kernel)
+    kernel = vectors @ np.diag(np.maximum(values, 0) + KERNEL_JITTER) @ vectors.T
+    sets = list(combinations(range(len(pool)), 3))
+    share = np.array([np.linalg.det(kernel[np.ix_(rows, rows)]) for rows in sets])
+    share /= share.sum()
+    rng, draws = np.random.default_rng(0), 3000
+    count = dict.fromkeys(sets, 0)
+    for _ in range(draws):
+        picks = LATER["indoor_traj_dpp"].select(problem, 3, rng)
+        count[tuple(np.sort(np.searchsorted(pool, picks)).tolist())] += 1
+    deviation = np.sqrt(share * (1 - share) / draws)
+    assert (np.abs(np.array(list(count.values())) / draws - share) < 4 * deviation).all()
+    assert share.max() > 2 * share.min()
+
+
+def test_indoor_traj_by_hand():
+    # equal rotations and images: the farthest camera from the middle one, then the other end
+    line = np.array([0.0, 1, 2, 3, 4.5, 9, 9])[:, None] * [1.0, 0, 0]
+    capture = capture_of(line, np.tile(np.eye(3), (7, 1, 1)))
+    problem = replace(
+        described_by(np.tile([[1.0, 0]], (5, 1))),
+        capture=capture,
+        proxies=np.array([0, 1]),
+        candidates=np.array([2, 3, 4]),
+    )
+    assert select("indoor_traj", problem, 5).tolist() == [2, 4, 0, 1, 3]
+
+
+def test_sharpest_by_hand():
+    problem = described_by(np.ones((7, 1)))
+    problem = replace(problem, sharpness=np.array([1.0, 5, 2, 4, 4, 0, 9, 99, 99]))
+    # windows 0-2, 3-4, 5-6; the tie in the middle goes to the lower frame
+    assert select("sharpest", problem, 3).tolist() == [1, 3, 6]

@@ -1,0 +1,341 @@
+"""FisherRF and COVER: blending, information and coverage by hand and against slow twins."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from selection_problems import permuted, problem_on, random_problem
+from watched_images import Watched
+
+from fsel.core.capture import Capture
+from fsel.core.points import SparsePoints
+from fsel.core.problem import checked_select
+from fsel.experiments.studies.hard_cases.worlds import moved
+from fsel.selectors.baselines import LATER, METHODS
+from fsel.selectors.baselines.cover import BINS, Coverage, fibonacci_sphere
+from fsel.selectors.baselines.fisher_rf import Information
+from fsel.selectors.baselines.on_gaussians import by_gaussians
+from fsel.selectors.baselines.splat_views import (
+    START,
+    Blends,
+    blend,
+    by_splats,
+    greedy_on_splats,
+)
+from fsel.synthetic import record
+
+K = np.array([[4.0, 4, 4, 3]], np.float32)  # principal point in the middle of 8x6 pixels
+FRONT = np.eye(3, 4, dtype=np.float32)[None]
+
+
+def splats_of(*rows):
+    """x, y, z, opacity of each."""
+    return np.array(rows, np.float32).T.copy()
+
+
+def random_scene(seed, n=80, views=5):
+    rng = np.random.default_rng(seed)
+    xyz = rng.uniform(-1.5, 1.5, (n, 3))
+    splats = np.vstack([xyz.T, rng.uniform(0.2, 1, n)]).astype(np.float32)
+    rotation = Rotation.random(views, rng=rng).as_matrix()
+    shift = np.tile([0.0, 0, 2.5], (views, 1)) + rng.normal(scale=0.3, size=(views, 3))
+    poses = np.concatenate([rotation, shift[..., None]], axis=2).astype(np.float32)
+    return splats, poses, np.tile(K, (views, 1))
+
+
+def plain_blend(splats, pose, k, width, height):
+    """Weights and squares of every splat, pixel by pixel, and the covered pixels.
+
+    Depths count to ten binary places after the first; equal ones go by the order of the splats.
+    """
+    n = splats.shape[1]
+    camera = pose[:, :3] @ splats[:3] + pose[:, 3:]
+    clear = np.ones((height, width))
+    weight, square = np.zeros(n), np.zeros(n)
+    mantissa, exponent = np.frexp(camera[2])
+    for i in np.argsort(np.floor(mantissa * 2**11) * 2.0**exponent, kind="stable"):
+        x, y, z = camera[:, i]
+        u, v = k[0] * x / z + k[2], k[1] * y / z + k[3]
+        if z <= 0 or not (0 <= u < width and 0 <= v < height):
+            continue
+        for row in range(height):
+            for column in range(width):
+                share = max(0, 1 - abs(u - column - 0.5)) * max(0, 1 - abs(v - row - 0.5))
+                part = splats[3, i] * share * clear[row, column]
+                clear[row, column] -= part
+                weight[i] += part
+                square[i] += part**2
+    return weight, square, (clear < 1).sum()
+
+
+def blends_of(splats, poses, intrinsics, size=(8, 6)):
+    return Blends(splats, poses, intrinsics, size, *blend(splats, poses, intrinsics, *size))
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_a_near_splat_hides_a_far_one(order):
+    # both on the centre of one pixel: 0.8 of the light, then 0.5 of the 0.2 that is left
+    rows = np.array([[0.125, 0.125, 1, 0.8], [0.25, 0.25, 2, 0.5]])[list(order)]
+    _, index, weight, square, covered = blend(splats_of(*rows), FRONT, K, 8, 6)
+    np.testing.assert_array_equal([order[i] for i in index], [0, 1])
+    np.testing.assert_allclose(weight, [0.8, 0.1], rtol=1e-6)
+    np.testing.assert_allclose(square, [0.64, 0.01], rtol=1e-6)
+    assert covered.tolist() == [1]
+
+
+def test_a_splat_between_pixels_is_shared_by_four():
+    _, _, weight, square, covered = blend(splats_of([0, 0, 1, 0.8]), FRONT, K, 8, 6)
+    np.testing.assert_allclose(weight, [0.8])
+    np.testing.assert_allclose(square, [4 * 0.2**2], rtol=1e-6)
+    assert covered.tolist() == [4]
+
+
+def test_what_a_view_does_not_hold_is_left_out():
+    behind, aside = [0, 0, -1, 1], [1.1, 0, 1, 1]
+    for splats in (splats_of(behind, aside), np.empty((4, 0), np.float32)):
+        start, index, _, _, covered = blend(splats, FRONT, K, 8, 6)
+        assert start.tolist() == [0, 0]
+        assert len(index) == 0
+        assert covered.tolist() == [0]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_blending_against_a_plain_loop(seed):
+    splats, poses, intrinsics = random_scene(seed)
+    blends = blends_of(splats, poses, intrinsics)
+    for view in range(len(poses)):
+        expected = plain_blend(splats.astype(float), poses[view].astype(float), K[0], 8, 6)
+        part = slice(*blends.start[view : view + 2])
+        weight, square = np.zeros((2, splats.shape[1]))
+        weight[blends.index[part]] = blends.weight[part]
+        square[blends.index[part]] = blends.square[part]
+        np.testing.assert_allclose(weight, expected[0], atol=0.0101)  # faint ones are dropped
+        kept = weight > 0
+        np.testing.assert_allclose(weight[kept], expected[0][kept], atol=1e-4)
+        np.testing.assert_allclose(square[kept], expected[1][kept], atol=1e-4)
+        assert blends.covered[view] == expected[2]
+
+
+def by_hand(views):
+    """Blends of two splats from (splat, weight, square) entries, one list a view."""
+    entries = np.array([entry for view in views for entry in view])
+    size = len(views)
+    return Blends(
+        splats_of([0, 0, 1, 1], [0.5, 0, 1, 1]),
+        np.tile(FRONT, (size, 1, 1)),
+        np.tile(K, (size, 1)),
+        (8, 6),
+        np.cumsum([0, *map(len, views)]),
+        entries[:, 0].astype(np.int32),
+        entries[:, 1].astype(np.float32),
+        entries[:, 2].astype(np.float32),
+        np.array([len(view) for view in views]),
+    )
+
+
+def test_information_by_hand():
+    blends = by_hand([[(0, 1, 1)], [(0, 1, 0.5), (1, 1, 0.5)], [(1, 2, 2)]])
+    criterion = Information(blends, damping=0.5)
+    np.testing.assert_allclose(criterion.scores(), [2, 2, 4])
+    criterion.add(0)  # splat 0 is now known to 1.5
+    np.testing.assert_allclose(criterion.scores(), [1 / 1.5, 0.5 / 1.5 + 1, 4])
+    criterion.add(2)
+    np.testing.assert_allclose(criterion.scores(), [1 / 1.5, 0.5 / 1.5 + 0.5 / 2.5, 2 / 2.5])
+
+
+def test_heavy_damping_asks_for_the_fullest_view_whatever_is_known():
+    blends = by_hand([[(0, 1, 1)], [(1, 1, 0.9)]])
+    criteria = [Information(blends, damping) for damping in (1e-6, 1e6)]
+    for criterion in criteria:
+        criterion.add(0)
+    assert [int(np.argmax(criterion.scores())) for criterion in criteria] == [1, 0]
+
+
+def plain_coverage(blends, rows):
+    """Coverage scores from counts of all views added, splat by splat."""
+    directions = fibonacci_sphere(BINS).astype(float)
+    splats = blends.splats[:3].T.astype(float)
+    centers = [-pose[:, :3].T @ pose[:, 3] for pose in blends.poses.astype(float)]
+
+    def along(k, view):
+        ray = splats[k] - centers[view]
+        return ray / np.linalg.norm(ray)
+
+    def holds(k, view):
+        x, y, z = blends.poses[view][:, :3] @ splats[k] + blends.poses[view][:, 3]
+        u, v = 4 * x / z + 4, 4 * y / z + 3
+        return z > 0 and 0 <= u < 8 and 0 <= v < 6
+
+    scores = []
+    for view in range(len(blends.poses)):
+        total = 0.0
+        for e in range(*blends.start[view : view + 2]):
+            k = blends.index[e]
+            bins = {int(np.argmax(directions @ along(k, row))) for row in rows if holds(k, row)}
+            known = [(1 + along(k, view) @ directions[g]) / 2 for g in bins]
+            total += blends.weight[e] * max(known, default=0)
+        scores.append(-total / blends.covered[view])
+    return scores
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_coverage_against_a_plain_loop(seed):
+    blends = blends_of(*random_scene(seed))
+    criterion, rows = Coverage(blends), []
+    for row in (0, 3, 0, 2):
+        criterion.add(row)
+        rows.append(row)
+        np.testing.assert_allclose(criterion.scores(), plain_coverage(blends, rows), atol=1e-5)
+
+
+def test_the_unseen_comes_first_and_the_empty_last():
+    blends = by_hand([[(0, 1, 1)], [(1, 1, 1)], [], [(0, 0.5, 0.5)]])
+    criterion = Coverage(blends)
+    np.testing.assert_array_equal(np.argsort(criterion.scores(), kind="stable"), [2, 0, 1, 3])
+    # every splat lies in its image: both are covered up to the width of a direction
+    criterion.add(0)
+    scores = criterion.scores()
+    assert scores[2] < scores[0] < scores[3] < 0
+    assert scores[0] == pytest.approx(-1, abs=0.02)
+
+
+def test_directions_are_even_on_the_sphere():
+    directions = fibonacci_sphere(BINS)
+    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1, atol=1e-6)
+    angle = np.degrees(np.arccos(np.clip(directions @ directions.T, -1, 1)))
+    np.fill_diagonal(angle, 180)
+    assert angle.min(axis=1).min() > 14
+    assert angle.min(axis=1).max() < 22
+
+
+@pytest.fixture(scope="module")
+def filmed():
+    """A generated scene with sparse points, 48x36 pixels."""
+    made = record("mipnerf360", 3, frames=40, width=48, height=36)
+    capture = Capture(
+        made.names,
+        made.world_to_camera,
+        np.tile(made.camera.params, (len(made.names), 1)),
+        made.images,
+        made.sequences,
+        SparsePoints(made.xyz, made.rgb, made.track_point, made.track_frame),
+    )
+    return problem_on(capture, targets=6)
+
+
+both = pytest.mark.parametrize("name", ["fisher_rf", "cover"])
+trained = pytest.mark.parametrize("name", ["fisher_rf_gaussians", "cover_gaussians"])
+
+
+def select(name, problem, k):
+    method = {**METHODS, **LATER}[name]
+    return checked_select(method, problem, k, np.random.default_rng(0))
+
+
+@trained
+def test_picks_on_trained_gaussians_are_prefixes_of_their_own(filmed, name):
+    picks = select(name, filmed, 12)
+    np.testing.assert_array_equal(select(name, filmed, 5), picks[:5])
+    plain = select(name.removesuffix("_gaussians"), filmed, 12)
+    np.testing.assert_array_equal(plain[:START], picks[:START])
+    assert set(plain) != set(picks)
+
+
+@pytest.mark.parametrize("name", ["fisher_rf", "cover", "fisher_rf_gaussians", "cover_gaussians"])
+def test_only_images_of_picks_are_read(filmed, name):
+    watched = Watched(filmed.capture.images)
+    problem = replace(filmed, capture=replace(filmed.capture, images=watched))
+    picks = select(name, problem, 12)
+    assert watched.asked == set(picks[:8])  # fits from 4 and from 8
+
+
+def test_avs_opens_picks_alone_and_starts_far_apart(filmed):
+    watched = Watched(filmed.capture.images)
+    problem = replace(filmed, capture=replace(filmed.capture, images=watched))
+    picks = checked_select(LATER["avs"], problem, 7, np.random.default_rng(0))
+    assert watched.asked == set(picks[:6])  # from the last one nothing is fitted
+    np.testing.assert_array_equal(picks[:4], select("fisher_rf", filmed, 4))
+    np.testing.assert_array_equal(
+        picks, checked_select(LATER["avs"], filmed, 9, np.random.default_rng(1))[:7]
+    )
+
+
+@both
+def test_a_filmed_scene_is_picked_to_the_last_frame_by_prefixes(filmed, name):
+    whole = select(name, filmed, len(filmed.observed))
+    for k in (1, 5, 13):
+        np.testing.assert_array_equal(select(name, filmed, k), whole[:k])
+
+
+@both
+@pytest.mark.parametrize("points", [True, False])
+def test_picks_of_a_filmed_scene_follow_neither_the_world_nor_the_order(filmed, name, points):
+    if not points:
+        filmed = replace(filmed, capture=replace(filmed.capture, points=None))
+    picks = select(name, filmed, 14)
+    turn = Rotation.random(rng=np.random.default_rng(1)).as_matrix()
+    other = moved(filmed, turn, np.array([3.0, -8, 1]), 37.0)
+    np.testing.assert_array_equal(picks, select(name, other, 14))
+    order = np.random.default_rng(2).permutation(len(filmed.capture))
+    np.testing.assert_array_equal(picks, order[select(name, permuted(filmed, order), 14)])
+
+
+def test_the_two_criteria_share_their_start_alone(filmed):
+    one, other = (select(name, filmed, 14) for name in ("fisher_rf", "cover"))
+    np.testing.assert_array_equal(one[:START], other[:START])
+    assert set(one) != set(other)
+
+
+@both
+def test_every_frame_twice_is_no_trouble(filmed, name):
+    twins = np.arange(len(filmed.capture)) // 2 * 2
+    capture = replace(
+        filmed.capture,
+        world_to_camera=filmed.capture.world_to_camera[twins],
+        images=filmed.capture.images[twins],
+    )
+    assert len(select(name, replace(filmed, capture=capture), 20)) == 20
+
+
+def test_fits_are_made_anew_whenever_the_picks_have_doubled():
+    told = []
+
+    class First:
+        """Worth most: the lowest free frame."""
+
+        def __init__(self, blends):
+            self.count = len(blends.covered)
+            told.append([])
+
+        def scores(self):
+            return -np.arange(float(self.count))
+
+        def add(self, row):
+            told[-1].append(row)
+
+    problem = random_problem(40)
+    picks = greedy_on_splats(problem, 20, First)
+    rows = np.searchsorted(problem.observed, picks).tolist()
+    assert told == [rows[:8], rows[:16], rows[:20]]
+    free = [row for row in range(len(problem.observed)) if row not in rows[:START]]
+    assert rows[START:] == free[: 20 - START]
+
+
+@pytest.mark.parametrize("fit", [by_splats, by_gaussians])
+def test_splats_lie_where_the_views_look(filmed, fit):
+    """Fitted splats and the views that they are blended into share one frame."""
+    shares = []
+
+    class Watching:
+        def __init__(self, blends):
+            self.blends = blends
+
+        def scores(self):
+            return -np.arange(float(len(self.blends.covered)))
+
+        def add(self, row):
+            shares.append(self.blends.covered[row] / np.prod(self.blends.size))
+
+    greedy_on_splats(filmed, START + 1, Watching, fit)
+    assert min(shares[:START]) > 0.6

@@ -1,0 +1,285 @@
+"""Both greedy loops pick what a loop over plain numbers picks, by networks and linear rules alike,
+and training sees their inputs."""
+
+import dataclasses
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from selection_problems import capture_of, random_problem
+from slow_selector import POLICIES, random_scorer, slow_inputs, spelled
+
+from fsel.core.problem import checked_select
+from fsel.experiments.studies.hard_cases.worlds import moved, random_weights
+from fsel.features.columns import CONDITIONED_INPUTS, INPUTS, NAMES, TARGET_GAIN, TARGET_GAIN_INPUT
+from fsel.selectors import plain, pretrained
+from fsel.selectors.greedy import greedy, standardise
+from fsel.selectors.policies import POLICIES as SHIPPED
+from fsel.selectors.rollout import Rollout, follow, pick
+from fsel.selectors.scorer import Linear, Network, Scorer
+
+LOOPS = {"compiled": greedy, "plain": plain.greedy}
+loops = pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
+policies = pytest.mark.parametrize("policy", POLICIES.values(), ids=POLICIES.keys())
+
+
+def slow_greedy(problem, scorer, k, policy):
+    picked, scores = [], []
+    for _ in range(k):
+        left, inputs = slow_inputs(problem, picked, policy)
+        values = scorer.scores(inputs)
+        scores.append(values.max())
+        picked.append(int(left[np.argmax(values)]))
+    return np.array(picked), np.array(scores)
+
+
+@loops
+@policies
+@pytest.mark.parametrize("seed", range(12))
+def test_picks_against_the_slow_loop(loop, policy, seed):
+    problem = random_problem(20 + 3 * seed, seed)
+    scorer = random_scorer(policy, seed, gain=(0.3, 1.0, 3.0)[seed % 3])
+    rows, scores = loop(policy.prepare(problem), scorer, 8)
+    want_rows, want_scores = slow_greedy(problem, scorer, 8, policy)
+    np.testing.assert_array_equal(rows, want_rows)
+    np.testing.assert_allclose(scores, want_scores, rtol=1e-9, atol=1e-9)
+
+
+@loops
+@policies
+def test_the_whole_pool_in_order(loop, policy):
+    problem = random_problem(17, 5, targets=3)
+    prepared, scorer = policy.prepare(problem), random_scorer(policy, 5)
+    n = len(prepared.pool)
+    rows, _ = loop(prepared, scorer, n)
+    np.testing.assert_array_equal(np.sort(rows), np.arange(n))
+    np.testing.assert_array_equal(rows, slow_greedy(problem, scorer, n, policy)[0])
+
+
+@pytest.mark.parametrize("size", [40, 1200])
+def test_the_shipped_rule_picks_what_the_network_that_spells_it_picks(size):
+    problem, rule = random_problem(size, 4, targets=9), pretrained.method().scorer
+    network = spelled(rule.coefficients)
+    rows, scores = greedy(SHIPPED["fsel"].prepare(problem), rule, 30)
+    # the network is shown every input, the rule only those that it reads
+    want_rows, want_scores = greedy(POLICIES["every"].prepare(problem), network, 30)
+    np.testing.assert_array_equal(rows, want_rows)
+    np.testing.assert_allclose(scores, want_scores, rtol=1e-6)
+
+
+def test_what_is_not_read_may_be_anything():
+    problem, policy = random_problem(40, 3), SHIPPED["fsel"]
+    rows, scores = greedy(policy.prepare(problem), pretrained.method().scorer, 20)
+    unread = replace(
+        problem,
+        sharpness=np.full(40, np.nan),
+        descriptors=np.full((40, 5), np.nan, np.float32),
+    )
+    again, same = greedy(policy.prepare(unread), pretrained.method().scorer, 20)
+    np.testing.assert_array_equal(again, rows)
+    np.testing.assert_array_equal(same, scores)
+    assert policy.reads == ()
+    assert SHIPPED["less_is_more_no_appearance"].reads == ("sharpness",)
+    assert SHIPPED["less_is_more"].reads == ("appearance", "sharpness")
+
+
+@policies
+def test_training_sees_what_greedy_sees(policy):
+    problem = random_problem(40, 2)
+    prepared, scorer = policy.prepare(problem), random_scorer(policy, 2)
+    rows, scores = greedy(prepared, scorer, 10)
+    features, selectable = follow(Rollout(prepared), rows)
+    assert features.shape == (10, len(prepared.pool), INPUTS)
+    assert features.dtype == np.float32
+    read = np.isin(NAMES, policy.inputs)
+    for step, row in enumerate(rows):
+        np.testing.assert_array_equal(np.flatnonzero(~selectable[step]), np.sort(rows[:step]))
+        left, want = slow_inputs(problem, list(rows[:step]), policy)
+        np.testing.assert_allclose(features[step][left][:, read], want[:, read], atol=2e-6)
+        seen = np.where(selectable[step], scorer.scores(features[step]), -np.inf)
+        assert np.argmax(seen) == row
+        assert seen.max() == pytest.approx(scores[step], abs=1e-5)
+
+
+@policies
+def test_picking_by_any_score_is_the_same_loop(policy):
+    prepared, scorer = policy.prepare(random_problem(40, 6)), random_scorer(policy, 6)
+    rows = pick(Rollout(prepared), lambda features, left, past: scorer.scores(features[-1]), 12)
+    np.testing.assert_array_equal(rows, greedy(prepared, scorer, 12)[0])
+
+
+def test_the_first_step_has_no_selection_conditioned_input():
+    prepared = POLICIES["every"].prepare(random_problem(30))
+    features, _ = follow(Rollout(prepared), np.array([4, 2]))
+    np.testing.assert_array_equal(features[0][:, CONDITIONED_INPUTS], 0)
+    assert (features[1][:, CONDITIONED_INPUTS].std(axis=0) > 0.5).all()
+
+
+@policies
+def test_the_target_gain_is_zero_where_it_is_not_read(policy):
+    features, _ = follow(Rollout(policy.prepare(random_problem(30))), np.array([4, 2]))
+    assert features[..., TARGET_GAIN_INPUT].any() == (TARGET_GAIN in policy.inputs)
+
+
+@policies
+def test_budgets_are_nested(policy):
+    prepared, scorer = policy.prepare(random_problem(40, 9)), random_scorer(policy, 9)
+    whole, _ = greedy(prepared, scorer, 20)
+    for k in (1, 7, 19):
+        np.testing.assert_array_equal(greedy(prepared, scorer, k)[0], whole[:k])
+
+
+@loops
+def test_a_constant_scorer_takes_the_lowest_rows(loop):
+    weights = {name: np.zeros_like(array) for name, array in random_weights(0).items()}
+    weights["layer3.bias"][0] = 3
+    rows, scores = loop(POLICIES["less_is_more"].prepare(random_problem(30)), Network(weights), 5)
+    np.testing.assert_array_equal(rows, np.arange(5))
+    np.testing.assert_array_equal(scores, 3)
+    rows, scores = loop(POLICIES["sum"].prepare(random_problem(30)), Linear({"c_vis": 0.0}), 5)
+    np.testing.assert_array_equal(rows, np.arange(5))
+    np.testing.assert_array_equal(scores, 0)
+
+
+@loops
+@pytest.mark.parametrize("make", [spelled, Linear])
+def test_rounding_never_decides_between_near_ties(loop, make):
+    problem = random_problem(60, 12)
+    sharpness = np.where(np.isin(np.arange(60), problem.candidates[[3, 30, 41]]), 900.0, 10.0)
+    sharpness[problem.candidates[41]] += 1e-9
+    prepared = POLICIES["less_is_more"].prepare(replace(problem, sharpness=sharpness))
+    rows, _ = loop(prepared, make({"sharpness": 1.0}), 3)
+    np.testing.assert_array_equal(rows, [41, 3, 30])
+
+
+def test_weights_read_from_a_file_pick_the_same(tmp_path):
+    prepared, scorer = (
+        POLICIES["less_is_more"].prepare(random_problem(40)),
+        Network(random_weights(4)),
+    )
+    scorer.save(tmp_path / "s.safetensors")
+    again = greedy(prepared, Scorer.load(tmp_path / "s.safetensors"), 10)
+    for got, want in zip(again, greedy(prepared, scorer, 10), strict=True):
+        np.testing.assert_array_equal(got, want)
+
+
+@loops
+@policies
+def test_of_equal_frames_the_lowest_goes_first(loop, policy):
+    problem = random_problem(60, 11)
+    twin = np.arange(60)
+    twin[30:] = np.arange(30)
+    same = replace(
+        problem,
+        capture=replace(problem.capture, world_to_camera=problem.capture.world_to_camera[twin]),
+        descriptors=problem.descriptors[twin],
+        sharpness=problem.sharpness[twin],
+    )
+    prepared = policy.prepare(same)
+    for seed in range(20):
+        row = loop(prepared, random_scorer(policy, seed), 1)[0][0]
+        equal = np.flatnonzero(twin[prepared.pool] == twin[prepared.pool[row]])
+        assert row == equal[0]
+
+
+@loops
+@policies
+def test_cameras_in_one_place_are_no_trouble(loop, policy):
+    problem = random_problem(24, 3)
+    capture = capture_of(np.zeros((24, 3)), np.tile(np.eye(3), (24, 1, 1)))
+    one = replace(problem, capture=capture, targets=capture.view(np.arange(4)))
+    prepared = policy.prepare(one)
+    assert np.isfinite(prepared.static).all()
+    rows, scores = loop(prepared, random_scorer(policy, 3), len(prepared.pool))
+    np.testing.assert_array_equal(np.sort(rows), np.arange(len(prepared.pool)))
+    assert np.isfinite(scores).all()
+
+
+@policies
+def test_picks_do_not_depend_on_the_worlds_frame_or_scale(policy):
+    for seed in range(5):
+        problem = random_problem(40, seed)
+        rng = np.random.default_rng(seed)
+        rotation = Rotation.random(rng=rng).as_matrix()
+        other = moved(problem, rotation, rng.normal(scale=50, size=3), 10.0 ** rng.uniform(-3, 3))
+        first = greedy(policy.prepare(problem), random_scorer(policy, seed), 15)[0]
+        second = greedy(policy.prepare(other), random_scorer(policy, seed), 15)[0]
+        np.testing.assert_array_equal(first, second)
+
+
+def test_z_scores_by_hand():
+    columns = np.array([[1.0, 5, 1e9], [2, 5, 1e9 + 1e-3], [3, 5, 1e9]])
+    got = standardise(columns)
+    np.testing.assert_allclose(got[:, 0], [-np.sqrt(1.5), 0, np.sqrt(1.5)])
+    np.testing.assert_array_equal(got[:, 1:], 0)
+
+
+@loops
+@pytest.mark.parametrize("k", [0, -1, 1000])
+def test_an_impossible_budget_is_refused(loop, k):
+    prepared = POLICIES["less_is_more"].prepare(random_problem(30))
+    with pytest.raises(ValueError, match=f"got {k}"):
+        loop(prepared, Network(random_weights(0)), k)
+
+
+@policies
+def test_the_method_of_a_policy_keeps_the_contract(policy):
+    problem = random_problem(40)
+    method = policy.method(random_scorer(policy, 0))
+    rng = np.random.default_rng(0)
+    for k in (1, 10, len(problem.pool(policy.pool))):
+        picks = checked_select(method, problem, k, rng)
+        np.testing.assert_array_equal(picks, checked_select(method, problem, k, rng))
+
+
+def test_a_policy_takes_scorers_of_its_kind_and_inputs_only():
+    with pytest.raises(ValueError, match="fsel has a scorer of the kind Linear, not Network"):
+        SHIPPED["fsel"].method(Network(random_weights(0)))
+    with pytest.raises(
+        ValueError, match="less_is_more has a scorer of the kind Network, not Linear"
+    ):
+        SHIPPED["less_is_more"].method(pretrained.method().scorer)
+    with pytest.raises(ValueError, match="fsel does not read sharpness; allowed: d_min_s"):
+        SHIPPED["fsel"].method(Linear({"d_min_s": 1.0, "sharpness": 1.0}))
+
+
+@policies
+@pytest.mark.parametrize("gain", [0.3, 1.0, 4.0])
+def test_rows_that_are_not_looked_at_would_not_have_been_picked(policy, gain):
+    problem = random_problem(1200, 21, targets=9)
+    prepared, scorer = policy.prepare(problem), random_scorer(policy, 7, gain)
+    rows, scores = greedy(prepared, scorer, 60)
+    want_rows, want_scores = plain.greedy(prepared, scorer, 60)
+    np.testing.assert_array_equal(rows, want_rows)
+    np.testing.assert_allclose(scores, want_scores, rtol=1e-9, atol=1e-9)
+
+
+def test_views_that_stand_for_a_capture_count_less_after_seven_picks():
+    """With the gain alone, picks are the same; the gain at step j is 7 / j of what it was."""
+    problem = random_problem(60, 5, targets=9)
+    rule = Linear({"target_gain": 1.0})
+    told, whole = (
+        SHIPPED["fsel"].prepare(dataclasses.replace(problem, whole=flag)) for flag in (False, True)
+    )
+    for prepared in (told, whole):
+        prepared.static[:] = 0
+    rows, scores = plain.greedy(told, rule, 40)
+    less_rows, less = plain.greedy(whole, rule, 40)
+    np.testing.assert_array_equal(less_rows, rows)
+    np.testing.assert_allclose(less, scores * np.minimum(1, 7 / np.maximum(np.arange(40), 1)))
+    fast_rows, fast = greedy(whole, rule, 40)
+    np.testing.assert_array_equal(fast_rows, rows)
+    np.testing.assert_allclose(fast, less, rtol=1e-9)
+
+
+def test_given_rows_come_first_and_the_rest_is_chosen_beside_them():
+    problem = random_problem(60, 5, targets=9)
+    first = problem.pool("observed")[[40, 7]]
+    method = pretrained.method()
+    picks = method.ranked(dataclasses.replace(problem, given=first), 9)[0]
+    assert picks[:2].tolist() == first.tolist()
+    assert len(set(picks.tolist())) == 9
+    free = method.ranked(problem, 9)[0]
+    again = method.ranked(dataclasses.replace(problem, given=free[:4]), 9)[0]
+    np.testing.assert_array_equal(again, free)

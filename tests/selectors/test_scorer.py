@@ -1,0 +1,152 @@
+"""The scorers' arithmetic by hand, and what they refuse to load."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from safetensors.numpy import save_file
+
+from fsel.experiments.studies.hard_cases.worlds import random_weights
+from fsel.features.columns import FOLLOWING_INPUTS, INPUTS, NAMES
+from fsel.selectors.scorer import (
+    SHAPES,
+    WIDTH,
+    Linear,
+    Network,
+    Scorer,
+    change_bounds,
+)
+
+
+def test_it_has_the_papers_number_of_parameters():
+    assert sum(array.size for array in random_weights(0).values()) == 5505
+
+
+def test_scores_against_plain_loops():
+    weights = random_weights(1, gain=2.0)
+    inputs = np.random.default_rng(2).normal(size=(3, INPUTS))
+
+    def layer(name, values):
+        return [
+            float(weights[f"{name}.bias"][j])
+            + sum(float(weights[f"{name}.weight"][j, c]) * values[c] for c in range(len(values)))
+            for j in range(len(weights[f"{name}.bias"]))
+        ]
+
+    def gelu(values):
+        return [0.5 * z * (1 + math.erf(z / math.sqrt(2))) for z in values]
+
+    want = [layer("layer3", gelu(layer("layer2", gelu(layer("layer1", x)))))[0] for x in inputs]
+    np.testing.assert_allclose(Network(weights).scores(inputs), want, rtol=1e-12)
+
+
+def test_one_unit_by_hand():
+    weights = {name: np.zeros(shape, np.float32) for name, shape in SHAPES.items()}
+    weights["layer1.weight"][3, 7] = 1
+    weights["layer2.weight"][5, 3] = 1
+    weights["layer3.weight"][0, 5] = 2
+    weights["layer3.bias"][0] = 0.5
+    x = np.zeros((1, INPUTS))
+    x[0, 7] = 1
+    first = 0.841344746068543  # Phi(1)
+    second = first * 0.5 * (1 + math.erf(first / math.sqrt(2)))
+    assert Network(weights).scores(x)[0] == pytest.approx(2 * second + 0.5, rel=1e-12)
+
+
+def test_saved_and_loaded_is_the_same(tmp_path):
+    scorer = Network(random_weights(3), {"seed": "3", "labels": "a test"})
+    scorer.save(tmp_path / "seed3.safetensors")
+    again = Scorer.load(tmp_path / "seed3.safetensors")
+    assert again.provenance == scorer.provenance
+    for name in SHAPES:
+        np.testing.assert_array_equal(again.weights[name], scorer.weights[name])
+
+
+def test_another_network_is_refused(tmp_path):
+    weights = random_weights(4) | {"layer2.weight": np.zeros((WIDTH, 32), np.float32)}
+    save_file(weights, tmp_path / "other.safetensors")
+    with pytest.raises(ValueError, match=r"\(64, 32\).*\(64, 64\)"):
+        Scorer.load(tmp_path / "other.safetensors")
+
+
+def test_missing_and_extra_arrays_are_refused():
+    weights = random_weights(5)
+    with pytest.raises(ValueError, match="extra"):
+        Network(weights | {"extra": np.zeros(1, np.float32)})
+    del weights["layer3.bias"]
+    with pytest.raises(ValueError, match=r"layer3\.bias"):
+        Network(weights)
+
+
+def test_values_that_are_not_finite_are_refused():
+    weights = random_weights(6)
+    weights["layer1.bias"][0] = np.nan
+    with pytest.raises(ValueError, match=r"layer1\.bias"):
+        Network(weights)
+
+
+def test_a_linear_rule_by_hand():
+    rule = Linear({"phi_nov": 0.5, "d_min_s": -2, "target_gain": 10.0})
+    inputs = np.zeros((2, INPUTS))
+    inputs[0, [NAMES.index("phi_nov"), NAMES.index("d_min_s"), 0]] = 4, 0.5, 99
+    inputs[1, NAMES.index("target_gain")] = 0.125
+    np.testing.assert_array_equal(rule.scores(inputs), [1.0, 1.25])
+    assert rule.scores(inputs.astype(np.float32)).dtype == np.float32
+
+
+def test_a_saved_linear_rule_is_readable_and_the_same(tmp_path):
+    rule = Linear({"d_min_s": 0.4, "target_gain": 150.0}, {"policy": "fsel", "config": "abc"})
+    rule.save(tmp_path / "seed0.json")
+    assert json.loads((tmp_path / "seed0.json").read_text()) == {
+        "coefficients": {"d_min_s": 0.4, "target_gain": 150.0},
+        "provenance": {"config": "abc", "policy": "fsel"},
+    }
+    assert Scorer.load(tmp_path / "seed0.json") == rule
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('{"coefficients": {"d_min": 1}, "provenance": {}}', "coefficients of d_min; allowed: d_"),
+        ('{"coefficients": {}, "provenance": {}}', "coefficients of no input"),
+        ('{"coefficients": {"d_min_s": NaN}, "provenance": {}}', "of d_min_s is nan, not finite"),
+        ('{"coefficients": {"d_min_s": "1"}, "provenance": {}}', "of d_min_s is '1', not a number"),
+        ('{"coefficients": {"d_min_s": true}, "provenance": {}}', "is True, not a number"),
+        ('{"coefficients": {"d_min_s": 1}}', "provenance"),
+        ('["d_min_s"]', "not a linear scorer"),
+        ("{", "not a linear scorer"),
+    ],
+)
+def test_another_linear_rule_is_refused(text, said, tmp_path):
+    (tmp_path / "rule.json").write_text(text)
+    with pytest.raises(ValueError, match=said):
+        Scorer.load(tmp_path / "rule.json")
+
+
+def test_other_files_are_refused(tmp_path):
+    (tmp_path / "net.safetensors").write_bytes(b"no tensors")
+    with pytest.raises(ValueError, match="not a network"):
+        Scorer.load(tmp_path / "net.safetensors")
+    with pytest.raises(ValueError, match=r"net.pt: not a scorer; allowed: .json .*safetensors"):
+        Scorer.load(tmp_path / "net.pt")
+
+
+@pytest.mark.parametrize("gain", [0.3, 1.0, 5.0])
+def test_a_change_of_inputs_changes_a_score_by_no_more_than_its_bound(gain):
+    weights, rng = random_weights(6, gain), np.random.default_rng(0)
+    scorer, columns = Network(weights), FOLLOWING_INPUTS
+    first, second, third = (weights[f"layer{i}.weight"].astype(np.float64) for i in (1, 2, 3))
+    bounds = change_bounds(first[:, columns], second, third[0])
+    x = rng.normal(scale=2, size=(4000, 19))
+    d = rng.normal(size=(4000, 5)) * 10 ** rng.uniform(-3, 1, (4000, 1))
+    y = x.copy()
+    y[:, columns] += d
+    change = scorer.scores(y) - scorer.scores(x)
+    parts = [np.linalg.norm(d @ part.T, axis=1) for part in (bounds[1:6], bounds[6:])]
+    most = d @ bounds[0] + sum(parts)
+    assert (change <= most + 1e-12).all()
+    # far from vacuous: norms alone, GELU's slope being at most 1.129, bound it by more
+    whole = np.linalg.norm(third) * np.linalg.norm(second, 2)
+    whole = 1.129**2 * whole * np.linalg.norm(d @ first[:, columns].T, axis=1)
+    assert np.median(most / whole) < 0.8
