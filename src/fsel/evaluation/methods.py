@@ -9,7 +9,7 @@ from fsel.selectors.policies import RENAMED
 
 METHODS: Registry[Method] = Registry(
     "method",
-    {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES, **baselines.LATER.homes},
+    {**dict.fromkeys(pretrained.FILES, ""), **baselines.HOMES},
     RENAMED,
     group=baselines.GROUP,
 )

@@ -15,7 +15,6 @@ from typing import Any
 from fsel.captures.layouts import LAYOUTS
 from fsel.metrics import REGISTERED, published
 from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
-from fsel.selectors.baselines import LATER
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
@@ -191,7 +190,7 @@ class Experiment(Settings):
     def _needed(self, module: str, reconstructor: str, apart: Collection[str]) -> list[str]:
         layouts = {entry["layout"] for entry in self.datasets.entries.values()}
         used = {reconstructor, "psnr", "ssim", "gmsd", *self.metrics, *layouts}
-        homes = RECONSTRUCTORS.homes | REGISTERED.homes | LATER.homes
+        homes = RECONSTRUCTORS.homes | REGISTERED.homes
         if "auto" not in layouts:
             homes |= LAYOUTS.homes
         unused = [home for name, home in homes.items() if name not in used]

@@ -70,21 +70,6 @@ def test_two_gaussians_are_composited_by_depth_in_any_order(order):
     assert rest[8, 8] == pytest.approx(0.1, rel=1e-12)
 
 
-def test_weights_are_the_image_of_one_white_gaussian_among_black_ones():
-    rng = np.random.default_rng(0)
-    places = [gaussian(rng.uniform(1, 4), rng.uniform(-0.4, 0.4), 0.15, 0.7) for _ in range(6)]
-    table, camera = np.array([*places, gaussian(-1.0)]), camera_of(FRONT, INTRINSICS, SIZE, 0.01)
-    canvas, factor = Canvas(len(table), SIZE, np.zeros(3), np.float64), np.ones(len(table))
-    assert canvas.draw(table, 0, factor, camera).tolist() == [0, 1, 2, 3, 4, 5]
-    found = canvas.weights()
-    for i in range(6):
-        table[:, 11:] = -0.5 / harmonics.C0
-        table[i, 11:] = 0.5 / harmonics.C0
-        canvas.draw(table, 0, factor, camera)
-        shown = canvas.image[0]
-        np.testing.assert_allclose(found[i], [shown.sum(), (shown**2).sum()], rtol=1e-9)
-
-
 def test_alpha_is_held_at_99_hundredths():
     _, rest = draw(gaussian(opacity=0.9999))
     assert rest[8, 8] == pytest.approx(0.01, rel=1e-12)

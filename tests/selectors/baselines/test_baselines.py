@@ -13,10 +13,9 @@ from fsel.core.geometry import pose_distance
 from fsel.core.problem import checked_select
 from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.static import SIGNS
-from fsel.selectors.baselines import LATER, METHODS
+from fsel.selectors.baselines import METHODS
 
-LIGHT = {"indoor_traj_dpp": LATER["indoor_traj_dpp"]}  # avs: see test_splat_views.py
-EVERY = {**METHODS, **LIGHT} | {
+EVERY = dict(METHODS) | {
     name: replace(policy.method(random_scorer(policy, 1)), name=name)
     for name, policy in POLICIES.items()
 }
@@ -25,7 +24,6 @@ with_and_without_points = pytest.mark.parametrize("points", [True, False])
 BY_ORDER = (
     *("uniform", "sharpest", "all"),  # follow the order of frames by definition
     *("fisher_rf", "cover"),  # noise gives no splats: all is a tie; see test_splat_views.py
-    "indoor_traj_dpp",  # draws rows
 )
 
 
@@ -43,8 +41,7 @@ def test_the_registry_names_its_methods():
 
 def test_every_method_is_defined_in_the_documentation():
     text = (Path(__file__).parents[2] / "docs" / "methods.md").read_text()
-    known = [*METHODS.values(), *LATER.values()]
-    missing = [m.label for m in known if f"**{m.label.replace('$', '')}" not in text]
+    missing = [m.label for m in METHODS.values() if f"**{m.label.replace('$', '')}" not in text]
     assert missing == []
 
 

@@ -13,11 +13,10 @@ from selection_problems import capture_of, random_problem
 
 from fsel.core.geometry import pairwise_angles, pairwise_distances
 from fsel.features.appearance import KERNEL_JITTER
-from fsel.selectors.baselines import LATER, METHODS
+from fsel.selectors.baselines import METHODS
 from fsel.selectors.baselines import kmedoids as kmedoids_method
 from fsel.selectors.baselines.dpp import greedy_map
 from fsel.selectors.baselines.greedy import lazy_greedy, locate, most_central
-from fsel.selectors.baselines.indoor_traj import similarities
 from fsel.selectors.baselines.kmedoids import distances, fasterpam
 from fsel.selectors.baselines.long_lrm import lloyd, snapped
 
@@ -268,28 +267,6 @@ def test_indoor_traj_against_a_plain_loop():
     for step in range(1, 12):
         left = np.setdiff1d(pool, picks[:step])
         assert picks[step] == min(left, key=lambda i: max(alike(i, j) for j in picks[:step]))
-
-
-def test_sets_are_drawn_as_often_as_their_determinants_say():
-    line = np.array([0.0, 0.2, 1, 1.3, 3, 4, 9, 9])[:, None] * [1.0, 0, 0]
-    capture = capture_of(line, np.tile(np.eye(3), (8, 1, 1)))
-    problem = replace(described_by(np.eye(6) + 0.4), capture=capture)
-    pool = problem.observed
-    similar = similarities(problem, pool)
-    kernel = np.stack([similar(row) for row in range(len(pool))])
-    values, vectors = np.linalg.eigh(kernel)
-    kernel = vectors @ np.diag(np.maximum(values, 0) + KERNEL_JITTER) @ vectors.T
-    sets = list(combinations(range(len(pool)), 3))
-    share = np.array([np.linalg.det(kernel[np.ix_(rows, rows)]) for rows in sets])
-    share /= share.sum()
-    rng, draws = np.random.default_rng(0), 3000
-    count = dict.fromkeys(sets, 0)
-    for _ in range(draws):
-        picks = LATER["indoor_traj_dpp"].select(problem, 3, rng)
-        count[tuple(np.sort(np.searchsorted(pool, picks)).tolist())] += 1
-    deviation = np.sqrt(share * (1 - share) / draws)
-    assert (np.abs(np.array(list(count.values())) / draws - share) < 4 * deviation).all()
-    assert share.max() > 2 * share.min()
 
 
 def test_indoor_traj_by_hand():

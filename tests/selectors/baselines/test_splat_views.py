@@ -12,15 +12,13 @@ from fsel.core.capture import Capture
 from fsel.core.points import SparsePoints
 from fsel.core.problem import checked_select
 from fsel.experiments.studies.hard_cases.worlds import moved
-from fsel.selectors.baselines import LATER, METHODS
+from fsel.selectors.baselines import METHODS
 from fsel.selectors.baselines.cover import BINS, Coverage, fibonacci_sphere
 from fsel.selectors.baselines.fisher_rf import Information
-from fsel.selectors.baselines.on_gaussians import by_gaussians
 from fsel.selectors.baselines.splat_views import (
     START,
     Blends,
     blend,
-    by_splats,
     greedy_on_splats,
 )
 from fsel.synthetic import record
@@ -225,40 +223,18 @@ def filmed():
 
 
 both = pytest.mark.parametrize("name", ["fisher_rf", "cover"])
-trained = pytest.mark.parametrize("name", ["fisher_rf_gaussians", "cover_gaussians"])
 
 
 def select(name, problem, k):
-    method = {**METHODS, **LATER}[name]
-    return checked_select(method, problem, k, np.random.default_rng(0))
+    return checked_select(METHODS[name], problem, k, np.random.default_rng(0))
 
 
-@trained
-def test_picks_on_trained_gaussians_are_prefixes_of_their_own(filmed, name):
-    picks = select(name, filmed, 12)
-    np.testing.assert_array_equal(select(name, filmed, 5), picks[:5])
-    plain = select(name.removesuffix("_gaussians"), filmed, 12)
-    np.testing.assert_array_equal(plain[:START], picks[:START])
-    assert set(plain) != set(picks)
-
-
-@pytest.mark.parametrize("name", ["fisher_rf", "cover", "fisher_rf_gaussians", "cover_gaussians"])
+@both
 def test_only_images_of_picks_are_read(filmed, name):
     watched = Watched(filmed.capture.images)
     problem = replace(filmed, capture=replace(filmed.capture, images=watched))
     picks = select(name, problem, 12)
     assert watched.asked == set(picks[:8])  # fits from 4 and from 8
-
-
-def test_avs_opens_picks_alone_and_starts_far_apart(filmed):
-    watched = Watched(filmed.capture.images)
-    problem = replace(filmed, capture=replace(filmed.capture, images=watched))
-    picks = checked_select(LATER["avs"], problem, 7, np.random.default_rng(0))
-    assert watched.asked == set(picks[:6])  # from the last one nothing is fitted
-    np.testing.assert_array_equal(picks[:4], select("fisher_rf", filmed, 4))
-    np.testing.assert_array_equal(
-        picks, checked_select(LATER["avs"], filmed, 9, np.random.default_rng(1))[:7]
-    )
 
 
 @both
@@ -322,8 +298,7 @@ def test_fits_are_made_anew_whenever_the_picks_have_doubled():
     assert rows[START:] == free[: 20 - START]
 
 
-@pytest.mark.parametrize("fit", [by_splats, by_gaussians])
-def test_splats_lie_where_the_views_look(filmed, fit):
+def test_splats_lie_where_the_views_look(filmed):
     """Fitted splats and the views that they are blended into share one frame."""
     shares = []
 
@@ -337,5 +312,5 @@ def test_splats_lie_where_the_views_look(filmed, fit):
         def add(self, row):
             shares.append(self.blends.covered[row] / np.prod(self.blends.size))
 
-    greedy_on_splats(filmed, START + 1, Watching, fit)
+    greedy_on_splats(filmed, START + 1, Watching)
     assert min(shares[:START]) > 0.6

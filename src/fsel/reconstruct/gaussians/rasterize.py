@@ -118,48 +118,6 @@ def _add(state, at, rows, i, left, top):
 
 
 @reordered
-def weigh(rows, starts, members, size, sums):
-    """Sum the blending weights of projected Gaussians over the pixels, and their squares.
-
-    Args:
-        rows, starts, members: as in `composite`.
-        size: (width, height).
-        sums: (v, 2) zeros, filled.
-    """
-    width, height = size
-    across = (width + TILE - 1) // TILE
-    state, at = np.empty(PIXELS, rows.dtype), _centres(rows)
-    for t in range(len(starts) - 1):
-        left, top = (t % across) * TILE, (t // across) * TILE
-        _open(state, min(width - left, TILE), min(height - top, TILE))
-        for n in range(starts[t], starts[t + 1]):
-            _add_weights(state, at, rows, members[n], left, top, sums)
-
-
-@reordered
-def _add_weights(state, at, rows, i, left, top, out):
-    """The weights of one Gaussian on one tile, with `_add`'s arithmetic."""
-    kind = rows.dtype.type
-    none, most, least = kind(0), kind(LARGEST_ALPHA), kind(LEAST_LIGHT)
-    floor, faintest, total, square = kind(FLOOR), kind(LEAST_ALPHA), kind(0), kind(0)
-    u, v = rows[i, U] - kind(left), rows[i, V] - kind(top)
-    xx, xy, yy, peak = rows[i, XX], rows[i, XY], rows[i, YY], rows[i, PEAK]
-    for p in range(PIXELS):
-        dx, dy = at[p] - u, at[PIXELS + p] - v
-        alpha = min(_raw_alpha(dx, dy, xx, xy, yy, peak, floor), most)
-        alpha = alpha if alpha >= faintest else none
-        light = state[p]
-        after = _passed(light, alpha)
-        goes = after >= least
-        weight = alpha * light if goes else none
-        state[p] = after if goes else -abs(light)
-        total += weight
-        square += weight * weight
-    out[i, 0] += total
-    out[i, 1] += square
-
-
-@reordered
 def backward(rows, starts, members, image, slope, sums):
     """Carry the image's gradient back to the projected Gaussians, summed over their pixels.
 

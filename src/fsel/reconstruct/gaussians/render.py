@@ -61,13 +61,6 @@ class Canvas:
         rasterize.composite(self.rows, *self.tiles, self.background, self.image, self.rest)
         return self.source
 
-    def weights(self) -> np.ndarray:
-        """(v, 2) sums over pixels of the blending weights in the last drawing, and of their
-        squares, in the order of what `draw` returned."""
-        sums = np.zeros((len(self.rows), 2), self.rows.dtype)
-        rasterize.weigh(self.rows, *self.tiles, (self.width, self.height), sums)
-        return sums[self.rank]
-
     def backward(self, table, degree, camera, gradient, grad) -> None:
         """Add the parameters' gradients of the last drawing to `grad`, like `table`.
 

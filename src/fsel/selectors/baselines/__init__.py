@@ -36,14 +36,3 @@ FURTHER: Registry[Method] = Registry(
 HOMES = {**PAPER.homes, **FURTHER.homes, "all": "fsel.selectors.baselines.all_frames:METHOD"}
 GROUP = "fsel.selectors.baselines"  # of entry points
 METHODS: Registry[Method] = Registry("method", HOMES, group=GROUP)
-
-LATER: Registry[Method] = Registry(
-    "method",
-    {
-        "indoor_traj_dpp": "fsel.selectors.baselines.indoor_traj_dpp:METHOD",
-        "fisher_rf_gaussians": "fsel.selectors.baselines.on_gaussians:FISHER_RF",
-        "cover_gaussians": "fsel.selectors.baselines.on_gaussians:COVER",
-        "avs": "fsel.selectors.baselines.avs:METHOD",
-    },
-)
-"""Methods that `fsel compare` and `fsel select` know, and the workflow's tables leave out."""

@@ -63,31 +63,22 @@ class Criterion(Protocol):
         """Count a view as picked."""
 
 
-Fitting = Callable[[Capture, np.ndarray, np.ndarray], Blends]
-"""Capture, (V,) pool and rows of it -> what was fitted to the rows, blended into the whole pool."""
-
-
-def by_splats(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
-    """Fit `splats`; a `Fitting`."""
+def fitted(capture: Capture, pool: np.ndarray, rows: np.ndarray) -> Blends:
+    """Fit splats to some rows of a (V,) pool, and blend them into the views of the whole pool."""
     picked = capture.subset(pool[rows]).resized(FIT_SIDE)
     model = Splats(picked).fit(np.arange(len(rows)))
     splats = np.vstack([model.positions.T, model.splats[3]]).astype(np.float32)
     poses = capture.world_to_camera[pool].astype(np.float32)
-    intrinsics = scaled(capture, pool, picked).astype(np.float32)
+    intrinsics = capture.intrinsics[pool] * np.tile(np.divide(picked.size, capture.size), 2)
+    intrinsics = intrinsics.astype(np.float32)
     filled = blend(splats, poses, intrinsics, *picked.size)
     return Blends(splats, poses, intrinsics, picked.size, *filled)
-
-
-def scaled(capture: Capture, pool: np.ndarray, picked: Capture) -> np.ndarray:
-    """(V, 4) intrinsics of the pool's views at the size of the fit."""
-    return capture.intrinsics[pool] * np.tile(np.divide(picked.size, capture.size), 2)
 
 
 def greedy_on_splats(
     problem: Problem,
     k: int,
     criterion: Callable[[Blends], Criterion],
-    fit: Fitting = by_splats,
 ) -> np.ndarray:
     """Pick views one by one; the splats are fitted anew whenever the picks have doubled.
 
@@ -98,7 +89,6 @@ def greedy_on_splats(
         problem: the selection problem; picks are from P and O.
         k: at most the size of that pool.
         criterion: made anew for every fit, then given all picks so far.
-        fit: what reconstructs.
     """
     pool = problem.observed
     centers = problem.capture.centers[pool]
@@ -106,7 +96,7 @@ def greedy_on_splats(
     rows = start.astype(np.int64).tolist()
     capture = _canonical(problem.capture, pool, pool[rows[0]])
     while len(rows) < k:
-        worth = criterion(fit(capture, pool, np.array(rows)))
+        worth = criterion(fitted(capture, pool, np.array(rows)))
         for row in rows:
             worth.add(row)
         for _ in range(min(k, 2 * len(rows)) - len(rows)):

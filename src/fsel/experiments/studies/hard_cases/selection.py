@@ -18,7 +18,6 @@ from fsel.experiments.studies.hard_cases.case import Case, Finding, finite, qual
 from fsel.features.columns import STATIC
 from fsel.features.static import proxy_points, static_features
 from fsel.selectors import plain, pretrained
-from fsel.selectors.baselines import LATER
 from fsel.selectors.greedy import greedy, standardise
 from fsel.selectors.policies import POLICIES
 from fsel.selectors.scorer import Network, Scorer
@@ -59,12 +58,11 @@ def run(
     problem: Problem, reference: Problem | None, k: int, exact: Exact | None, allowed: float
 ) -> Finding:
     """Every method, the learned ones against the reference, and a reconstruction."""
-    tabled = [name for name in METHODS if name not in LATER]
-    for method in map(METHODS.__getitem__, tabled):
+    for method in METHODS.values():
         every = len(problem.pool(method.pool))
         list(picks_at(problem, Run(method, 0), (k, every), chance(0)))
     same, total, error = compare_picks(problem, reference or problem, k)
-    told = f"{same} of {total} picks; {len(tabled)} methods return; PSNR {rendered(problem):.2f}"
+    told = f"{same} of {total} picks; {len(METHODS)} methods return; PSNR {rendered(problem):.2f}"
     change = 0.0
     if reference is not None:
         change = rendered(problem) - rendered(reference)
