@@ -7,7 +7,7 @@ from fsel.workflow import requirements
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.rules import Tables
 
-SHIPPED = ROOT / "src" / "fsel" / "selector" / "weights"
+SHIPPED = ROOT / "src" / "fsel" / "selectors" / "weights"
 FIRST = {"name": "splats", "long_side": 48}
 SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}
 

@@ -8,7 +8,7 @@ from dry_runs import ROOT, SMOKE, changed, dry_run, planned, with_dataset
 
 FIRST = {"name": "splats", "long_side": 48}
 SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}
-SHIPPED = ROOT / "src" / "fsel" / "selector" / "weights"
+SHIPPED = ROOT / "src" / "fsel" / "selectors" / "weights"
 
 
 @pytest.fixture(scope="module")

@@ -40,7 +40,7 @@ def test_the_registry_names_its_methods():
 
 
 def test_every_method_is_defined_in_the_documentation():
-    text = (Path(__file__).parents[2] / "docs" / "methods.md").read_text()
+    text = (Path(__file__).parents[3] / "docs" / "methods.md").read_text()
     missing = [m.label for m in METHODS.values() if f"**{m.label.replace('$', '')}" not in text]
     assert missing == []
 
