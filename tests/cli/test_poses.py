@@ -22,7 +22,7 @@ from fsel.captures.images.video import Sampling
 from fsel.captures.taking import Source
 from fsel.cli import main, posing
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "captures"))
 
 
 def run(*arguments):

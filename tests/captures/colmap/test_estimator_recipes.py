@@ -13,7 +13,7 @@ from fsel.captures.colmap.runs import Work
 from fsel.captures.layouts import bare
 from fsel.captures.poses import sfm
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 # hloc's modules as far as the recipe calls them; the model has all images but the last
 HLOC = """

@@ -10,7 +10,7 @@ import pytest
 from fsel.captures.colmap.observations import observed, points_of
 from fsel.captures.layouts.colmap import load_model
 
-CAPTURES = Path(__file__).parents[3] / "shared" / "captures"
+CAPTURES = Path(__file__).parents[4] / "shared" / "captures"
 FIELDS = ("xyz", "rgb", "track_point", "track_frame", "track_xy")
 
 

@@ -18,7 +18,7 @@ from fsel.core.names import natural
 from fsel.stages.ingest import ingest as save
 from fsel.synthetic.lens import project, unproject
 
-CAPTURES = Path(__file__).parents[3] / "shared" / "captures"
+CAPTURES = Path(__file__).parents[4] / "shared" / "captures"
 
 
 @pytest.fixture(params=WRITERS)

@@ -16,7 +16,7 @@ from fsel.captures.images.sharpness import LUMA
 from fsel.captures.read import read_capture
 from fsel.selection.export import placing
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "ingest"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "captures"))
 
 
 @pytest.fixture
