@@ -11,7 +11,7 @@ ksweep: .venv/installed
 
 # whether that run has the bytes of the tables that the documentation quotes: docs/numerics.md
 check: .venv/installed
-	.venv/bin/python -m fsel.workflow.reference
+	.venv/bin/python tools/check_reference.py
 
 test: .venv/dev
 	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
@@ -20,14 +20,14 @@ test: .venv/dev
 WEIGHTS = results/selector/fsel/seed0.json results/selector/budget.json
 weights: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)
-	.venv/bin/python -m fsel.workflow.ship $(WEIGHTS)
+	.venv/bin/python tools/ship_weights.py $(WEIGHTS)
 
 # the paper's selector inside the package, made anew from labels with the paper's numbers
 LABELS = results/labels/selector
 OURS = $(LABELS)/seed0.safetensors $(LABELS)/no_appearance/seed0.safetensors
 labels: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(OURS) --configfile config/labels.yaml
-	.venv/bin/python -m fsel.workflow.ship $(OURS)
+	.venv/bin/python tools/ship_weights.py $(OURS)
 
 # the table of real captures that README.md leads with, three hours: docs/results/captures_unknown.md
 .PHONY: captures
@@ -48,7 +48,7 @@ captures: .venv/installed
 
 # docs/results/*.md, from the csv files that this checkout has: docs/results/pages.yaml
 docs: .venv/installed
-	.venv/bin/python -m fsel.workflow.result_pages
+	.venv/bin/python tools/result_pages.py
 
 # the script of the page of `fsel view`, for a wheel: src/fsel/pages/viewer/bundle.js
 .PHONY: viewer

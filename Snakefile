@@ -1,4 +1,3 @@
-import atexit
 import os
 import sys
 from pathlib import Path
@@ -12,15 +11,12 @@ sys.path.insert(0, str(Path(workflow.basedir, "src")))
 from fsel.experiments import TABLES
 from fsel.experiments.answers import answer
 from fsel.workflow import inputs, perceptual, requirements, work
-from fsel.workflow.artefacts import check_artefacts, copies
-from fsel.workflow.cluster import start_on_slurm
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.machine import IMAGE, check_image, prepare
-from fsel.workflow.refusal import failures
 from fsel.workflow.resources import Size
 from fsel.workflow.rules import Tables, report_labels
 
-prepare(tell=workflow.is_main_process)
+prepare(verbose=workflow.is_main_process)
 # the settings are not there where the rules are only read
 if workflow.deployment_settings and (
     DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method
@@ -82,24 +78,8 @@ include: "workflow/rules/evaluation.smk"
 include: "workflow/rules/tables.smk"
 
 
-onerror:
-    # what a person is to read stands last, below all that Snakemake says
-    atexit.register(print, failures(log), file=sys.stderr)
-
-
-# one handler for all: of several, only the last would run
 onstart:
     if workflow.is_main_process:
-        if workflow.executor_plugin.name == "slurm":
-            start_on_slurm(
-                workflow.execution_settings.lock,
-                workflow.executor_settings.jobname_prefix or "",
-            )
-        jobs = list(workflow.dag.needrun_jobs())
-        outputs = [path for job in jobs for path in job.output]
-        check_artefacts([path for job in jobs for path in job.input], outputs)
-        if workflow.executor_plugin.name != "touch" and (note := copies(outputs)):
-            print(note, file=sys.stderr)
         perceptual.fetch(experiment)
 
 

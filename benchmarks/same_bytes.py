@@ -3,7 +3,7 @@
     python benchmarks/same_bytes.py                                     # on this processor
     qemu-x86_64 -cpu Haswell .venv/bin/python benchmarks/same_bytes.py  # on one with AVX2 alone
 
-Both set the variables of the workflow's jobs (`fsel.workflow.processor`). A line has the part, and
+Both set the variables of the workflow's jobs (`fsel.workflow.machine`). A line has the part, and
 the first digits of the sha256 of its arrays. Families of scenes and `network` may be named; under
 emulation all of it takes an hour, `network` some minutes.
 """
@@ -15,7 +15,7 @@ import os
 import sys
 from pathlib import Path
 
-from fsel.workflow.processor import PINNED
+from fsel.workflow.machine import PINNED
 
 FAMILIES = ("scannet", "mipnerf360")
 NETWORK = "network"

@@ -7,7 +7,7 @@ runs of the workflow in this checkout, find it; `processors.py` compiles for oth
 import os
 from pathlib import Path
 
-from fsel.workflow.processor import environment
+from fsel.workflow.machine import pinned
 
 # Of two workers one begins with the first half, which compiles nearly all; the other with what
 # takes longest and compiles little. In the other order both would compile the same at once.
@@ -27,7 +27,7 @@ FIRST = [
     "test_recipes.py",
 ]
 
-for name, value in environment().items():
+for name, value in pinned().items():
     if name.startswith("NUMBA_"):
         os.environ.setdefault(name, value)
 # each worker of pytest has one core: two that share two cores wait for each other's threads, and

@@ -29,8 +29,6 @@ LIBRARIES = (
 )
 PARTS = (
     "fsel.experiments.answers",
-    "fsel.workflow.artefacts",
-    "fsel.workflow.cluster",
     "fsel.workflow.machine",
     "fsel.workflow.perceptual",
     "fsel.workflow.work",

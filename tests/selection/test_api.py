@@ -25,8 +25,7 @@ from fsel.selection import select as selection
 from fsel.selection.targets import targets_of
 from fsel.selectors import plain, pretrained
 from fsel.selectors.policies import POLICIES
-from fsel.selectors.scorer import Linear, Network
-from fsel.workflow.ship import ship
+from fsel.selectors.scorer import Network
 
 
 @pytest.fixture
@@ -234,32 +233,6 @@ def test_points_of_a_sample_number_the_frames_of_the_capture(folder, monkeypatch
         expected = whole.xyz[whole.track_point[whole.track_frame == frame]]
         xyz = points.xyz[points.track_point[points.track_frame == frame]]
         np.testing.assert_array_equal(np.sort(xyz, axis=0), np.sort(expected, axis=0))
-
-
-def test_what_is_shipped_takes_the_place_of_its_policy(tmp_path):
-    """Files lie where the workflow puts them; a refusal leaves all as it was."""
-    (tmp_path / "budget.json").write_text('{"worth": [1, 2, 3]}')
-    given = [tmp_path / "budget.json"]
-    for name, file in pretrained.FILES.items():
-        given.append(tmp_path / f"{name}0{Path(file).suffix}")
-        pretrained.method(name).scorer.save(given[-1])
-    package = tmp_path / "package"
-    package.mkdir()
-    ship(given, package)
-    assert json.loads((package / "budget.json").read_text()) == {"worth": [1, 2, 3]}
-    for file in pretrained.FILES.values():
-        assert (package / file).read_bytes() == (pretrained.FOLDER / file).read_bytes()
-    made = {"policy": "less_is_more_geometry", "made by": "a test"}
-    replace(pretrained.method("less_is_more").scorer, provenance=made).save(
-        tmp_path / "no.safetensors"
-    )
-    with pytest.raises(
-        ValueError, match="'less_is_more_geometry'; those that come with the package"
-    ):
-        ship([tmp_path / "no.safetensors", *given], tmp_path)
-    Linear({"sharpness": 1.0}, {"policy": "fsel", "made by": "a test"}).save(tmp_path / "no.json")
-    with pytest.raises(ValueError, match=r"no\.json: .* does not read sharpness"):
-        ship([tmp_path / "no.json"], package)
 
 
 def test_the_paper_s_selector_comes_with_the_package(folder):

@@ -5,7 +5,7 @@ the processor. A value that is cut to an integer, compared or ranked may then tu
 Functions with such values are compiled by `exact`: every operation rounds as IEEE 754 says, in the
 order that the source states, on every processor. Functions whose sums are results in themselves may
 be compiled by `reordered`, where vectors pay: they give equal bytes where they are compiled for the
-same instructions, see `fsel.workflow.processor`.
+same instructions, see `fsel.workflow.machine`.
 
 Neither allows reciprocals in place of quotients nor approximate functions: those begin with an
 estimate, which processors of two makers return with different digits.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import os
 import shutil
@@ -12,7 +13,6 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
-from fsel.core.checksums import sha256_of
 from fsel.core.files import File, unfinished
 from fsel.stages.download import CHUNK, check_room
 
@@ -59,7 +59,10 @@ def unpack(
 
 
 def _check_file(archive: Path, path: Path, name: str, wanted: str) -> None:
-    digest = sha256_of(path) if path.is_file() else "that of no file"
+    digest = "that of no file"
+    if path.is_file():
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
     if digest != wanted:
         raise ValueError(
             f"{archive}: sha256 of {name} is {digest}, expected {wanted}. Hint: delete the archive "

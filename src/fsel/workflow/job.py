@@ -11,7 +11,6 @@ import logging
 import os
 import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,19 +18,16 @@ from importlib import import_module
 from importlib.util import find_spec
 from operator import attrgetter
 from pathlib import Path
-from types import FrameType
 from typing import Any, NoReturn
 
 import cv2
 
-from fsel.core import checksums
 from fsel.core.files import digest
 
 CAPTURE = ("frames", "points", "images", "masks", "descriptors")  # files of a canonical capture
 LIBRARY = "lib"  # the input that holds the sources of a rule's function
 JOB = "job"  # the param that names a rule's function
 STAGES = "fsel.stages"
-POLL = 1.0  # seconds between looks for the parent process
 
 logger = logging.getLogger("fsel")
 
@@ -40,7 +36,7 @@ logger = logging.getLogger("fsel")
 def job(snakemake: Any) -> Iterator[str]:
     """Run a script's body as a job: logged to `snakemake.log[0]`, within its threads.
 
-    The signal TERM, by which a cluster ends jobs, is a line of the log and exit code 143.
+    The signal TERM, by which a cluster ends jobs, is an exception: unfinished files are removed.
 
     Args:
         snakemake: the object that Snakemake hands to a script.
@@ -48,7 +44,6 @@ def job(snakemake: Any) -> Iterator[str]:
     Yields:
         The digest of the job's parameters, which its tables carry.
     """
-    _end_with_parent()
     path = Path(snakemake.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     handler = logging.FileHandler(path, mode="w")
@@ -58,7 +53,7 @@ def job(snakemake: Any) -> Iterator[str]:
     root.setLevel(logging.INFO)
     logging.captureWarnings(True)
     cv2.setNumThreads(snakemake.threads)
-    previous = signal.signal(signal.SIGTERM, _terminate)
+    previous = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     started = time.perf_counter()
     try:
         yield digest({k: v for k, v in snakemake.params.items() if k != JOB})
@@ -66,12 +61,6 @@ def job(snakemake: Any) -> Iterator[str]:
         used = sum(os.times()[:4])
         elapsed = time.perf_counter() - started
         logger.info("done in %.1f s, %.1f s of the processor", elapsed, used)
-    except checksums.Damaged as error:
-        logger.error("%s", error)
-        raise SystemExit(str(error)) from error  # a line, where a traceback would hide it
-    except _Terminated:
-        logger.error("ended by the signal TERM")
-        raise
     except BaseException:
         logger.exception("failed")
         raise
@@ -83,8 +72,6 @@ def job(snakemake: Any) -> Iterator[str]:
 
 def run(snakemake: Any) -> None:
     """Call the function of a rule as a job, its parameters taken by name from the rule.
-
-    Inputs are compared with their checksums before, outputs get theirs after.
 
     Args:
         snakemake: the object that Snakemake hands to a script.
@@ -98,12 +85,7 @@ def run(snakemake: Any) -> None:
         function = function_of(snakemake.rule, snakemake.params.get(JOB))
         gc.freeze()
         gc.enable()
-        taken = arguments(snakemake, function, config)
-        for path in snakemake.input:
-            checksums.check(path)
-        function(**taken)
-        for path in snakemake.output:
-            checksums.write(path)
+        function(**arguments(snakemake, function, config))
 
 
 def leave() -> NoReturn:
@@ -218,26 +200,3 @@ def _folders(snakemake: Any, where: str) -> dict[str, tuple[object, set[str]]]:
 
 def _is_list(value: object) -> bool:
     return isinstance(value, list | tuple)
-
-
-class _Terminated(SystemExit):
-    """The process was asked to end."""
-
-
-def _terminate(number: int, frame: FrameType | None) -> None:
-    raise _Terminated(128 + number)
-
-
-def _end_with_parent() -> None:
-    """End this process soon after Snakemake's own: a killed run must leave no job behind.
-
-    A job that outlived a killed run would write its output beside the run that replaces it.
-    """
-    parent = os.getppid()
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(POLL)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

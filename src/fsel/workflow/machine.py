@@ -1,14 +1,20 @@
-"""The environment that jobs start in: what they inherit, and the image of a container."""
+"""The environment that jobs inherit, and the container image that they may run in.
+
+Compiled functions, NumPy, OpenBLAS, MKL, oneDNN, torch and OpenCV choose wider vectors where the
+processor has them, which sum in another order. `PINNED` keeps all of them to AVX2 and FMA, which
+every x86-64-v3 processor has (Intel since 2013, AMD since 2015), so that results have the same
+bytes there. What is left is in docs/numerics.md.
+"""
 
 from __future__ import annotations
 
 import os
+import platform
 import re
 import sys
 from pathlib import Path
 
-from fsel.workflow import processor
-from fsel.workflow.refusal import Refusal, refuse
+from fsel.workflow.refusal import refuse
 
 FOLDER = Path(__file__).resolve().parents[3]  # of the checkout that holds the workflow
 IMAGE = FOLDER / "workflow" / "envs" / "fsel.sif"
@@ -21,13 +27,41 @@ INHERITED = {
     "MALLOC_MMAP_THRESHOLD_": str(KEPT),
     "MALLOC_TRIM_THRESHOLD_": str(KEPT),
 }
+LEVEL = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}  # of x86-64-v3, as the kernel names them
+PINNED = {
+    "NUMBA_CPU_NAME": "haswell",
+    "NUMBA_CPU_FEATURES": "",  # the processor's own would be added to what the name says
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+    "OPENBLAS_CORETYPE": "Haswell",
+    "MKL_CBWR": "COMPATIBLE",  # the one branch that MKL runs on processors of all makers
+    "ONEDNN_MAX_CPU_ISA": "AVX2",
+    "ATEN_CPU_CAPABILITY": "avx2",
+    "OPENCV_CPU_DISABLE": "AVX512-SKX",
+    "OPENCV_IPP": "avx2",
+}
 
 
-def prepare(tell: bool = False) -> None:
+def pinned(cpuinfo: Path = Path("/proc/cpuinfo")) -> dict[str, str]:
+    """Return the variables that keep libraries to x86-64-v3, to be set before Python starts.
+
+    There are none on other architectures and on older processors, where results agree but for
+    their last digits.
+
+    Args:
+        cpuinfo: where Linux lists the processor's features; x86-64-v3 is assumed without it.
+    """
+    if platform.machine() not in ("x86_64", "AMD64"):
+        return {}
+    lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
+    features = next((set(line.split()) for line in lines if line.startswith("flags")), LEVEL)
+    return dict(PINNED) if features >= LEVEL else {}
+
+
+def prepare(verbose: bool = False) -> None:
     """Set what every job inherits, unless it is set already.
 
     Args:
-        tell: print which variables are set to what gives results other bytes.
+        verbose: print which variables are set to other values, which changes results' last digits.
 
     Raises:
         Refusal: when Snakemake could not start a job by the path of this Python.
@@ -37,11 +71,10 @@ def prepare(tell: bool = False) -> None:
             f"Snakemake starts no job by {sys.executable}: it does not quote {found[0]!r}",
             "make the virtual environment, or the clone, where no folder's name has it",
         )
-    # the same instructions on every processor, so the same bytes
-    pinned = processor.environment()
-    for name, value in {**INHERITED, **pinned}.items():
+    own = pinned()
+    for name, value in {**INHERITED, **own}.items():
         os.environ.setdefault(name, value)
-    for name, value in pinned.items() if tell else ():
+    for name, value in own.items() if verbose else ():
         if os.environ[name] != value:
             print(
                 f"{name} is set to {os.environ[name]!r}, not {value!r}: the last digits of results "
@@ -53,15 +86,11 @@ def prepare(tell: bool = False) -> None:
 
 
 def check_image() -> None:
-    """Refuse `--software-deployment-method apptainer` without the image that jobs would run in.
-
-    Raises:
-        Refusal: when it is not there.
-    """
+    """Refuse `--software-deployment-method apptainer` without the image that jobs would run in."""
     if not IMAGE.exists():
-        raise Refusal(
-            f"no {IMAGE}, the image for --software-deployment-method apptainer\n"
-            f"Hint: apptainer build {IMAGE} {IMAGE.with_suffix('.def')}"
+        refuse(
+            f"no {IMAGE}, the image for --software-deployment-method apptainer",
+            f"apptainer build {IMAGE} {IMAGE.with_suffix('.def')}",
         )
     # the image holds what the library needs; the library is this one
     os.environ.update(PYTHONPATH=str(FOLDER / "src"))

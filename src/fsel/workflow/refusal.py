@@ -1,15 +1,8 @@
-"""Refusals of a configuration, in words."""
+"""Errors of a configuration."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable
-from pathlib import Path
 from typing import NoReturn
-
-FAILED = re.compile(r"^ +log: (.+) \(check log", re.M)  # in Snakemake's log, of a job that failed
-HEAD = re.compile(r"^\S+ \S+ ERROR fsel: |^[\w.]*(Error|Exception): ")  # of what the job said last
-SUBSET = re.compile(r"^[\w.]+\.Unfinished: (.*)")  # what of, before the program's own last lines
 
 
 class Refusal(SystemExit):
@@ -29,7 +22,7 @@ class MissingProgram(Refusal):
     """
 
     def __init__(self, lines: list[str], hint: str) -> None:
-        super().__init__(_said("\n".join(lines), hint))
+        super().__init__(_message("\n".join(lines), hint))
         self.lines = lines
 
 
@@ -39,24 +32,8 @@ def refuse(message: str, hint: str) -> NoReturn:
     Raises:
         Refusal: always.
     """
-    raise Refusal(_said(message, hint))
+    raise Refusal(_message(message, hint))
 
 
-def _said(message: str, hint: str) -> str:
-    return f"config: {message}\nHint: {hint}"
-
-
-def failures(logs: Iterable[str]) -> str:
-    """Tell what the jobs that failed said last, and where the rest of it stands.
-
-    Args:
-        logs: Snakemake's own files of the run.
-    """
-    said = {}
-    told = "".join(Path(log).read_text(encoding="utf-8") for log in logs)
-    for path in map(Path, FAILED.findall(told)):
-        lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
-        if lines and " INFO fsel: done in " not in lines[-1]:  # tried again, and done
-            found = [m[1] for m in map(SUBSET.match, lines[:-1]) if m]
-            said[path] = ": ".join([*found[-1:], HEAD.sub("", lines[-1])])
-    return "\n".join(f"fsel: {text}\n  ({path})" for path, text in said.items())
+def _message(text: str, hint: str) -> str:
+    return f"config: {text}\nHint: {hint}"

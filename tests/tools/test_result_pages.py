@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from fsel.workflow.result_pages import FOLDER, markdown, write
+from result_pages import FOLDER, markdown, write
 
 TABLE = pd.DataFrame(
     {

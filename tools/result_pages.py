@@ -1,12 +1,10 @@
-"""Write measured tables as pages of the documentation: `python -m fsel.workflow.result_pages`.
+"""Write measured tables as pages of the documentation: `python tools/result_pages.py`.
 
 `docs/results/pages.yaml` lists the pages: a title, the command that makes the numbers, sentences,
 figures and tables. A table names its csv file, the rows (a pandas query), the columns that stand
 `down` and `across` it, and how a `cell` prints a row, or one of `cells` under its heading. `count`
 counts the rows of each group for which a condition holds. A page without its csv files stays.
 """
-
-from __future__ import annotations
 
 import re
 import shutil

@@ -1,6 +1,4 @@
-"""Put what was trained into the package: `python -m fsel.workflow.ship FILE...`."""
-
-from __future__ import annotations
+"""Put what was trained into the package: `python tools/ship_weights.py FILE...`."""
 
 import sys
 from collections.abc import Iterable
@@ -27,10 +25,8 @@ def ship(paths: Iterable[str | Path], folder: Path = pretrained.FOLDER) -> None:
     scorers = {path: pretrained.own(path) for path in paths if path not in records}
     for path, method in scorers.items():
         if method.name not in pretrained.FILES:
-            raise ValueError(
-                f"{path}: made for the policy {method.name!r}; those that come with the package "
-                f"are {', '.join(pretrained.FILES)}"
-            )
+            allowed = ", ".join(pretrained.FILES)
+            raise ValueError(f"{path}: policy {method.name!r} does not ship; these do: {allowed}")
     for method in scorers.values():
         method.scorer.save(folder / pretrained.FILES[method.name])
     for path in records:

@@ -1,20 +1,16 @@
-"""Comparison of a run's tables with those that the documentation quotes, to the byte.
+"""Compare the tables of a run with those of docs/results, to the byte.
 
-    python -m fsel.workflow.reference [--write] [--tables results/tables] [--reference docs/results]
+    python tools/check_reference.py [--write] [--tables results/tables] [--reference docs/results]
 
-Without `--write` the command compares, and exits with 1 where a table differs. With it, the tables
-of this run become the ones to compare with.
+The exit code is 1 where a table differs. `--write` makes the tables of this run the reference.
 """
-
-from __future__ import annotations
 
 import argparse
 import csv
+import hashlib
 import shutil
 import sys
 from pathlib import Path
-
-from fsel.core.checksums import sha256_of
 
 NAMES = ("ksweep.csv", "heatmap.csv")
 SUMS = "sha256.txt"
@@ -24,31 +20,22 @@ Rows = dict[tuple[str, ...], dict[str, str]]
 
 
 def compare(tables: Path, reference: Path) -> list[str]:
-    """Compare the tables of a run with the reference.
+    """Return a sentence for each table that differs, naming the cell that differs most.
 
     Args:
         tables: folder of the run's tables.
         reference: folder of the reference, with `sha256.txt` in the form of `sha256sum`.
-
-    Returns:
-        A sentence for each table that differs, naming the cell that differs most.
-
-    Raises:
-        FileNotFoundError: for a table that is not there, with how to make it.
     """
-    stated = dict(line.split()[::-1] for line in (reference / SUMS).read_text().splitlines())
-    told = []
-    for name in NAMES:
-        if not (tables / name).exists():
-            raise FileNotFoundError(f"no {tables / name}. Hint: make ksweep")
-        if sha256_of(tables / name) != stated[name]:
-            told.append(f"{name}: {difference(tables / name, reference / name)}")
-    return told
+    expected = dict(line.split()[::-1] for line in (reference / SUMS).read_text().splitlines())
+    return [
+        f"{name}: {difference(tables / name, reference / name)}"
+        for name in NAMES
+        if sha256_of(tables / name) != expected[name]
+    ]
 
 
 def write(tables: Path, reference: Path) -> None:
     """Make the tables of a run the reference."""
-    reference.mkdir(parents=True, exist_ok=True)
     for name in NAMES:
         shutil.copyfile(tables / name, reference / name)
     sums = [f"{sha256_of(reference / name)}  {name}\n" for name in NAMES]
@@ -56,11 +43,11 @@ def write(tables: Path, reference: Path) -> None:
 
 
 def difference(path: Path, reference: Path) -> str:
-    """Say which cell of two tables differs most, and how many do."""
+    """Describe which cell of two tables differs most, and how many differ."""
     own, other = _rows(path), _rows(reference)
     if own.keys() != other.keys():
         alone = sorted(own.keys() ^ other.keys())
-        return f"{len(alone)} rows are in one of the two alone, such as {', '.join(alone[0])}"
+        return f"{len(alone)} rows are in only one of the two, such as {', '.join(alone[0])}"
     gaps = [
         (_gap(own[key][column], other[key][column]), key, column)
         for key in own
@@ -74,15 +61,19 @@ def difference(path: Path, reference: Path) -> str:
     return f"{len(gaps)} cells differ, the most: {cell}"
 
 
+def sha256_of(path: Path) -> str:
+    """Return the digest of a file, as `sha256sum` writes it."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
 def _rows(path: Path) -> Rows:
-    """Rows of a table by the columns that name them."""
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     return {tuple(row[key] for key in KEYS if key in row): row for row in rows}
 
 
 def _gap(first: str, second: str) -> float:
-    """Distance of two numbers; infinite between words."""
+    """Return the distance of two numbers; infinite between words."""
     try:
         return abs(float(first) - float(second))
     except ValueError:
@@ -99,9 +90,9 @@ def main(arguments: list[str] | None = None) -> int:
     if options.write:
         write(options.tables, options.reference)
         return 0
-    told = compare(options.tables, options.reference)
-    print("\n".join(told) or f"{' and '.join(NAMES)} are equal to {options.reference} to the byte")
-    return 1 if told else 0
+    found = compare(options.tables, options.reference)
+    print("\n".join(found) or f"{' and '.join(NAMES)} are equal to {options.reference} to the byte")
+    return int(bool(found))
 
 
 if __name__ == "__main__":
