@@ -32,7 +32,6 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from fsel.selection.api import evaluate, fit
     from fsel.selection.budget import Auto
     from fsel.selection.patience import Patience
-    from fsel.selection.refine import Refine
 
 _HOMES = {
     "read_capture": "fsel.captures.read",
@@ -44,7 +43,6 @@ _HOMES = {
     "Selection": "fsel.calls",
     "Auto": "fsel.selection.budget",
     "Patience": "fsel.selection.patience",
-    "Refine": "fsel.selection.refine",
     "fit": "fsel.selection.api",
     "evaluate": "fsel.selection.api",
     "METHODS": "fsel.evaluation.methods",
@@ -61,7 +59,6 @@ __all__ = [
     "Auto",
     "Capture",
     "Patience",
-    "Refine",
     "Selection",
     "Views",
     "bad_frames",

@@ -149,7 +149,6 @@ def test_wrong_arguments_say_what_was_expected(arguments, said, ring):
     [
         (lambda ring: fsel.select(ring, 5, weights=3), r"weights is 3 \(int\); expected a file"),
         (lambda ring: fsel.select(ring, 5, patience="x"), r"patience is 'x' \(str\); .* seconds"),
-        (lambda ring: fsel.select(ring, 5, refine="x"), r"refine is 'x' \(str\); .* seconds"),
         (lambda ring: fsel.select(ring, 5, never=3), r"frames is 3 \(int\); expected names or num"),
         (lambda ring: fsel.read_capture(3), r"path is 3 \(int\); expected a folder"),
         (lambda ring: fsel.bad_frames(3), r"path is 3 \(int\); expected a folder"),

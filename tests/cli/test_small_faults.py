@@ -101,17 +101,6 @@ def test_a_model_is_written_as_a_ply(capture, tmp_path, capsys):
         assert not (tmp_path / name).exists()
 
 
-def test_swaps_of_frames_that_are_always_picked_are_refused_before_any_work(
-    capture, tmp_path, capsys, monkeypatch
-):
-    monkeypatch.setattr("fsel.cli.health.without_bad", pytest.fail)
-    (tmp_path / "a.txt").write_text("frame_003.jpg\n")
-    asked = ["--always", tmp_path / "a.txt", "--refine", "10s", "-o", tmp_path / "o"]
-    assert select(capture, "-k", 6, *asked) == 1
-    assert "frames that are always to be selected cannot be swapped" in capsys.readouterr().err
-    assert not (tmp_path / "o").exists()
-
-
 def test_frames_that_are_always_picked_need_a_number(capture, tmp_path, capsys):
     (tmp_path / "a.txt").write_text("frame_001.jpg\n")
     asked = ["--always", tmp_path / "a.txt", "-o", tmp_path / "o"]

@@ -27,11 +27,11 @@ def test_evaluation_tables_take_every_reconstructor():
 
 
 def test_what_is_measured_is_measured_by_the_scheme():
-    """The others time a reconstruction, draw its images, or swap picks by it."""
+    """The others time a reconstruction or draw its images."""
     folder = ROOT / "src" / "fsel" / "experiments"
     own = re.compile(r"reconstructor_of\(|RECONSTRUCTORS|Evaluator[.(]|checked_select")
     found = {path.stem for path in folder.rglob("*.py") if own.search(path.read_text())}
-    assert found == {"bench", "footprint", "pictures", "swaps"}
+    assert found == {"bench", "footprint", "pictures"}
 
 
 def test_a_table_has_the_name_of_its_rule():
@@ -42,13 +42,11 @@ def test_a_further_reconstructor_measures_the_same_picks(tmp_path):
     config = changed(tmp_path, reconstruction=[FIRST, SECOND])
     names = ["candidate_pools", "ga_vs_learned", "feature_sweep", "scorer_arch", "poses", "budget"]
     targets = [f"results/smoke/tables/gaussians/{n}.tex" for n in (*names, "unknown_targets")]
-    targets.append("results/smoke/tables/gaussians/swaps.csv")
     rules = planned(dry_run(tmp_path, config, *targets))
     assert rules["evaluate_candidate_pools"] == rules["select_candidate_pools"] == 2
     assert rules["evaluate_searched"] == rules["search_oracle"] == 1
     assert rules["evaluate_noise"] == rules["select_noise"] == 2
     assert rules["evaluate_unknown_targets"] == rules["select_unknown_targets"] == 2
-    assert rules["evaluate_swaps"] == rules["swap"] == 2
 
 
 def test_the_paper_leaves_out_what_cannot_be_made():

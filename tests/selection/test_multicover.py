@@ -119,7 +119,6 @@ def test_covers_that_cannot_be_are_refused(ring, tmp_path, capsys):
         ({"k": "auto", "cover": 1}, "not go with a number of frames that is to be found"),
         ({"k": 6, "cover": 1, "method": "uniform"}, "uniform, which does not score frames"),
         ({"k": 6, "cover": 1, "always": [0]}, "frames that are always to be selected"),
-        ({"k": 6, "cover": 1, "refine": 1.0}, "swaps, which would break it"),
         ({"k": 6, "cover": 1, "patience": 3}, "patience is 3 s, and a cover of the points"),
     ):
         with pytest.raises(ValueError, match=said):

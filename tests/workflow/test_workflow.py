@@ -36,7 +36,7 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
-STUDIES = ("economy", "budget", "selection_time", "speed_error", "stability", "precision", "swaps")
+STUDIES = ("economy", "budget", "selection_time", "speed_error", "stability", "precision")
 
 
 def test_studies_are_made_when_asked_for(tmp_path, usual):
@@ -44,7 +44,7 @@ def test_studies_are_made_when_asked_for(tmp_path, usual):
     asked = planned(dry_run(tmp_path, changed(tmp_path), *tables))
     for name in (*STUDIES, "speed_settings", "fit_budget", "select_curves"):
         assert asked[name] == 1, name
-    assert asked["evaluate_swaps"] == asked["select_budgets"] == asked["evaluate_budgets"] == 2
+    assert asked["select_budgets"] == asked["evaluate_budgets"] == 2
     assert usual["ksweep"] == 1
     assert not {*STUDIES, "speed_settings", "fit_budget"} & set(usual)
     alone = planned(dry_run(tmp_path, changed(tmp_path), "stability"))
@@ -86,11 +86,11 @@ def test_a_further_reconstructor_adds_evaluations_and_tables_and_no_selection(tm
 
 def test_its_tables_lie_in_a_folder_of_its_name(tmp_path):
     config = changed(tmp_path, reconstruction=[FIRST, SECOND, SECOND | {"as": "g.2"}])
-    wanted = ["g.2/ksweep.tex", "gaussians/handsign.tex", "g.2/swaps.csv"]
+    wanted = ["g.2/ksweep.tex", "gaussians/handsign.tex", "g.2/candidate_pools.tex"]
     asked = planned(dry_run(tmp_path, config, *(f"results/smoke/tables/{w}" for w in wanted)))
     assert asked["evaluate"] == 4
-    assert asked["handsign_further"] == asked["swaps_further"] == asked["ksweep"] == 1
-    assert asked["evaluate_swaps"] == 2
+    assert asked["handsign_further"] == asked["candidate_pools_further"] == asked["ksweep"] == 1
+    assert asked["evaluate_candidate_pools"] == 2
     unknown = dry_run(tmp_path, config, "results/smoke/tables/other/ksweep.tex")
     assert "MissingRuleException" in unknown.stdout + unknown.stderr
 

@@ -127,9 +127,7 @@ def _unseen(given: BoundArguments, capture: Capture) -> dict[str, Any]:
     stated = given.arguments
     if "sharpness" in api.method_of(stated.get("method"), stated.get("weights")).reads:
         capture.images[0]  # refused
-    free = ("targets", "method", "weights", "focus", "always", "cover", "patience")
-    alone = isinstance(stated["k"], int) and all(stated.get(name) is None for name in free)
-    added = {"patience": 0, "sharpness": np.zeros(len(capture)), "k_center": alone}
+    added = {"patience": 0, "sharpness": np.zeros(len(capture))}
     return {name: value for name, value in added.items() if name not in stated}
 
 

@@ -23,11 +23,9 @@ from fsel.cli.select_limits import (
     budget_of,
     check_budget,
     form_of,
-    k_center_of,
     patience_of,
-    refine_of,
 )
-from fsel.cli.trying import refining, trying
+from fsel.cli.trying import trying
 from fsel.core.capture import Capture
 from fsel.core.outputs import staged
 from fsel.core.problem import Method
@@ -52,7 +50,6 @@ def run(args: argparse.Namespace, console: Console) -> None:
     check_budget(args)
     method = api.method_of(args.method, args.weights)
     _check_appearance(args, method)
-    refine_of(args)
     with staged(args.out, "select", inputs_of(args), args.force) as stage:
         opened = posing.opened(args, console, SIDES[args.appearance])
         seconds = {"read": time.perf_counter() - started}
@@ -100,13 +97,11 @@ def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> N
     reached = outcome.service.curve[-1]
     if outcome.selection.budget is not None:
         console.say("k", record.reason(outcome.selection.budget))
-    tried, swapped = outcome.selection.tried, outcome.selection.swapped
+    tried = outcome.selection.tried
     if tried is not None:
         console.say("tried", record.trials(tried))
     if outcome.selection.cover is not None:
         console.say("cover", record.covered(outcome.selection.cover))
-    if swapped is not None:
-        console.say("refined", record.swapped(swapped))
     picked = len(outcome.selection.names)
     name = method.name if tried is None else tried.kept
     console.say("picked", f"{counted(picked, 'frame')} by {name}, service {reached:.1%}")
@@ -128,8 +123,7 @@ def _checked(
     focus = focus_of(args, opened)
     k = budget_of(args, opened)
     targets = api.checked_request(capture, k, args.targets, method, focus, args.always, args.never)
-    swapped = args.refine is not None
-    api.check_cover_and_swaps(args.cover, args.cover_share, k, targets, method, refine=swapped)
+    api.check_cover(args.cover, args.cover_share, k, targets, method)
     what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
         what += "" if focus else " and as many beside them"
@@ -166,11 +160,10 @@ def _select(
         args.k,
         patience,
         args.cover,
-        pixels=args.refine is not None,
         bar=console.bar("images"),
         clock=console.clock("points"),
     )
-    with trying(patience, console) as trials, refining(refine_of(args), console) as refine:
+    with trying(patience, console) as trials:
         selection = api.select(
             capture,
             k,
@@ -180,8 +173,6 @@ def _select(
             patience=trials,
             cover=args.cover,
             cover_share=args.cover_share,
-            k_center=k_center_of(args, k, targets, method, focus),
-            refine=refine,
             sharpness=sharpness,
             focus=focus,
             descriptors=_describing(args, seconds),

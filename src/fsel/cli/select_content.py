@@ -13,12 +13,11 @@ from fsel.cli.options import OPENING
 from fsel.core.problem import Method
 from fsel.selection.export import record
 from fsel.selection.patience import Trial, Tried
-from fsel.selection.refine import Swapped
 from fsel.selectors.policies import Learned
 from fsel.selectors.scorer import Linear
 
 SETTINGS = (
-    *("k", "targets", "method", "weights", "seed", "patience", "cover", "cover_share", "refine"),
+    *("k", "targets", "method", "weights", "seed", "patience", "cover", "cover_share"),
     *("appearance", "masks", "box", "geometry_only", "keep_bad", "vram", "trainer", "always"),
     *("never", "points", "long_side", "downscale", "undistort", "up"),
 )
@@ -61,7 +60,6 @@ def selection_content(
         "settings": _settings(args, method),
         "tried": _tried(outcome.selection.tried),
         "cover": None if outcome.selection.cover is None else asdict(outcome.selection.cover),
-        "refined": _refined(outcome.selection.swapped),
         "budget": None if budget is None else asdict(budget) | {"reason": record.reason(budget)},
         "scorer": _scorer(method),
         "versions": record.versions(),
@@ -84,19 +82,6 @@ def _tried(tried: Tried | None) -> dict | None:
     selections = [_trial(trial) for trial in tried.trials]
     own = {name: getattr(tried, name) for name in ("kept", "fits", "cut", "on_targets")}
     return own | {"selections": selections}
-
-
-def _refined(swapped: Swapped | None) -> dict | None:
-    """Describe what swaps gained, and what frames that scored none of them say."""
-    if swapped is None:
-        return None
-    return {
-        "gain": round(swapped.gain, 4),
-        "tried": swapped.tried,
-        "reconstructor": swapped.reconstructor,
-        "kept": swapped.kept,
-        "fresh": None if swapped.fresh is None else _trial(swapped.fresh),
-    }
 
 
 def _trial(trial: Trial) -> dict:

@@ -14,7 +14,6 @@ from fsel.selection.export import subset
 from fsel.selection.focus import Focus
 from fsel.selection.memory import SPLATS
 from fsel.selection.patience import Patience
-from fsel.selection.refine import Refine
 from fsel.selection.targets import Targets
 
 
@@ -63,20 +62,6 @@ def form_of(args: argparse.Namespace, opened: LazyCapture) -> subset.Form:
     )
 
 
-def refine_of(args: argparse.Namespace) -> Refine | None:
-    """Limit of the swaps, and what scores them; None without `--refine`."""
-    if args.refine is None:
-        if args.reconstructor is not None:
-            raise ValueError(
-                f"--reconstructor is {args.reconstructor}, which scores swaps alone. "
-                "Hint: --refine 30s"
-            )
-        return None
-    if args.geometry_only:
-        raise ValueError("--refine reconstructs from images, which --geometry-only leaves unopened")
-    return Refine(args.refine, reconstructor=args.reconstructor)
-
-
 def patience_of(
     args: argparse.Namespace,
     k: int | Auto | None,
@@ -91,22 +76,5 @@ def patience_of(
                 "--patience reconstructs from images, which --geometry-only leaves unopened"
             )
         return Patience(0)
-    named = _named(args)
+    named = not (args.method is None and args.weights is None)
     return api.patience_of(args.patience, k, targets, method, focus, args.cover, named=named)
-
-
-def k_center_of(
-    args: argparse.Namespace,
-    k: int | Auto | None,
-    targets: Targets,
-    method: Method,
-    focus: Focus | None,
-) -> bool:
-    """Say whether no frame may be far from the picks: where the rule alone would choose unseen."""
-    stated = _named(args) or api.stated_beside(k, targets, method, focus, args.cover)
-    return args.geometry_only and not stated
-
-
-def _named(args: argparse.Namespace) -> bool:
-    """Say whether the method is stated."""
-    return not (args.method is None and args.weights is None)

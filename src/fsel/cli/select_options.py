@@ -7,7 +7,6 @@ from pathlib import Path
 
 from fsel.cli.options import LARGEST, add_output, add_request, capture_command
 from fsel.cli.values import (
-    duration,
     duration_or_none,
     number_or_auto,
     positive,
@@ -15,7 +14,6 @@ from fsel.cli.values import (
     whole,
 )
 from fsel.selection.memory import TRAINERS
-from fsel.selection.refine import SETTINGS
 
 TURNED, UNTURNED = "auto", "none"
 MOST_TIMES = 20  # that a point is to be seen
@@ -52,18 +50,6 @@ def add_select(commands) -> None:
         help="for how long selections are tried on this capture's own frames, as 10s (by default, "
         "where nothing but -k is stated), or on the images of --targets that are frames, if it is "
         "stated; 0 for the rule alone",
-    )
-    command.add_argument(
-        "--refine",
-        type=duration,
-        metavar="TIME",
-        help="then try swaps of the picks for so long, as 10s or 2m, scored by reconstructions of "
-        "this capture; Ctrl-C keeps the best so far",
-    )
-    command.add_argument(
-        "--reconstructor",
-        choices=tuple(SETTINGS),
-        help="what scores the swaps of --refine: splats by default, gaussians without --targets",
     )
     _add_budget(command)
     add_request(command)
@@ -131,10 +117,8 @@ def _add_looking(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--geometry-only",
         action="store_true",
-        help="do not look at images: nothing is tried on them, but where nothing but -k is stated "
-        "no frame is left farther from the picks than three times what the best cover by as many "
-        "frames reaches; of bad frames only the misplaced are left out, no pictures in the "
-        "report, no points where the capture has none",
+        help="do not look at images: nothing is tried on them, of bad frames only the misplaced "
+        "are left out, no pictures in the report, no points where the capture has none",
     )
 
 

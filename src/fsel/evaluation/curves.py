@@ -11,7 +11,6 @@ import pandas as pd
 
 from fsel.evaluation.figures import (
     COLORS,
-    COLUMN,
     TEXT,
     footnote,
     name_axes,
@@ -25,27 +24,6 @@ from fsel.evaluation.plan import draw_cameras
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.ticker import MaxNLocator
-
-
-def swaps(gains: pd.DataFrame, outputs: Sequence[str | Path], note: str) -> None:
-    """Gain of swaps on the targets against seconds, and the swaps' own estimate of it.
-
-    Args:
-        gains: seconds, estimate, gain, ci_low, ci_high: means over scenes, dB.
-        outputs: paths; their endings choose the format.
-        note: what made the numbers.
-    """
-    figure = new_figure((COLUMN, 2.6))
-    axis = figure.subplots()
-    axis.plot(gains["seconds"], gains["gain"], label="targets", **style(0))
-    band = (gains["ci_low"], gains["ci_high"])
-    axis.fill_between(gains["seconds"], *band, color=COLORS[0], alpha=0.2, linewidth=0)
-    axis.plot(gains["seconds"], gains["estimate"], label="estimated by the swaps", **style(1))
-    axis.axhline(0, color="black", linewidth=0.5)
-    name_axes(axis, "processor seconds of swaps", "PSNR gained (dB)")
-    axis.legend(fontsize=7)
-    footnote(figure, note)
-    save(figure, outputs)
 
 
 def pose_noise(

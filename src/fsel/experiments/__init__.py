@@ -33,7 +33,6 @@ TABLES: Registry[Table] = Registry(
         "speed_error": "fsel.experiments.studies.speed_error:TABLE",
         "economy": "fsel.experiments.studies.economy:TABLE",
         "budget": "fsel.experiments.studies.budget:TABLE",
-        "swaps": "fsel.experiments.studies.swaps:TABLE",
         "stability": "fsel.experiments.studies.stability:TABLE",
         "precision": "fsel.experiments.studies.precision:TABLE",
         "unknown_targets": "fsel.experiments.studies.unknown_targets:TABLE",

@@ -1,6 +1,6 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
-from fsel.selection.covering import check_cover_and_swaps, served
+from fsel.selection.covering import check_cover, served
 from fsel.selection.measured import as_read, described, measured
 from fsel.selection.reconstruction import evaluate, fit
 from fsel.selection.request import (
@@ -22,7 +22,7 @@ __all__ = [
     "LEAST_FRAMES",
     "Selection",
     "as_read",
-    "check_cover_and_swaps",
+    "check_cover",
     "checked_request",
     "described",
     "evaluate",

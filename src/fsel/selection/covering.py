@@ -1,9 +1,9 @@
-"""Guarantees of picks: no frame far from them by pose, or every sparse point seen so often."""
+"""Cover of the sparse points by the picks: every point is seen so often."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -12,8 +12,6 @@ from fsel.core.problem import Method, Problem
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 from fsel.selection.budget import Auto
-from fsel.selection.cover import Cover, covering
-from fsel.selection.places import scene_places
 from fsel.selection.targets import Targets
 from fsel.selectors.policies import Learned
 
@@ -23,31 +21,46 @@ if TYPE_CHECKING:
 Key = TypeVar("Key", bound=Hashable)
 
 
-def check_cover_and_swaps(
+@dataclass(frozen=True)
+class Cover:
+    """A cover of the sparse points, see `fsel.selection.multicover`.
+
+    Attributes:
+        times: how often each point is to be seen.
+        share: of the points that is to be seen so often.
+        frames: how many frames it took.
+        points: that so many frames or more see.
+        picks: (times + 1,) how many of them the picks see 0, 1, ..., `times` times or more.
+        even: the same of as many frames evenly spaced.
+    """
+
+    times: int
+    share: float
+    frames: int
+    points: int
+    picks: tuple[int, ...]
+    even: tuple[int, ...]
+
+
+def check_cover(
     cover: int,
     share: float,
     k: int | str | Auto | None,
     targets: Targets,
     method: Method,
-    *,
-    refine: bool,
 ) -> None:
-    """Refuse a cover or swaps that cannot be, or that something else would break.
+    """Refuse a cover that cannot be, or that something else would break.
 
     Args:
         cover: how often points are to be seen; 0 for no cover.
         share: of these points.
         k, targets, method: as of `fsel.select`.
-        refine: whether picks are to be swapped.
 
     Raises:
         ValueError: for a cover below zero, a share of nothing or of more than all, or beside
-            frames that are always to be selected, a number that is to be found, swaps, or a method
-            that does not score frames; for neither a cover nor a number of frames; for swaps
-            beside frames that are always to be selected.
+            frames that are always to be selected, a number that is to be found, or a method that
+            does not score frames; for neither a cover nor a number of frames.
     """
-    if refine and len(targets.always):
-        raise ValueError("frames that are always to be selected cannot be swapped: no refine")
     if cover < 0:
         raise ValueError(f"cover is {cover}; allowed: 1 or more, how often a point is to be seen")
     if not 0 < share <= 1:
@@ -61,18 +74,11 @@ def check_cover_and_swaps(
     against = (
         ("frames that are always to be selected", len(targets.always) > 0),
         ("a number of frames that is to be found", isinstance(k, str | Auto)),
-        ("swaps, which would break it", refine),
         (f"the method {method.name}, which does not score frames", not isinstance(method, Learned)),
     )
     for what, there in against:
         if there:
             raise ValueError(f"cover is {cover}, which does not go with {what}")
-
-
-def near_all(problem: Problem, k: int) -> Problem:
-    """The same with frames that are picked first, so that none is left far from the picks."""
-    pool = problem.observed
-    return replace(problem, given=pool[covering(scene_places(problem.capture, pool), k)])
 
 
 def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float) -> Problem:

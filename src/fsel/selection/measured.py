@@ -62,24 +62,22 @@ def as_read(
     patience: Patience,
     cover: int,
     *,
-    pixels: bool,
     bar: Progress = in_silence,
     clock: AbstractContextManager[None] | None = None,
 ) -> Capture:
     """The capture with what a selection reads of it.
 
-    Swaps, and methods that compare frames by appearance, look at all pixels. Some methods look at
-    points, and so does trying selections, which opens the images that it needs itself; finding a
-    number of frames takes some points, for the depth that they tell.
+    Methods that compare frames by appearance look at all pixels. Some methods look at points, and
+    so does trying selections, which opens the images that it needs itself; finding a number of
+    frames takes some points, for the depth that they tell.
 
     Args:
         opened: the capture.
         method, k, patience, cover: of the selection.
-        pixels: whether all pixels are looked at, whatever the method.
         bar: wraps the loop over the images.
         clock: lasts while points are read.
     """
-    if pixels or "appearance" in method.reads:
+    if "appearance" in method.reads:
         return opened.loaded(np.arange(len(opened.capture)), bar)
     with clock or nullcontext():
         if method.tracks or patience.seconds or cover:

@@ -19,20 +19,17 @@ from fsel.core.subsets import evenly, subset_key
 from fsel.core.wording import check_type, counted, listed
 from fsel.selection import budget
 from fsel.selection.budget import Auto, Budget
-from fsel.selection.cover import Cover
-from fsel.selection.covering import check_cover_and_swaps, cover_of, near_all, seeing_all
+from fsel.selection.covering import Cover, check_cover, cover_of, seeing_all
 from fsel.selection.focus import Focus
 from fsel.selection.frames import Wish
 from fsel.selection.measured import Describe, SharpnessOf, as_read, measured
 from fsel.selection.patience import Patience, Tried
 from fsel.selection.problem import request_problem
-from fsel.selection.refine import Refine, Swapped
 from fsel.selection.request import (
     checked_request,
     method_of,
     number_of,
     patience_of,
-    stated_beside,
     without_bad,
 )
 from fsel.selection.targets import Request, Targets
@@ -55,9 +52,6 @@ class Selection:
         budget: how k was found, where it was to be found.
         tried: what was tried on the capture's own frames, or on the targets' images.
         cover: how often the picks see the sparse points, where a cover was stated.
-        swapped: what swaps changed and gained, and whether they were kept, where swaps were wanted.
-            Then fewer picks are no longer the selection at a smaller budget, and a frame that was
-            swapped in has no score.
         held_out: (F,) int64 frames that are targets, and were never to be selected.
     """
 
@@ -68,7 +62,6 @@ class Selection:
     budget: Budget | None = None
     tried: Tried | None = None
     cover: Cover | None = None
-    swapped: Swapped | None = None
     held_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
     def __repr__(self) -> str:
@@ -91,8 +84,6 @@ def select(
     patience: float | Patience | None = None,
     cover: int = 0,
     cover_share: float = 1.0,
-    k_center: bool = False,
-    refine: float | Refine | None = None,
     sharpness: np.ndarray | SharpnessOf | None = None,
     focus: Focus | None = None,
     descriptors: np.ndarray | Describe | None = None,
@@ -131,11 +122,6 @@ def select(
             None for as few as needed.
         cover_share: of these points. All of them often take nearly all frames, since many points
             are seen by hardly more frames than that.
-        k_center: whether `fsel` shall leave no frame farther from its picks than three times what
-            the best cover by k frames reaches, see `fsel.selection.cover`. It goes with k alone.
-        refine: seconds in which swaps are tried that real reconstructions of the capture score, see
-            `fsel.selection.swaps`; without targets they are kept where frames that scored none of
-            them confirm it. Or `fsel.Refine`, to watch or end them.
         sharpness: (N,) of every frame, where it is known already, or what measures it of some;
             else it is measured of the capture's images; for methods that read it.
         descriptors: (N, D) of every frame, where they are known already, or what measures them of
@@ -166,13 +152,13 @@ def select(
         opened, capture = capture, capture.capture
     if not isinstance(targets, Targets):
         targets = checked_request(capture, k, targets, method, focus, always, never)
-    check_cover_and_swaps(cover, cover_share, k, targets, method, refine=refine is not None)
+    check_cover(cover, cover_share, k, targets, method)
     trying = patience_of(patience, k, targets, method, focus, cover, named=named)
     if opened is not None:
         if not keep_bad:
             health = examined(opened, images=opened.pictured)
             targets, _ = without_bad(targets, health, capture, k)
-        capture = as_read(opened, method, k, trying, cover, pixels=refine is not None)
+        capture = as_read(opened, method, k, trying, cover)
         if sharpness is None:
             sharpness = sharpness_among(opened.raw.images, opened.longest)
     sharpness_of = _sharpness_of(capture, sharpness)
@@ -181,8 +167,6 @@ def select(
     number = None if k is None else number_of(k)
     started = time.perf_counter()
     problem = request_problem(capture, targets, known, focus, descriptors)
-    if k_center:
-        problem = _near_all(problem, number, stated_beside(k, targets, method, focus, cover))
     if cover:
         problem = seeing_all(problem, number, cover, cover_share)
     count = len(problem.given) if number is None else number
@@ -192,22 +176,10 @@ def select(
     else:
         frames, scores = ranked(problem, count)
     frames, scores, tried = _tried(problem, frames, scores, trying, targets.frames)
-    began, swapped = frames, _swapped(problem, frames, refine, seed)
-    if swapped is not None:
-        frames = swapped.picks
-    scores = np.where(frames == began, scores, np.nan)
     seconds = time.perf_counter() - started
     names = tuple(capture.names[i] for i in frames)
     reached = cover_of(problem, frames, cover, cover_share) if cover else None
-    made = (chosen, tried, reached, swapped)
-    return Selection(names, frames, scores, seconds, *made, targets.frames)
-
-
-def _near_all(problem: Problem, k: int | Auto | None, stated: str) -> Problem:
-    """See `near_all`; refused where more than a number of frames is stated."""
-    if stated or not isinstance(k, int):
-        raise ValueError(f"a k-center is wanted, and {stated}; it goes with a number of frames")
-    return near_all(problem, k)
+    return Selection(names, frames, scores, seconds, chosen, tried, reached, targets.frames)
 
 
 def _tried(
@@ -226,17 +198,6 @@ def _tried(
     if outcome is None or subset_key(outcome.frames) == subset_key(frames):
         return frames, scores, outcome
     return outcome.frames, np.full(len(frames), np.nan), outcome
-
-
-def _swapped(
-    problem: Problem, frames: np.ndarray, refine: float | Refine | None, seed: int
-) -> Swapped | None:
-    """Swap single picks, where swaps are wanted."""
-    if refine is None:
-        return None
-    from fsel.selection.swaps import refined  # here: most selections reconstruct nothing
-
-    return refined(problem, frames, refine if isinstance(refine, Refine) else Refine(refine), seed)
 
 
 def _sharpness_of(capture: Capture, sharpness: np.ndarray | SharpnessOf | None) -> SharpnessOf:

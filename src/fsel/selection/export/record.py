@@ -19,12 +19,11 @@ from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 from fsel.selection.api import Selection
 from fsel.selection.budget import Budget
-from fsel.selection.cover import Cover
+from fsel.selection.covering import Cover
 from fsel.selection.export.service import Service, closest_pick, service_of
 from fsel.selection.focus import Focus
 from fsel.selection.patience import Tried
 from fsel.selection.problem import request_problem
-from fsel.selection.refine import Swapped
 from fsel.selection.targets import ALL, MOST_VIEWS, Targets
 from fsel.selectors.standing import Standing, standing
 
@@ -267,19 +266,6 @@ def trials(tried: Tried) -> str:
         f"{counted(len(tried.trials), 'selection')} on {own}, {counted(tried.fits, 'fit')}{cut}; "
         f"kept: {tried.kept}. dB over {first}: {scores}"
     )
-
-
-def swapped(swapped: Swapped) -> str:
-    """Describe what swaps gained, in words."""
-    gained = (
-        f"{swapped.gain:+.2f} dB by {swapped.reconstructor} in "
-        f"{counted(swapped.tried, 'reconstructed subset')}"
-    )
-    if (fresh := swapped.fresh) is None:
-        return gained
-    verdict = "kept" if swapped.kept else "not sure enough: swapped back"
-    others = f"{fresh.validation} frames that scored no swap"
-    return f"{gained}; {fresh.gain:+.2f} dB by splats and gaussians on {others}: {verdict}"
 
 
 def covered(cover: Cover) -> str:
