@@ -201,14 +201,14 @@ def test_lpips_takes_the_place_of_gmsd_where_weights_are(
     monkeypatch.setitem(REGISTERED, "lpips", ones)
     monkeypatch.setattr(scoring, "checked", lambda metrics: metrics)
     out, asked = tmp_path / "out", ["--targets", "every:8", "--long-side", SIDE]
-    own = ["--lpips-weights", tmp_path / "w.pth", "--lpips-net", "squeeze", "-o", out]
+    own = ["--lpips-weights", tmp_path / "w.pth", "--lpips-net", "vgg", "-o", out]
     assert run("render", ply, "--capture", capture, *asked, *own) == 0
-    assert json.loads((out / "render.json").read_text())["mean"]["lpips"] == len("squeeze")
+    assert json.loads((out / "render.json").read_text())["mean"]["lpips"] == len("vgg")
     assert (out / "render.txt").read_text().split()[:4] == ["view", "PSNR", "SSIM", "LPIPS"]
     own[-1] = tmp_path / "compared"
     assert run("compare", capture, "-k", 4, "--methods", "uniform", *asked, *own) == 0
     row = json.loads((tmp_path / "compared" / "compare.json").read_text())["rows"][0]
-    assert row["lpips"] == len("squeeze")
+    assert row["lpips"] == len("vgg")
     assert "gmsd" not in row
 
 
@@ -216,8 +216,7 @@ def test_lpips_takes_the_place_of_gmsd_where_weights_are(
     ("given", "said"),
     [
         (["--lpips-weights", "none.pth"], "'none.pth', not a file; LPIPS with net alex needs"),
-        (["--lpips-weights", "none.pth", "--lpips-net", "no"], "'no'; allowed: alex, vgg, squeeze"),
-        (["--lpips-net", "squeeze"], "lpips.weights is None, not a file; LPIPS with net squeeze"),
+        (["--lpips-weights", "none.pth", "--lpips-net", "no"], "'no'; allowed: alex, vgg"),
         (["--metrics", "psnr,ssim", "--lpips-net", "alex"], "settings of lpips in --metrics"),
         (["--metrics", "ssim,lpips"], "psnr is among them"),
         (["--metrics", "psnr,mae"], "mae"),

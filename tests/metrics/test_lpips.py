@@ -20,28 +20,41 @@ backbones = pytest.importorskip("fsel.metrics.backbones")
 
 PACKAGE = pytest.mark.skipif(find_spec("lpips") is None, reason="package lpips is not installed")
 WEIGHTS = Path(os.environ.get("FSEL_WEIGHTS", Path(__file__).parents[3] / "shared" / "weights"))
-SIDES = {"alex": (31, 40), "vgg": (24, 16), "squeeze": (17, 21)}
+# of ImageNet, in [-1, 1]
+STATISTICS = (-0.030, -0.088, -0.188), (0.458, 0.448, 0.450)
+SIDES = {"alex": (31, 40), "vgg": (24, 16)}
 
 
 def random_backbone(net, seed=0):
-    """Layers of a backbone, named as torchvision names them, with random weights."""
+    """Layers of a backbone as torchvision has them, with random weights."""
     torch.manual_seed(seed)
-    return backbones.Lpips(net).features
+    layers = []
+    for layer in backbones.BACKBONES[net]:
+        layers += [torch.nn.MaxPool2d(layer.pooled, 2)] if layer.pooled else []
+        assert len(layers) == layer.number
+        how = (layer.window, layer.stride, layer.padding)
+        layers += [torch.nn.Conv2d(*layer.channels, *how), torch.nn.ReLU()]
+    return torch.nn.Sequential(*layers)
 
 
-@pytest.fixture(params=["alex", "vgg", "squeeze"])
+def random_state(net):
+    """A whole file, as a fetched one: features and heads, which are positive as the authors'."""
+    state = {f"features.{k}": v for k, v in random_backbone(net).state_dict().items()}
+    for name, shape in backbones.shapes_of(net).items():
+        if name.startswith("lin"):
+            state[name] = torch.rand(shape)
+    return state
+
+
+@pytest.fixture(params=["alex", "vgg"])
 def net(request):
     return request.param
 
 
 @pytest.fixture
 def weights(net, tmp_path):
-    """A whole file, as a fetched one: features and heads, which are positive as the authors'."""
-    state = {f"features.{k}": v for k, v in random_backbone(net).state_dict().items()}
-    for i, head in enumerate(backbones.Lpips(net).heads):
-        state[f"lin{i}.model.1.weight"] = head.weight.detach().abs()
     path = tmp_path / f"{net}.safetensors"
-    save_file(state, path)
+    save_file(random_state(net), path)
     return str(path)
 
 
@@ -69,7 +82,6 @@ def authors(monkeypatch):
         return lambda pretrained: SimpleNamespace(features=random_backbone(net))
 
     models = SimpleNamespace(alexnet=model("alex"), vgg16=model("vgg"))
-    models.squeezenet1_1 = model("squeeze")
     known = [name for name in sys.modules if name.split(".")[0] == "lpips"]
     for name in known:
         monkeypatch.delitem(sys.modules, name)
@@ -123,25 +135,40 @@ def test_nothing_outside_a_mask_counts_and_a_whole_mask_is_none(net, weights):
     np.testing.assert_allclose(whole, plain, rtol=1e-5)
 
 
-def test_layers_by_hand():
-    """One layer that hands its input on: unit vectors, squared, weighted, averaged."""
-    model = backbones.Lpips("alex")
-    model.features, model.compared = torch.nn.Sequential(torch.nn.Identity()), (0,)
-    model.heads = torch.nn.ModuleList([torch.nn.Conv2d(3, 1, 1, bias=False)])
-    model.requires_grad_(False)
-    model.heads[0].weight[:] = torch.tensor([1.0, 2.0, 4.0])[None, :, None, None]
-    along = torch.zeros(2, 1, 3, 1, 2)
-    along[0, 0, 0], along[1, 0, 0] = 5.0, torch.tensor([7.0, 0.0])
-    along[1, 0, 2, 0, 1] = 0.5  # the first position is alike but for its length
-    first, second = along * model.scale + model.shift
-    features = model.features_of(first), model.features_of(second)
-    assert model.apart(*features).item() == pytest.approx((0 + (1 + 4)) / 2, rel=1e-6)
+def test_equal_to_the_definition_layer_by_layer(net, weights):
+    rendered, truth = views(net, count=1)
+    state, distance = random_state(net), 0.0
+    signals = [
+        (torch.from_numpy(np.moveaxis(x, 3, 1).astype(np.float64)) * 2 - 1 - shift) / scale
+        for x in (rendered, truth / 255)
+        for shift, scale in [[torch.tensor(v)[:, None, None] for v in STATISTICS]]
+    ]
+    compared, head = {"alex": (1, 4, 7, 9, 11), "vgg": (3, 8, 15, 22, 29)}[net], 0
+    with torch.inference_mode():
+        for number, layer in enumerate(random_backbone(net).double()):
+            signals = [layer(signal) for signal in signals]
+            if number in compared:
+                a, b = (signal / (signal.norm(dim=1, keepdim=True) + 1e-10) for signal in signals)
+                weight = state[f"lin{head}.model.1.weight"]
+                distance += (weight[0] * (a - b) ** 2).sum(1).mean().item()
+                head += 1
+    got = lpips.score(rendered, truth, None, net, weights)
+    np.testing.assert_allclose(got, [distance], rtol=1e-5)
+
+
+def test_masked_positions_by_hand():
+    """Positions are alike but for the second: half of the weight is on it, or none."""
+    model = backbones.Lpips("alex", random_state("alex"))
+    model.heads = [torch.tensor([1.0, 2.0, 4.0])[None, :, None, None]]
+    first, second = torch.zeros(1, 3, 1, 2), torch.zeros(1, 3, 1, 2)
+    first[0, 0], second[0, 0, 0, 0], second[0, 2, 0, 1] = 1.0, 1.0, 1.0
+    assert model.apart([first], [second]).item() == pytest.approx((0 + (1 + 4)) / 2, rel=1e-6)
     counted = torch.tensor([[[[1.0, 0.0]]]])
-    assert model.apart(*features, counted).item() == pytest.approx(0, abs=1e-10)
+    assert model.apart([first], [second], counted).item() == pytest.approx(0, abs=1e-10)
 
 
 def test_too_small_views_are_refused_and_the_least_are_not(net, weights):
-    least = backbones.BACKBONES[net][3]
+    least = backbones.LEAST[net]
     fits = np.zeros((1, least, least, 3), np.uint8)
     assert lpips.score(fits.astype(np.float32), fits, None, net, weights) == 0
     small = fits[:, 1:]
@@ -152,14 +179,14 @@ def test_too_small_views_are_refused_and_the_least_are_not(net, weights):
 def test_missing_weights_are_refused_with_the_page_to_get_them_from(net, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("FSEL_CACHE", str(tmp_path))
-    with pytest.raises(FileNotFoundError, match=r"no/such.pth.*download.pytorch.org/models"):
+    with pytest.raises(FileNotFoundError, match=r"no/such.pth.*download.pytorch.org"):
         checked({"psnr": {}, "lpips": {"net": net, "weights": "no/such.pth"}})
     with pytest.raises(FileNotFoundError, match=r"lpips.weights is None.*fetches them"):
         checked(["lpips"])
 
 
 def test_an_unknown_backbone_is_refused():
-    with pytest.raises(ValueError, match=r"lpips.net is 'resnet'; allowed: alex, vgg, squeeze"):
+    with pytest.raises(ValueError, match=r"lpips.net is 'resnet'; allowed: alex, vgg"):
         checked({"lpips": {"net": "resnet", "weights": None}})
 
 

@@ -63,9 +63,7 @@ def test_jobs_take_what_the_run_has_decided_and_ask_nobody(index, tmp_path, caps
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize(
-    "changes", [{}, ASKED | {"lpips": {"weights": "w.pth"}}, ASKED | {"lpips": {"net": "squeeze"}}]
-)
+@pytest.mark.parametrize("changes", [{}, ASKED | {"lpips": {"weights": "w.pth"}}])
 def test_nobody_is_asked_where_nothing_is_to_be_fetched(changes, index):
     index["reason"] = "no network"
     made = experiment(**changes)

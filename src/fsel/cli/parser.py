@@ -223,7 +223,7 @@ def _add_metrics(command: argparse.ArgumentParser) -> None:
         default=(),
         help="psnr,ssim,gmsd by default; lpips fetches its weights, 64 MB, the first time",
     )
-    command.add_argument("--lpips-net", help="its backbone: alex (by default), vgg or squeeze")
+    command.add_argument("--lpips-net", help="its backbone: alex (by default) or vgg")
     command.add_argument(
         "--lpips-weights",
         type=Path,

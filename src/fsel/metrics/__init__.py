@@ -15,9 +15,9 @@ from fsel.metrics.fused import PSNR_CEILING, inside
 REGISTERED: Registry[Metric] = Registry(
     "metric",
     {
-        "psnr": "fsel.metrics.builtin:PSNR",
-        "ssim": "fsel.metrics.builtin:SSIM",
-        "gmsd": "fsel.metrics.builtin:GMSD",
+        "psnr": "fsel.metrics.fused:PSNR",
+        "ssim": "fsel.metrics.fused:SSIM",
+        "gmsd": "fsel.metrics.fused:GMSD",
         "lpips": "fsel.metrics.lpips:METRIC",
     },
     group="fsel.metrics",

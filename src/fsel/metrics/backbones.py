@@ -1,6 +1,6 @@
-"""Feature layers of AlexNet, VGG16 and SqueezeNet 1.1, and LPIPS on them; imports torch.
+"""LPIPS on the convolutions of AlexNet and VGG16; imports torch.
 
-Layers are numbered as in torchvision's models, whose files of weights they read.
+Convolutions are numbered as in torchvision's models, whose files of weights they read.
 """
 
 from __future__ import annotations
@@ -9,102 +9,94 @@ from collections.abc import Mapping, Sequence
 from hashlib import blake2b
 from pathlib import Path
 from pickle import UnpicklingError
+from typing import NamedTuple
 
 import numpy as np
 import torch
-from torch import Tensor, nn
-from torch.nn.functional import adaptive_avg_pool2d
+from torch import Tensor
+from torch.nn.functional import adaptive_avg_pool2d, conv2d, max_pool2d
 
 # of inputs in [-1, 1]: ImageNet's mean and deviation, as the package `lpips` rounds them
 SHIFT, SCALE = (-0.030, -0.088, -0.188), (0.458, 0.448, 0.450)
 EPSILON = 1e-10  # added to a feature's length
 PIXELS = {"cpu": 1 << 18, "cuda": 1 << 21}  # of a batch of pairs
+POOLING = 2  # step of every pooling
 
 
-class Fire(nn.Module):
-    """Squeeze to few channels, then expand by 1x1 and 3x3 windows (Iandola et al. 2016)."""
+class Convolution(NamedTuple):
+    """A convolution with the ReLU after it.
 
-    def __init__(self, channels: int, squeezed: int, expanded: int) -> None:
-        super().__init__()
-        self.squeeze = nn.Conv2d(channels, squeezed, 1)
-        self.expand1x1 = nn.Conv2d(squeezed, expanded, 1)
-        self.expand3x3 = nn.Conv2d(squeezed, expanded, 3, padding=1)
+    Attributes:
+        number: in torchvision's model.
+        channels: that it takes and that it gives.
+        window, stride, padding: pixels.
+        pooled: window of the max pooling before it; 0 for none.
+        compared: whether LPIPS compares what it gives.
+    """
 
-    def forward(self, image: Tensor) -> Tensor:
-        few = self.squeeze(image).relu()
-        return torch.cat([self.expand1x1(few).relu(), self.expand3x3(few).relu()], 1)
-
-
-def _alex() -> list[nn.Module]:
-    """AlexNet (Krizhevsky 2014), to its fifth convolution."""
-    convolutions = [
-        nn.Conv2d(3, 64, 11, stride=4, padding=2),
-        nn.Conv2d(64, 192, 5, padding=2),
-        nn.Conv2d(192, 384, 3, padding=1),
-        nn.Conv2d(384, 256, 3, padding=1),
-        nn.Conv2d(256, 256, 3, padding=1),
-    ]
-    layers: list[nn.Module] = []
-    for i, convolution in enumerate(convolutions):
-        layers += [nn.MaxPool2d(3, 2)] if i in (1, 2) else []
-        layers += [convolution, nn.ReLU()]
-    return layers
+    number: int
+    channels: tuple[int, int]
+    window: int = 3
+    stride: int = 1
+    padding: int = 1
+    pooled: int = 0
+    compared: bool = True
 
 
-def _vgg() -> list[nn.Module]:
+def _vgg() -> list[Convolution]:
     """VGG16 (Simonyan and Zisserman 2015), to its last convolution."""
-    layers: list[nn.Module] = []
-    channels = 3
+    layers, channels, number = [], 3, 0
     for width, count in ((64, 2), (128, 2), (256, 3), (512, 3), (512, 3)):
-        layers += [nn.MaxPool2d(2, 2)] if layers else []
-        for _ in range(count):
-            layers += [nn.Conv2d(channels, width, 3, padding=1), nn.ReLU()]
-            channels = width
-    return layers
-
-
-def _squeeze() -> list[nn.Module]:
-    """SqueezeNet 1.1 (Iandola et al. 2016), to its last fire module."""
-    layers: list[nn.Module] = [nn.Conv2d(3, 64, 3, stride=2), nn.ReLU()]
-    channels = 64
-    for fires in (((16, 64),) * 2, ((32, 128),) * 2, ((48, 192),) * 2 + ((64, 256),) * 2):
-        layers.append(nn.MaxPool2d(3, 2, ceil_mode=True))
-        for squeezed, expanded in fires:
-            layers.append(Fire(channels, squeezed, expanded))
-            channels = 2 * expanded
+        for i in range(count):
+            pooled = 2 if layers and i == 0 else 0
+            last = i == count - 1
+            layers.append(Convolution(number, (channels, width), pooled=pooled, compared=last))
+            channels, number = width, number + (3 if last else 2)
     return layers
 
 
 BACKBONES = {
-    "alex": (_alex, (1, 4, 7, 9, 11), (64, 192, 384, 256, 256), 31),
-    "vgg": (_vgg, (3, 8, 15, 22, 29), (64, 128, 256, 512, 512), 16),
-    "squeeze": (_squeeze, (1, 4, 7, 9, 10, 11, 12), (64, 128, 256, 384, 384, 512, 512), 17),
+    # Krizhevsky 2014, to its fifth convolution
+    "alex": [
+        Convolution(0, (3, 64), 11, 4, 2),
+        Convolution(3, (64, 192), 5, 1, 2, pooled=3),
+        Convolution(6, (192, 384), pooled=3),
+        Convolution(8, (384, 256)),
+        Convolution(10, (256, 256)),
+    ],
+    "vgg": _vgg(),
 }
-"""Name -> its layers, those whose output LPIPS compares, their channels, and the least side."""
+LEAST = {"alex": 31, "vgg": 16}
+"""Least pixels of an image's shorter side."""
 
 
-class Lpips(nn.Module):
+class Lpips:
     """Distance of two images in the features of a backbone (Zhang et al. 2018, version 0.1).
 
     Args:
         net: a key of `BACKBONES`.
-
-    Its weights are random until `read`.
+        state: the tensors that `shapes_of` lists.
+        device: of torch.
     """
 
-    def __init__(self, net: str) -> None:
-        super().__init__()
-        layers, self.compared, channels, self.least = BACKBONES[net]
-        self.net = net
-        self.features = nn.Sequential(*layers())
-        self.heads = nn.ModuleList(nn.Conv2d(width, 1, 1, bias=False) for width in channels)
-        self.register_buffer("shift", torch.tensor(SHIFT)[None, :, None, None])
-        self.register_buffer("scale", torch.tensor(SCALE)[None, :, None, None])
+    def __init__(self, net: str, state: Mapping[str, Tensor], device: str = "cpu") -> None:
+        self.net, self.device = net, device
+        own = {
+            name: state[name].clone().to(device) for name in shapes_of(net)
+        }  # clones are aligned
+        self.layers = [
+            (layer, *(own[f"features.{layer.number}.{part}"] for part in ("weight", "bias")))
+            for layer in BACKBONES[net]
+        ]
+        self.heads = [tensor for name, tensor in own.items() if name.startswith("lin")]
+        self.shift, self.scale = (
+            torch.tensor(values, device=device)[None, :, None, None] for values in (SHIFT, SCALE)
+        )
         self._last: tuple[object, list[Tensor]] | None = None
 
     @classmethod
     def read(cls, net: str, weights: Path, heads: Path) -> Lpips:
-        """The network with weights from files, on a GPU where there is one.
+        """Read the weights from files; the network is on a GPU where there is one.
 
         Args:
             net: a key of `BACKBONES`.
@@ -114,13 +106,19 @@ class Lpips(nn.Module):
         Raises:
             ValueError: for files that do not hold its layers.
         """
-        model = cls(net).eval().requires_grad_(False)
-        _fill(model.features, _state(weights), "features.{}", weights, net)
-        _fill(model.heads, _state(heads), "lin{}", heads, net, {".weight": ".model.1.weight"})
-        return model.to("cuda" if torch.cuda.is_available() else "cpu")
+        files = {path: _state(path) for path in (weights, heads)}
+        state = {}
+        for name, shape in shapes_of(net).items():
+            path = heads if name.startswith("lin") else weights
+            found = files[path].get(name)
+            if found is None or tuple(found.shape) != shape:
+                there = "missing" if found is None else f"{tuple(found.shape)}, not {shape}"
+                raise ValueError(f"{path}: no weights of LPIPS with net {net}: {name} is {there}")
+            state[name] = found
+        return cls(net, state, "cuda" if torch.cuda.is_available() else "cpu")
 
     def features_of(self, images: Tensor) -> list[Tensor]:
-        """Unit feature vectors of the layers that are compared.
+        """Compute the unit feature vectors of the layers that are compared.
 
         Args:
             images: (B, 3, h, w) in [-1, 1].
@@ -128,19 +126,21 @@ class Lpips(nn.Module):
         Returns:
             (B, C, h', w') of each layer, C of its own.
         """
-        signal, layers = (images - self.shift) / self.scale, []
-        for i, layer in enumerate(self.features):
-            signal = layer(signal)
-            if i in self.compared:
+        signal, found = (images - self.shift) / self.scale, []
+        for layer, weight, bias in self.layers:
+            if layer.pooled:
+                signal = max_pool2d(signal, layer.pooled, POOLING)
+            signal = conv2d(signal, weight, bias, layer.stride, layer.padding).relu()
+            if layer.compared:
                 # not `sqrt`, which is MKL's and ends in other digits on other processors
                 length = torch.linalg.vector_norm(signal, dim=1, keepdim=True)
-                layers.append(signal / (length + EPSILON))
-        return layers
+                found.append(signal / (length + EPSILON))
+        return found
 
     def apart(
         self, first: Sequence[Tensor], second: Sequence[Tensor], weights: Tensor | None = None
     ) -> Tensor:
-        """Distances of a batch from its features.
+        """Compute the distances of a batch from its features.
 
         Args:
             first, second: what `features_of` gives for each side.
@@ -150,13 +150,14 @@ class Lpips(nn.Module):
             (B,) distances.
         """
         layers = zip(self.heads, first, second, strict=True)
-        return torch.stack([_mean(head((a - b).square()), weights) for head, a, b in layers]).sum(0)
+        maps = [conv2d((a - b).square(), head) for head, a, b in layers]
+        return torch.stack([_mean(distance, weights) for distance in maps]).sum(0)
 
     @torch.inference_mode()
     def distances(
         self, images: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None
     ) -> np.ndarray:
-        """Distances of images from the truth, in batches.
+        """Compute the distances of images from the truth, in batches.
 
         Args:
             images: (T, h, w, 3) float32 in [0, 1].
@@ -170,47 +171,48 @@ class Lpips(nn.Module):
             ValueError: for images that are too small for the backbone.
         """
         height, width = images.shape[1:3]
-        if min(height, width) < self.least:
+        if min(height, width) < LEAST[self.net]:
             raise ValueError(
-                f"LPIPS with net {self.net} needs images of {self.least} pixels or more, got "
+                f"LPIPS with net {self.net} needs images of {LEAST[self.net]} pixels or more, got "
                 f"{width}x{height}"
             )
-        batch = max(1, PIXELS[self.shift.device.type] // (height * width))
-        if batch >= len(images):
-            return self._batch(self._images(images), self._known(truth), masks)
+        batch = max(1, PIXELS[self.device] // (height * width))
         scores = []
         for start in range(0, len(images), batch):
             part = slice(start, start + batch)
-            features = self.features_of(self._images(levels(truth[part])))
-            own = masks[part] if masks is not None else None
-            scores.append(self._batch(self._images(images[part]), features, own))
+            known = self._known(truth) if batch >= len(images) else self._seen(truth[part])
+            counted = None
+            if masks is not None:
+                counted = torch.from_numpy(masks[part].astype(np.float32))[:, None]
+                counted = counted.to(self.device)
+            distances = self.apart(self._seen(images[part]), known, counted)
+            scores.append(distances.cpu().numpy().astype(np.float64))
         return np.concatenate(scores)
 
-    def _batch(
-        self, images: Tensor, truth: Sequence[Tensor], masks: np.ndarray | None
-    ) -> np.ndarray:
-        counted = None
-        if masks is not None:
-            counted = torch.from_numpy(masks.astype(np.float32))[:, None].to(images.device)
-        distances = self.apart(self.features_of(images), truth, counted)
-        return distances.cpu().numpy().astype(np.float64)
-
     def _known(self, truth: np.ndarray) -> list[Tensor]:
-        """Features of a truth, those of the last one kept."""
+        """Return the features of a truth; those of the last one are kept."""
         key = truth.shape, blake2b(truth.tobytes()).digest()
         if self._last is None or self._last[0] != key:
-            self._last = key, self.features_of(self._images(levels(truth)))
+            self._last = key, self._seen(truth)
         return self._last[1]
 
-    def _images(self, images: np.ndarray) -> Tensor:
-        """(B, 3, h, w) in [-1, 1] of (B, h, w, 3) in [0, 1]."""
-        own = torch.from_numpy(np.ascontiguousarray(images, np.float32)).to(self.shift.device)
-        return own.permute(0, 3, 1, 2) * 2 - 1
+    def _seen(self, images: np.ndarray) -> list[Tensor]:
+        """Return the features of (B, h, w, 3) images, float32 in [0, 1] or uint8."""
+        if images.dtype == np.uint8:
+            images = images.astype(np.float32) / 255
+        own = torch.from_numpy(np.ascontiguousarray(images, np.float32)).to(self.device)
+        return self.features_of(own.permute(0, 3, 1, 2) * 2 - 1)
 
 
-def levels(truth: np.ndarray) -> np.ndarray:
-    """Float32 in [0, 1] of uint8."""
-    return truth.astype(np.float32) / 255
+def shapes_of(net: str) -> dict[str, tuple[int, ...]]:
+    """Return name -> shape of a backbone's tensors and its heads', as torchvision names them."""
+    shapes: dict[str, tuple[int, ...]] = {}
+    for layer in BACKBONES[net]:
+        taken, given = layer.channels
+        shapes[f"features.{layer.number}.weight"] = (given, taken, layer.window, layer.window)
+        shapes[f"features.{layer.number}.bias"] = (given,)
+    compared = [layer.channels[1] for layer in BACKBONES[net] if layer.compared]
+    return shapes | {f"lin{i}.model.1.weight": (1, n, 1, 1) for i, n in enumerate(compared)}
 
 
 def _mean(distance: Tensor, weights: Tensor | None) -> Tensor:
@@ -232,32 +234,3 @@ def _state(path: Path) -> Mapping[str, Tensor]:
     except (SafetensorError, UnpicklingError, RuntimeError, EOFError) as error:
         said = str(error).split("\n")[0]
         raise ValueError(f"{path}: not a readable file of weights ({said})") from error
-
-
-def _fill(
-    layers: nn.Module,
-    state: Mapping[str, Tensor],
-    named: str,
-    path: Path,
-    net: str,
-    renamed: Mapping[str, str] | None = None,
-) -> None:
-    """Fill layers with tensors of a file, in which a layer has another name.
-
-    Raises:
-        ValueError: for tensors that are missing or of other shapes; all are named.
-    """
-    kept, wrong = {}, []
-    for key, tensor in layers.state_dict().items():
-        number, _, rest = key.partition(".")
-        there = f"{named.format(number)}{(renamed or {}).get(f'.{rest}', f'.{rest}')}"
-        if there not in state:
-            wrong.append(f"{there} is missing")
-        elif state[there].shape != tensor.shape:
-            shapes = tuple(state[there].shape), tuple(tensor.shape)
-            wrong.append(f"{there} is {shapes[0]}, not {shapes[1]}")
-        else:
-            kept[key] = state[there]
-    if wrong:
-        raise ValueError(f"{path}: no weights of LPIPS with net {net}: {'; '.join(wrong)}")
-    layers.load_state_dict(kept)

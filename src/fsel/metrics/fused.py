@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsel.core.compiled import reordered
+from fsel.metrics.contract import Metric
 
 F = np.float32
 NAMES = ("psnr", "ssim", "gmsd")  # the columns
@@ -26,7 +27,7 @@ PSNR_CEILING = 100.0  # dB, for identical images
 
 
 def score(rendered: np.ndarray, truth: np.ndarray, masks: np.ndarray | None = None) -> np.ndarray:
-    """PSNR, SSIM and GMSD of every view, or of the part of it inside a mask.
+    """Compute PSNR, SSIM and GMSD of every view, or of the part of it inside a mask.
 
     PSNR is over all channels, in dB, at most 100. SSIM (Wang et al. 2004) has their window, a
     Gaussian of 1.5 pixels in 11x11, K1 = 0.01, K2 = 0.03 and population covariances, over the
@@ -221,3 +222,14 @@ def _gradients(image):
                 down += image[y + 2, x + s] - image[y, x + s]
             out[y, x] = np.sqrt(across * across + down * down) / F(3)
     return out
+
+
+def _column(name: str):
+    """Return the score of one metric of the pass."""
+    column = NAMES.index(name)
+    return lambda rendered, truth, masks: score(rendered, truth, masks)[:, column]
+
+
+PSNR = Metric("psnr", "PSNR", True, _column("psnr"), unit="dB", digits=2)
+SSIM = Metric("ssim", "SSIM", True, _column("ssim"))
+GMSD = Metric("gmsd", "GMSD", False, _column("gmsd"))

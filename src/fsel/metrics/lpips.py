@@ -1,8 +1,7 @@
 """LPIPS (Zhang et al. 2018, version 0.1), once its weights are on disk.
 
-The layers are written out in `fsel.metrics.backbones`: neither the package `lpips` nor torchvision
-is imported. Weights are the published ones that `fsel.metrics.published` fetches, which are whole,
-or a backbone's file as torchvision publishes it; the heads are then those of the package `lpips`.
+Weights are those that `fsel.metrics.published` fetches, or a backbone's file as torchvision
+publishes it; the heads are then those of the package `lpips`, which is not imported.
 """
 
 from __future__ import annotations
@@ -23,18 +22,15 @@ if TYPE_CHECKING:
 PAGES = {
     "alex": "https://download.pytorch.org/models/alexnet-owt-7be5be79.pth",
     "vgg": "https://download.pytorch.org/models/vgg16-397923af.pth",
-    "squeeze": "https://download.pytorch.org/models/squeezenet1_1-b8a52dc0.pth",
 }
 """Backbone -> where its weights are, trained on ImageNet by torchvision."""
+NET = "alex"
+"""The backbone unless another is named, as of the authors' package."""
 HEAD = "lin0.model.1.weight"  # the first head, as the package `lpips` names it
 
 
-NET = "alex"
-"""The backbone unless another is named, as of the authors' package."""
-
-
 def located(net: str = NET, weights: str | None = None) -> tuple[Path, Path]:
-    """Files of the backbone's weights and of the linear heads; no layer is read.
+    """Find the files of the backbone's weights and of the linear heads; no layer is read.
 
     Args:
         net: a key of `PAGES`.
@@ -52,8 +48,8 @@ def located(net: str = NET, weights: str | None = None) -> tuple[Path, Path]:
     if path is None or not path.is_file():
         raise FileNotFoundError(
             f"lpips.weights is {weights and str(weights)!r}, not a file; LPIPS with net {net} "
-            f"needs the weights {PAGES[net]} on disk. Hint: {_ways(net)}put gmsd in the place of "
-            "lpips in `metrics`"
+            f"needs the weights {PAGES[net]} on disk. Hint: `fsel compare --metrics psnr,lpips "
+            f"--lpips-net {net}` fetches them; put gmsd in the place of lpips in `metrics`"
         )
     whole = _holds_heads(path)
     for package, extra in (("lpips", "weights"), ("torch", "workflow")):
@@ -62,17 +58,9 @@ def located(net: str = NET, weights: str | None = None) -> tuple[Path, Path]:
                 f"metric 'lpips' needs the package {package}: pip install 'fsel[{extra}]', or put "
                 "gmsd in its place in `metrics`"
             )
-    if whole:
-        return path, path
-    spec = find_spec("lpips")
+    spec = None if whole else find_spec("lpips")
     folders = list(spec.submodule_search_locations or []) if spec else []
-    return path, Path(folders[0], "weights", "v0.1", f"{net}.pth")
-
-
-def _ways(net: str) -> str:
-    if net not in published.PICKLES:
-        return "fetch them and give the path, or "
-    return f"`fsel compare --metrics psnr,lpips --lpips-net {net}` fetches them; "
+    return path, Path(folders[0], "weights", "v0.1", f"{net}.pth") if folders else path
 
 
 def _holds_heads(path: Path) -> bool:
@@ -82,17 +70,19 @@ def _holds_heads(path: Path) -> bool:
 
     try:
         with safe_open(path, "np") as opened:
-            names = opened.keys()
+            return HEAD in opened.keys()  # noqa: SIM118 -- no dictionary
     except SafetensorError:
         return True  # reading it says what is wrong
-    return HEAD in names
 
 
 def check(net: str = NET, weights: str | None = None) -> None:
-    """Read the network, before any work starts; arguments and errors are those of `located`.
+    """Read the network, before any work starts.
+
+    Args:
+        net, weights: see `located`.
 
     Raises:
-        ValueError: for files that do not hold the backbone's or the heads' layers.
+        ValueError, OSError, ImportError: as `located`, and for files without its layers.
     """
     _network(net, *located(net, weights))
 
@@ -104,7 +94,7 @@ def score(
     net: str = NET,
     weights: str | None = None,
 ) -> np.ndarray:
-    """LPIPS of every view, in float32, on a GPU where there is one.
+    """Compute LPIPS of every view, in float32, on a GPU where there is one.
 
     With masks nothing outside them counts: there the rendering is taken to be the truth, and a
     layer's positions weigh as much as the mask fills them. The truth's features are kept until
