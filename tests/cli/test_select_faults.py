@@ -156,20 +156,6 @@ def test_an_existing_folder_is_replaced_only_when_forced(capture, tmp_path, caps
     assert len(list((out / "images").iterdir())) == 5
 
 
-def test_force_deletes_nothing_that_a_person_made(capture, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert select(capture, "-k", 4, "-o", out) == 0
-    (out / "trained.ply").write_text("hours of work")
-    assert select(capture, "-k", 4, "-o", out, "--force") == 1
-    assert "'trained.ply'" in capsys.readouterr().err
-    assert (out / "trained.ply").read_text() == "hours of work"
-    mine = tmp_path / "mine"
-    mine.mkdir()
-    (mine / "images").mkdir()
-    assert select(capture, "-k", 4, "-o", mine, "--force") == 1
-    assert "no manifest.json" in capsys.readouterr().err
-
-
 def test_a_read_only_disk_is_refused_before_work(capture, tmp_path, monkeypatch, capsys):
     real = Path.mkdir
 
@@ -242,7 +228,7 @@ def test_two_runs_write_the_same_bytes_but_for_their_times(capture, tmp_path):
     for out, words in (("a", []), ("b", []), ("c", ["--targets", "every:6"])):
         assert select(capture, "-k", 4, *words, "-o", tmp_path / out) == 0
     for path in (tmp_path / "a").rglob("*"):
-        if path.is_file() and path.name not in ("selection.json", "manifest.json"):
+        if path.is_file() and path.name != "selection.json":
             other = tmp_path / "b" / path.relative_to(tmp_path / "a")
             said = other.read_bytes().replace(
                 str(tmp_path / "b").encode(), str(tmp_path / "a").encode()

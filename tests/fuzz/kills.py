@@ -127,7 +127,7 @@ def of_folder(folder):
     found = {}
     for path in sorted(item for item in folder.rglob("*") if item.is_file()):
         name = path.relative_to(folder)
-        if set(name.parts) & set(OTHERS) or path.name in ("selection.json", "manifest.json"):
+        if set(name.parts) & set(OTHERS) or path.name == "selection.json":
             continue
         if path.suffix == ".parquet":
             table = pd.read_parquet(path)

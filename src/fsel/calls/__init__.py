@@ -66,7 +66,7 @@ class Selection(api.Selection):
         source = _with_files(self.capture)
         subset.check_cameras(source.raw, undistort=False)
         form = subset.Form(link=link, long_side=long_side, points=points)
-        with staged(Path(folder), "select", [], force) as stage:
+        with staged(Path(folder), [], force) as stage:
             subset.write(stage, source, self.indices, self.held_out, form)
             names = "".join(f"{name}\n" for name in self.names)
             (stage / "frames.txt").write_text(names, encoding="utf-8")

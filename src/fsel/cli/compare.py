@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     checked(args)
     metrics = metrics_of(args, console)
     methods = [api.method_of(name) for name in args.methods]
-    with staged(args.out, "compare", inputs_of(args), args.force) as stage:
+    with staged(args.out, inputs_of(args), args.force) as stage:
         opened = posing.opened(args, console, args.long_side)
         focus = focus_of(args, opened)
         targets = _checked(args, opened.capture, methods, focus)

@@ -20,7 +20,7 @@ VIDEO = "walk.mp4"
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    with staged(args.out, "demo", [], args.force) as stage:
+    with staged(args.out, [], args.force) as stage:
         console.say("making", f"{FRAMES} frames of {args.scene}, for about a minute")
         with console.clock("generating"):
             made = record(*SCENES[args.scene], FRAMES, *SIZE)

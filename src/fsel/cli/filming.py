@@ -32,7 +32,7 @@ def run(args: argparse.Namespace, console: Console, record: dict) -> None:
         raise ValueError("--metrics compares renderings with frames; allowed with: -o")
     files = [args.model] if args.side_by_side is None else [args.model, args.side_by_side]
     with staged(
-        args.video, "render", [*inputs_of(args), *files], args.force, folder=False
+        args.video, [*inputs_of(args), *files], args.force, folder=False
     ) as stage:
         names = distinct([file.stem for file in files])
         models = {

@@ -117,7 +117,7 @@ def add_video(command: argparse.ArgumentParser) -> None:
 
 def add_output(command: argparse.ArgumentParser, text: str):
     """Add an output, and return the group for what may stand in its place."""
-    command.add_argument("--force", action="store_true", help="replace what an earlier run wrote")
+    command.add_argument("--force", action="store_true", help="replace what is there")
     place = command.add_mutually_exclusive_group(required=True)
     place.add_argument("-o", "--out", type=Path, help=text)
     return place

@@ -13,7 +13,7 @@ from fsel.core.outputs import staged
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    with staged(args.out, "poses", inputs_of(args), args.force) as stage:
+    with staged(args.out, inputs_of(args), args.force) as stage:
         place, _ = found_poses(args, console)
         with console.clock("writing"):
             for part in ("images", "sparse"):

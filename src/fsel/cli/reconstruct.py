@@ -50,7 +50,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         args.capture /= TRAIN  # of a selection that holds frames out
     if args.frames is not None:
         open_as(args, record_of(args.frames.parent))
-    with staged(args.out, "reconstruct", inputs_of(args), args.force, folder=False) as stage:
+    with staged(args.out, inputs_of(args), args.force, folder=False) as stage:
         opened = posing.opened(args, console, args.long_side)
         frames = np.arange(len(opened.capture))
         if args.frames is not None:

@@ -32,7 +32,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     if args.side_by_side is not None:
         raise ValueError("--side-by-side is of a video; allowed with: --video")
     read, metrics = [*inputs_of(args), args.model], metrics_of(args, console)
-    with staged(args.out, "render", read, args.force) as stage:
+    with staged(args.out, read, args.force) as stage:
         model = GaussianModel.read_ply(args.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
         opened = posing.opened(args, console, args.long_side or LONG_SIDE)

@@ -50,7 +50,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     check_budget(args)
     method = api.method_of(args.method, args.weights)
     _check_appearance(args, method)
-    with staged(args.out, "select", inputs_of(args), args.force) as stage:
+    with staged(args.out, inputs_of(args), args.force) as stage:
         opened = posing.opened(args, console, SIDES[args.appearance])
         seconds = {"read": time.perf_counter() - started}
         outcome = _select(args, console, opened, method, seconds)

@@ -54,7 +54,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     if args.serve is not None:
         _serve(args, sources, console)
         return
-    with staged(args.out, "view", sources.read, args.force, folder=False) as stage:
+    with staged(args.out, sources.read, args.force, folder=False) as stage:
         content, _ = _scene(args, sources, console)
         page = _page(sources, content)
         stage.write_text(page, encoding="utf-8")
