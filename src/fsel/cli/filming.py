@@ -31,9 +31,7 @@ def run(args: argparse.Namespace, console: Console, record: dict) -> None:
     if args.metrics:
         raise ValueError("--metrics compares renderings with frames; allowed with: -o")
     files = [args.model] if args.side_by_side is None else [args.model, args.side_by_side]
-    with staged(
-        args.video, [*inputs_of(args), *files], args.force, folder=False
-    ) as stage:
+    with staged(args.video, [*inputs_of(args), *files], args.force, folder=False) as stage:
         names = distinct([file.stem for file in files])
         models = {
             name: GaussianModel.read_ply(file) for name, file in zip(names, files, strict=True)

@@ -18,7 +18,6 @@ from fsel.cli.options import (
     add_object,
     add_opening,
     add_output,
-    add_reading,
     add_skipping,
     add_video,
     bare_command,
@@ -48,7 +47,6 @@ def parser() -> argparse.ArgumentParser:
     _add_reconstruct(commands)
     _add_render(commands)
     _add_view(commands)
-    _add_train(commands)
     return root
 
 
@@ -230,36 +228,6 @@ def _add_metrics(command: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="ImageNet weights of its backbone, in the place of those that are fetched",
     )
-
-
-def _add_train(commands) -> None:
-    command = bare_command(
-        commands,
-        "train",
-        "Train the paper's selector on captures of your own: searches by reconstruction label "
-        "them, and a network imitates the labels. It says beforehand how long that takes, and goes "
-        "on where an earlier run was cut off.",
-    )
-    command.add_argument("capture", type=Path, nargs="+", help="folders of captures")
-    add_reading(command)
-    command.add_argument(
-        "--method",
-        default="less_is_more",
-        help="less_is_more (by default), or less_is_more_no_appearance",
-    )
-    command.add_argument(
-        "--coverages",
-        type=numbers,
-        default=[25, 40, 60, 80, 100],
-        help="per cent of a capture that targets lie in, a problem each; all five by default",
-    )
-    command.add_argument(
-        "--epochs", type=whole(1), default=10, help="passes over the labels, 10 by default"
-    )
-    command.add_argument("--seed", type=whole(0), default=0, help="of splits, searches, training")
-    _add_reconstructor(command)
-    _add_size(command, default=64)
-    add_output(command, "scorer to write, .safetensors")
 
 
 def _add_reconstructor(command: argparse.ArgumentParser) -> None:

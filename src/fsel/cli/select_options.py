@@ -97,8 +97,7 @@ def _add_method(command: argparse.ArgumentParser) -> None:
         "--weights",
         type=Path,
         metavar="FILE",
-        help="a scorer that fsel train or the workflow made, .safetensors or .json; it says the "
-        "method",
+        help="a scorer that the workflow made, .safetensors or .json; it says the method",
     )
     command.add_argument(
         "--appearance",

@@ -109,7 +109,7 @@ def select(
         method: a key of `METHODS`, or a method of your own; None for `fsel`, or what `weights` were
             trained for.
         seed: of methods that draw at random.
-        weights: a scorer that `fsel train` or the workflow made, in place of one that comes with
+        weights: a scorer that the workflow made, in place of one that comes with
             the package.
         patience: seconds in which selections are tried on the capture's own frames, see
             `fsel.selection.trials`; 0 for the rule alone. None: ten where nothing but k is stated,

@@ -38,7 +38,7 @@ def own(path: str | Path, name: str | None = None) -> Learned:
     """The method of a scorer on disk.
 
     Args:
-        path: what `fsel train` or the workflow wrote.
+        path: what the workflow wrote.
         name: of the policy that it must have been made for; None for any.
 
     Raises:

@@ -122,7 +122,7 @@ def check_scorers(experiment: Experiment) -> None:
             except (ValueError, OSError) as error:
                 refuse(
                     f"training.weights.{policy}: {error}",
-                    "`fsel train` and the workflow write such files",
+                    "the workflow writes such files, in results/selector",
                 )
 
 
