@@ -53,7 +53,7 @@ docs: .venv/installed
 # the script of the page of `fsel view`, for a wheel: src/fsel/pages/viewer/bundle.js
 .PHONY: viewer
 viewer: .venv/installed
-	.venv/bin/python -m fsel.pages.viewer
+	.venv/bin/python -m fsel.pages.viewer.bundle
 
 # the pages of docs/ and a reference of the Python API, in site/; a warning is an error
 .PHONY: site picture

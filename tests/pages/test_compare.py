@@ -10,7 +10,7 @@ from small_captures import write_ring
 
 from fsel.cli import main
 from fsel.metrics import REGISTERED
-from fsel.pages.compared import Compared, differences, verdict
+from fsel.pages.compare import Compared, differences, verdict
 
 SHARP = np.zeros(3, bool)
 MEASURE = """(() => {

@@ -15,10 +15,8 @@ from small_captures import damage_pixels, film, record_of, select, write_ring
 
 from fsel.cli import main
 from fsel.cli.again import AGAINST, LISTS, without
-from fsel.pages.over_time import speeds
-from fsel.pages.report import WORLD, with_view
-from fsel.pages.scene import _extent
-from fsel.pages.shown import LARGE, SHOWN, SIDE, picture_side
+from fsel.pages.report import WORLD, speeds, with_view
+from fsel.pages.shown import LARGE, SHOWN, SIDE, _extent, picture_side
 from fsel.pages.viewer import bundle
 
 MEASURE = """(() => {

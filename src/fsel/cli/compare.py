@@ -27,8 +27,7 @@ from fsel.core.wording import counted
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, picks_at, runs
 from fsel.metrics import Metrics
-from fsel.pages.compare import comparison
-from fsel.pages.compared import Cell, Compared, differences, verdict
+from fsel.pages.compare import Cell, Compared, comparison, differences, verdict
 from fsel.reconstruct import Model, Reconstructor
 from fsel.selection import api
 from fsel.selection.focus import Focus

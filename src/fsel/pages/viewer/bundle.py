@@ -89,3 +89,7 @@ def _run(command: Sequence[str], folder: Path) -> None:
         raise ValueError(
             f"viewer: npm could not make its script: {said}. Hint: is there a network?"
         )
+
+
+if __name__ == "__main__":  # `make viewer`, for a wheel
+    SHIPPED.write_text(script(), encoding="utf-8")
