@@ -45,7 +45,8 @@ class Convolution(NamedTuple):
 
 def _vgg() -> list[Convolution]:
     """VGG16 (Simonyan and Zisserman 2015), to its last convolution."""
-    layers, channels, number = [], 3, 0
+    layers: list[Convolution] = []
+    channels, number = 3, 0
     for width, count in ((64, 2), (128, 2), (256, 3), (512, 3), (512, 3)):
         for i in range(count):
             pooled = 2 if layers and i == 0 else 0
