@@ -24,9 +24,9 @@ from fsel.captures.colmap.runs import Part, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.poses import sfm
+from fsel.captures.poses.errors import pose_errors
 from fsel.captures.poses.repeated import repeated
 from fsel.captures.read import read_raw
-from fsel.experiments.paper.pose_errors import pose_errors
 
 NOISE = 2.0
 LIT = {"fixed": 0, **dict.fromkeys(features.KINDS, runs.LIT)}

@@ -6,7 +6,7 @@ import pytest
 from dry_runs import ROOT, changed, dry_run, experiment, planned
 
 from fsel.experiments import TABLES
-from fsel.experiments.paper import compared, estimate_poses
+from fsel.experiments.paper import compared
 from fsel.experiments.paper.ablation import cases
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.rules import Tables
@@ -15,7 +15,7 @@ FIRST = {"name": "splats", "long_side": 48}
 SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}
 # several reconstructors beside one another, none, or what is not about reconstruction
 ONCE = {"transfer", "reconchoice", "pipeline_figure", "teaser", "qualitative"}
-ONCE |= {"real_world", "selection_time", "speed_error", "economy", "stability", "precision"}
+ONCE |= {"real_world", "selection_time", "speed_error", "economy", "stability"}
 
 
 def test_evaluation_tables_take_every_reconstructor():
@@ -27,7 +27,7 @@ def test_evaluation_tables_take_every_reconstructor():
 
 
 def test_what_is_measured_is_measured_by_the_scheme():
-    """The others time a reconstruction or draw its images."""
+    """The others time a reconstruction, or draw its images."""
     folder = ROOT / "src" / "fsel" / "experiments"
     own = re.compile(r"reconstructor_of\(|RECONSTRUCTORS|Evaluator[.(]|checked_select")
     found = {path.stem for path in folder.rglob("*.py") if own.search(path.read_text())}
@@ -40,13 +40,11 @@ def test_a_table_has_the_name_of_its_rule():
 
 def test_a_further_reconstructor_measures_the_same_picks(tmp_path):
     config = changed(tmp_path, reconstruction=[FIRST, SECOND])
-    names = ["candidate_pools", "ga_vs_learned", "feature_sweep", "scorer_arch", "poses", "budget"]
-    targets = [f"results/smoke/tables/gaussians/{n}.tex" for n in (*names, "unknown_targets")]
+    names = ["candidate_pools", "ga_vs_learned", "feature_sweep", "scorer_arch"]
+    targets = [f"results/smoke/tables/gaussians/{name}.tex" for name in names]
     rules = planned(dry_run(tmp_path, config, *targets))
     assert rules["evaluate_candidate_pools"] == rules["select_candidate_pools"] == 2
     assert rules["evaluate_searched"] == rules["search_oracle"] == 1
-    assert rules["evaluate_noise"] == rules["select_noise"] == 2
-    assert rules["evaluate_unknown_targets"] == rules["select_unknown_targets"] == 2
 
 
 def test_the_paper_leaves_out_what_cannot_be_made():
@@ -75,9 +73,3 @@ def test_cases_are_those_of_the_lists():
     elsewhere = experiment(trials={"scenes": {"scorer_arch": {"nowhere": "evaluation"}}})
     with pytest.raises(Refusal, match=r"trials\.scenes\.scorer_arch is .*, of which no scene"):
         cases.scenes(elsewhere, cases.SCORERS)
-
-
-def test_too_few_frames_to_place_are_refused():
-    few = experiment(inexact_poses={"frames": 20})
-    with pytest.raises(Refusal, match=r"inexact_poses\.frames is 20, the experiment needs 22"):
-        estimate_poses.POSED.inputs(few)

@@ -36,15 +36,14 @@ def test_default_config_plans_every_job(tmp_path):
     assert jobs["ksweep"] == jobs["heatmap"] == jobs["order"] == 1
 
 
-STUDIES = ("economy", "budget", "selection_time", "speed_error", "stability", "precision")
+STUDIES = ("economy", "selection_time", "speed_error", "stability")
 
 
 def test_studies_are_made_when_asked_for(tmp_path, usual):
     tables = [f"results/smoke/tables/{name}.csv" for name in STUDIES]
     asked = planned(dry_run(tmp_path, changed(tmp_path), *tables))
-    for name in (*STUDIES, "speed_settings", "fit_budget", "select_curves"):
+    for name in (*STUDIES, "speed_settings"):
         assert asked[name] == 1, name
-    assert asked["select_budgets"] == asked["evaluate_budgets"] == 2
     assert usual["ksweep"] == 1
     assert not {*STUDIES, "speed_settings", "fit_budget"} & set(usual)
     alone = planned(dry_run(tmp_path, changed(tmp_path), "stability"))
@@ -55,7 +54,7 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path, usual):
     asked = planned(dry_run(tmp_path, changed(tmp_path), "paper"))
     for name in ("handsign", "seedvar", "ga_vs_learned", "pipeline_figure"):
         assert asked[name] == 1, name
-    for name in ("poses", "teaser", "time_quality", "feature_sweep", "scorer_arch"):
+    for name in ("teaser", "time_quality", "feature_sweep", "scorer_arch"):
         assert asked[name] == 1, name
     for name in ("transfer", "reconchoice", "crosscapture", "objectcentric", "real_world"):
         assert asked[name] == 1, name
@@ -71,10 +70,7 @@ def test_the_papers_experiments_are_made_when_asked_for(tmp_path, usual):
     assert asked["trial_scorer_arch"] == 17
     # of one validation scene
     assert asked["evaluate_feature_sweep"] == asked["evaluate_scorer_arch"] == 1
-    # of each dataset's first evaluation scene, filmed anew with larger images
-    assert asked["generate_large"] == asked["select_estimated"] == asked["evaluate_estimated"] == 2
-    assert asked["select_noise"] == asked["evaluate_noise"] == 2
-    assert not {"handsign", "poses", "trial_scorer_arch", "transfer", "ingest_masked"} & set(usual)
+    assert not {"handsign", "trial_scorer_arch", "transfer", "ingest_masked"} & set(usual)
 
 
 def test_a_further_reconstructor_adds_evaluations_and_tables_and_no_selection(tmp_path, usual):
@@ -115,7 +111,6 @@ def test_scorers_made_elsewhere_are_measured_and_nothing_is_trained(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "table", "parts"),
     [
-        ({"inexact_poses": {"frames": 20}}, "poses.tex", ["inexact_poses.frames is 20", "22"]),
         ({"oracle": {"draws": 0}}, "ga_vs_learned.tex", ["oracle.draws is 0"]),
         ({}, "pose_sources.tex", ["pose_sources.dataset is None", "name a dataset on disk"]),
     ],

@@ -72,3 +72,43 @@ use rule stage as refine with:
         reconstruction=experiment.reconstruction,
     message:
         "Refining fsel against reconstruction, seed {wildcards.seed}"
+
+
+use rule stage as budget_curves with:
+    input:
+        **inputs.capture(inputs.DESCRIBED),
+        weights=experiment.fsel[:1],
+        lib=experiment.library("fit_budget", experiment.reconstruction),
+    output:
+        curves="<results>/{dataset}/{scene}/budget_curves.parquet",
+    log:
+        "<results>/logs/budget_curves/{dataset}/{scene}.log",
+    benchmark:
+        "<results>/benchmarks/budget_curves/{dataset}/{scene}.jsonl"
+    resources:
+        **experiment.resources(
+            Size(4000, 30, "reconstruction"), experiment.reconstruction
+        ),
+    params:
+        coverages=experiment.config["coverages"],
+        seed=lambda wildcards: experiment.scene_seed(wildcards, "budget"),
+        reconstruction=experiment.reconstruction,
+        job="fsel.stages.fit_budget:budget_curves",
+    message:
+        "Measuring {wildcards.dataset}/{wildcards.scene} at several numbers of frames"
+
+
+use rule stage as fit_budget with:
+    input:
+        curves=inputs.of_problems(experiment.practised, "budget_curves.parquet"),
+        lib=experiment.library("fit_budget"),
+    output:
+        record="<results>/selector/budget.json",
+    log:
+        "<results>/logs/fit_budget.log",
+    benchmark:
+        "<results>/benchmarks/fit_budget.jsonl"
+    params:
+        scenes=experiment.practised,
+    message:
+        "Fitting what `-k auto` predicts by"

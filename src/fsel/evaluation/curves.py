@@ -1,4 +1,4 @@
-"""Curves: over epochs, over generations, over the number of frames."""
+"""The figure of the search and the labels."""
 
 from __future__ import annotations
 
@@ -16,55 +16,12 @@ from fsel.evaluation.figures import (
     name_axes,
     new_figure,
     save,
-    shared_legend,
-    style,
 )
 from fsel.evaluation.plan import draw_cameras
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.ticker import MaxNLocator
-
-
-def pose_noise(
-    points: pd.DataFrame, labels: Mapping[str, str], outputs: Sequence[str | Path], note: str
-) -> None:
-    """PSNR against noise in rotations and centres, seen by the selector alone and by both.
-
-    Args:
-        points: change (`none`, `degrees`, `percent`), level, scope (`selector`, `both`), method,
-            mean; levels are drawn evenly spaced, the exact poses first.
-        labels: method -> printed name, of up to eight with a style; the others are thin and grey.
-        outputs: paths; their endings choose the format.
-        note: what made the numbers.
-    """
-    changes = {"degrees": "noise in rotations (degrees)", "percent": "in centres (% of the scene)"}
-    scopes = {"selector": "selector alone", "both": "selector and reconstruction"}
-    figure = new_figure((TEXT, 4.8))
-    axes = figure.subplots(2, 2, sharey="row", sharex="col")
-    exact = points[points["change"] == "none"]
-    for row, (scope, who) in zip(axes, scopes.items(), strict=True):
-        row[0].set_ylabel(f"PSNR (dB): {who}", fontsize=7)
-        for axis, change in zip(row, changes, strict=True):
-            chosen = (points["change"] == change) & (points["scope"] == scope)
-            part = pd.concat([exact, points[chosen]])
-            _against_noise(axis, part.sort_values("level"), labels)
-    for axis, label in zip(axes[-1], changes.values(), strict=True):
-        axis.set_xlabel(label, fontsize=8)
-    shared_legend(figure, "upper", 4)
-    footnote(figure, note)
-    save(figure, outputs)
-
-
-def _against_noise(axis: Axes, part: pd.DataFrame, labels: Mapping[str, str]) -> None:
-    levels = part["level"].unique()
-    wide = part.pivot(index="level", columns="method", values="mean")
-    rest = [name for name in wide if name not in labels]
-    axis.plot(range(len(levels)), wide[rest], "-", color="0.8", linewidth=0.8)
-    for number, (name, label) in enumerate(labels.items()):
-        axis.plot(range(len(levels)), wide[name], label=label, **style(number))
-    axis.set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
-    axis.tick_params(labelsize=7)
 
 
 def search_and_labels(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -44,8 +44,6 @@ class Measured(NamedTuple):
 
 
 COSTS = Measured._fields[1:]
-Beside = Callable[[Capture], tuple[Views, np.ndarray]]
-"""Capture at the size that is compared -> further views, and (V, h, w, 3) uint8 their images."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ class Evaluator:
 
     Attributes:
         reconstructor: bound to the capture; its caches serve every subset.
-        frames: (T,) int64 the frames to render; below zero for views that are of none.
+        frames: (T,) int64 the frames to render.
         views: their poses.
         truth: (T, h, w, 3) uint8 their images, at the reconstruction size.
         masks: (T, h, w) bool, the pixels that count; None for all.
@@ -168,7 +166,7 @@ class Evaluator:
 def evaluators(
     reconstruction: Mapping[str, Any], metrics: Metrics = METRICS, masked: bool = False
 ) -> Callable[..., Evaluator]:
-    """A function of capture, targets and `Beside` that keeps what it made for the last two.
+    """Return a function of capture and targets that keeps what it made for the last two.
 
     What subsets, draws and trials of a capture share is made once.
 
@@ -182,16 +180,10 @@ def evaluators(
         return reconstructor_of(capture, reconstruction)
 
     @lru_cache(2)
-    def made(capture: Capture, targets: tuple[int, ...], beside: Beside | None) -> Evaluator:
-        own = Evaluator.on_frames(bound(capture), np.array(targets), masked, metrics)
-        if beside is None:
-            return own
-        views, truth = beside(own.reconstructor.capture)
-        frames = np.append(own.frames, -1 - np.arange(len(views)))
-        both = np.concatenate([own.truth, truth])
-        return replace(own, frames=frames, views=own.views.joined(views), truth=both, _known={})
+    def made(capture: Capture, targets: tuple[int, ...]) -> Evaluator:
+        return Evaluator.on_frames(bound(capture), np.array(targets), masked, metrics)
 
-    def of(capture: Capture, targets: np.ndarray, beside: Beside | None = None) -> Evaluator:
-        return made(capture, tuple(targets.tolist()), beside)
+    def of(capture: Capture, targets: np.ndarray) -> Evaluator:
+        return made(capture, tuple(targets.tolist()))
 
     return of

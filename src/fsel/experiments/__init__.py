@@ -21,7 +21,6 @@ TABLES: Registry[Table] = Registry(
         "objectcentric": "fsel.experiments.paper.objectcentric:TABLE",
         "feature_sweep": "fsel.experiments.paper.ablation.tables:FEATURE_SWEEP",
         "scorer_arch": "fsel.experiments.paper.ablation.tables:SCORER_ARCH",
-        "poses": "fsel.experiments.paper.poses:TABLE",
         "pose_sources": "fsel.experiments.paper.pose_sources:TABLE",
         "transfer": "fsel.experiments.paper.transfer:TABLE",
         "reconchoice": "fsel.experiments.paper.reconchoice:TABLE",
@@ -32,10 +31,7 @@ TABLES: Registry[Table] = Registry(
         "selection_time": "fsel.experiments.studies.selection_time:TABLE",
         "speed_error": "fsel.experiments.studies.speed_error:TABLE",
         "economy": "fsel.experiments.studies.economy:TABLE",
-        "budget": "fsel.experiments.studies.budget:TABLE",
         "stability": "fsel.experiments.studies.stability:TABLE",
-        "precision": "fsel.experiments.studies.precision:TABLE",
-        "unknown_targets": "fsel.experiments.studies.unknown_targets:TABLE",
     },
 )
 """Every table by the name of its rule, in the order of the report."""

@@ -19,7 +19,7 @@ from fsel.core.capture import Capture
 from fsel.core.files import File, Files, read_table, write_table
 from fsel.core.problem import Problem
 from fsel.core.split import Split
-from fsel.evaluation.evaluator import Beside, evaluators
+from fsel.evaluation.evaluator import evaluators
 from fsel.evaluation.measuring import (
     PICK_UNITS,
     SELECTION,
@@ -56,11 +56,7 @@ class Trial:
         chance: of the methods.
         problem: capture, split and descriptors of its frames -> the problem.
         entered: runs of the learned methods -> all runs; None for those of the experiment.
-        scopes: value of the column `scope` -> capture to reconstruct; None for `capture` alone,
-            without the column.
         frames: (n,) their numbers in the capture on disk, where they are others.
-        whole: the capture on disk, where it is reconstructed and `split` is of its frames.
-        beside: further views, see `fsel.evaluation.evaluator.evaluators`.
     """
 
     key: Mapping[str, Any]
@@ -70,10 +66,7 @@ class Trial:
     chance: Chance
     problem: Callable[[Capture, Split, pd.DataFrame], Problem] = Problem.of
     entered: Callable[[list[Run]], list[Run]] | None = None
-    scopes: Mapping[str, Capture] | None = None
     frames: np.ndarray | None = None
-    whole: Capture | None = None
-    beside: Beside | None = None
 
 
 def every_draw(
@@ -185,17 +178,15 @@ class Trials:
         evaluator = evaluators(reconstruction, metrics, self.masked)
         for trial in self._trials(folders, splits, settings):
             own = (picked[list(trial.key)] == list(trial.key.values())).all(axis=1)
-            part, frames = picked[own], None if trial.whole else trial.frames
+            part, frames = picked[own], trial.frames
             if frames is not None:
                 part = part.assign(frame=np.searchsorted(frames, part["frame"]))
-            for scope, capture in (trial.scopes or {"": trial.whole or trial.capture}).items():
-                on_targets = evaluator(capture, trial.split.targets, trial.beside)
-                table = pd.DataFrame(measure(on_targets, part, self.by))
-                if frames is not None:
-                    table["target"] = frames[table["target"]]
-                columns = {"scope": scope} if trial.scopes else {}
-                tables.append(table.assign(**columns, **trial.key))
-                logger.info("%s %s: %.2f dB", dict(trial.key), scope, table["psnr"].mean())
+            on_targets = evaluator(trial.capture, trial.split.targets)
+            table = pd.DataFrame(measure(on_targets, part, self.by))
+            if frames is not None:
+                table["target"] = frames[table["target"]]
+            tables.append(table.assign(**trial.key))
+            logger.info("%s: %.2f dB", dict(trial.key), table["psnr"].mean())
         write_table(pd.concat(tables), evaluation, units=measured_units(metrics), config=config)
 
     def _trials(self, folders: Files, splits: Files, settings: Mapping) -> Iterator[Trial]:

@@ -12,7 +12,6 @@ from fsel.workflow.experiment import Experiment
 Scenes = Sequence[tuple[str, str]]
 """Dataset and scene of each."""
 Values = dict[str, Any]
-GIVEN, ESTIMATED = "given", "estimated"
 
 
 def sweep_evaluations(experiment: Experiment) -> Values:
@@ -65,20 +64,6 @@ def draws(experiment: Experiment) -> range:
 def budgets(experiment: Experiment) -> Values:
     """The budgets of the sweep."""
     return {"budgets": experiment.config["budgets"]}
-
-
-def two_captures(folder: str, *, described: bool = False) -> Values:
-    """The captures of the same frames with given and with estimated poses.
-
-    Args:
-        folder: of both, within the scene's.
-        described: whether the descriptors of the first are asked for.
-    """
-    files: Values = {}
-    for name in (GIVEN, ESTIMATED):
-        kinds = inputs.DESCRIBED if described and name == GIVEN else inputs.CAPTURE
-        files |= inputs.capture(kinds, f"{inputs.SCENE}/{folder}/{name}", f"{name}_")
-    return files
 
 
 def evaluated_problems(experiment: Experiment) -> Values:

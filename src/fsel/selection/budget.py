@@ -4,7 +4,7 @@ A frame serves a view to the degree that their images are alike. The shift of a 
 and the turn between it and a picked frame, in fields of view: how far the image moves. A frame that
 is a whole field of view away serves the view as little as no frame. PSNR is predicted to fall in
 proportion to the mean shift of the views' closest, second and third picked frame; by how much was
-fitted to reconstructions of training scenes (`fsel.experiments.studies.budget_curves`).
+fitted to reconstructions of training scenes (`fsel.stages.fit_budget`).
 """
 
 from __future__ import annotations

@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from fsel.captures.colmap import features, runs
 from fsel.captures.colmap.runs import Part, Work, work_of
+from fsel.captures.poses.errors import pose_errors
 from fsel.captures.read import read_folder
 from fsel.cli import main
 from fsel.core import packages
 from fsel.core.programs.outcome import MissingRequirement
-from fsel.experiments.paper.pose_errors import pose_errors
 
 COUNT, FOCAL, SIZE = 8, 300.0, (320, 240)
 

@@ -14,7 +14,6 @@ from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.plan import plan_positions
 from fsel.evaluation.views import Shown, draw
 from fsel.experiments import specs
-from fsel.experiments.paper.estimate_poses import filming
 from fsel.experiments.specs import Values
 from fsel.experiments.studies.footprint import fit_and_render
 from fsel.metrics import METRICS, score_views
@@ -22,6 +21,7 @@ from fsel.reconstruct import needs_gpu, reconstructor_of
 from fsel.selection.frames import frames_of
 from fsel.selectors.baselines import METHODS, PAPER
 from fsel.selectors.policies import POLICIES
+from fsel.stages.generate import generate
 from fsel.stages.ingest import ingest
 from fsel.workflow import inputs, reconstructors
 from fsel.workflow.experiment import Experiment
@@ -205,7 +205,14 @@ def _filmed_size(experiment: Experiment) -> Values:
 
 
 FOLDER = f"{inputs.SCENE}/pictures"
-FILMED = filming("generate_pictures", "pictures/data", _filmed_size)
+FILMED = Job(
+    generate,
+    name="generate_pictures",
+    outputs={"folder": f"{FOLDER}/data"},
+    message="Generating {wildcards.dataset}/{wildcards.scene} with images for pictures",
+    params=lambda experiment: {**inputs.embedded(experiment), **_filmed_size(experiment)},
+    size=Size(2000),
+)
 
 READ = Job(
     ingest,

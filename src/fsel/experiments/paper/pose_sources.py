@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -12,17 +12,20 @@ import pandas as pd
 
 from fsel.captures.colmap.estimator import source_of
 from fsel.captures.read import read_folder
+from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
+from fsel.core.split import evaluation_split
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import difference, number, plain_table, tex
+from fsel.evaluation.measuring import draw_chance
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.summary import differences, summarise
 from fsel.experiments import scheme, specs
 from fsel.experiments.cells import cells_of
-from fsel.experiments.paper import estimate_poses, pose_trials
-from fsel.experiments.paper.pose_trials import BOTH, ESTIMATED, EXACT
 from fsel.experiments.specs import Scenes, Values
 from fsel.metrics import Metrics, headings
+from fsel.selectors.baselines import FURTHER, PAPER
+from fsel.stages.describe import describe
 from fsel.workflow import inputs
 from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
@@ -83,6 +86,31 @@ def pair_poses(
     logger.info("%s: %d frames placed by both", source, len(shared))
 
 
+def trials(
+    given: Capture,
+    other: Capture,
+    *,
+    draws: int,
+    budgets: Sequence[int],
+    targets: int,
+    seed: int,
+    split_seed: int,
+) -> Iterator[scheme.Trial]:
+    """Yield every draw with both sources of poses, to select and to reconstruct by.
+
+    Args:
+        given, other: captures of the same frames.
+        draws: of targets, the same for both: chance alone decides them.
+        targets: held-out views of a draw.
+        split_seed: of the scene's draws of targets.
+    """
+    for draw in range(draws):
+        for source, capture in ((GIVEN, given), (OTHER, other)):
+            split = evaluation_split(capture, draw, split_seed, targets)
+            key = {"draw": draw, "source": source}
+            yield scheme.Trial(key, capture, split, budgets, draw_chance(seed, draw))
+
+
 def pose_sources(
     evaluations: Files,
     table: File,
@@ -126,11 +154,8 @@ def pose_sources(
 
 def _cells(scenes: Scenes, evaluations: Files, metrics: Metrics, facts: Mapping) -> pd.DataFrame:
     """Table of dataset (the selector), method (the source of poses), scene, draw, k, metrics."""
-    by = ["draw", "change", "scope"]
-    cells = cells_of(scenes, evaluations, metrics, facts, by)
-    cells = cells[cells["scope"] == BOTH]
-    sources = cells["change"].map({EXACT: GIVEN, ESTIMATED: OTHER})
-    return cells.assign(dataset=cells["method"], method=sources)
+    cells = cells_of(scenes, evaluations, metrics, facts, ["draw", "source"])
+    return cells.assign(dataset=cells["method"], method=cells["source"])
 
 
 def posed_twice(experiment: Experiment) -> list[Scene]:
@@ -181,9 +206,12 @@ def _source(experiment: Experiment) -> Values:
     return {"source": lambda wildcards: raw(wildcards.dataset, wildcards.scene)}
 
 
+FOLDER = f"{inputs.SCENE}/sources"
+
 PAIRED = Job(
     pair_poses,
-    outputs=specs.two_captures("sources"),
+    outputs=inputs.capture(folder=f"{FOLDER}/given", prefix="given_")
+    | inputs.capture(folder=f"{FOLDER}/estimated", prefix="estimated_"),
     message="Reading two sources of poses of {wildcards.dataset}/{wildcards.scene}",
     inputs=_source,
     params=lambda experiment: {
@@ -194,9 +222,33 @@ PAIRED = Job(
     size=Size(4000, 240),
 )
 
+DESCRIBED = Job(
+    describe,
+    name="describe_paired",
+    outputs={"descriptors": f"{FOLDER}/given/descriptors.parquet"},
+    message="Describing {wildcards.dataset}/{wildcards.scene}, both sources of poses",
+    inputs=lambda experiment: inputs.capture(inputs.BARE, f"{FOLDER}/given"),
+    params=lambda experiment: experiment.config["appearance"],
+    size=Size(2000, 30, "capture"),
+)
+
+TRIALS = scheme.Trials(
+    f"{__name__}:TRIALS",
+    "paired",
+    trials,
+    settings=lambda experiment: {
+        **{key: experiment.config[key] for key in ("draws", "budgets", "targets")},
+        "split_seed": specs.scene_seed(experiment, "split"),
+        "seed": specs.scene_seed(experiment, "sources"),
+    },
+    methods=[*PAPER, *FURTHER],
+    captures=["sources/given/", "sources/estimated/"],
+    folder="sources/",
+)
+
 TABLE = scheme.table_of(
     pose_sources,
-    pose_trials.SOURCES,
+    TRIALS,
     scenes=posed_twice,
     params=lambda experiment: {
         **specs.budgets(experiment),
@@ -208,5 +260,5 @@ TABLE = scheme.table_of(
     caption="The learned selector with two sources of poses for the same images, such as COLMAP's "
     "and a network's; both the selector and the reconstruction have them. Every other selector is "
     "in the csv.",
-    jobs=[PAIRED, estimate_poses.describing("describe_paired", "sources/given")],
+    jobs=[PAIRED, DESCRIBED],
 )
