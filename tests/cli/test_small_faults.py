@@ -11,8 +11,8 @@ from small_captures import camera_path, record_of, ring, select
 
 import fsel
 from fsel.cli import main
+from fsel.cli.options import size_in_bytes, words
 from fsel.cli.parser import parsed
-from fsel.cli.values import size_in_bytes, words
 from fsel.selection.focus import check_within, from_box, scene_bounds
 
 
@@ -34,25 +34,22 @@ def test_words_between_commas_are_read_as_people_write_them():
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "option", "value"),
     [
-        (["-k", "ten"], "'ten' is no whole number; allowed: a whole number, or auto"),
-        (["-k", "3", "--seed", "x"], "'x' is no whole number; allowed: a whole number, 0 or more"),
-        (["-k", "3", "--threshold", "x"], "'x' is no number; allowed: more than 0"),
-        (["-k", "auto", "--memory", "8X"], "'8X' is no size; allowed: as 8GB, 500M, 8GiB"),
-        (
-            ["-k", "3", "--link", "--downscale", "2"],
-            "--downscale: not allowed with argument --link",
-        ),
+        (["-k", "ten"], "-k", "'ten'"),
+        (["-k", "3", "--seed", "x"], "--seed", "'x'"),
+        (["-k", "3", "--threshold", "x"], "--threshold", "'x'"),
+        (["-k", "auto", "--memory", "8X"], "--memory", "8GB"),
+        (["-k", "3", "--link", "--downscale", "2"], "--downscale", "--link"),
     ],
 )
-def test_values_of_options_are_refused_in_words(given, said, capsys):
+def test_values_of_options_are_refused_by_name(given, option, value, capsys):
     with pytest.raises(SystemExit) as stop:
         parsed(["select", "capture", "-o", "out", *given])
     assert stop.value.code == 2
-    printed = capsys.readouterr().err
-    assert said in printed
-    assert "invalid" not in printed
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert option in error
+    assert value in error
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from fsel.cli.silence import native_lines_dropped
+from fsel.cli import stderr_filter
 
 from . import cases, originals
 
@@ -31,7 +31,7 @@ def main():
     asked = parser.parse_args()
     counts, started = Counter(), time.monotonic()
     place = MEMORY if Path(MEMORY).is_dir() else None
-    with native_lines_dropped(), tempfile.TemporaryDirectory(dir=place) as name:
+    with stderr_filter(), tempfile.TemporaryDirectory(dir=place) as name:
         original, work = Path(name, "originals"), Path(name, "work")
         originals.write(original)
         cases.warm_up(originals.KINDS, original, work)

@@ -14,7 +14,7 @@ from selection_problems import capture_of
 from small_captures import damage_pixels, film, record_of, select, write_ring
 
 from fsel.cli import main
-from fsel.cli.again import AGAINST, LISTS, without
+from fsel.cli.rerun_command import AGAINST, LISTS, without
 from fsel.pages.report import WORLD, speeds, with_view
 from fsel.pages.shown import LARGE, SHOWN, SIDE, _extent, picture_side
 from fsel.pages.viewer import bundle

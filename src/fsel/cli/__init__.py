@@ -3,38 +3,41 @@
 Exit codes: 0 done; 1 refused, with one line that says why; 2 a command line that is not
 understood; 130 interrupted (143 where the signal was TERM). Whatever the code, what was to be
 written is there whole or not at all.
+
+This file imports little: before the handlers of signals are set, Ctrl-C prints a traceback.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import signal
 import sys
+from contextlib import contextmanager
 from importlib import import_module
 
-from fsel.cli.signals import SAID, Interruption
-
-TYPE_CHECKING = False  # see `fsel.cli.signals`
+TYPE_CHECKING = False  # what `typing` has, without importing it
 if TYPE_CHECKING:
     from argparse import Namespace
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
+    from types import FrameType
 
 REFUSED = 1
 INTERRUPTED = 130
 FULL = (errno.ENOSPC, errno.EDQUOT)
+SAID = "fsel: interrupted, nothing was written"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     with Interruption() as interruption:  # before anything that takes long to import
         from fsel.cli.parser import parsed
-        from fsel.cli.silence import native_lines_dropped
 
         args = parsed(arguments)
         # before NumPy is imported: on a selection's small matrices several threads only wait for
         # one another
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        with native_lines_dropped():
+        with stderr_filter():
             return _run(args, interruption)
 
 
@@ -58,19 +61,74 @@ def _run(args: Namespace, interruption: Interruption) -> int:
 
 
 def _in_words(error: Exception, args: Namespace) -> str:
-    """One line that names a file."""
+    """Return one line that names a file."""
+    read = getattr(args, "capture", None) or args.out
     if isinstance(error, OSError) and error.strerror:
-        named = error.filename or getattr(args, "out", None) or args.capture
+        named = error.filename or getattr(args, "out", None) or read
         if error.errno in FULL:  # a copy's error has the name of what was read
             named = getattr(args, "out", None) or named
         return f"{named}: {error.strerror}"
     if isinstance(error, MemoryError):
-        return f"{_read(args)}: takes more memory than there is"
+        return f"{read}: takes more memory than there is"
     if type(error).__name__ == "LinAlgError":  # NumPy's, which names no file
-        return f"{_read(args)}: its cameras' poses leave the computation no answer ({error})"
+        return f"{read}: its cameras' poses leave the computation no answer ({error})"
     return " ".join(str(error).split("\n"))
 
 
-def _read(args: Namespace) -> object:
-    """Path that a command reads, or writes where it reads nothing."""
-    return getattr(args, "capture", None) or args.out
+class Interruption:
+    """Ctrl-C and the signal TERM, handled within the block.
+
+    Attributes:
+        number: of the signal; 0 while there is none.
+        working: whether there is anything to clear up. Before, while libraries are imported, a
+            signal ends the process at once: raised amid an import, it would come out as another
+            error or be lost in C++.
+    """
+
+    def __init__(self) -> None:
+        self.number = 0
+        self.working = False
+
+    def __enter__(self) -> Interruption:
+        signals = (signal.SIGINT, signal.SIGTERM)
+        handled = [n for n in signals if signal.getsignal(n) != signal.SIG_IGN]
+        self._previous = {n: signal.signal(n, self.receive) for n in handled}
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+
+    def receive(self, number: int, frame: FrameType | None) -> None:
+        """Handle either signal."""
+        self.number = number
+        if self.working:
+            raise KeyboardInterrupt
+        print(SAID, file=sys.stderr, flush=True)
+        os._exit(128 + number)
+
+
+@contextmanager
+def stderr_filter() -> Iterator[None]:
+    """Drop lines that C libraries print on standard error; Python's are printed."""
+    own = sys.stderr
+    try:
+        shown = own.fileno() == 2
+    except (OSError, ValueError, AttributeError):
+        shown = False
+    if not shown:  # replaced by whoever called the command from Python
+        yield
+        return
+    own.flush()
+    kept = os.dup(2)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    os.close(nowhere)
+    with open(kept, "w", buffering=1, encoding=own.encoding, errors=own.errors) as stream:
+        sys.stderr = stream
+        try:
+            yield
+        finally:
+            stream.flush()
+            os.dup2(kept, 2)
+            sys.stderr = own

@@ -1,13 +1,19 @@
-"""Options that several commands share."""
+"""Options that several commands share, and the types of their values."""
 
 from __future__ import annotations
 
 import argparse
+import re
+from collections.abc import Callable
 from pathlib import Path
 
-from fsel.cli.values import Captures, positive, whole
 from fsel.core.limits import MAX_ERROR
 
+NUMBER = r"\d+\.?\d*|\.\d+"
+SIZE = re.compile(rf"({NUMBER})\s*([kmgt]?)(i?)b?", re.IGNORECASE)
+DURATION = re.compile(rf"({NUMBER})\s*(s|m|min|h)?")
+SECONDS = {None: 1, "s": 1, "m": 60, "min": 60, "h": 3600}
+POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
 LARGEST = 16384  # pixels of a working image's longer side
 OPENING = {
     "poses": "layout",
@@ -19,6 +25,68 @@ OPENING = {
     "skip_unreadable": False,
 }
 """What `add_opening` adds, and what they are where a command line does not say."""
+
+
+class Captures(argparse.Action):
+    """Storage of the first path as `capture`, and of the others as `beside`."""
+
+    def __call__(self, parser, namespace, values, option=None):
+        namespace.capture, *namespace.beside = values
+
+
+def whole(least: int, most: int | None = None) -> Callable[[str], int]:
+    """Return the type of a whole number between two bounds, both included."""
+
+    def integer(text: str) -> int:
+        value = int(text)
+        if value < least or (most is not None and value > most):
+            allowed = f"{least} or more" if most is None else f"{least} to {most}"
+            raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {allowed}")
+        return value
+
+    return integer
+
+
+def number_or_auto(text: str) -> int | str:
+    """Read a whole number, or `auto`."""
+    return text if text == "auto" else int(text)
+
+
+def numbers(text: str) -> list[int]:
+    """Read whole numbers between commas, each once, ascending."""
+    return sorted({int(word) for word in text.split(",")})
+
+
+def words(text: str) -> list[str]:
+    """Read words between commas, each once, without the spaces around them."""
+    names = list(dict.fromkeys(word.strip() for word in text.split(",") if word.strip()))
+    if not names:
+        raise argparse.ArgumentTypeError(f"{text!r} names nothing; allowed: words between commas")
+    return names
+
+
+def positive(text: str) -> float:
+    """Read a number above zero."""
+    number = float(text)
+    if not number > 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: more than 0")
+    return number
+
+
+def size_in_bytes(text: str) -> int:
+    """Read 8GB, 500M (powers of 1000), 8GiB, 500MiB (powers of 1024), or plain bytes."""
+    parts = SIZE.fullmatch(text.strip())
+    if parts is None or (parts[3] and not parts[2]) or not float(parts[1]) > 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no size; allowed: as 8GB, 500M, 8GiB")
+    return int(float(parts[1]) * (1024 if parts[3] else 1000) ** POWERS[parts[2].lower()])
+
+
+def duration(text: str) -> float:
+    """Read 10s, 2m, 2min, 1h, or plain seconds; 0 for none."""
+    parts = DURATION.fullmatch(text.strip())
+    if parts is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is no duration; allowed: as 10s, 2m, 1h, 0")
+    return float(parts[1]) * SECONDS[parts[2]]
 
 
 def bare_command(commands, name: str, text: str) -> argparse.ArgumentParser:

@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Sequence
 from decimal import Decimal
+from importlib.metadata import version
 from pathlib import Path
 
 from fsel.cli.options import (
@@ -22,9 +23,12 @@ from fsel.cli.options import (
     add_video,
     bare_command,
     capture_command,
+    numbers,
+    positive,
+    whole,
+    words,
 )
 from fsel.cli.select_options import add_select
-from fsel.cli.values import Version, numbers, positive, whole, words
 
 OF_WORKERS = {"--check-worker", "--cost"}  # `reconstruct` with them has another grammar
 EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
@@ -37,7 +41,7 @@ def parser() -> argparse.ArgumentParser:
         description="Choose the frames of a posed capture that a novel-view reconstructor "
         "should be fed.",
     )
-    root.add_argument("--version", action=Version, nargs=0, help="print the version and end")
+    root.add_argument("--version", action="version", version=f"fsel {version('fsel')}")
     commands = root.add_subparsers(required=True, metavar="COMMAND")
     _add_demo(commands)
     _add_poses(commands)

@@ -1,33 +1,42 @@
-"""`fsel render`: views of a 3D Gaussian splatting `.ply`, compared with the frames there are."""
+"""`fsel render`: views of a 3D Gaussian splatting `.ply`, compared with frames, or as a video."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 
-from fsel.captures.images.film import levels
-from fsel.cli import filming, posing
+from fsel.captures.images import film
+from fsel.captures.lazy import LazyCapture
+from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.request import inputs_of
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.cli.selected import as_written, of_selection
+from fsel.core.capture import Views
+from fsel.core.names import distinct
 from fsel.core.outputs import staged
 from fsel.metrics import Metrics, score_views
 from fsel.reconstruct.gaussians import GaussianModel
-from fsel.selection.targets import targets_of
+from fsel.selection.flights import flight
+from fsel.selection.targets import Targets, targets_of
 
-LONG_SIDE = 384
+LONG_SIDE, VIDEO_SIDE = 384, 1280
+ENDING = ".mp4"
+RATE = 30  # frames a second
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     record = of_selection(args)
     if args.video is not None:
-        filming.run(args, console, record)
+        render_video(args, console, record)
         return
     if args.side_by_side is not None:
         raise ValueError("--side-by-side is of a video; allowed with: --video")
@@ -39,59 +48,63 @@ def run(args: argparse.Namespace, console: Console) -> None:
         opened = replace(opened, capture=as_written(opened.capture, record))
         targets = targets_of(opened.capture, args.targets)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
-        truth = None
-        if len(targets.frames):
-            truth = opened.loaded(targets.frames, console.bar("images")).images
-        names = _names(opened.capture.names, targets.frames, len(targets.views))
-        (stage / "renders").mkdir()
-        rows = []
-        for t in console.bar("rendering")(range(len(names)), len(names)):
-            image = model.render(targets.views.subset(slice(t, t + 1)))
-            bright = levels(image[0])
-            cv2.imwrite(str(stage / "renders" / f"{names[t]}.png"), bright[..., ::-1])
-            row: dict[str, str | float] = {"view": names[t]}
-            if truth is not None:
-                scores = score_views(image, np.asarray(truth[t : t + 1]), None, metrics)[0]
-                row |= dict(zip(metrics, scores.round(5).tolist(), strict=True))
-            rows.append(row)
-        measured = metrics if truth is not None else ()
-        content = _content(args, model, targets.views.size, rows, measured)
+        rows = _rendered(model, opened, targets, stage / "renders", metrics, console)
+        means = _means(rows, metrics) if len(targets.frames) else None
+        content = {
+            "model": str(args.model.resolve()),
+            "capture": str(args.capture.resolve()),
+            "size": list(targets.views.size),
+            "primitives": model.primitives,
+            "mean": means,
+            "views": rows,
+        }
         (stage / "render.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
-        table = _table(rows, content["mean"], measured)
+        table = _table(rows, means, metrics)
         (stage / "render.txt").write_text(table, encoding="utf-8")
     console.text(table)
     console.say("written", f"{args.out}: render.json, render.txt, renders")
     console.give(content)
 
 
-def _names(known: tuple[str, ...], frames: np.ndarray, views: int) -> list[str]:
-    """Names of the views: of the frames that they are, else by number."""
-    if not len(frames):
-        return [f"view_{t:03d}" for t in range(views)]
-    return file_names([known[frame] for frame in frames])
-
-
-def _content(
-    args: argparse.Namespace,
+def _rendered(
     model: GaussianModel,
-    size: tuple[int, int],
-    rows: list[dict],
+    opened: LazyCapture,
+    targets: Targets,
+    folder: Path,
     metrics: Metrics,
-) -> dict:
-    """Content of render.json; the means are null where there is no truth, and no metrics."""
-    means = {name: round(float(np.mean([r[name] for r in rows])), 5) for name in metrics}
-    return {
-        "model": str(args.model.resolve()),
-        "capture": str(args.capture.resolve()),
-        "size": list(size),
-        "primitives": model.primitives,
-        "mean": means or None,
-        "views": rows,
-    }
+    console: Console,
+) -> list[dict[str, str | float]]:
+    """Write every view's picture, and return its metrics where there is a frame to compare with."""
+    truth = None
+    if len(targets.frames):
+        truth = opened.loaded(targets.frames, console.bar("images")).images
+    folder.mkdir()
+    rows = []
+    for t, name in enumerate(console.bar("rendering")(*_names(opened, targets))):
+        image = model.render(targets.views.subset(slice(t, t + 1)))
+        cv2.imwrite(str(folder / f"{name}.png"), film.levels(image[0])[..., ::-1])
+        row: dict[str, str | float] = {"view": name}
+        if truth is not None:
+            scores = score_views(image, np.asarray(truth[t : t + 1]), None, metrics)[0]
+            row |= dict(zip(metrics, scores.round(5).tolist(), strict=True))
+        rows.append(row)
+    return rows
+
+
+def _names(opened: LazyCapture, targets: Targets) -> tuple[list[str], int]:
+    """Return the views' names, of the frames that they are, else by number; and how many."""
+    count = len(targets.views)
+    if not len(targets.frames):
+        return [f"view_{t:03d}" for t in range(count)], count
+    return file_names([opened.capture.names[frame] for frame in targets.frames]), count
+
+
+def _means(rows: Sequence[dict], metrics: Metrics) -> dict[str, float]:
+    return {name: round(float(np.mean([row[name] for row in rows])), 5) for name in metrics}
 
 
 def _table(rows: list[dict], means: dict | None, metrics: Metrics) -> str:
-    """The metrics, one row a view; or the views' names."""
+    """Return the metrics, one row a view; or the views' names."""
     if means is None:
         return "".join(f"{row['view']}\n" for row in rows)
     wide = max(len(row["view"]) for row in [*rows, {"view": "mean"}])
@@ -99,3 +112,43 @@ def _table(rows: list[dict], means: dict | None, metrics: Metrics) -> str:
     for row in [*rows, {"view": "mean", **means}]:
         lines.append(f"{row['view']:{wide}}  {columns(row, metrics)}")
     return "\n".join([*lines, ""])
+
+
+def render_video(args: argparse.Namespace, console: Console, record: dict) -> None:
+    """Write a flight through a model, or through two side by side.
+
+    Args:
+        args: of the command, with `--video`.
+        console: prints what is done.
+        record: of the selection, see `of_selection`.
+    """
+    if args.video.suffix.lower() != ENDING:
+        raise ValueError(f"{args.video}: a video is written as {ENDING}. Hint: NAME{ENDING}")
+    if args.metrics:
+        raise ValueError("--metrics compares renderings with frames; allowed with: -o")
+    files = [args.model] if args.side_by_side is None else [args.model, args.side_by_side]
+    with staged(args.video, [*inputs_of(args), *files], args.force, folder=False) as stage:
+        names = distinct([file.stem for file in files])
+        models = dict(zip(names, map(GaussianModel.read_ply, files), strict=True))
+        capture = as_written(posing.opened(args, console).capture, record)
+        count, long_side = max(round(args.seconds * RATE), 1), args.long_side or VIDEO_SIDE
+        views = flight(capture, args.targets, count, long_side)
+        started = time.perf_counter()
+        rows = console.bar("rendering")(range(len(views)), len(views))
+        film.write(stage, _frames(models, views, rows), RATE)
+        each = (time.perf_counter() - started) / len(views)
+    width, height = views.size
+    said = f"{len(views)} frames of {len(models)} x {width}x{height}, {each:.2f} s each"
+    console.say("written", f"{args.video}: {said}")
+    video = str(args.video.resolve())
+    console.give({"video": video, "frames": len(views), "size": [width, height]})
+
+
+def _frames(models: dict[str, GaussianModel], views: Views, rows) -> Iterator[np.ndarray]:
+    """Yield every view of each model, side by side; captions tell two apart."""
+    for row in rows:
+        view = views.subset(slice(row, row + 1))
+        panels = {name: film.levels(model.render(view)[0]) for name, model in models.items()}
+        if len(panels) > 1:
+            panels = {name: film.captioned(image, name) for name, image in panels.items()}
+        yield np.hstack(list(panels.values()))

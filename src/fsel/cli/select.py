@@ -15,9 +15,9 @@ from fsel.captures.images.previews import check_pixels, sharpness_of_files, thum
 from fsel.captures.lazy import LONG_SIDE, LazyCapture
 from fsel.cli import health as frame_health
 from fsel.cli import posing
-from fsel.cli.again import commands
 from fsel.cli.console import Console
 from fsel.cli.request import focus_of, inputs_of, reasons
+from fsel.cli.rerun_command import commands
 from fsel.cli.select_content import selection_content
 from fsel.cli.select_limits import (
     budget_of,

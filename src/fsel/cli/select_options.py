@@ -5,9 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from fsel.cli.options import LARGEST, add_output, add_request, capture_command
-from fsel.cli.values import (
-    duration_or_none,
+from fsel.cli.options import (
+    LARGEST,
+    add_output,
+    add_request,
+    capture_command,
+    duration,
     number_or_auto,
     positive,
     size_in_bytes,
@@ -45,7 +48,7 @@ def add_select(commands) -> None:
     )
     command.add_argument(
         "--patience",
-        type=duration_or_none,
+        type=duration,
         metavar="TIME",
         help="for how long selections are tried on this capture's own frames, as 10s (by default, "
         "where nothing but -k is stated), or on the images of --targets that are frames, if it is "

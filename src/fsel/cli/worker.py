@@ -12,7 +12,7 @@ import numpy as np
 
 from fsel.captures.lazy import open_capture
 from fsel.cli.console import Console
-from fsel.cli.values import positive, whole
+from fsel.cli.options import positive, whole
 from fsel.core.capture import Capture
 from fsel.core.programs.outcome import Unfinished
 from fsel.core.wording import counted
