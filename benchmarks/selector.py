@@ -30,7 +30,7 @@ from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.columns import CONDITIONED_INPUTS, FOLLOWING_INPUTS, INPUTS, TARGET_GAIN_INPUT
 from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
 from fsel.features.visibility import NOTHING, visibility_counts, visibility_gain
-from fsel.selectors import plain, pretrained
+from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.baselines.dpp import greedy_map
 from fsel.selectors.baselines.kmedoids import distances, fasterpam
 from fsel.selectors.greedy import Prepared, Rows, greedy, standardise
@@ -61,7 +61,7 @@ def prepared_of(n: int, rng: np.random.Generator) -> Prepared:
         bearings=unit_rows(rng, n, 3),
         descriptors=unit_rows(rng, n, DESCRIPTOR).astype(np.float32),
         closeness=rng.random((n, VIEWS)),
-        looks=0.1 * rng.normal(size=(n, 6)),
+        look_embedding=0.1 * rng.normal(size=(n, 6)),
         visible=NOTHING,
     )
     return Prepared(pool=np.arange(n), static=static, rows=rows)
@@ -116,7 +116,7 @@ def recomputed(prepared: Prepared, scorer: Scorer, k: int) -> np.ndarray:
         free[picks] = False
         inputs = prepared.static.copy()
         covered = rows.closeness[picks].sum(axis=0)
-        looks = rows.looks.reshape(-1, 2, 3)
+        looks = rows.look_embedding.reshape(-1, 2, 3)
         apart = [np.linalg.norm(looks - looks[i], axis=2).sum(axis=1) for i in picks]
         novel = np.min([np.full(len(looks), NOVEL), *apart], axis=0) / NOVEL
         inputs[:, TARGET_GAIN_INPUT] += (rows.closeness / (1 + covered)).mean(axis=1) * novel
@@ -166,7 +166,7 @@ def calls(
     rows, rule = prepared.rows, pretrained.method().scorer
     return {
         "fsel": lambda: greedy(read, rule, K),
-        "fsel, plain": lambda: plain.greedy(read, rule, K),
+        "fsel, plain": lambda: reference_loop.greedy(read, rule, K),
         "fsel, features": lambda: POLICIES["fsel"].prepare(problem),
         "a network": lambda: greedy(prepared, fresh, K),
         "a network, recomputed": lambda: recomputed(prepared, fresh, K),

@@ -23,7 +23,7 @@ from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selection import api, budget
 from fsel.selection import select as selection
 from fsel.selection.targets import targets_of
-from fsel.selectors import plain, pretrained
+from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.policies import POLICIES
 from fsel.selectors.scorer import Network
 
@@ -172,11 +172,11 @@ def test_images_are_not_opened_for_a_method_that_reads_none(folder, monkeypatch)
 @pytest.mark.parametrize("largest", [0, 10_000])
 def test_both_loops_pick_what_the_method_picks(largest, monkeypatch):
     problem = random_problem(800)
-    monkeypatch.setattr(plain, "LARGEST", largest)
+    monkeypatch.setattr(reference_loop, "LARGEST", largest)
     for name in pretrained.FILES:
         frames, scores = pretrained.method(name).ranked(problem, 12)
         plainly = POLICIES[name].prepare(problem)
-        rows, values = plain.greedy(plainly, pretrained.method(name).scorer, 12)
+        rows, values = reference_loop.greedy(plainly, pretrained.method(name).scorer, 12)
         np.testing.assert_array_equal(frames, plainly.pool[rows])
         np.testing.assert_allclose(scores, values, rtol=1e-9, atol=1e-9)
 

@@ -13,13 +13,13 @@ from slow_selector import POLICIES, random_scorer, slow_inputs, spelled
 from fsel.core.problem import checked_select
 from fsel.experiments.studies.hard_cases.worlds import moved, random_weights
 from fsel.features.columns import CONDITIONED_INPUTS, INPUTS, NAMES, TARGET_GAIN, TARGET_GAIN_INPUT
-from fsel.selectors import plain, pretrained
+from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.greedy import greedy, standardise
 from fsel.selectors.policies import POLICIES as SHIPPED
 from fsel.selectors.rollout import Rollout, follow, pick
 from fsel.selectors.scorer import Linear, Network, Scorer
 
-LOOPS = {"compiled": greedy, "plain": plain.greedy}
+LOOPS = {"compiled": greedy, "plain": reference_loop.greedy}
 loops = pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
 policies = pytest.mark.parametrize("policy", POLICIES.values(), ids=POLICIES.keys())
 
@@ -246,11 +246,11 @@ def test_a_policy_takes_scorers_of_its_kind_and_inputs_only():
 
 @policies
 @pytest.mark.parametrize("gain", [0.3, 1.0, 4.0])
-def test_rows_that_are_not_looked_at_would_not_have_been_picked(policy, gain):
+def test_rows_whose_exact_score_is_not_computed_would_not_have_been_picked(policy, gain):
     problem = random_problem(1200, 21, targets=9)
     prepared, scorer = policy.prepare(problem), random_scorer(policy, 7, gain)
     rows, scores = greedy(prepared, scorer, 60)
-    want_rows, want_scores = plain.greedy(prepared, scorer, 60)
+    want_rows, want_scores = reference_loop.greedy(prepared, scorer, 60)
     np.testing.assert_array_equal(rows, want_rows)
     np.testing.assert_allclose(scores, want_scores, rtol=1e-9, atol=1e-9)
 
@@ -264,8 +264,8 @@ def test_views_that_stand_for_a_capture_count_less_after_seven_picks():
     )
     for prepared in (told, whole):
         prepared.static[:] = 0
-    rows, scores = plain.greedy(told, rule, 40)
-    less_rows, less = plain.greedy(whole, rule, 40)
+    rows, scores = reference_loop.greedy(told, rule, 40)
+    less_rows, less = reference_loop.greedy(whole, rule, 40)
     np.testing.assert_array_equal(less_rows, rows)
     np.testing.assert_allclose(less, scores * np.minimum(1, 7 / np.maximum(np.arange(40), 1)))
     fast_rows, fast = greedy(whole, rule, 40)

@@ -13,7 +13,7 @@ from fsel.cli.options import OPENING
 from fsel.core.problem import Method
 from fsel.selection.export import record
 from fsel.selection.patience import Trial, Tried
-from fsel.selectors.policies import Learned
+from fsel.selectors.policies import ScoringMethod
 from fsel.selectors.scorer import Linear
 
 SETTINGS = (
@@ -109,7 +109,7 @@ def _settings(args: argparse.Namespace, method: Method) -> dict:
 
 def _scorer(method: Method) -> dict | None:
     """Scorer of the selection: provenance, and the coefficients of a linear rule."""
-    if not isinstance(method, Learned):
+    if not isinstance(method, ScoringMethod):
         return None
     rule = method.scorer
     coefficients = {"coefficients": rule.coefficients} if isinstance(rule, Linear) else {}

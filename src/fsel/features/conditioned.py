@@ -24,7 +24,8 @@ FAR = 75.0  # scene depths from every view that cost as much as the first frame 
 
 POINTS = 5.0  # what points that come into view weigh beside closeness
 
-LASTING = 7.0  # picks after which the gain for views that stand for a whole capture counts less
+SURROGATE_DECAY_START = 7.0
+"""Picks after which the gain for views that stand for a whole capture counts less."""
 
 FEW = 10  # with fewer picks, only the nearest of them count
 GROUP = 4  # the pick that counts then, from the nearest on; the farthest where there are fewer
@@ -52,7 +53,7 @@ def look_distance(centers: np.ndarray, axes: np.ndarray, views: Views) -> np.nda
     return (shift + TURN * ahead) / depth
 
 
-def looks(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
+def look_embedding(centers: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """(n, 6) where cameras are and, twice, what they look at, over the scene's depth.
 
     The look distance of two of the frames is the distance of their first three numbers plus that
@@ -97,7 +98,7 @@ def closeness(distance: np.ndarray) -> np.ndarray:
     return np.where(rank < LAST, FADE ** np.minimum(rank, LAST), 0.0)
 
 
-def remoteness(distance: np.ndarray) -> np.ndarray:
+def nearest_view_penalty(distance: np.ndarray) -> np.ndarray:
     """(n,) distance of each frame's closest view, in what a target gain is worth.
 
     It counts where the views see a part of the capture only: there, frames far from all of them

@@ -13,7 +13,7 @@ from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 from fsel.selection.budget import Auto
 from fsel.selection.targets import Targets
-from fsel.selectors.policies import Learned
+from fsel.selectors.policies import ScoringMethod
 
 if TYPE_CHECKING:
     from fsel.selectors.baselines.covisibility import Tracks
@@ -74,7 +74,10 @@ def check_cover(
     against = (
         ("frames that are always to be selected", len(targets.always) > 0),
         ("a number of frames that is to be found", isinstance(k, str | Auto)),
-        (f"the method {method.name}, which does not score frames", not isinstance(method, Learned)),
+        (
+            f"the method {method.name}, which does not score frames",
+            not isinstance(method, ScoringMethod),
+        ),
     )
     for what, there in against:
         if there:

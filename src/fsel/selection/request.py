@@ -20,7 +20,7 @@ from fsel.selection.memory import within
 from fsel.selection.patience import LEAST_TARGETS, Patience
 from fsel.selection.targets import ALL, Request, Targets, check_count, targets_of
 from fsel.selectors import pretrained
-from fsel.selectors.policies import RENAMED, Learned
+from fsel.selectors.policies import RENAMED, ScoringMethod
 
 LEAST_FRAMES = 3
 AUTO = "auto"
@@ -84,7 +84,7 @@ def checked_request(
     if focus is not None:
         targets = targets.seeing(focus.corners, capture)
     targets = targets.wished(capture, always, never)
-    if len(targets.always) and (isinstance(number, Auto) or not isinstance(method, Learned)):
+    if len(targets.always) and (isinstance(number, Auto) or not isinstance(method, ScoringMethod)):
         said = AUTO if isinstance(number, Auto) else number
         raise ValueError(
             "frames that are always to be selected go with a number of frames, and with a method "

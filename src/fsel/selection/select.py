@@ -33,7 +33,7 @@ from fsel.selection.request import (
     without_bad,
 )
 from fsel.selection.targets import Request, Targets
-from fsel.selectors.policies import Learned, Ranked
+from fsel.selectors.policies import Ranked, ScoringMethod
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -229,7 +229,7 @@ def _enough(
 
 def _ranked_by(method: Method, seed: int) -> Ranked:
     """(problem, k) -> picks and their scores."""
-    if isinstance(method, Learned):
+    if isinstance(method, ScoringMethod):
         return method.ranked
 
     def ranked(problem: Problem, k: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,8 @@
-"""The compiled greedy loop: z-scores of what follows the picks, the score, the argmax.
+"""The compiled greedy loops, linear and of a network: z-scores, the score, the argmax.
 
-All of it is float64, but for a network's screening; how a network is spared most candidates, and
-how the rest are scored: `fsel.selectors.screening`.
+All of it is float64, but for a network's first look: every row is scored in float32 with a
+polynomial GELU, and those that could still be the best again in float64 with the exact one, so that
+neither rounding nor the processor's vector width decides a pick.
 """
 
 from __future__ import annotations
@@ -10,13 +11,30 @@ import math
 
 import numpy as np
 
-from fsel.core.compiled import exact
-from fsel.features.columns import FOLLOWING, GAIN
+from fsel.core.compiled import exact, inlined, reordered
+from fsel.features.columns import FOLLOWING, FOLLOWING_INPUTS, GAIN
 from fsel.features.static import FLAT
-from fsel.selectors.following import begin, update
-from fsel.selectors.screening import best_of, best_row, highest, screen
+from fsel.selectors.conditioned_kernels import begin, update
+from fsel.selectors.scorer import WIDTH
 
-UNSCORED = 1e30  # what a row could have whose score was never computed
+BLOCK = 64  # rows a matrix product: its operands stay in the first cache, and on one thread
+ROUNDING = 1e-4  # float32 scores err by less than this share of their terms' magnitude
+
+# Phi(z) = (1 + z P(s)) / 2 with s = 2 (z / 5)^2 - 1 for |z| <= 5, ascending powers of s: a minimax
+# fit of degree 11 whose GELU errs by less than 5e-6.
+_P = np.array(
+    [
+        *(0.28272750973701477, -0.14059646427631378, 0.10305079072713852, -0.08078396320343018),
+        *(0.06271345913410187, -0.047249920666217804, 0.03382023051381111, -0.02033086121082306),
+        *(0.010226593352854252, -0.0077738091349601746, 0.006388887297362089),
+        -0.002192680025473237,
+    ],
+    np.float32,
+)
+_P0, _P1, _P2, _P3, _P4, _P5, _P6, _P7, _P8, _P9, _P10, _P11 = _P
+_FIVE, _HALF, _ONE, _SQUARE = (np.float32(v) for v in (5, 0.5, 1, 2 / 25))
+
+_f32 = np.float32
 
 
 @exact
@@ -51,6 +69,16 @@ def standardise_rows(raw, selectable, out):
 
 
 @exact
+def _best_of(scores, selectable):
+    """The row with the highest score of those not yet picked; ties go to the lowest."""
+    best = -1
+    for i in range(len(scores)):
+        if selectable[i] and (best < 0 or scores[i] > scores[best]):
+            best = i
+    return best
+
+
+@exact
 def run_linear(k, fixed, coefficients, rows, picks, scores):
     """The greedy loop (paper, Eq. 1 and 2) with a linear scorer.
 
@@ -72,10 +100,115 @@ def run_linear(k, fixed, coefficients, rows, picks, scores):
                 mean, factor = _scale(raw[c], selectable) if c != GAIN else (0.0, 1.0)
                 for i in range(n):
                     total[i] += coefficients[c] * ((raw[c, i] - mean) * factor)
-        row = best_of(total, selectable)
+        row = _best_of(total, selectable)
         picks[step], scores[step] = row, total[row]
         selectable[row] = False
         update(row, selectable, rows, memory, raw)
+
+
+@inlined
+def _gelu(z):
+    x = min(max(z, -_FIVE), _FIVE)
+    s = x * x * _SQUARE - _ONE
+    p = _P11 * s + _P10
+    p = p * s + _P9
+    p = p * s + _P8
+    p = p * s + _P7
+    p = p * s + _P6
+    p = p * s + _P5
+    p = p * s + _P4
+    p = p * s + _P3
+    p = p * s + _P2
+    p = p * s + _P1
+    p = p * s + _P0
+    return _HALF * z * (_ONE + x * p)
+
+
+@reordered
+def _score_block(block, base, inputs, narrow, hidden, product, out):
+    """Write float32 scores, less the last bias, of up to 64 rows."""
+    first, second, second_bias, third = narrow
+    for i in range(len(block)):
+        row = block[i]
+        a, b, c = _f32(inputs[row, 0]), _f32(inputs[row, 1]), _f32(inputs[row, 2])
+        d, e = _f32(inputs[row, 3]), _f32(inputs[row, 4])
+        for j in range(WIDTH):
+            z = base[row, j] + a * first[0, j] + b * first[1, j]
+            hidden[i, j] = _gelu(z + c * first[2, j] + d * first[3, j] + e * first[4, j])
+    np.dot(hidden[: len(block)], second, product[: len(block)])
+    for i in range(len(block)):
+        total = _f32(0)
+        for j in range(WIDTH):
+            total += third[j] * _gelu(product[i, j] + second_bias[j])
+        out[block[i]] = total
+
+
+@exact
+def _approximate_scores(selectable, base, inputs, narrow, out):
+    """Write float32 scores, less the last bias, of the rows not yet picked; return those rows.
+
+    Args:
+        selectable: (n,) bool.
+        base: (n, 64) float32 part of the first layer that the selection leaves alone.
+        inputs: (n, 5) float64 of those that follow it.
+        narrow: see `fsel.selectors.scorer.Layers`.
+        out: (n,) float32, written.
+    """
+    hidden, product = np.empty((BLOCK, WIDTH), np.float32), np.empty((BLOCK, WIDTH), np.float32)
+    rows = np.flatnonzero(selectable)
+    for start in range(0, len(rows), BLOCK):
+        block = rows[start : start + BLOCK]
+        _score_block(block, base, inputs, narrow, hidden, product, out)
+    return rows
+
+
+@exact
+def _exact_score(static, inputs, wide):
+    """One row's float64 score with the exact GELU, and the magnitude of its terms.
+
+    Args:
+        static: (19,) inputs that the selection leaves alone.
+        inputs: (5,) those that follow it.
+        wide: see `fsel.selectors.scorer.Layers`.
+    """
+    first, first_bias, second, second_bias, third, third_bias = wide
+    x = static.copy()
+    for c in range(FOLLOWING):
+        x[FOLLOWING_INPUTS[c]] += inputs[c]
+    hidden = np.empty(WIDTH)
+    for j in range(WIDTH):
+        z = first_bias[j]
+        for c in range(len(x)):
+            z += first[j, c] * x[c]
+        hidden[j] = 0.5 * z * (1 + math.erf(z * math.sqrt(0.5)))
+    score = third_bias[0]
+    magnitude = abs(score)
+    for j in range(WIDTH):
+        z = second_bias[j]
+        for c in range(WIDTH):
+            z += second[j, c] * hidden[c]
+        term = third[0, j] * 0.5 * z * (1 + math.erf(z * math.sqrt(0.5)))
+        score += term
+        magnitude += abs(term)
+    return score, magnitude
+
+
+@exact
+def _best_row(rows, approximate, static, inputs, wide):
+    """The best of some rows and its float64 score, among those that float32 leaves open.
+
+    Ties go to the lowest row.
+    """
+    top = rows[np.argmax(approximate[rows])]
+    best = top
+    best_score, magnitude = _exact_score(static[top], inputs[top], wide)
+    limit = approximate[top] - ROUNDING * magnitude
+    for i in rows:
+        if approximate[i] >= limit and i != top:
+            score = _exact_score(static[i], inputs[i], wide)[0]
+            if score > best_score or (score == best_score and i < best):
+                best, best_score = i, score
+    return best, best_score
 
 
 @exact
@@ -85,7 +218,7 @@ def run_network(k, static, base, rows, layers, picks, scores):
     Args:
         k: how many picks.
         static: (n, 19) float64 inputs, without what the selection adds to those that follow it.
-        base: (n, 64) float32, see `screen`.
+        base: (n, 64) float32, see `_approximate_scores`.
         rows: see `fsel.selectors.greedy.Rows`.
         layers: see `fsel.selectors.scorer.Layers`.
         picks: (k,) int64, written.
@@ -94,14 +227,11 @@ def run_network(k, static, base, rows, layers, picks, scores):
     n = len(static)
     raw, memory = begin(rows)
     selectable = np.ones(n, np.bool_)
-    inputs = np.empty((n, FOLLOWING))
-    seen, most = np.zeros((n, FOLLOWING)), np.empty(n)
-    approximate = np.full(n, np.float32(UNSCORED))
+    inputs, approximate = np.empty((n, FOLLOWING)), np.empty(n, np.float32)
     for step in range(k):
         standardise_rows(raw, selectable, inputs)
-        highest(approximate, inputs, seen, layers.bounds, most)
-        open_rows = screen(most, selectable, static, base, inputs, layers, approximate, seen)
-        row, scores[step] = best_row(open_rows, approximate, static, inputs, layers.wide)
+        free = _approximate_scores(selectable, base, inputs, layers.narrow, approximate)
+        row, scores[step] = _best_row(free, approximate, static, inputs, layers.wide)
         picks[step] = row
         selectable[row] = False
         update(row, selectable, rows, memory, raw)

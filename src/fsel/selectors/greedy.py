@@ -1,7 +1,7 @@
 """The greedy loop around a scorer (paper, section 3.3), without torch and without waste.
 
 What does not change is computed once: the static features, their standardisation and their part
-of the score. What follows the selection is kept running (see `fsel.selectors.following`).
+of the score. What follows the selection is kept running (see `fsel.selectors.conditioned_kernels`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fsel.selectors.scorer import Linear, Network, Scorer, layers_of
 
 def loop() -> ModuleType:
     """The compiled loop, imported when first used: numba takes longer to import than a small
-    pool takes to select from (see `fsel.selectors.plain`)."""
+    pool takes to select from (see `fsel.selectors.reference_loop`)."""
     from fsel.selectors import compiled
 
     return compiled
@@ -35,9 +35,9 @@ class Rows(NamedTuple):
         bearings: (n, 3) unit directions from the common reference point.
         descriptors: (n, D) float32; D = 0 when appearance is not read.
         closeness: (n, O) float64 of row and view, for the target gain; O = 0 when it is not read.
-        looks: (n, 6) float64, see `fsel.features.conditioned.looks`.
+        look_embedding: (n, 6) float64, see `fsel.features.conditioned.look_embedding`.
         visible: what the rows see of the views, for the target gain.
-        lasting: picks after which the target gain counts less, in inverse proportion to their
+        decay_start: picks after which the target gain counts less, in inverse proportion to their
             number; infinite unless the views stand for a whole capture.
     """
 
@@ -46,9 +46,9 @@ class Rows(NamedTuple):
     bearings: np.ndarray
     descriptors: np.ndarray
     closeness: np.ndarray
-    looks: np.ndarray
+    look_embedding: np.ndarray
     visible: Visibility
-    lasting: float = np.inf
+    decay_start: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Prepared:
     Attributes:
         pool: (n,) int64 frames, ascending; the rows of everything below.
         static: (n, 19) float64 inputs less what follows the selection: standardised, but for the
-            target gain's, which is minus the remoteness.
+            target gain's, which is minus the penalty of far views.
         rows: what they are compared by.
         given: (g,) int64 rows that are picked first, whatever they score.
     """

@@ -23,12 +23,12 @@ from fsel.features.columns import (
     TARGET_GAIN_INPUT,
 )
 from fsel.features.conditioned import (
-    LASTING,
+    SURROGATE_DECAY_START,
     closeness,
     look_depth,
     look_distance,
-    looks,
-    remoteness,
+    look_embedding,
+    nearest_view_penalty,
 )
 from fsel.features.static import proxy_points, static_features
 from fsel.features.visibility import NOTHING, visibility
@@ -40,7 +40,7 @@ Loop = Callable[[Prepared, Scorer, int], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Learned(Method):
+class ScoringMethod(Method):
     """A selection method that scores frames.
 
     Attributes:
@@ -114,7 +114,7 @@ class Policy:
         if self._read([TARGET_GAIN]):
             distance = look_distance(centers, axes, references)
             close = closeness(distance)
-            static[:, TARGET_GAIN_INPUT] = -remoteness(distance)
+            static[:, TARGET_GAIN_INPUT] = -nearest_view_penalty(distance)
             if self.points:
                 depth = look_depth(centers)
                 seeing = capture.view(frames)
@@ -127,9 +127,9 @@ class Policy:
             bearings=directions(centers, common),
             descriptors=problem.descriptors[frames][:, : None if appearance else 0],
             closeness=close,
-            looks=looks(centers, axes),
+            look_embedding=look_embedding(centers, axes),
             visible=visible,
-            lasting=LASTING if problem.whole else np.inf,
+            decay_start=SURROGATE_DECAY_START if problem.whole else np.inf,
         )
         return Prepared(frames, static, rows, np.searchsorted(frames, problem.given))
 
@@ -145,7 +145,7 @@ class Policy:
             return problem.targets
         return problem.capture.view(problem.proxies)
 
-    def method(self, scorer: Scorer, pick: Loop = greedy) -> Learned:
+    def method(self, scorer: Scorer, pick: Loop = greedy) -> ScoringMethod:
         """The selection method with a scorer.
 
         Args:
@@ -165,7 +165,7 @@ class Policy:
         def select(problem: Problem, k: int, rng: np.random.Generator) -> np.ndarray:
             return ranked(problem, k)[0]
 
-        return Learned(
+        return ScoringMethod(
             *(self.name, self.label, self.pool),
             nested=True,
             select=select,

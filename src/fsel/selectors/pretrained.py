@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.selectors import greedy, plain
+from fsel.selectors import greedy, reference_loop
 from fsel.selectors.greedy import Prepared
-from fsel.selectors.policies import KNOWN, RENAMED, Learned
+from fsel.selectors.policies import KNOWN, RENAMED, ScoringMethod
 from fsel.selectors.scorer import Linear, Scorer
 
 FOLDER = Path(__file__).parent / "weights"
@@ -25,7 +25,7 @@ NETWORK_COST = 10  # what scoring a row by a network costs in plain NumPy beside
 
 
 @cache
-def method(name: str = DEFAULT) -> Learned:
+def method(name: str = DEFAULT) -> ScoringMethod:
     """A method that comes with the package.
 
     Args:
@@ -34,7 +34,7 @@ def method(name: str = DEFAULT) -> Learned:
     return own(FOLDER / FILES[name], name)
 
 
-def own(path: str | Path, name: str | None = None) -> Learned:
+def own(path: str | Path, name: str | None = None) -> ScoringMethod:
     """The method of a scorer on disk.
 
     Args:
@@ -72,5 +72,5 @@ def ranking(prepared: Prepared, scorer: Scorer, k: int) -> tuple[np.ndarray, np.
     It is faster than compiling for small pools; and only it looks at rows that are given.
     """
     cost = 1 if isinstance(scorer, Linear) else NETWORK_COST
-    small = cost * k * len(prepared.pool) <= plain.LARGEST or len(prepared.given)
-    return (plain.greedy if small else greedy.greedy)(prepared, scorer, k)
+    small = cost * k * len(prepared.pool) <= reference_loop.LARGEST or len(prepared.given)
+    return (reference_loop.greedy if small else greedy.greedy)(prepared, scorer, k)

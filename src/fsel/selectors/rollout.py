@@ -7,11 +7,16 @@ Training follows a label's picks, and a scorer of any kind its own, through the 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from fsel.features.columns import FOLLOWING, FOLLOWING_INPUTS, INPUTS
+from fsel.core.problem import Method, Problem
+from fsel.features.columns import FOLLOWING, FOLLOWING_INPUTS, INPUTS, TARGET_GAIN_INPUT
+from fsel.selectors import reference_loop
 from fsel.selectors.greedy import Prepared, loop
+from fsel.selectors.policies import KNOWN, ScoringMethod
+from fsel.selectors.scorer import Linear
 
 Score = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """(t, n, 19) inputs and (t, n) selectable rows of all steps so far, (t - 1,) picks -> (n,) scores
@@ -74,3 +79,43 @@ def pick(rollout: Rollout, score: Score, k: int) -> np.ndarray:
         scores = score(features[: step + 1], selectable[: step + 1], past)
         rollout.add(int(np.argmax(np.where(rollout.selectable, scores, -np.inf))))
     return np.array(rollout.picked, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class RejectionScores:
+    """Scores of a pool at the last pick of a linear rule: the sum of two parts.
+
+    Attributes:
+        pool: (n,) int64 frames, ascending.
+        views: (n,) what a frame shows of the views beyond the earlier picks: the target gain.
+        apart: (n,) how far it lies from the earlier picks: all other inputs of the rule.
+    """
+
+    pool: np.ndarray
+    views: np.ndarray
+    apart: np.ndarray
+
+
+def explain_rejections(
+    method: Method, problem: Problem, picks: np.ndarray
+) -> RejectionScores | None:
+    """Score every frame that may be picked, before the last of some picks is.
+
+    Args:
+        method: that picked.
+        problem: what it was given.
+        picks: (k,) frames of the pool, in pick order.
+
+    Returns:
+        None for a method that is no linear rule: a network's score has no such parts.
+    """
+    if not isinstance(method, ScoringMethod) or not isinstance(method.scorer, Linear):
+        return None
+    prepared = KNOWN[method.name].prepare(problem)
+    small = len(picks) * len(prepared.pool) <= reference_loop.LARGEST
+    walk = (reference_loop.Walk if small else Rollout)(prepared)
+    for row in np.searchsorted(prepared.pool, picks[:-1]):
+        walk.add(int(row))
+    parts = walk.inputs() * method.scorer.vector
+    views = parts[:, TARGET_GAIN_INPUT]
+    return RejectionScores(prepared.pool, views, parts.sum(axis=1) - views)

@@ -25,7 +25,6 @@ SHAPES = {
     "layer3.weight": (1, WIDTH),
     "layer3.bias": (1,),
 }
-TURN = 0.62891  # GELU's slope is within this of one half
 
 
 class Scorer(ABC):
@@ -177,7 +176,7 @@ def _gelu(z: np.ndarray) -> np.ndarray:
 
 
 class Narrow(NamedTuple):
-    """A network's layers in float32, as `fsel.selectors.screening` multiplies by them.
+    """A network's layers in float32, as the compiled loop multiplies by them.
 
     Attributes:
         following: (5, 64) first-layer weights of the inputs that follow the selection.
@@ -191,32 +190,20 @@ class Narrow(NamedTuple):
     third: np.ndarray
 
 
-class Wide(NamedTuple):
-    """A network's six arrays in float64 and their own shapes."""
-
-    first: np.ndarray
-    first_bias: np.ndarray
-    second: np.ndarray
-    second_bias: np.ndarray
-    third: np.ndarray
-    third_bias: np.ndarray
-
-
 class Layers(NamedTuple):
     """Arrays of a network that the compiled loop needs.
 
     Attributes:
-        narrow, wide: the layers.
-        bounds: (11, 5), see `change_bounds`.
+        narrow: in float32, transposed.
+        wide: the six arrays of `SHAPES` in float64.
     """
 
     narrow: Narrow
-    wide: Wide
-    bounds: np.ndarray
+    wide: tuple[np.ndarray, ...]
 
 
 def layers_of(network: Network) -> Layers:
-    """A network's arrays for the compiled loop."""
+    """Return a network's arrays for the compiled loop."""
     weights = network.weights
     # copies: arrays read from a file may be read-only, for which the loop would compile anew
     narrow = Narrow(
@@ -225,40 +212,4 @@ def layers_of(network: Network) -> Layers:
         second_bias=weights["layer2.bias"].copy(),
         third=weights["layer3.weight"][0].copy(),
     )
-    wide = Wide(*(weights[name].astype(np.float64) for name in SHAPES))
-    bounds = change_bounds(wide.first[:, FOLLOWING_INPUTS], wide.second, wide.third[0])
-    return Layers(narrow, wide, bounds)
-
-
-def change_bounds(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
-    """Bounds of what a change d of the inputs that follow the selection adds to a score.
-
-    With the slopes of both layers written as 1/2 + e, |e| <= 0.629, the score's gradient is
-    w3 (1/2 + e2) W2 (1/2 + e1) W1: an exact part and two kinds of remainder. A score grows by at
-    most a.d + |B d| + |C d|.
-
-    Args:
-        first: (64, 5) columns of W1; second: (64, 64) W2; third: (64,) w3, float64.
-
-    Returns:
-        (11, 5) float64: a, and upper triangular factors of B and C.
-    """
-    both = second @ first
-    size = np.linalg.norm(third)
-    loose = TURN / 2 * np.linalg.norm(third @ second) + TURN**2 * size * _stretch(second)
-    parts = (TURN / 2 * size * both, loose * first)
-    return np.vstack([third @ both / 4, *(np.linalg.qr(part, mode="r") for part in parts)])
-
-
-def _stretch(matrix: np.ndarray) -> float:
-    """Bound of the largest singular value: no less than it, and at most a seventh more.
-
-    A decomposition would take longer than a selection from a small pool.
-    """
-    size = np.linalg.norm(matrix)
-    if size == 0:
-        return 0.0
-    gram = matrix.T @ matrix / size**2
-    for _ in range(3):
-        gram = gram @ gram
-    return float(size * np.linalg.norm(gram) ** (1 / 16))
+    return Layers(narrow, tuple(weights[name].astype(np.float64) for name in SHAPES))

@@ -24,7 +24,7 @@ from fsel.experiments.cells import cells_of
 from fsel.experiments.specs import Scenes
 from fsel.metrics import METRICS
 from fsel.selectors.baselines import METHODS, PAPER
-from fsel.selectors.policies import POLICIES, Learned
+from fsel.selectors.policies import POLICIES, ScoringMethod
 
 OURS = POLICIES["less_is_more"]
 SETTINGS = {
@@ -73,7 +73,7 @@ def _entered(setting: str) -> Callable[[list[Run]], list[Run]]:
         if setting == "targets":
             others = runs([METHODS["nearest"]]) + [run for run in learned if run not in ours]
         policy = POLICY[setting]
-        scorers = [cast(Learned, run.method).scorer for run in ours]
+        scorers = [cast(ScoringMethod, run.method).scorer for run in ours]
         return others + [Run(policy.method(scorer), n) for n, scorer in enumerate(scorers)]
 
     return entered

@@ -25,7 +25,7 @@ from fsel.selection.focus import Focus
 from fsel.selection.patience import Tried
 from fsel.selection.problem import request_problem
 from fsel.selection.targets import ALL, MOST_VIEWS, Targets
-from fsel.selectors.standing import Standing, standing
+from fsel.selectors.rollout import RejectionScores, explain_rejections
 
 RECORD = "selection.json"
 WELL = 2  # picks that see a point before it is seen well: its depth takes two
@@ -77,13 +77,13 @@ class Outcome:
         return evenly(len(self.capture), MOST_VIEWS)
 
     @cached_property
-    def standing(self) -> Standing | None:
+    def standing(self) -> RejectionScores | None:
         """Scores of all frames at the last pick, where a linear rule made the picks."""
         selection, blank = self.selection, np.zeros(len(self.capture))
         if not np.isfinite(selection.scores).any():  # another selection was kept than the rule's
             return None
         problem = request_problem(self.capture, self.targets, blank, self.focus, None)
-        return standing(self.method, problem, selection.indices)
+        return explain_rejections(self.method, problem, selection.indices)
 
     @cached_property
     def sights(self) -> np.ndarray | None:

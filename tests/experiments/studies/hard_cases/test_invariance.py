@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from selection_problems import permuted, random_problem
 
 from fsel.experiments.studies.hard_cases.worlds import moved, random_weights
-from fsel.selectors import plain, pretrained
+from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.baselines import METHODS
 from fsel.selectors.greedy import greedy
 from fsel.selectors.policies import POLICIES
@@ -24,7 +24,7 @@ SCORERS = {
     "less_is_more_no_appearance": lambda: Network(random_weights(4)),
     "fsel": lambda: pretrained.method().scorer,
 }
-LOOPS = {"compiled": greedy, "plain": plain.greedy}
+LOOPS = {"compiled": greedy, "plain": reference_loop.greedy}
 policies = pytest.mark.parametrize("policy", SCORERS)
 loops = pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
 seeds = st.integers(0, 2**32 - 1)

@@ -17,7 +17,7 @@ from fsel.experiments.studies.hard_cases import problems, worlds
 from fsel.experiments.studies.hard_cases.case import Case, Finding, finite, quality
 from fsel.features.columns import STATIC
 from fsel.features.static import proxy_points, static_features
-from fsel.selectors import plain, pretrained
+from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.greedy import greedy, standardise
 from fsel.selectors.policies import POLICIES
 from fsel.selectors.scorer import Network, Scorer
@@ -41,7 +41,7 @@ def compare_picks(problem: Problem, reference: Problem, k: int) -> tuple[int, in
         *arrays, visible, _ = prepared.rows  # the last is a number, which may be infinite
         finite(prepared.static, *arrays, visible.seen)
         rows, got = greedy(prepared, scorer, k)
-        wanted, want = plain.greedy(POLICIES[name].prepare(reference), scorer, k)
+        wanted, want = reference_loop.greedy(POLICIES[name].prepare(reference), scorer, k)
         finite(got, want)
         same += int((rows == wanted).sum())
         total += k
@@ -162,7 +162,7 @@ def loud() -> Finding:
         Network(worlds.random_weights(1, 60.0)),
     )
     rows, got = greedy(prepared, network, K)
-    wanted, want = plain.greedy(prepared, network, K)
+    wanted, want = reference_loop.greedy(prepared, network, K)
     finite(got, want)
     same = int((rows == wanted).sum())
     error = float(np.abs(got / want - 1).max()) if same == K else np.inf

@@ -102,9 +102,9 @@ class _Memory:
         self._spread(row, free, raw)
         self.covered += self.rows.closeness[row]
         self.rates += visibility_counts(self.rows.visible, np.array([row]))
-        shift = (self.rows.looks - self.rows.looks[row]).reshape(-1, 2, 3)
+        shift = (self.rows.look_embedding - self.rows.look_embedding[row]).reshape(-1, 2, 3)
         self.apart = np.minimum(self.apart, np.linalg.norm(shift, axis=2).sum(axis=1))
-        raw[:, GAIN] = self.gain() * min(1.0, self.rows.lasting / picked)
+        raw[:, GAIN] = self.gain() * min(1.0, self.rows.decay_start / picked)
 
     def gain(self) -> np.ndarray:
         """(n,) see `compiled.target_gain`."""

@@ -86,11 +86,11 @@ def update(row, selectable, rows, memory, raw):
         _enough(selectable, raw[SPREAD[c]])
     for o in range(len(memory.covered)):
         memory.covered[o] += rows.closeness[row, o]
-    _least_apart(rows.looks, row, memory.apart)
+    _least_apart(rows.look_embedding, row, memory.apart)
     _look(rows.visible, row, memory)
     _gain(rows, memory, raw[GAIN])
-    if count > rows.lasting:
-        raw[GAIN] *= rows.lasting / count
+    if count > rows.decay_start:
+        raw[GAIN] *= rows.decay_start / count
 
 
 @exact
