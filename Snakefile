@@ -9,8 +9,7 @@ min_version("9.19.0")
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
 from fsel.experiments import TABLES
-from fsel.experiments.answers import answer
-from fsel.workflow import inputs, perceptual, requirements, work
+from fsel.workflow import inputs, perceptual, requirements
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.machine import IMAGE, check_image, prepare
 from fsel.workflow.resources import Size
@@ -45,7 +44,6 @@ experiment = perceptual.settled(
 tables = Tables(TABLES, experiment, asks=workflow.is_main_process)
 config["captions"] = tables.captions()
 if workflow.is_main_process:
-    answer(sys.argv[1:], experiment, config)
     requirements.check(experiment, tables, workflow.configfiles)
 experiment.check()
 

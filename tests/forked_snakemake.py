@@ -28,10 +28,8 @@ LIBRARIES = (
     "yte",
 )
 PARTS = (
-    "fsel.experiments.answers",
     "fsel.workflow.machine",
     "fsel.workflow.perceptual",
-    "fsel.workflow.work",
 )
 
 

@@ -29,16 +29,6 @@ def test_scenes_and_problems():
     assert made.labels() == {"dl3dv": "DL3DV", "seven_scenes": "7-Scenes"}
 
 
-def test_counted_scenes_are_disjoint_and_in_natural_order(tmp_path):
-    for number in range(1, 13):
-        (tmp_path / f"s{number}").mkdir()
-    entry = {"root": str(tmp_path), "scenes": {"train": 2, "evaluation": 9}}
-    made = experiment(datasets=with_dataset(**entry))
-    assert made.scenes("mine", "evaluation") == [f"s{n}" for n in range(1, 10)]
-    assert made.scenes("mine", "train") == ["s10", "s11"]
-    assert made.datasets.role_of("mine", "s10") == "train"
-
-
 def test_seeds_come_from_names():
     made = experiment(seed=7)
     assert made.scene_seed(SCENE, "select", 1) == zlib.crc32(b"7/dl3dv/evaluation00/select/1")
@@ -142,14 +132,6 @@ def test_places_are_shared_by_name_or_by_dataset(tmp_path):
     assert experiment(datasets=by_name).places() == {"mine/a": "house"}
     by_word = with_dataset(**entry, places="street")
     assert experiment(datasets=by_word).facts()["places"] == {"mine/a": "street/a"}
-
-
-def test_a_missing_dataset_is_left_out_and_named_in_captions(tmp_path):
-    entry = {"label": "Gone", "root": str(tmp_path / "nowhere"), "scenes": ["a"]}
-    made = experiment(datasets=SMOKE["datasets"] | {"gone": entry})
-    assert "gone" not in made.datasets.entries
-    assert made.facts()["missing"] == ["Gone"]
-    assert str(tmp_path / "nowhere") in made.datasets.missing["gone"]
 
 
 def test_resources_grow_with_attempts_frames_and_pixels(tmp_path):

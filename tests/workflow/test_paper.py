@@ -1,8 +1,5 @@
-"""The paper's configuration with a person's own part: an overlay, stand-in roots, costs."""
+"""The paper's configuration over folders in each dataset's layout."""
 
-import re
-
-import pytest
 import yaml
 from dry_runs import ROOT, planned, snakemake
 from layout_recordings import recording
@@ -21,38 +18,15 @@ SCENES = {
 }
 
 
-@pytest.fixture(scope="module")
-def overlay(tmp_path_factory):
-    """What `snakemake overlay` prints, without what Snakemake says."""
-    result = snakemake(tmp_path_factory.mktemp("overlay"), [PAPER], "overlay")
-    assert result.returncode == 0, result.stderr
-    return result.stdout
-
-
-def test_the_overlay_is_filled_in_and_changes_nothing_but_roots(overlay):
-    content = yaml.safe_load(overlay)
-    assert overlay.startswith("# Your own part of a configuration")
-    assert list(content["datasets"]) == list(CONFIG["datasets"])
-    for name, entry in content["datasets"].items():
-        assert entry["root"] == f"/data/{name}"
-        assert entry["scenes"] == CONFIG["datasets"][name]["scenes"]
-        assert ("fetch" in entry) == ("fetch" in CONFIG["datasets"][name])
-    for key in ("reconstruction", "transfer", "reconchoice"):
-        given = CONFIG[key] if key == "reconstruction" else CONFIG[key]["reconstructions"]
-        own = content[key] if key == "reconstruction" else content[key]["reconstructions"]
-        assert own == given
-    assert "*id" not in overlay
-    assert "&id" not in overlay
-
-
-def test_the_paper_plans_on_roots_in_all_eight_layouts(overlay, tmp_path):
+def test_the_paper_plans_on_roots_in_all_eight_layouts(tmp_path):
     """Captures as our own writers write them, and a file of one's own over the tracked ones."""
-    content = {"datasets": yaml.safe_load(overlay)["datasets"]}
+    content = yaml.safe_load((ROOT / "config" / "paper_data.yaml").read_text())
+    assert list(content["datasets"]) == list(CONFIG["datasets"])
     layouts = set()
     for name, entry in content["datasets"].items():
         layout = CONFIG["datasets"][name]["layout"]
         entry["root"] = str(tmp_path / "data" / name)
-        entry["scenes"] = scenes = SCENES.get(name, entry["scenes"])
+        entry["scenes"] = scenes = SCENES.get(name, CONFIG["datasets"][name]["scenes"])
         names = (
             [s for found in scenes.values() for s in _named(found)]
             if isinstance(scenes, dict)
@@ -79,19 +53,3 @@ def test_the_paper_plans_on_roots_in_all_eight_layouts(overlay, tmp_path):
 
 def _named(found):
     return found if isinstance(found, list) else range(found)
-
-
-def test_costs_count_jobs_and_hours_served_and_not(tmp_path):
-    result = snakemake(tmp_path, [PAPER], "costs")
-    assert result.returncode == 0, result.stderr
-    rows = dict(re.findall(r"^(\w+ +\w+) +(\d+ .*)$", result.stdout, re.M))
-    rows = {" ".join(key.split()): value.split() for key, value in rows.items()}
-    # 90 scenes in two jobs each; 5 coverages of 610 subsets; 15 s to load, 2 to fit, 0.3 to render
-    assert rows["label long_lrm"][:2] == ["180", "274500"]
-    served, alone = map(int, rows["label long_lrm"][2:])
-    assert served == round((274_500 * 2.3 + 180 * 15) / 3600)
-    assert alone == round(274_500 * 17.3 / 3600)
-    assert rows["evaluate long_lrm"][0] == "103"
-    assert "243 captures" in result.stdout
-    told = snakemake(tmp_path, [PAPER, STAND_INS], "costs")
-    assert "splats states no cost" in told.stdout

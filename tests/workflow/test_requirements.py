@@ -46,7 +46,7 @@ def test_a_root_may_be_a_variable_of_the_environment(tmp_path, monkeypatch):
     assert f"datasets.mine.root {written} (no folder /" in refused(datasets=datasets)
     monkeypatch.setenv("FSEL_CAPTURES", str(tmp_path))
     paged = datasets["mine"] | {"page": "https://example.org/captures"}
-    with pytest.raises(Refusal, match=r"no folders .'a'. in .*; https://example\.org/captures"):
+    with pytest.raises(Refusal, match=r"no .'a'. in .*; https://example\.org/captures"):
         experiment(datasets=datasets | {"mine": paged})
     (tmp_path / "a").mkdir()
     assert experiment(datasets=datasets).datasets.entries["mine"]["root"] == str(tmp_path)

@@ -78,12 +78,6 @@ def test_a_wrong_value_is_refused_by_name(changes, parts):
         assert part in str(refused.value)
 
 
-def test_a_former_name_of_a_policy_is_refused_with_the_name_of_today():
-    given = SMOKE | {"training": {"weights": {"ours": ["mine.safetensors"]}}}
-    with pytest.raises(Refusal, match="Hint: 'ours' is named 'less_is_more' now; the keys here"):
-        complete(copy.deepcopy(given), SCHEMA, "")
-
-
 def test_every_key_is_described_and_documented():
     schema = yaml.safe_load((ROOT / "workflow" / "schemas" / "config.schema.yaml").read_text())
     documented = (ROOT / "config" / "README.md").read_text()

@@ -67,9 +67,7 @@ use rule stage as search_oracle with:
         "<results>/benchmarks/search_oracle/{dataset}/{scene}/draw{draw}.jsonl"
     resources:
         **experiment.resources(
-            Size(4000, 120, "reconstruction"),
-            experiment.reconstruction,
-            work.search_oracle,
+            Size(4000, 120, "reconstruction"), experiment.reconstruction
         ),
     params:
         search=experiment.config["search"],

@@ -55,9 +55,7 @@ use rule stage as label with:
     benchmark:
         "<results>/benchmarks/label/{scene}.jsonl"
     resources:
-        **experiment.resources(
-            Size(4000, 120, "reconstruction"), experiment.labeller, work.label
-        ),
+        **experiment.resources(Size(4000, 120, "reconstruction"), experiment.labeller),
     params:
         coverages=experiment.config["coverages"],
         search=experiment.config["search"],
@@ -84,16 +82,14 @@ use rule stage as label_part with:
     wildcard_constraints:
         part=r"\d+",
     resources:
-        **experiment.resources(
-            Size(4000, 120, "reconstruction"), experiment.labeller, work.label
-        ),
+        **experiment.resources(Size(4000, 120, "reconstruction"), experiment.labeller),
     params:
         coverages=experiment.config["coverages"],
         search=experiment.config["search"],
         reconstruction=experiment.labeller,
         fitness=experiment.fitness,
         seed=experiment.training_seed,
-        most=work.label(experiment.config).subsets,
+        most=experiment.label_subsets,
         job="fsel.stages.label:label_part",
     message:
         "Searching for good subsets of {wildcards.scene}, part {wildcards.part}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ ROLES = ("train", "validation", "evaluation", "object")
 COUNTED = ("evaluation", "validation", "train", "object")  # the order in which folders are taken
 KINDS = ("embedded", "fetch", "root")
 READING = ("layout", "poses", "model", "points", "every", "max_error", "reading")
-VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")  # of the environment, and what else
+VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")  # of the environment, and its default
 
 Section = Mapping[str, Any]
 
@@ -24,19 +24,16 @@ Section = Mapping[str, Any]
 def kinds_of(dataset: Section) -> list[str]:
     """List where an entry says that its captures come from: one of `KINDS`, unless it is wrong.
 
-    A key that is null says nothing, but for a `root` alone: one that is not set yet.
+    A key that is null does not count, but for a `root` alone: one that is not set yet.
     """
     given = [kind for kind in KINDS if dataset.get(kind) is not None]
     return given or (["root"] if "root" in dataset else [])
 
 
-def count_of(entry: Section, role: str) -> int:
-    """Number of scenes with a role that a dataset of the configuration has, there or not."""
+def roles_of(entry: Section) -> Mapping[str, Any]:
+    """Return role -> names of scenes, or how many; a list alone is for evaluation."""
     scenes = entry["scenes"]
-    if isinstance(scenes, list):
-        scenes = {"evaluation": scenes}
-    found = scenes.get(role, 0)
-    return found if isinstance(found, int) else len(found)
+    return {"evaluation": scenes} if isinstance(scenes, list) else scenes
 
 
 @dataclass(frozen=True)
@@ -46,7 +43,7 @@ class Datasets:
     Attributes:
         entries: name -> entry of the configuration, in the order of the tables.
         sources: name -> page, archives and folders of a dataset, `config/sources.yaml`.
-        missing: name -> why it is not there, in words.
+        missing: name -> why it is not there.
         labels_missing: printed names of those.
     """
 
@@ -57,26 +54,62 @@ class Datasets:
 
     @classmethod
     def of(cls, entries: Mapping[str, Section], sources: Mapping[str, Section]) -> Datasets:
-        """Those of a configuration, parted into what is there and what is not."""
-        placed = {name: _placed(entry) for name, entry in entries.items()}
+        """Part the datasets of a configuration into what is there and what is not.
+
+        Raises:
+            Refusal: for an entry that no job could serve.
+        """
+        placed = {name: _placed(name, entry) for name, entry in entries.items()}
         missing = {
-            name: f"datasets.{name}.root {_looked_for(entry['root'], placed[name]['root'])}"
-            f"{origin(entry, sources)}"
+            name: f"datasets.{name}.root {_sought(entry['root'], placed[name]['root'])}"
+            f"{_origin(entry, sources)}"
             for name, entry in entries.items()
             if kinds_of(entry) == ["root"]
             and not (placed[name]["root"] and Path(placed[name]["root"]).is_dir())
         }
         here = {name: entry for name, entry in placed.items() if name not in missing}
-        labels = tuple(entries[name]["label"] for name in missing)
-        return cls(here, sources, missing, labels)
+        found = cls(here, sources, missing, tuple(entries[name]["label"] for name in missing))
+        for name in here:
+            found._check(name)
+        return found
+
+    def _check(self, name: str) -> None:
+        """Refuse a dataset whose scenes are not there, before jobs of the others have run."""
+        entry, where = self.entries[name], f"datasets.{name}"
+        if kinds_of(entry) == ["fetch"]:
+            self._check_source(where, entry["fetch"])
+        named = [scene for role in ROLES for scene in self.scenes(name, role)]
+        if len(set(named)) < len(named):
+            refuse(f"{where}.scenes names a scene twice: {named}", "give each scene one role")
+        if kinds_of(entry) == ["embedded"]:
+            return
+        there, root = self._present(name), entry.get("root")
+        if root:
+            absent = [scene for scene in named if not Path(root, scene).is_dir()]
+        else:
+            absent = sorted(set(named) - set(there))
+        if absent:
+            place = root or f"what may be fetched of {entry['fetch']}"
+            refuse(
+                f"{where}.scenes: no {absent} in {place}{_origin(entry, self.sources)}",
+                f"those there are {there}",
+            )
+
+    def _check_source(self, where: str, name: str) -> None:
+        source = self.sources.get(name, {"scenes": {}})
+        if not source["scenes"]:
+            offered = [each for each in self.sources if self.sources[each]["scenes"]]
+            refuse(
+                f"{where}.fetch is {name!r}, which no program may download",
+                f"get it from {source['page']} and name its folder as `root`"
+                if "page" in source
+                else f"these may be fetched: {offered}",
+            )
 
     def scenes(self, dataset: str, role: str) -> list[str]:
-        """Names of a dataset's scenes with a role, in order."""
+        """Return the names of a dataset's scenes with a role, in order."""
         entry = self.entries[dataset]
-        roles = entry["scenes"]
-        if isinstance(roles, list):
-            roles = {"evaluation": roles}
-        listed = roles.get(role, [])
+        listed = roles_of(entry).get(role, [])
         if not isinstance(listed, int):
             return list(listed)
         if kinds_of(entry) == ["embedded"]:
@@ -84,28 +117,23 @@ class Datasets:
         return self._counted(dataset, role)
 
     def role_of(self, dataset: str, scene: str) -> str:
-        """The role of a scene."""
+        """Return the role of a scene."""
         return next(role for role in ROLES if scene in self.scenes(dataset, role))
 
     def _counted(self, name: str, role: str) -> list[str]:
-        """Scenes with a role where the configuration says how many there are of each."""
-        numbers, start = self.entries[name]["scenes"], 0
-        for earlier in COUNTED:
-            stop = start + numbers.get(earlier, 0)
-            if earlier == role:
-                break
-            start = stop
-        present = self._present(name)
-        if stop > len(present):
+        """Return the scenes with a role of which the configuration says how many there are."""
+        counts = {r: n for r, n in roles_of(self.entries[name]).items() if isinstance(n, int)}
+        present, total = self._present(name), sum(counts.values())
+        if total > len(present):
             refuse(
-                f"datasets.{name}.scenes asks for {sum(numbers.values())} scenes, {len(present)} "
-                "are there",
+                f"datasets.{name}.scenes asks for {total} scenes, {len(present)} are there",
                 "lower the numbers, or name the scenes",
             )
-        return present[start:stop]
+        start = sum(counts.get(earlier, 0) for earlier in COUNTED[: COUNTED.index(role)])
+        return present[start : start + counts[role]]
 
     def _present(self, name: str) -> list[str]:
-        """Folders below the root of a dataset in natural order, or the scenes that are fetched."""
+        """List the folders below a dataset's root in natural order, or what may be fetched."""
         entry = self.entries[name]
         if kinds_of(entry) == ["fetch"]:
             return list(self.sources[entry["fetch"]]["scenes"])
@@ -113,7 +141,7 @@ class Datasets:
         return sorted((name for name in folders if not name.startswith(".")), key=natural)
 
     def raw_capture(self, dataset: str, scene: str) -> str:
-        """Folder of a scene as its dataset is distributed."""
+        """Return the folder of a scene as its dataset is distributed."""
         if kinds_of(self.entries[dataset]) == ["root"]:
             return str(Path(self.entries[dataset]["root"], scene))
         return f"<results>/data/{dataset}/{scene}"
@@ -130,33 +158,33 @@ class Datasets:
         return reading
 
     def protocol(self, dataset: str, scene: str) -> dict[str, str]:
-        """Arguments of `fsel.captures.layouts.protocol.read_protocol`; none without a protocol."""
+        """Return arguments of `fsel.captures.layouts.protocol.read_protocol`, if there is one."""
         file = self.entries[dataset].get("protocol")
         if not file:
             return {}
         return {"file": file, "scene": scene, "folder": self.raw_capture(dataset, scene)}
 
     def archive_of(self, dataset: str, scene: str) -> str:
-        """File name of the archive that holds a fetched scene."""
+        """Return the file name of the archive that holds a fetched scene."""
         source = self.entries[dataset]["fetch"]
         return _archive(source, self.sources[source]["scenes"][scene]["url"])
 
     def archive(self, name: str) -> dict[str, str]:
-        """Address and checksum of an archive, by its file name."""
-        scenes = [(s, scene) for s in self.sources for scene in self.sources[s]["scenes"].values()]
+        """Return the address and the checksum of an archive, by its file name."""
         return next(
             {"url": scene["url"], "sha256": scene["sha256"]}
-            for source, scene in scenes
+            for source, entry in self.sources.items()
+            for scene in entry["scenes"].values()
             if name == _archive(source, scene["url"])
         )
 
     def fetched(self, dataset: str, scene: str) -> Section:
-        """Entry of a fetched scene in `config/sources.yaml`."""
+        """Return the entry of a fetched scene in `config/sources.yaml`."""
         source: Section = self.sources[self.entries[dataset]["fetch"]]
         return source["scenes"][scene]
 
     def names(self, kind: str = "") -> str:
-        """Pattern of the datasets of a kind, or of all; it matches nothing where there is none.
+        """Return a pattern of the datasets of a kind, or of all; it matches nothing for none.
 
         `object` is the kind of those with masks of objects.
         """
@@ -170,23 +198,46 @@ class Datasets:
         return "|".join(patterns) or "(?!)"
 
 
-def _placed(entry: Section) -> Section:
-    """The same entry, variables of the environment put into its root: `${NAME:-other}`."""
+def check_protocols(datasets: Datasets, draws: int, budgets: Sequence[int]) -> None:
+    """Refuse published lists of input frames that do not go with the rest of the configuration."""
+    for name, entry in datasets.entries.items():
+        where, file = f"datasets.{name}.protocol", entry.get("protocol")
+        if not file:
+            continue
+        if not Path(file).is_file():
+            refuse(f"{where} is {file}, not a file", "it comes with Long-LRM's repository, in data")
+        if entry["layout"] != "dl3dv" or draws != 1 or not {16, 32} & set(budgets):
+            refuse(
+                f"{where} lists 16 and 32 frames of one draw in layout dl3dv; got layout "
+                f"{entry['layout']}, draws {draws} and budgets {budgets}",
+                "give it a configuration of its own, with `draws: 1` and budgets 16 and 32",
+            )
+
+
+def _placed(name: str, entry: Section) -> Section:
+    """Return an entry with variables of the environment put into its root: `${NAME:-other}`."""
+    if len(kinds_of(entry)) != 1:
+        refuse(
+            f"datasets.{name} needs exactly one of `embedded`, `root` and `fetch`, got "
+            f"{[kind for kind in KINDS if kind in entry]}",
+            "`embedded: {family: ...}` generates captures, `root: folder` reads them from disk, "
+            "`fetch: source` downloads them; `fetch: null` takes one of another file back",
+        )
     if not entry.get("root"):
         return entry
     root = VARIABLE.sub(lambda found: os.environ.get(found[1]) or found[2] or "", entry["root"])
     return {**entry, "root": root}
 
 
-def _looked_for(written: str | None, root: str | None) -> str:
-    """The folder of a dataset as it is written, and where that is."""
+def _sought(written: str | None, root: str | None) -> str:
+    """Return the folder of a dataset as it is written, and where that is."""
     if not root:
         return f"is {written}, which is empty" if written else "is not set"
     return f"{written} (no folder {Path(root).resolve()})"
 
 
-def origin(entry: Section, sources: Mapping[str, Section]) -> str:
-    """Say how to get a dataset that is not there, in words."""
+def _origin(entry: Section, sources: Mapping[str, Section]) -> str:
+    """Say how to get a dataset that is not there."""
     if "page" in entry:
         return f"; {entry['page']}"
     source = sources.get(entry["layout"])

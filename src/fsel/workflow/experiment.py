@@ -8,7 +8,6 @@ import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,6 @@ from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
 from fsel.workflow.resources import Resource, Size
 from fsel.workflow.settings import TRAINED, Settings, shipped
-from fsel.workflow.work import Work
-from fsel.workflow.work import evaluate as of_evaluation
 
 Choice = Callable[[Any], Any]  # of the wildcards
 
@@ -119,54 +116,24 @@ class Experiment(Settings):
         return f"(?:{'|'.join(['', *map(re.escape, self.further)])})"
 
     def resources(
-        self,
-        size: Size,
-        reconstruction: Section | Choice | None = None,
-        work: Callable[[Section], Work] | None = None,
+        self, size: Size, reconstruction: Section | Choice | None = None
     ) -> dict[str, Resource]:
-        """Resources of a rule: memory, minutes, and a GPU where its reconstructor needs one.
+        """Return the memory and minutes of a rule, and a GPU where its reconstructor needs one.
 
         Args:
             size: of its jobs.
             reconstruction: the section of its reconstructor, or a function of the wildcards that
                 returns it; None for a rule that does not reconstruct.
-            work: configuration -> what its jobs reconstruct; that of `evaluate`, which has most,
-                if None. It counts where a reconstructor states its cost.
         """
         own = [s["long_side"] for s in self.reconstructors.values() if s["name"] != "external"]
         resources = size.resources(max(own, default=0))
-        if reconstruction is not None:
-            choose = _choice(reconstruction)
+        if callable(reconstruction):
+            choose = reconstruction
             resources["gpu"] = lambda wildcards: int(needs_gpu(choose(wildcards)))
-            for key, rest in list(resources.items())[:2]:
-                resources[key] = self._by_cost(key, rest, choose, work or self.evaluated)
+        elif reconstruction is not None:
+            section = reconstruction
+            resources["gpu"] = lambda wildcards: int(needs_gpu(section))
         return resources
-
-    def evaluated(self, config: Section) -> Work:
-        """Work of an evaluation of every selection of a scene."""
-        return of_evaluation(config, len(self.scorers))
-
-    def cost_of(self, section: Section) -> Section | None:
-        """Cost that a reconstructor states; None where it does not."""
-        return next((cost for known, cost in self.costs if known == section), None)
-
-    def _by_cost(
-        self, key: str, stated: Resource, choose: Choice, work: Callable[[Section], Work]
-    ) -> Resource:
-        """`mem_mb` or `runtime` by a reconstructor's cost where it states one."""
-
-        def needed(wildcards: Any, input: Iterable[str], attempt: int) -> int:
-            section = choose(wildcards)
-            cost = self.cost_of(section)
-            if cost and key == "runtime":
-                return work(self.config).minutes(section, cost) * attempt
-            if cost and "memory" in cost:
-                return int(cost["memory"]) * attempt
-            taken = {"wildcards": wildcards, "input": input, "attempt": attempt}
-            own = signature(stated).parameters
-            return stated(**{name: value for name, value in taken.items() if name in own})
-
-        return needed
 
     def library(
         self,
@@ -270,7 +237,3 @@ def minutes_of(poses: str | Section) -> int:
         return 30
     given = 0 if isinstance(poses, str) else poses.get("timeout", 0)
     return max(240, math.ceil(given / 60))
-
-
-def _choice(reconstruction: Section | Choice) -> Choice:
-    return reconstruction if callable(reconstruction) else lambda wildcards: reconstruction

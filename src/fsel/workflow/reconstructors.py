@@ -30,34 +30,8 @@ def named(sections: Section | Sequence[Section], where: str) -> dict[str, Sectio
 
 
 def without_name(section: Section) -> Section:
-    """A section as reconstructors take it: its cost changes no number, and so no job."""
-    return {key: value for key, value in section.items() if key not in ("as", "cost")}
-
-
-def stated_costs(config: Section) -> list[tuple[Section, Section]]:
-    """Reconstructors of a configuration that state what they cost: the section, and its cost.
-
-    Raises:
-        Refusal: when one reconstructor states two costs.
-    """
-    given: list[Section] = []
-    for part in (
-        config["reconstruction"],
-        config["search"]["reconstruction"],
-        config["transfer"]["reconstructions"],
-        config["reconchoice"]["reconstructions"],
-        config["pictures"],
-    ):
-        given += [part] if isinstance(part, Mapping) else (part or [])
-    found: list[tuple[Section, Section]] = []
-    for section in given:
-        own, cost = without_name(section), section.get("cost")
-        known = [other for known, other in found if known == own]
-        if cost and known and known[0] != cost:
-            refuse(f"{own['name']} states costs {known[0]} and {cost}", "state one of them")
-        if cost and not known:
-            found.append((own, cost))
-    return found
+    """A section as reconstructors take it."""
+    return {key: value for key, value in section.items() if key != "as"}
 
 
 def described(name: str, section: Section) -> dict[str, Any]:

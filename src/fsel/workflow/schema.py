@@ -6,7 +6,7 @@ In an `enum`, a word such as `fsel.captures.layouts:LAYOUTS` stands for the name
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,6 @@ import yaml
 from jsonschema import Draft202012Validator, ValidationError, validators
 
 from fsel.core.registry import closest
-from fsel.selectors.policies import RENAMED
 from fsel.workflow.refusal import refuse
 
 REGISTRY = re.compile(r"(fsel(?:\.\w+)+):(\w+)")
@@ -55,30 +54,21 @@ def complete(values: dict[str, Any], schema: dict[str, Any], hint: str, where: s
         where: the name of the whole, for what is wrong at the top level.
 
     Raises:
-        Refusal: naming the key, what is wrong with it, and the keys that are allowed there.
+        Refusal: naming the key, what is wrong with it, and what is allowed there.
     """
     try:
         _Filling(schema).validate(values)
     except ValidationError as fault:
-        keys = sorted(fault.schema.get("properties", {}))
         place = fault.json_path.removeprefix("$.").replace("$", where or "top level")
-        known = f"the keys here are {keys}; " if keys else ""
-        named = _renamed(fault.instance) + (_meant(fault, keys) or known)
-        refuse(f"{place}: {fault.message}", named + hint)
-
-
-def _meant(fault: ValidationError, keys: Sequence[str]) -> str:
-    """Names that are close to those that are not allowed."""
-    given = fault.instance if isinstance(fault.instance, dict) else [fault.instance]
-    allowed = list(map(str, fault.validator_value)) if fault.validator == "enum" else keys
-    near = [closest(str(word), allowed) for word in given if word not in allowed]
-    return "".join(f"did you mean {name!r}? " for name in near if name)
-
-
-def _renamed(section: Any) -> str:
-    """Names of today for the former names of policies among a section's keys."""
-    former = [name for name in RENAMED if isinstance(section, dict) and name in section]
-    return "".join(f"{name!r} is named {RENAMED[name]!r} now; " for name in former)
+        keys = sorted(fault.schema.get("properties", {}))
+        given = fault.instance if isinstance(fault.instance, dict) else [fault.instance]
+        allowed = list(map(str, fault.validator_value)) if fault.validator == "enum" else keys
+        near = [closest(str(word), allowed) for word in given if word not in allowed]
+        meant = "".join(f"did you mean {name!r}? " for name in near if name)
+        refuse(
+            f"{place}: {fault.message}",
+            (meant or (f"the keys here are {keys}; " if keys else "")) + hint,
+        )
 
 
 def _fill(validator: Any, properties: Any, values: Any, schema: Any) -> Iterator[ValidationError]:

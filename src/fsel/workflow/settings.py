@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
+from math import ceil
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Self
@@ -14,8 +16,8 @@ import yaml
 
 from fsel.core.seeds import name_seed
 from fsel.selectors.pretrained import FILES
-from fsel.workflow import checks, reconstructors
-from fsel.workflow.datasets import Datasets, Section, count_of, kinds_of
+from fsel.workflow import reconstructors
+from fsel.workflow.datasets import ROLES, Datasets, Section, check_protocols, kinds_of, roles_of
 from fsel.workflow.refusal import refuse
 from fsel.workflow.schema import complete, read_schema
 
@@ -34,7 +36,6 @@ class Settings:
         datasets: where their captures are, and which are missing.
         reconstructors: name -> section of those that evaluate; the first labels too.
         labeller: section of the reconstructor that labels.
-        costs: sections of reconstructors that state what they cost, and their costs.
         without_lpips: why GMSD stands in the place of LPIPS; empty where it does not.
     """
 
@@ -43,7 +44,6 @@ class Settings:
     datasets: Datasets
     reconstructors: Mapping[str, Section]
     labeller: Section
-    costs: Sequence[tuple[Section, Section]] = ()
     without_lpips: str = ""
 
     @classmethod
@@ -65,26 +65,43 @@ class Settings:
             refuse(f"sources is {path}, not a file", "leave it out for config/sources.yaml")
         sources = yaml.safe_load(path.read_text(encoding="utf-8"))
         complete(sources, read_schema(schemas / "sources.schema.yaml"), f"in {path}", str(path))
-        for name, entry in config["datasets"].items():
-            checks.check_kind(name, entry)
         datasets = Datasets.of(config["datasets"], sources)
-        checks.check_datasets(datasets)
-        checks.check_protocols(datasets, config["draws"], config["budgets"])
-        checks.check_search(config["search"])
+        check_protocols(datasets, config["draws"], config["budgets"])
         named = reconstructors.named(config["reconstruction"], "reconstruction")
-        labeller = config["search"].get("reconstruction") or next(iter(named.values()))
-        search = {key: value for key, value in config["search"].items() if key != "reconstruction"}
+        search = dict(config["search"])
+        labeller = search.pop("reconstruction") or next(iter(named.values()))
         own = {**config, "datasets": datasets.entries, "search": search}
         own |= _as_shipped(config, datasets.entries, folder)
-        costs = reconstructors.stated_costs(config)
-        return cls(own, folder, datasets, named, reconstructors.without_name(labeller), costs)
+        return cls(own, folder, datasets, named, reconstructors.without_name(labeller))
 
     def check(self) -> None:
         """Refuse too few scenes or frames, which would only be seen after hours of work."""
-        checks.check_scenes(self.datasets, self.trained)
-        needed = {role: self.frames_needed(role) for role in ("train", "evaluation", "object")}
-        needed["validation"] = needed["train"]
-        checks.check_frames(self.datasets, needed, self.config["embedded"]["frames"])
+        entries, search = self.datasets.entries, self.config["search"]
+        trains = any(self.scenes(name, "train") for name in entries)
+        if self.trained not in entries or (trains and not self.scenes(self.trained, "train")):
+            refuse(
+                f"training.dataset is {self.trained!r}, which has no `train` scenes among the "
+                f"datasets {list(entries)}",
+                f"add `{self.trained}` with train scenes, or name another dataset; without any "
+                "train scenes the scorers that ship are measured",
+            )
+        if not self.evaluation_scenes:
+            refuse("no dataset has evaluation scenes", "the tables need at least one")
+        if search["kept"] > search["stored"]:
+            refuse(
+                f"search: kept is {search['kept']}, more than stored, {search['stored']}",
+                "only stored subsets can be imitated",
+            )
+        frames = self.config["embedded"]["frames"]
+        for name, role in product(entries, ROLES):
+            needed = self.frames_needed(role)
+            embedded = kinds_of(entries[name]) == ["embedded"]
+            if embedded and self.scenes(name, role) and frames < needed:
+                refuse(
+                    f"embedded.frames is {frames}, the {role} scenes of {name} need {needed}: "
+                    "targets, as many proxies, and the largest budget",
+                    "raise embedded.frames, or lower targets or budgets",
+                )
 
     @property
     def trained(self) -> str:
@@ -129,12 +146,32 @@ class Settings:
         return [f"{d}/{s}" for d in self.datasets.entries for s in scenes(d, "train")[:most]]
 
     def frames_needed(self, role: str) -> int:
-        """Least frames of a scene with a role."""
-        return checks.frames_needed(self.config, role)
+        """Return the least frames of a scene: targets, their proxies, and the largest budget."""
+        config = self.config
+        budgets, k = config["budgets"], config["search"]["k"]
+        if role == "evaluation":
+            return int(2 * config["targets"] + max(*budgets, k))
+        if role == "object":
+            return int(2 * config["targets"] + self.budget_near(30))
+        labels = 2 * max(4, int(0.15 * max(config["coverages"]) + 0.5)) + k
+        refinement = config["refinement"]
+        practice = 2 * refinement["targets"] + max(refinement["budgets"])
+        return int(max(labels, practice) if refinement["seeds"] else labels)
 
     def budget_near(self, k: int) -> int:
-        """The largest budget up to a number of frames, or the smallest."""
-        return checks.budget_near(self.config["budgets"], k)
+        """Return the largest budget up to a number of frames, or the smallest."""
+        budgets: list[int] = self.config["budgets"]
+        return max([budget for budget in budgets if budget <= k] or [min(budgets)])
+
+    @property
+    def label_subsets(self) -> int:
+        """The most subsets that one of the jobs that label a scene evaluates."""
+        search = self.config["search"]
+        most = search["evaluations"]
+        if search["labeller"] == "genetic":
+            children = search["population"] - search["elites"]
+            most = search["population"] + search["generations"] * children
+        return ceil(len(self.config["coverages"]) * most / self.config["label_jobs"])
 
     def scene_seed(self, wildcards: Any, *parts: object) -> int:
         """A seed from the names of a scene and what it is for: adding a scene changes no other."""
@@ -167,7 +204,7 @@ def shipped(folder: Path, policy: str) -> str:
 
 def _as_shipped(config: Section, there: Mapping[str, Section], folder: Path) -> dict[str, Any]:
     """Sections of a configuration without `train` scenes: the scorers that ship are measured."""
-    if any(count_of(entry, "train") for entry in config["datasets"].values()):
+    if any(roles_of(entry).get("train") for entry in config["datasets"].values()):
         return {}
     training = config["training"]
     named = training["dataset"] in there

@@ -1,0 +1,125 @@
+"""Datasets of a configuration: what is there, and errors that name the key and the value."""
+
+import pytest
+from dry_runs import SMOKE, experiment, with_dataset
+
+from fsel.workflow.refusal import Refusal
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"budgets": [5, 50]}, ["embedded.frames is 60", "need 62"]),
+        ({"search": {"kept": 5, "stored": 4}}, ["kept is 5", "stored, 4"]),
+        ({"training": {"dataset": "other"}}, ["training.dataset is 'other'", "dl3dv"]),
+        ({"long_side": 1e9}, ["long_side", "maximum of 16384"]),
+        ({"pathvars": {"results": "../../x"}}, ["pathvars.results", "'../../x'"]),
+        ({"pathvars": {"results": ".."}}, ["pathvars.results", "'..'"]),
+        ({"pathvars": {"results": "a/../../b"}}, ["pathvars.results", "'a/../../b'"]),
+    ],
+)
+def test_numbers_and_names_that_do_not_fit(changes, parts):
+    with pytest.raises(Refusal) as refused:
+        experiment(**changes).check()
+    assert all(part in str(refused.value) for part in parts), refused.value
+
+
+def test_results_may_lie_anywhere_else():
+    experiment(pathvars={"results": "/scratch/a..b"})
+
+
+@pytest.mark.parametrize(
+    ("entry", "parts"),
+    [
+        ({"root": ".", "scenes": ["a"]}, ["no ['a'] in .", "those there are"]),
+        ({"scenes": ["a"]}, ["exactly one of `embedded`, `root` and `fetch`, got []"]),
+        ({"fetch": None, "scenes": ["a"]}, ["exactly one of", "got ['fetch']"]),
+        ({"fetch": "mipnerf360", "root": ".", "scenes": ["a"]}, ["got ['fetch', 'root']"]),
+        ({"root": ".", "scenes": {"evaluation": 2}}, ["asks for 2 scenes, 0 are there"]),
+        ({"fetch": "kitti", "scenes": ["a"]}, ["'kitti'", "mipnerf360"]),
+        ({"fetch": "scannetpp_dslr", "scenes": ["a"]}, ["https://scannetpp.mlsg.cit.tum.de"]),
+        ({"fetch": "mipnerf360", "scenes": ["barn"]}, ["['barn']", "treehill"]),
+        ({"root": ".", "scenes": [], "protocol": "no.json"}, ["protocol is no.json"]),
+        ({"root": ".", "scenes": [], "protocol": __file__}, ["layout colmap, draws 2"]),
+        ({"root": ".", "scenes": [], "poses": "file"}, ["'model'"]),
+        ({"root": ".", "scenes": {"train": ["a"], "object": ["a"]}}, ["names a scene twice"]),
+        (
+            {"embedded": {"family": "dl3dv"}, "layout": "auto", "scenes": {"train": 1}},
+            ["datasets.mine.layout", "'auto'"],
+        ),
+        (
+            {"embedded": {"family": "dl3dv"}, "scenes": {"train": ["a"]}},
+            ["datasets.mine.scenes.train", "['a']"],
+        ),
+        *(({"root": ".", "scenes": [name]}, [f"'{name}'"]) for name in ("../x", "/etc", "..")),
+        ({"root": ".", "scenes": ["a/../b"]}, ["'a/../b'"]),
+    ],
+)
+def test_a_wrong_dataset(tmp_path, monkeypatch, entry, parts):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(Refusal, match=r"datasets\.mine") as refused:
+        experiment(datasets=with_dataset(**({"layout": "colmap"} | entry)))
+    assert all(part in str(refused.value) for part in parts), refused.value
+
+
+def test_a_folder_takes_the_place_of_a_download(tmp_path):
+    (tmp_path / "garden").mkdir()
+    entry = {"fetch": None, "root": str(tmp_path), "layout": "mipnerf360", "scenes": ["garden"]}
+    made = experiment(datasets=with_dataset(**entry))
+    assert made.datasets.raw_capture("mine", "garden") == str(tmp_path / "garden")
+    assert "mine" not in made.datasets.names("fetch")
+
+
+def test_counted_scenes_are_disjoint_and_in_natural_order(tmp_path):
+    for number in range(1, 13):
+        (tmp_path / f"s{number}").mkdir()
+    entry = {"root": str(tmp_path), "scenes": {"train": 2, "evaluation": 9, "object": ["s12"]}}
+    made = experiment(datasets=with_dataset(**entry))
+    assert made.scenes("mine", "evaluation") == [f"s{n}" for n in range(1, 10)]
+    assert made.scenes("mine", "train") == ["s10", "s11"]
+    assert made.datasets.role_of("mine", "s10") == "train"
+
+
+def test_scenes_may_lie_in_folders_below(tmp_path):
+    inside = ["apple/110_1", "..x", "x.y"]
+    for folder in inside:
+        (tmp_path / folder).mkdir(parents=True)
+    made = experiment(datasets=with_dataset(root=str(tmp_path), scenes={"evaluation": inside}))
+    assert made.scenes("mine", "evaluation") == inside
+
+
+def test_scannet_scenes_have_an_object_each(tmp_path):
+    for scene in ("kitchen", "office"):
+        (tmp_path / scene).mkdir()
+    entry = {"layout": "scannet", "root": str(tmp_path)}
+    entry |= {"scenes": {"object": ["kitchen", "office"]}}
+    reading = {"instance": {"kitchen": 4, "office": 7}}
+    made = experiment(datasets=with_dataset(**entry, reading=reading))
+    assert made.datasets.reading("mine", "office")["reading"] == {"instance": 7}
+
+
+def test_a_missing_dataset_is_left_out_and_named_in_captions(tmp_path):
+    entry = {"label": "Gone", "root": str(tmp_path / "nowhere"), "scenes": ["a"]}
+    made = experiment(datasets=SMOKE["datasets"] | {"gone": entry})
+    assert "gone" not in made.datasets.entries
+    assert made.facts()["missing"] == ["Gone"]
+    assert str(tmp_path / "nowhere") in made.datasets.missing["gone"]
+
+
+def test_frames_that_a_scene_needs():
+    made = experiment()
+    assert made.frames_needed("evaluation") == 2 * 6 + 10
+    assert made.frames_needed("object") == 2 * 6 + 10
+    # 9 targets at 60 % coverage and 5 of the search; refinement needs 2 * 6 + 10
+    assert made.frames_needed("train") == max(2 * 9 + 5, 22)
+    unrefined = experiment(refinement=SMOKE["refinement"] | {"seeds": 0}, coverages=[25])
+    assert unrefined.frames_needed("train") == 2 * 4 + 5
+
+
+@pytest.mark.parametrize(
+    ("labeller", "jobs", "subsets"), [("genetic", 1, 610), ("genetic", 3, 204), ("swap", 1, 450)]
+)
+def test_subsets_that_a_job_evaluates(labeller, jobs, subsets):
+    """The paper's search: 40 + 15 * 38 subsets."""
+    made = experiment(search={"labeller": labeller}, coverages=[25], label_jobs=jobs)
+    assert made.label_subsets == subsets
