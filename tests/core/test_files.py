@@ -5,11 +5,25 @@ import os
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from fsel.core import files
-from fsel.core.files import atomic, digest, fingerprint, host, write_table
+from fsel.core.files import (
+    atomic,
+    by_column,
+    chosen,
+    digest,
+    fingerprint,
+    from_arrow,
+    host,
+    read_columns,
+    repeated,
+    stacked,
+    to_arrow,
+    write_table,
+)
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path):
@@ -54,14 +68,12 @@ def test_digests_follow_content_not_order(tmp_path):
 
 
 def test_unfinished_files_are_told_apart_by_machine_and_process(tmp_path):
-    """Two jobs of a cluster write one file; what is a day old, or left here, is of none of them."""
+    """Two jobs of a cluster write one file; what dead processes left here is of none of them."""
     path = tmp_path / "images.npy"
-    other, forgotten = tmp_path / ".node-7.12.images.npy", tmp_path / ".node-7.13.images.npy"
-    unlike, left = tmp_path / ".images.npy", tmp_path / f".{host()}.999999999.images.npy"
-    for file in (other, forgotten, unlike, left):
+    other, unlike = tmp_path / ".node-7.12.images.npy", tmp_path / ".images.npy"
+    left = tmp_path / f".{host()}.999999999.images.npy"
+    for file in (other, unlike, left):
         file.write_text("half")
-    for file in (forgotten, unlike):
-        os.utime(file, (0, 0))
     with atomic(path) as temporary:
         temporary.write_text("whole")
         assert temporary.name == f".{host()}.{os.getpid()}.images.npy"
@@ -81,3 +93,78 @@ def test_large_files_are_known_by_size_and_time(tmp_path, monkeypatch):
     assert fingerprint([path], {}) == first
     os.utime(path, ns=(2, 2))
     assert fingerprint([path], {}) != first
+
+
+TABLES = {
+    "numbers": {
+        "i": np.arange(3),
+        "f": np.array([0.1, np.inf, -1e-300]),
+        "small": np.array([1, 2, 255], np.uint8),
+        "single": np.array([0.1, -0.0, 3], np.float32),
+        "strided": np.arange(12.0).reshape(3, 4)[:, 1],
+        "counted": range(3),
+    },
+    "truths": {"b": np.arange(19) % 3 == 0},
+    "texts": {
+        "object": np.array(["a", "", "größer"], object),
+        "fixed": np.array(["x", "yy", "zzz"]),
+        "tuple": ("p", "q", "r"),
+    },
+    "lists": {
+        "matrix": np.arange(6, dtype=np.float32).reshape(2, 3),
+        "ragged": [np.array([1, 2, 3]), np.empty(0, np.int64)],
+    },
+    "no rows": {"i": np.empty(0, np.int64), "s": np.empty(0, object), "m": np.empty((0, 4))},
+}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_table_comes_back_and_is_what_pandas_would_have_written(name, tmp_path):
+    table, ours, theirs = TABLES[name], tmp_path / "ours", tmp_path / "theirs"
+    write_table(table, ours, units={}, config="c")
+    rows = {column: list(values) for column, values in table.items()}
+    pd.DataFrame(rows).astype({c: v.dtype for c, v in table.items() if flat(v)}).to_parquet(theirs)
+    for path in (ours, theirs):
+        read = read_columns(path)
+        assert list(read) == list(table)
+        for column, values in table.items():
+            assert len(read[column]) == len(values)
+            for found, expected in zip(read[column], values, strict=True):
+                np.testing.assert_array_equal(found, expected)
+            if flat(values):
+                assert read[column].dtype == values.dtype
+    if "m" not in table:
+        pd.testing.assert_frame_equal(pd.read_parquet(ours), pd.read_parquet(theirs))
+
+
+def flat(values):
+    return isinstance(values, np.ndarray) and values.ndim == 1 and values.dtype.kind in "biuf"
+
+
+def test_slices_of_arrow_arrays_start_where_they_start():
+    for values in ([True, False, True, True], [1, 2, 3, 4], [[1], [2, 3], [], [4, 5]]):
+        part = pa.array(values)[1:]
+        assert [np.asarray(v).tolist() for v in from_arrow(part)] == values[1:]
+
+
+def test_arrow_agrees_on_what_an_array_is():
+    assert to_arrow(np.array([True, False])).equals(pa.array([True, False]))
+    assert to_arrow(["a", "é"]).equals(pa.array(["a", "é"]))
+    assert to_arrow([[1, 2], [3]]).equals(pa.array([[1, 2], [3]]))
+
+
+@pytest.mark.parametrize("values", [[1, None], [1.5, None], ["a", None], [True, None], [[1], None]])
+def test_missing_values_are_refused_with_the_file(values, tmp_path):
+    path = tmp_path / "holes.parquet"
+    pq.write_table(pa.table({"x": values}), path)
+    with pytest.raises(ValueError, match=r"holes\.parquet.*missing values in x"):
+        read_columns(path)
+
+
+def test_rows_are_taken_repeated_and_stacked():
+    table = by_column([{"a": 1, "s": [1, 2]}, {"a": 2, "s": [3, 4]}])
+    both = stacked([table | repeated({"n": "x"}, 2), table | repeated({"n": "longer"}, 2)])
+    assert both["n"].tolist() == ["x", "x", "longer", "longer"]
+    part = chosen(both, both["a"] == 2)
+    assert part["s"].tolist() == [[3, 4], [3, 4]]
+    assert chosen(both, slice(-1, None))["n"].tolist() == ["longer"]

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from selection_problems import capture_of, random_capture
 
-from fsel.core.columns import repeated, stacked
+from fsel.core.files import repeated, stacked
 from fsel.core.geometry import pose_distance
 from fsel.core.split import COVERAGES, Split, coverage_split, evaluation_split, splits_in
 

@@ -4,11 +4,10 @@ import numpy as np
 import pandas as pd
 
 from fsel.core.capture import Capture
-from fsel.core.columns import repeated, stacked
-from fsel.core.files import read_columns, write_table
+from fsel.core.files import read_columns, repeated, stacked, write_table
 from fsel.core.split import coverage_split
 from fsel.stages.train import train
-from fsel.training import problems as reading
+from fsel.training import labelled as reading
 from fsel.training.labelled import labelled_problems
 
 

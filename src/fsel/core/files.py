@@ -1,4 +1,8 @@
-"""Writing and reading the workflow's tables: atomically, with units and a digest of the config."""
+"""Files that are written whole or not at all, and tables in Parquet without pandas.
+
+pandas takes longer to import than most jobs of the workflow take, and pyarrow imports it wherever
+it converts an array of NumPy: here memory is handed over as it is.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,6 @@ import os
 import re
 import shutil
 import socket
-import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,43 +20,37 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fsel.core.columns import Columns, from_arrow, to_arrow
-
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow as pa
 
 File = str | Path
 Files = Sequence[str | Path]
+Columns = Mapping[str, Any]
+"""Name -> (n,) numbers, booleans or texts, (n, m) numbers, or n arrays of numbers: a table of n
+rows. A DataFrame is read as one too."""
 
 LARGE = 1 << 24  # bytes; a file from here on is known by its size and time, not by its content
-FORGOTTEN = 24 * 3600  # seconds that an unfinished file lies untouched before it is removed
 
 
 def unfinished(path: Path) -> Path:
-    """The name beside `path` under which this process writes it.
+    """Return the name beside `path` under which this process writes it.
 
-    The name holds the machine and the process: two jobs of a cluster that write one file never
-    share it. What processes of this machine left that are gone is removed, and of other machines
-    what lies untouched for a day.
+    It holds the machine and the process: two jobs of a cluster that write one file never share it.
+    What processes of this machine that are gone left there is removed.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    pattern = re.compile(rf"\.([^.]+)\.(\d{{1,9}})\.{re.escape(path.name)}")
+    pattern = re.compile(rf"\.{host()}\.(\d{{1,9}})\.{re.escape(path.name)}")
     for other in path.parent.iterdir():
         parts = pattern.fullmatch(other.name)
-        if parts and _forsaken(other, parts[1], int(parts[2])):
+        if parts and not running(int(parts[1])):
             shutil.rmtree(other) if other.is_dir() else other.unlink(missing_ok=True)
     return path.with_name(f".{host()}.{os.getpid()}.{path.name}")
 
 
 def host() -> str:
-    """Name of this machine, as a part of a file's name."""
+    """Return the name of this machine, as a part of a file's name."""
     return re.sub(r"[^\w-]", "-", socket.gethostname())
-
-
-def _forsaken(path: Path, machine: str, process: int) -> bool:
-    if machine == host() and not running(process):
-        return True
-    return time.time() - _touched(path) > FORGOTTEN
 
 
 def running(process: int) -> bool:
@@ -67,13 +64,6 @@ def running(process: int) -> bool:
     except PermissionError:  # somebody else's
         return True
     return True
-
-
-def _touched(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except FileNotFoundError:  # finished in this moment
-        return time.time()
 
 
 @contextmanager
@@ -168,7 +158,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
 
 
 def read_columns(path: str | Path) -> dict[str, np.ndarray]:
-    """Read a Parquet file without missing values; see `fsel.core.columns.from_arrow`.
+    """Read a Parquet file without missing values; see `from_arrow`.
 
     Raises:
         ValueError: for a file that is none, damaged, or lacks values, naming it.
@@ -222,3 +212,63 @@ def mapped_array(path: str | Path) -> np.ndarray:
         return np.load(path, mmap_mode="r")
     except (ValueError, EOFError) as error:
         raise ValueError(f"{path}: not a whole .npy file ({error})") from error
+
+
+def by_column(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
+    """Return columns of rows that all have the same names."""
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def chosen(table: Columns, rows: np.ndarray | slice) -> dict[str, np.ndarray]:
+    """Return some rows of a table, by number, (n,) bool or slice."""
+    return {name: np.asarray(table[name])[rows] for name in table}
+
+
+def repeated(values: Mapping[str, Any], count: int) -> dict[str, np.ndarray]:
+    """Return columns that each hold one value in all rows."""
+    return {name: np.repeat(value, count) for name, value in values.items()}
+
+
+def stacked(tables: Sequence[Columns]) -> dict[str, np.ndarray]:
+    """Return the rows of tables of the same columns, one table after another."""
+    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+
+
+def to_arrow(column: Any) -> pa.Array:
+    """An Arrow array of a column as `Columns` describes it; one of arrays becomes lists."""
+    import pyarrow as pa
+
+    if len(column) and np.ndim(column[0]):
+        ends = np.cumsum([0, *map(len, column)]).astype(np.int32)
+        return pa.ListArray.from_arrays(to_arrow(ends), to_arrow(np.concatenate(list(column))))
+    values = np.ascontiguousarray(column)
+    if values.dtype.kind in "OU":
+        texts = [text.encode() for text in values]
+        ends = np.cumsum([0, *map(len, texts)]).astype(np.int32)
+        kind, buffers = pa.string(), [pa.py_buffer(ends), pa.py_buffer(b"".join(texts))]
+    else:
+        kind = pa.from_numpy_dtype(values.dtype)
+        bits = np.packbits(values, bitorder="little") if values.dtype == bool else values
+        buffers = [pa.py_buffer(bits)]
+    return pa.Array.from_buffers(kind, len(values), [None, *buffers])
+
+
+def from_arrow(array: pa.Array) -> np.ndarray:
+    """A column of an Arrow array; no value of it is missing.
+
+    Lists of one length become a matrix, others an array of arrays.
+    """
+    import pyarrow as pa
+
+    if pa.types.is_list(array.type):
+        ends = from_arrow(array.offsets)
+        values = from_arrow(array.values)[ends[0] : ends[-1]]
+        if len(set(np.diff(ends).tolist())) == 1:
+            return values.reshape(len(array), -1)
+        return np.fromiter(np.split(values, ends[1:-1] - ends[0]), object, len(array))
+    if pa.types.is_boolean(array.type):
+        bits = np.unpackbits(np.frombuffer(array.buffers()[1], np.uint8), bitorder="little")
+        return bits[array.offset :][: len(array)].astype(bool)
+    if pa.types.is_integer(array.type) or pa.types.is_floating(array.type):
+        return np.array(np.from_dlpack(array))
+    return np.array(array.to_pylist(), object)

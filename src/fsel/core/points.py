@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from fsel.core.columns import Columns
+from fsel.core.files import Columns
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.core.capture import Capture, Views
-from fsel.core.columns import Columns
-from fsel.core.files import read_columns
+from fsel.core.files import Columns, read_columns
 from fsel.core.split import Split
 from fsel.core.subsets import evenly
 

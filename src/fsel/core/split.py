@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.core.columns import Columns, chosen
-from fsel.core.files import read_columns
+from fsel.core.files import Columns, chosen, read_columns
 from fsel.core.geometry import pairwise_distances, pose_distance
 
 COVERAGES = (25, 40, 60, 80, 100)

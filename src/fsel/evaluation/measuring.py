@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from fsel.core.columns import Columns, repeated, stacked
+from fsel.core.files import Columns, repeated, stacked
 from fsel.core.problem import Method, Problem, checked_select
 from fsel.core.seeds import name_seed
 from fsel.evaluation.evaluator import COSTS, Evaluator

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fsel.core.columns import Columns
+from fsel.core.files import Columns
 from fsel.core.problem import Problem
 from fsel.features.columns import STATIC
 from fsel.features.static import static_features

@@ -9,8 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.core.columns import chosen
-from fsel.core.files import File, Files, read_columns, write_table
+from fsel.core.files import File, Files, chosen, read_columns, write_table
 from fsel.core.split import Split
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import evaluators

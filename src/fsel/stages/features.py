@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from fsel.core.capture import Capture
-from fsel.core.columns import repeated, stacked
-from fsel.core.files import File, Files, read_columns, write_table
+from fsel.core.files import File, Files, read_columns, repeated, stacked, write_table
 from fsel.core.problem import Problem
 from fsel.core.split import splits_in
 from fsel.features.static import UNITS

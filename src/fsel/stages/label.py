@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.core.columns import chosen, lines
 from fsel.core.files import File, Files, fingerprint, read_columns, write_table
 from fsel.core.problem import Problem
 from fsel.core.split import splits_in
@@ -53,8 +52,8 @@ def label(
         for coverage, path in zip(coverages, labels, strict=True):
             table = work.table(coverage)
             write_table(table, path, units=units(fitness), config=config)
-            best = chosen(table, table["rank"] == 0)
-            logger.info("p%d: %d subsets\n%s", coverage, len(table["rank"]), lines(best))
+            best = table["fitness"].max()
+            logger.info("p%d: %d subsets, best fitness %.4f", coverage, len(table["rank"]), best)
 
 
 def label_part(

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from fsel.core.columns import by_column
-from fsel.core.files import File, Files, read_columns, write_table
+from fsel.core.files import File, Files, by_column, read_columns, write_table
+from fsel.training.labelled import read_problems
 from fsel.training.ordering import ordered_item
-from fsel.training.problems import read_problems
 
 
 def order(

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from fsel.core.columns import repeated, stacked
-from fsel.core.files import File, fingerprint, write_table
+from fsel.core.files import File, fingerprint, repeated, stacked, write_table
 from fsel.core.problem import Problem
 from fsel.core.seeds import name_seed
 from fsel.core.split import Split

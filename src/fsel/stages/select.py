@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from fsel.captures.layouts.protocol import read_protocol
-from fsel.core.columns import stacked
-from fsel.core.files import File, Files, read_columns, write_table
+from fsel.core.files import File, Files, read_columns, stacked, write_table
 from fsel.core.problem import Problem
 from fsel.evaluation import measuring
 from fsel.features.table import with_features

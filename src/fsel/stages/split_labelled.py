@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsel.core.capture import Capture
-from fsel.core.columns import repeated, stacked
-from fsel.core.files import File, write_table
+from fsel.core.files import File, repeated, stacked, write_table
 from fsel.core.split import coverage_split
 
 

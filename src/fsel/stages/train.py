@@ -5,12 +5,10 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
-from fsel.core.columns import chosen, lines
-from fsel.core.files import File, Files, read_columns, write_table
+from fsel.core.files import File, Files, chosen, read_columns, write_table
 from fsel.selectors.policies import KNOWN
 from fsel.selectors.scorer import Network
 from fsel.training import imitation
-from fsel.training.labelled import training_data
 from fsel.training.scorers import save_scorer
 
 logger = logging.getLogger(__name__)
@@ -44,7 +42,7 @@ def train(
     places = dict(zip(scenes, zip(folders, splits, features, strict=True), strict=True))
     table = read_columns(trajectories)
     sets = [
-        training_data(chosen(table, table["role"] == role), places, KNOWN[policy])
+        imitation.training_data(chosen(table, table["role"] == role), places, KNOWN[policy])
         for role in ("train", "validation")
     ]
     made = f"behaviour cloning of {len(sets[0])} searched subsets, {epochs} epochs"
@@ -54,5 +52,5 @@ def train(
         )
         save_scorer(Network(fitted), policy, made, seed, config, path)
         write_table(record, log, units={"loss": "nats"}, config=config)
-        last = lines(chosen(record, slice(-2, None)))
-        logger.info("%s, seed %d: %s\n%s", policy, seed, made, last)
+        losses = dict(zip(record["split"][-2:], record["loss"][-2:].round(4), strict=True))
+        logger.info("%s, seed %d: %s; loss %s", policy, seed, made, losses)

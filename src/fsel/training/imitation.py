@@ -8,9 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from fsel.core.columns import by_column
+from fsel.core.files import Columns, by_column
 from fsel.features.columns import INPUTS
+from fsel.selectors.policies import Policy
+from fsel.selectors.rollout import Rollout, follow
 from fsel.selectors.scorer import WIDTH
+from fsel.training.labelled import Scenes, labelled_problems
 
 Cost = Callable[..., tuple[torch.Tensor, torch.Tensor]]
 """(network, what a trajectory holds) -> loss to minimise, and agreement with the label."""
@@ -31,6 +34,24 @@ class Trajectory:
     selectable: np.ndarray
     picks: np.ndarray
     weight: float
+
+
+def training_data(trajectories: Columns, scenes: Scenes, policy: Policy) -> list[Trajectory]:
+    """Return ordered subsets with their inputs as the policy will see them.
+
+    Args:
+        trajectories: what `fsel.stages.order` wrote.
+        scenes: see `fsel.training.labelled`.
+        policy: that is trained.
+    """
+    data = []
+    for problem, rows in labelled_problems(trajectories, scenes):
+        prepared = policy.prepare(problem)
+        for row in rows:
+            picks = np.searchsorted(prepared.pool, np.array(row["picks"]))
+            features, selectable = follow(Rollout(prepared), picks)
+            data.append(Trajectory(features, selectable, picks, row["weight"]))
+    return data
 
 
 def train(

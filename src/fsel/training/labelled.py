@@ -1,8 +1,8 @@
-"""Trajectories of labelled problems, as a policy sees them."""
+"""Labelled problems, read from what the workflow wrote."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from fsel.core.columns import Columns, by_row
+from fsel.core.capture import Capture
+from fsel.core.files import Columns, chosen, read_columns
 from fsel.core.problem import Problem
-from fsel.selectors.policies import Policy
-from fsel.selectors.rollout import Rollout, follow
-from fsel.training.imitation import Trajectory
-from fsel.training.problems import read_problems
+from fsel.core.split import splits_in
+from fsel.features.table import with_features
 
 Scenes = Mapping[str, Sequence[str | Path]]
 """Scene -> the arguments of `read_problems`."""
@@ -30,35 +29,41 @@ def labelled_problems(
         trajectories: what `fsel.stages.order` wrote.
         scenes: see `Scenes`.
     """
-    rows = sorted(by_row(trajectories), key=itemgetter("scene", "coverage", "rank"))
+    columns = (np.asarray(trajectories[name]).tolist() for name in trajectories)
+    rows = [dict(zip(trajectories, row, strict=True)) for row in zip(*columns, strict=True)]
+    rows.sort(key=itemgetter("scene", "coverage", "rank"))
     for scene, own in groupby(rows, itemgetter("scene")):
         problems = read_problems(*scenes[scene])
         for coverage, part in groupby(own, itemgetter("coverage")):
             yield problems[coverage], list(part)
 
 
-def training_data(trajectories: Columns, scenes: Scenes, policy: Policy) -> list[Trajectory]:
-    """Return the trajectories' inputs as the policy will see them.
-
-    Arguments are those of `labelled_problems`.
-    """
-    return [
-        trajectory
-        for problem, rows in labelled_problems(trajectories, scenes)
-        for trajectory in as_seen(problem, rows, policy)
-    ]
-
-
-def as_seen(problem: Problem, rows: Iterable[Mapping], policy: Policy) -> Iterator[Trajectory]:
-    """Yield trajectories of one problem with their inputs as the policy will see them.
+def read_problems(
+    folder: str | Path, splits: str | Path, features: str | Path | None = None
+) -> dict[int, Problem]:
+    """Read the problems of a labelled scene, each file once for all coverage levels.
 
     Args:
-        problem: that was labelled.
-        rows: picks and weight of each, see `fsel.training.ordering.ordered_item`.
-        policy: that is trained.
+        folder: a canonical capture with its descriptors.
+        splits: what `fsel.stages.split_labelled` wrote.
+        features: what `fsel.stages.features` wrote of them; None leaves them to whoever reads them.
+
+    Returns:
+        Coverage in per cent -> problem, ascending.
+
+    Raises:
+        ValueError: for features of other candidates than the split's.
     """
-    prepared = policy.prepare(problem)
-    for row in rows:
-        picks = np.searchsorted(prepared.pool, np.array(row["picks"]))
-        features, selectable = follow(Rollout(prepared), picks)
-        yield Trajectory(features, selectable, picks, row["weight"])
+    capture = Capture.load(folder)
+    described = read_columns(Path(folder) / "descriptors.parquet")
+    problems = {
+        level["coverage"]: Problem.of(capture, split, described)
+        for level, split in splits_in(read_columns(splits))
+    }
+    if features is None:
+        return problems
+    table = read_columns(features)
+    return {
+        coverage: with_features(problem, chosen(table, table["coverage"] == coverage), features)
+        for coverage, problem in problems.items()
+    }

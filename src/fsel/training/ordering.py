@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.core.columns import Columns
+from fsel.core.files import Columns
 from fsel.core.geometry import pairwise_distances, pose_distance
 from fsel.core.problem import Problem
 

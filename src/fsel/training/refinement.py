@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cma
 import numpy as np
 
-from fsel.core.columns import by_column
+from fsel.core.files import by_column
 
 Coefficients = Mapping[str, float]
 Objective = Callable[[Sequence[Coefficients], int], np.ndarray]
