@@ -1,6 +1,6 @@
 """A job's arguments by name, its log and its digest."""
 
-import os
+import logging
 import re
 import subprocess
 import sys
@@ -93,9 +93,6 @@ def taste(split, *, k): ...
         (rule(named(split="a"), params=named(k=3, kk=4)), ["['kk']", "['split', 'k']"]),
         (rule(named(split="a"), named(k="o", more="m")), ["['more']", "['split', 'k']"]),
         (rule(named(split="a", frames="f/x"), params=named(k=3)), ["['frames']"]),
-        (rule(named(["x"], split="a"), params=named(k=3)), ["input ['x'] without a name"]),
-        (rule(named(split="a"), named(["o"]), named(k=3)), ["output ['o'] without a name"]),
-        (rule(named(split="a"), named(split="b"), named(k=3)), ["'split' is named twice"]),
         (rule(named(frames="a/f", points="b/p")), ["'points' lies in b", "['frames'] in a"]),
     ],
 )
@@ -107,13 +104,12 @@ def test_what_is_missing_or_left_over_is_refused_by_name(asked, parts):
 
 
 def test_a_job_logs_and_digests_its_parameters(tmp_path):
-    log = tmp_path / "logs" / "a.log"
+    log = tmp_path / "a.log"
     asked = rule(params=named(a=1), log=[str(log)])
     with job(asked) as found:
         assert found == digest({"a": 1})
-        before = sum(os.times()[:4])
-    ended = re.search(r"done in \d+\.\d s, (\d+\.\d) s of the processor", log.read_text())
-    assert round(before, 1) <= float(ended[1]) <= sum(os.times()[:4]) + 0.05
+        logging.getLogger("fsel").info("a word")
+    assert log.read_text().endswith("INFO fsel: a word\n")
     with pytest.raises(ValueError, match="wrong"), job(rule(log=[str(log)])):
         raise ValueError("wrong")
     assert "ValueError: wrong" in log.read_text()

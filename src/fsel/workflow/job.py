@@ -11,7 +11,6 @@ import logging
 import os
 import signal
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -44,9 +43,7 @@ def job(snakemake: Any) -> Iterator[str]:
     Yields:
         The digest of the job's parameters, which its tables carry.
     """
-    path = Path(snakemake.log[0])
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handler = logging.FileHandler(path, mode="w")
+    handler = logging.FileHandler(snakemake.log[0], mode="w")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
     root = logging.getLogger()
     root.addHandler(handler)
@@ -54,13 +51,8 @@ def job(snakemake: Any) -> Iterator[str]:
     logging.captureWarnings(True)
     cv2.setNumThreads(snakemake.threads)
     previous = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
-    started = time.perf_counter()
     try:
         yield digest({k: v for k, v in snakemake.params.items() if k != JOB})
-        # start-up and programs that were run included, which the clock here does not see
-        used = sum(os.times()[:4])
-        elapsed = time.perf_counter() - started
-        logger.info("done in %.1f s, %.1f s of the processor", elapsed, used)
     except BaseException:
         logger.exception("failed")
         raise
@@ -125,26 +117,28 @@ def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dic
 
     A parameter is the input, output or param of its name. Otherwise it is
 
-    - `folder`: the folder that the rule's `frames`, `points`, `images`, `masks` and `descriptors`
-      lie in, files of one canonical capture; `folders` where they are of several captures, one
-      folder each; `x_folder` and `x_folders` of `x_frames` and so on;
+    - `folder`: the folder of the rule's `frames`, `points`, `images`, `masks` and `descriptors`,
+      files of one canonical capture; `folders` of several captures, one folder each; `x_folder`
+      and `x_folders` of `x_frames` and so on;
     - `inputs`: every input file; `threads`; `config`: the digest of the rule's params;
     - a wildcard.
 
-    Inputs named `lib` are sources that the rule depends on, and the param `job` names the function;
-    neither is an argument.
+    The inputs `lib`, sources that the rule depends on, and the param `job` are no arguments.
 
     Raises:
         TypeError: for a parameter without a value, and for an input, output or param that no
             parameter takes.
     """
     where = f"rule {snakemake.rule}, function {function.__qualname__}"
-    given = _given(snakemake, where)
+    parts = (snakemake.input, snakemake.output, snakemake.params)
+    given = {name: value for part in parts for name, value in part.items()}
+    given = {name: value for name, value in given.items() if name not in (LIBRARY, JOB)}
     folders = _folders(snakemake, where)
     further = {"inputs": list(snakemake.input), "threads": snakemake.threads, "config": config}
     further = dict(snakemake.wildcards.items()) | further
     taken, left = {}, set(given)
-    for name, parameter in inspect.signature(function).parameters.items():
+    parameters = inspect.signature(function).parameters
+    for name, parameter in parameters.items():
         if name in given:
             taken[name] = given[name]
             left.discard(name)
@@ -159,36 +153,20 @@ def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dic
                 f"folders {sorted(folders)} and wildcards {sorted(snakemake.wildcards.keys())}"
             )
     if left:
-        allowed = list(inspect.signature(function).parameters)
         raise TypeError(
-            f"{where}: {sorted(left)} of the rule are no parameters; those are {allowed}"
+            f"{where}: {sorted(left)} of the rule are no parameters; those are {list(parameters)}"
         )
     return taken
 
 
-def _given(snakemake: Any, where: str) -> dict[str, object]:
-    """Name -> value of the rule's inputs, outputs and params, but those that are no arguments."""
-    given: dict[str, object] = {}
-    for kind in ("input", "output", "params"):
-        named = dict(getattr(snakemake, kind).items())
-        values = [v for value in named.values() for v in (value if _is_list(value) else [value])]
-        if kind != "params" and len(values) < len(getattr(snakemake, kind)):
-            unnamed = [path for path in getattr(snakemake, kind) if path not in values]
-            raise TypeError(f"{where}: {kind} {unnamed} without a name")
-        for name in named.keys() & given.keys():
-            raise TypeError(f"{where}: {name!r} is named twice, the second time in {kind}")
-        given |= named
-    return {name: value for name, value in given.items() if name not in (LIBRARY, JOB)}
-
-
 def _folders(snakemake: Any, where: str) -> dict[str, tuple[object, set[str]]]:
-    """Name of a parameter -> the folder, or folders, of captures, and the names of their files."""
+    """Map a parameter to the folder, or folders, of captures, and the names of their files."""
     folders: dict[str, tuple[object, set[str]]] = {}
     for name, value in [*snakemake.input.items(), *snakemake.output.items()]:
         prefix, _, file = name.rpartition("_")
         if file not in CAPTURE:
             continue
-        several = _is_list(value)
+        several = isinstance(value, list | tuple)
         folder = [str(Path(p).parent) for p in value] if several else str(Path(value).parent)
         key = f"{prefix}_folder".lstrip("_") + "s" * several
         known, files = folders.get(key, (folder, set()))
@@ -196,7 +174,3 @@ def _folders(snakemake: Any, where: str) -> dict[str, tuple[object, set[str]]]:
             raise TypeError(f"{where}: {name!r} lies in {folder}, {sorted(files)} in {known}")
         folders[key] = folder, files | {name}
     return folders
-
-
-def _is_list(value: object) -> bool:
-    return isinstance(value, list | tuple)
