@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(workflow.basedir, "src")))
 from fsel.experiments import TABLES
 from fsel.workflow import inputs, requirements
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.machine import IMAGE, check_image, prepare
+from fsel.workflow.machine import prepare
 from fsel.workflow.resources import Size
 from fsel.workflow.rules import Tables, report_labels
 
@@ -20,10 +20,12 @@ prepare(verbose=workflow.is_main_process)
 if workflow.deployment_settings and (
     DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method
 ):
-    check_image()
+    # the image holds what the library needs; the library is this one
+    os.environ.update(PYTHONPATH=str(Path(workflow.basedir, "src")))
 
     # only here: Snakemake takes no path with a space for an image
-    container: str(IMAGE)
+    container: str(Path(workflow.basedir, "workflow", "envs", "fsel.sif"))
+
 
 
 pathvars:

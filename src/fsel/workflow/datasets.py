@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -196,22 +196,6 @@ class Datasets:
             or (kind == "object" and self.scenes(name, "object"))
         ]
         return "|".join(patterns) or "(?!)"
-
-
-def check_protocols(datasets: Datasets, draws: int, budgets: Sequence[int]) -> None:
-    """Refuse published lists of input frames that do not go with the rest of the configuration."""
-    for name, entry in datasets.entries.items():
-        where, file = f"datasets.{name}.protocol", entry.get("protocol")
-        if not file:
-            continue
-        if not Path(file).is_file():
-            refuse(f"{where} is {file}, not a file", "it comes with Long-LRM's repository, in data")
-        if entry["layout"] != "dl3dv" or draws != 1 or not {16, 32} & set(budgets):
-            refuse(
-                f"{where} lists 16 and 32 frames of one draw in layout dl3dv; got layout "
-                f"{entry['layout']}, draws {draws} and budgets {budgets}",
-                "give it a configuration of its own, with `draws: 1` and budgets 16 and 32",
-            )
 
 
 def _placed(name: str, entry: Section) -> Section:

@@ -1,4 +1,4 @@
-"""The environment that jobs inherit, and the container image that they may run in.
+"""The environment that jobs inherit.
 
 Compiled functions, NumPy, OpenBLAS, MKL, oneDNN, torch and OpenCV choose wider vectors where the
 processor has them, which sum in another order. `PINNED` keeps all of them to AVX2 and FMA, which
@@ -10,15 +10,9 @@ from __future__ import annotations
 
 import os
 import platform
-import re
 import sys
 from pathlib import Path
 
-from fsel.workflow.refusal import refuse
-
-FOLDER = Path(__file__).resolve().parents[3]  # of the checkout that holds the workflow
-IMAGE = FOLDER / "workflow" / "envs" / "fsel.sif"
-SHELL = re.compile(r"[\s\"'`$&();<>|*?\\]")  # what a shell does not take as it is
 KEPT = 32 << 20  # bytes
 
 INHERITED = {
@@ -62,15 +56,7 @@ def prepare(verbose: bool = False) -> None:
 
     Args:
         verbose: print which variables are set to other values, which changes results' last digits.
-
-    Raises:
-        Refusal: when Snakemake could not start a job by the path of this Python.
     """
-    if found := SHELL.search(sys.executable):
-        refuse(
-            f"Snakemake starts no job by {sys.executable}: it does not quote {found[0]!r}",
-            "make the virtual environment, or the clone, where no folder's name has it",
-        )
     own = pinned()
     for name, value in {**INHERITED, **own}.items():
         os.environ.setdefault(name, value)
@@ -83,14 +69,3 @@ def prepare(verbose: bool = False) -> None:
             )
     # images of containers often set it: every job would compile pandas anew, a second each
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-
-
-def check_image() -> None:
-    """Refuse `--software-deployment-method apptainer` without the image that jobs would run in."""
-    if not IMAGE.exists():
-        refuse(
-            f"no {IMAGE}, the image for --software-deployment-method apptainer",
-            f"apptainer build {IMAGE} {IMAGE.with_suffix('.def')}",
-        )
-    # the image holds what the library needs; the library is this one
-    os.environ.update(PYTHONPATH=str(FOLDER / "src"))

@@ -17,7 +17,7 @@ import yaml
 from fsel.core.seeds import name_seed
 from fsel.selectors.pretrained import FILES
 from fsel.workflow import reconstructors
-from fsel.workflow.datasets import ROLES, Datasets, Section, check_protocols, kinds_of, roles_of
+from fsel.workflow.datasets import ROLES, Datasets, Section, kinds_of, roles_of
 from fsel.workflow.refusal import refuse
 from fsel.workflow.schema import complete, read_schema
 
@@ -66,7 +66,6 @@ class Settings:
         sources = yaml.safe_load(path.read_text(encoding="utf-8"))
         complete(sources, read_schema(schemas / "sources.schema.yaml"), f"in {path}", str(path))
         datasets = Datasets.of(config["datasets"], sources)
-        check_protocols(datasets, config["draws"], config["budgets"])
         named = reconstructors.named(config["reconstruction"], "reconstruction")
         search = dict(config["search"])
         labeller = search.pop("reconstruction") or next(iter(named.values()))
@@ -87,6 +86,12 @@ class Settings:
             )
         if not self.evaluation_scenes:
             refuse("no dataset has evaluation scenes", "the tables need at least one")
+        listed = [name for name in entries if entries[name].get("protocol")]
+        if listed and self.config["draws"] != 1:
+            refuse(
+                f"draws is {self.config['draws']}, and datasets.{listed[0]}.protocol lists one",
+                "give it a configuration of its own, with `draws: 1` and budgets 16 and 32",
+            )
         if search["kept"] > search["stored"]:
             refuse(
                 f"search: kept is {search['kept']}, more than stored, {search['stored']}",
