@@ -102,7 +102,7 @@ def _head(table: pd.DataFrame) -> str:
         "0), which is rather too narrow for ten captures, and a sign test of those that differ "
         "from every n-th frame stand beside it. Two fits of one selection by `gaussians` differ by "
         f"{seeds.diff(axis=1).abs().stack().mean():.1f} dB on the mean. What is tried, the margins "
-        "of `fsel.selection.trials`, and that both reconstructors must agree were chosen on "
+        "of `fsel.selection.halving`, and that both reconstructors must agree were chosen on "
         "caliterra, flowerpot, fox, helmet, miku and South Building (their figures flatter), "
         "earlier forms on all ten.\n"
     )

@@ -39,11 +39,10 @@ from fsel.metrics import score_views
 from fsel.reconstruct import reconstructor_of
 from fsel.selection.candidates import RULE as OWN
 from fsel.selection.candidates import serving
-from fsel.selection.patience import Patience
+from fsel.selection.halving import STATED, SuccessiveHalving, halving_of, small_fits
 from fsel.selection.problem import request_problem
-from fsel.selection.small_fits import small_fits
 from fsel.selection.targets import targets_of
-from fsel.selection.trials import STATED, Race, race_of
+from fsel.selection.validation import TimeBudget
 from fsel.selectors.baselines.nearest import nearest
 
 EVERY = 8  # one frame in so many is held out
@@ -59,7 +58,7 @@ KNOWN = (NEAR, LOOKED, UNSEEN)
 METHODS = (RULE, TRIED, TOLD, *KNOWN)
 PAUSE, BURSTS, LIGHT = 1 / 3, 6, 1.4  # share of the frames; how many; factor of the intensities
 NOISE = 3.0  # grey levels, of a sensor whose frames show the same
-ENDLESS = Patience(float("inf"))
+ENDLESS = TimeBudget(float("inf"))
 SHARE = 2  # fits of a selection in the first heat, as ten seconds plan
 
 
@@ -131,7 +130,7 @@ def tried(capture: Capture, k: int) -> tuple[np.ndarray, dict[str, object]]:
         capture, targets_of(capture, None), np.zeros(len(capture)), None, None
     )
     rule = ruled(capture, k)
-    race = race_of(problem, rule, np.empty(0, np.int64))
+    race = halving_of(problem, rule, np.empty(0, np.int64))
     if race is None:
         return rule, {"kept": "fsel", "fits": 0}
     outcome = race.run(SHARE, ENDLESS)
@@ -161,7 +160,7 @@ def told(
         return score(np.array(frames), seed)
 
     def kept(rows: slice) -> tuple[np.ndarray, dict[str, object]]:
-        race = Race(
+        race = SuccessiveHalving(
             lambda own, seed: scores(subset_key(own), seed)[rows], picks, held[rows], STATED
         )
         outcome = race.run(SHARE, ENDLESS)

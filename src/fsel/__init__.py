@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from fsel.reconstruct import RECONSTRUCTORS
     from fsel.selection.api import evaluate, fit
     from fsel.selection.budget import Auto
-    from fsel.selection.patience import Patience
+    from fsel.selection.validation import TimeBudget
 
 _HOMES = {
     "read_capture": "fsel.captures.read",
@@ -42,7 +42,7 @@ _HOMES = {
     "select": "fsel.calls",
     "Selection": "fsel.calls",
     "Auto": "fsel.selection.budget",
-    "Patience": "fsel.selection.patience",
+    "TimeBudget": "fsel.selection.validation",
     "fit": "fsel.selection.api",
     "evaluate": "fsel.selection.api",
     "METHODS": "fsel.evaluation.methods",
@@ -58,8 +58,8 @@ __all__ = [
     "RECONSTRUCTORS",
     "Auto",
     "Capture",
-    "Patience",
     "Selection",
+    "TimeBudget",
     "Views",
     "bad_frames",
     "evaluate",

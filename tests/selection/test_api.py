@@ -98,7 +98,7 @@ def test_auto_for_a_whole_capture_is_the_number_of_picks_for_views_on_its_path()
     chosen = fsel.select(capture, "auto")
     along = targets_of(capture, None).views.subset(np.round(np.linspace(0, 59, 30)).astype(int))
     pool, views = np.arange(90), replace(problem, targets=along, candidates=np.arange(90))
-    views = replace(views, whole=True, proxies=np.arange(30))
+    views = replace(views, targets_unknown=True, proxies=np.arange(30))
     order = pretrained.method().ranked(views, 90)[0]
     shift, worth = budget.view_shift(capture, pool, along), budget.shipped_worth()
     expected = budget.find(shift[order], budget.Auto(), capture.size, worth).frames

@@ -13,8 +13,17 @@ from small_captures import write_ring
 import fsel
 from fsel.core.points import SparsePoints
 from fsel.experiments.studies.hard_cases.worlds import moved
-from fsel.selection.budget import Auto, enough, find, most, predicted, shifts, view_shift
-from fsel.selection.memory import NEEDS, within
+from fsel.selection.budget import (
+    NEEDS,
+    Auto,
+    enough,
+    find,
+    most,
+    predicted,
+    shifts,
+    view_shift,
+    within,
+)
 
 SPLAT = 32  # bytes
 WORTH = np.array([4.0, 2.0, 1.0])

@@ -16,7 +16,7 @@ from fsel.selection.candidates import (
     stretches,
 )
 from fsel.selection.covisible import FOLD, SECOND, covisible
-from fsel.selection.places import scene_distances
+from fsel.selection.scene_depth import scene_distances
 
 
 def test_middles_of_equal_stretches():

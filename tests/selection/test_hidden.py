@@ -4,7 +4,7 @@ import numpy as np
 from selection_problems import capture_of
 
 from fsel.core.points import SparsePoints
-from fsel.selection.hidden import behind
+from fsel.selection.scene_depth import behind
 
 
 def wall(spread, cameras):

@@ -23,7 +23,7 @@ def test_views_off_the_path_are_served_where_nothing_is_asked_for(circle):
         for request, thing in ((None, False), (None, True), ("every:8", False))
     }
     assert [len(p.targets) for p in problems.values()] == [48, 24, 3]
-    assert [p.whole for p in problems.values()] == [True, True, False]
+    assert [p.targets_unknown for p in problems.values()] == [True, True, False]
     assert all(len(p.proxies) == len(p.targets) for p in problems.values())
 
 

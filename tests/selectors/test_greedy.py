@@ -260,7 +260,8 @@ def test_views_that_stand_for_a_capture_count_less_after_seven_picks():
     problem = random_problem(60, 5, targets=9)
     rule = Linear({"target_gain": 1.0})
     told, whole = (
-        SHIPPED["fsel"].prepare(dataclasses.replace(problem, whole=flag)) for flag in (False, True)
+        SHIPPED["fsel"].prepare(dataclasses.replace(problem, targets_unknown=flag))
+        for flag in (False, True)
     )
     for prepared in (told, whole):
         prepared.static[:] = 0
@@ -277,9 +278,9 @@ def test_given_rows_come_first_and_the_rest_is_chosen_beside_them():
     problem = random_problem(60, 5, targets=9)
     first = problem.pool("observed")[[40, 7]]
     method = pretrained.method()
-    picks = method.ranked(dataclasses.replace(problem, given=first), 9)[0]
+    picks = method.ranked(dataclasses.replace(problem, fixed_picks=first), 9)[0]
     assert picks[:2].tolist() == first.tolist()
     assert len(set(picks.tolist())) == 9
     free = method.ranked(problem, 9)[0]
-    again = method.ranked(dataclasses.replace(problem, given=free[:4]), 9)[0]
+    again = method.ranked(dataclasses.replace(problem, fixed_picks=free[:4]), 9)[0]
     np.testing.assert_array_equal(again, free)

@@ -11,8 +11,15 @@ import numpy as np
 from fsel.captures.lazy import LazyCapture
 from fsel.core.capture import Capture
 from fsel.core.wording import counted
-from fsel.selection import silhouettes
-from fsel.selection.focus import Focus, check_within, from_box, from_masks, scene_bounds
+from fsel.selection.focus import (
+    Focus,
+    boxed,
+    check_within,
+    from_box,
+    from_masks,
+    masked,
+    scene_bounds,
+)
 
 
 def focus_of(args: argparse.Namespace, opened: LazyCapture) -> Focus | None:
@@ -39,9 +46,9 @@ def outlines(
     from fsel.metrics import inside  # here: numba takes longer to import than a selection takes
 
     if args.masks is not None:
-        shown = silhouettes.masked(capture, frames, args.masks)
+        shown = masked(capture, frames, args.masks)
     else:
-        shown = silhouettes.boxed(capture, frames, focus)
+        shown = boxed(capture, frames, focus)
     kept = inside(shown) > 0
     if not kept.any():
         raise ValueError(

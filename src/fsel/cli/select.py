@@ -38,7 +38,7 @@ from fsel.selection import api
 from fsel.selection.budget import Auto
 from fsel.selection.export import record, subset
 from fsel.selection.focus import Focus
-from fsel.selection.hidden import behind
+from fsel.selection.scene_depth import behind
 from fsel.selection.targets import ALL, ORBIT, Targets
 
 SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described

@@ -12,7 +12,7 @@ from fsel.captures.lazy import LazyCapture
 from fsel.cli.options import OPENING
 from fsel.core.problem import Method
 from fsel.selection.export import record
-from fsel.selection.patience import Trial, Tried
+from fsel.selection.validation import CandidateScore, ValidationResult
 from fsel.selectors.policies import ScoringMethod
 from fsel.selectors.scorer import Linear
 
@@ -75,7 +75,7 @@ def _placed(found: dict | None) -> dict | None:
     return {"frames": found["frames"], "placed": len(found["placed"])} | rest
 
 
-def _tried(tried: Tried | None) -> dict | None:
+def _tried(tried: ValidationResult | None) -> dict | None:
     """Describe what was tried on the capture's own frames, over the first selection."""
     if tried is None:
         return None
@@ -84,7 +84,7 @@ def _tried(tried: Tried | None) -> dict | None:
     return own | {"selections": selections}
 
 
-def _trial(trial: Trial) -> dict:
+def _trial(trial: CandidateScore) -> dict:
     """Describe a selection that was compared with another."""
     scores = {name: _finite(getattr(trial, name)) for name in ("gain", "least", "error", "ssim")}
     return {"name": trial.name, **scores, "validation": trial.validation, "fits": trial.fits}

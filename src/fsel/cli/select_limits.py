@@ -9,12 +9,11 @@ from fsel.cli.select_options import UNTURNED
 from fsel.core.geometry import upright
 from fsel.core.problem import Method
 from fsel.selection import api
-from fsel.selection.budget import THRESHOLD, Auto
+from fsel.selection.budget import SPLATS, THRESHOLD, Auto
 from fsel.selection.export import subset
 from fsel.selection.focus import Focus
-from fsel.selection.memory import SPLATS
-from fsel.selection.patience import Patience
 from fsel.selection.targets import Targets
+from fsel.selection.validation import TimeBudget
 
 
 def budget_of(args: argparse.Namespace, opened: LazyCapture) -> int | Auto | None:
@@ -68,13 +67,13 @@ def patience_of(
     targets: Targets,
     method: Method,
     focus: Focus | None,
-) -> Patience:
+) -> TimeBudget:
     """Time for trials of selections, which open images."""
     if args.geometry_only:
         if args.patience:
             raise ValueError(
                 "--patience reconstructs from images, which --geometry-only leaves unopened"
             )
-        return Patience(0)
+        return TimeBudget(0)
     named = not (args.method is None and args.weights is None)
     return api.patience_of(args.patience, k, targets, method, focus, args.cover, named=named)

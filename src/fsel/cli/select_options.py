@@ -16,7 +16,6 @@ from fsel.cli.options import (
     size_in_bytes,
     whole,
 )
-from fsel.selection.memory import TRAINERS
 
 TURNED, UNTURNED = "auto", "none"
 MOST_TIMES = 20  # that a point is to be seen
@@ -86,7 +85,7 @@ def _add_budget(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--trainer",
-        choices=tuple(TRAINERS),
+        choices=("gsplat", "splatfacto", "nerfacto", "long-lrm"),  # of `budget.TRAINERS`
         help="what takes --vram; see docs/reconstructors.md",
     )
 

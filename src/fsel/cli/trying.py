@@ -7,13 +7,13 @@ from contextlib import contextmanager
 
 from fsel.cli.console import Console
 from fsel.cli.optimising import stopped_by_interrupt
-from fsel.selection.patience import Patience
+from fsel.selection.validation import TimeBudget
 
 TRIED = "interrupted: what was tried so far decides; again to give up"
 
 
 @contextmanager
-def trying(patience: Patience, console: Console) -> Iterator[Patience]:
+def trying(patience: TimeBudget, console: Console) -> Iterator[TimeBudget]:
     """Argument `patience` of `fsel.select`, with its progress shown."""
     if not patience.seconds:
         yield patience
@@ -25,4 +25,4 @@ def trying(patience: Patience, console: Console) -> Iterator[Patience]:
             show(gone, f"{made} of {planned} fits")
             return not stop()
 
-        yield Patience(patience.seconds, progress)
+        yield TimeBudget(patience.seconds, progress)

@@ -30,10 +30,10 @@ class Problem:
         sharpness: (N,) float64 variance of the Laplacian of all frames.
         focus: (3,) centre of the object that the request is about, which then is every view's
             reference point; None for the whole scene.
-        given: (g,) int64 frames of the pool that are picked first, whatever they are worth; only
-            methods that score frames one by one look at it.
-        whole: whether the targets stand for the whole capture, nobody having said what will be
-            rendered.
+        fixed_picks: (g,) int64 frames of the pool that are picked first, whatever they are worth;
+            only methods that score frames one by one look at it.
+        targets_unknown: whether the targets stand for the whole capture, since nobody said what
+            will be rendered.
         proxies_free: whether proxies may be picked by methods that pick observed frames, as in the
             paper its baselines may.
         features: (P, 14) float64 static features of the candidates against the proxies, columns as
@@ -49,8 +49,8 @@ class Problem:
     descriptors: np.ndarray
     sharpness: np.ndarray
     focus: np.ndarray | None = None
-    given: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
-    whole: bool = False
+    fixed_picks: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    targets_unknown: bool = False
     proxies_free: bool = True
     features: np.ndarray | None = None
 

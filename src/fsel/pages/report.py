@@ -15,7 +15,8 @@ from fsel.features.conditioned import look_depth
 from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
 from fsel.pages.shown import SHOWN, Card, Shown, adds, cards_of, frames_shown, scene_data
-from fsel.selection.export.record import Outcome, covered, reason, trials
+from fsel.selection.export.outcome import Outcome
+from fsel.selection.export.record import covered, reason, trials
 from fsel.selection.targets import ALL
 
 CELL = 84  # pixels of a frame's place on the page, were it square

@@ -1,7 +1,7 @@
 """The library's face: select frames, fit a reconstruction to them, evaluate it."""
 
-from fsel.selection.covering import check_cover, served
-from fsel.selection.measured import as_read, described, measured
+from fsel.selection.cover import check_cover, served
+from fsel.selection.problem import as_read, described, measured
 from fsel.selection.reconstruction import evaluate, fit
 from fsel.selection.request import (
     ALL_FRAMES,

@@ -18,13 +18,15 @@ import numpy as np
 
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import pairwise_angles, pairwise_distances
-from fsel.selection.memory import LEAST, SPLATS, within
 from fsel.selection.scene_depth import viewing_distance
 
 THRESHOLD = 0.02  # dB a frame; the choice: docs/notebook/2026-11-number-of-frames.md
 WHOLE = 30  # views of a whole capture that the number of frames is found by
 NEAREST = 3  # picked frames that a view is served by
 RECORD = "budget.json"
+LEAST = 2  # frames that a reconstruction needs
+SPLATS = "splats"
+CARD = 0.9  # share of a GPU's memory that is filled; the rest is for its driver, context and gaps
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Auto:
         memory: bytes that a reconstruction may take, or None.
         size: (width, height) in pixels of the images that are reconstructed from, which `memory`
             is counted by; the capture's own where it is None.
-        trainer: whose memory it is, a key of `fsel.selection.memory.NEEDS`.
+        trainer: whose memory it is, a key of `fsel.selection.budget.NEEDS`.
 
     Raises:
         ValueError: for a threshold that is not above zero.
@@ -178,3 +180,72 @@ def shipped_worth() -> np.ndarray:
     """(3,) what `predicted` multiplies, as the package has it; `make weights` remakes it."""
     text = (files("fsel.selectors") / "weights" / RECORD).read_text(encoding="utf-8")
     return np.array(json.loads(text)["worth"])
+
+
+@dataclass(frozen=True)
+class Need:
+    """Bytes that a trainer needs at its peak.
+
+    Attributes:
+        fixed: whatever the frames.
+        frame: for each frame.
+        pixel: for each pixel of each frame.
+        gaussians: for each frame, at most.
+        gaussian: bytes for each of those.
+        share: of the memory that may be filled.
+    """
+
+    fixed: float = 0
+    frame: float = 0
+    pixel: float = 0
+    gaussians: int = 0
+    gaussian: float = 0
+    share: float = CARD
+
+    def of(self, frames: int, size: tuple[int, int]) -> float:
+        """Bytes of memory that so many frames of (width, height) pixels ask for."""
+        return (self.fixed + frames * self.each(size)) / self.share
+
+    def each(self, size: tuple[int, int]) -> float:
+        """Bytes for one frame more."""
+        width, height = size
+        return self.frame + self.pixel * width * height + self.gaussians * self.gaussian
+
+
+TRAINERS = {
+    # gsplat's documentation, "Evaluation": a line through the peaks of seven scenes of Mip-NeRF 360
+    # (1.2 to 6.3 million Gaussians) misses them by 0.06 GB at most; most Gaussians a frame: stump
+    "gsplat": Need(fixed=0.22e9, gaussians=45_000, gaussian=1776),
+    # the same; its images lie on the GPU as bytes (nerfstudio 1.1.5, method_configs.py)
+    "splatfacto": Need(fixed=0.22e9, pixel=3, gaussians=45_000, gaussian=1776),
+    # NerfBaselines' results: 3,796 MiB with 109 frames of stump, 3,980 MiB with 272 of room
+    "nerfacto": Need(fixed=3.86e9, frame=1.2e6),
+    # the paper: 4.6 GB at K = 30, 5.9 at 40, 17.8 at 130; its size of images is not stated
+    "long-lrm": Need(fixed=0.65e9, frame=0.132e9),
+}
+NEEDS = {SPLATS: Need(pixel=32, share=1)} | TRAINERS  # position, opacity, depth, colour in float32
+
+
+def within(memory: float, size: tuple[int, int], trainer: str = SPLATS) -> int:
+    """The largest number of frames that fit.
+
+    Args:
+        memory: bytes.
+        size: (width, height) of the images that are reconstructed from.
+        trainer: a key of `NEEDS`.
+
+    Raises:
+        ValueError: for an unknown trainer, or when not even two frames fit.
+    """
+    if trainer not in NEEDS:
+        raise ValueError(f"trainer is {trainer!r}; allowed: {', '.join(NEEDS)}")
+    need = NEEDS[trainer]
+    least = need.of(LEAST, size)
+    if memory < least:
+        what = f"the splats of {LEAST} frames" if trainer == SPLATS else f"{trainer} of {LEAST}"
+        raise ValueError(
+            f"memory is {memory} bytes; allowed: {least:.0f} or more, which {what} of "
+            f"{size[0]}x{size[1]} may take, and fewer cannot be reconstructed. Hint: allow more"
+            + (", or reconstruct from smaller images" if need.pixel else "")
+        )
+    return int((memory * need.share - need.fixed) // need.each(size))

@@ -1,6 +1,6 @@
 """Simple selections for a capture, or for targets that are frames of it.
 
-Not in the paper. Each is good on some captures and bad on others; `fsel.selection.trials` lets the
+Not in the paper. Each is good on some captures and bad on others; `fsel.selection.halving` lets the
 capture choose.
 """
 
@@ -11,7 +11,7 @@ import numpy as np
 from fsel.core.problem import Problem
 from fsel.core.subsets import evenly
 from fsel.selection.covisible import covisible
-from fsel.selection.places import scene_distances
+from fsel.selection.scene_depth import scene_distances
 from fsel.selectors.baselines.kmedoids import fasterpam
 from fsel.selectors.baselines.nearest import in_turn, nearest
 
@@ -29,10 +29,10 @@ def candidates(problem: Problem, k: int) -> dict[str, np.ndarray]:
         k: how many of the frames of `problem.sequence`.
 
     Returns:
-        `uniform`: every n-th frame. `middles`: the middles of k equal stretches. `kmedoids`: the
-        medoids of the frames' distances, see `fsel.selection.places`. `steep_medoids`: those of the
-        distances' third power. `paced_medoids`: the same where a step along the sequence counts as
-        a typical step between neighbours. `covisibility`: see `fsel.selection.covisible`.
+        `uniform`: uniform sampling. `middles`: the middles of k equal stretches. `kmedoids`: the
+        medoids of the frames' `scene_distances`. `steep_medoids`: those of the distances' third
+        power. `paced_medoids`: the same where a step along the sequence counts as a typical step
+        between neighbours. `covisibility`: see `fsel.selection.covisible`.
     """
     pool = problem.sequence
     n = len(pool)
@@ -60,9 +60,8 @@ def serving(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> dict[str
 
     Returns:
         `nearest`: see `fsel.selectors.baselines.nearest`. `nearest_in_depths`: the same by
-        distances in depths of the scene, see `fsel.selection.places`. `half_nearest`: the first
-        half of `nearest`, then the first of the rule. `covisibility`: of what the targets see, see
-        `fsel.selection.covisible`.
+        `scene_distances`. `half_nearest`: the first half of `nearest`, then the first of the rule.
+        `covisibility`: of what the targets see, see `fsel.selection.covisible`.
     """
     pool, k = problem.sequence, len(rule)
     frames = np.union1d(pool, targets)

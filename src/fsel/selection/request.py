@@ -13,12 +13,11 @@ from fsel.captures.quality import Health
 from fsel.core.capture import Capture
 from fsel.core.problem import Method
 from fsel.core.wording import check_type, counted, unexpected
-from fsel.selection.budget import Auto
+from fsel.selection.budget import Auto, within
 from fsel.selection.focus import Focus
 from fsel.selection.frames import Wish
-from fsel.selection.memory import within
-from fsel.selection.patience import LEAST_TARGETS, Patience
 from fsel.selection.targets import ALL, Request, Targets, check_count, targets_of
+from fsel.selection.validation import LEAST_TARGETS, TimeBudget
 from fsel.selectors import pretrained
 from fsel.selectors.policies import RENAMED, ScoringMethod
 
@@ -132,7 +131,7 @@ def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
 
 
 def patience_of(
-    patience: float | Patience | None,
+    patience: float | TimeBudget | None,
     k: int | str | Auto | None,
     targets: Targets,
     method: Method,
@@ -140,7 +139,7 @@ def patience_of(
     cover: int = 0,
     *,
     named: bool,
-) -> Patience:
+) -> TimeBudget:
     """Return how long selections are tried on the capture's own frames.
 
     Args:
@@ -155,8 +154,8 @@ def patience_of(
     """
     if patience is None:
         stated = stated_beside(k, targets, method, focus, cover)
-        return Patience(0) if named or stated else Patience()
-    allowed = patience if isinstance(patience, Patience) else Patience(patience)
+        return TimeBudget(0) if named or stated else TimeBudget()
+    allowed = patience if isinstance(patience, TimeBudget) else TimeBudget(patience)
     shown = len(targets.frames) >= LEAST_TARGETS
     stated = stated_beside(k, targets, method, focus, cover, but_targets=shown)
     if allowed.seconds and stated:

@@ -1,13 +1,18 @@
-"""The distance from a view to what it looks at."""
+"""Depth of a scene by its sparse points: distances between frames, and what surfaces hide."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fsel.core.capture import Views
+from fsel.core.capture import Capture, Views
 from fsel.core.geometry import lengths
 from fsel.core.points import SparsePoints
 from fsel.selection.paths import attention
+
+NEAR = np.radians(4)  # from a camera, points this close to a view's direction tell the depth
+FEWEST = 4  # such points
+BEHIND = 0.85  # of the view's distance: points closer than this lie before it
+WITNESSES = 3  # least cameras that see points before the view
 
 
 def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
@@ -35,3 +40,65 @@ def viewing_distance(views: Views, points: SparsePoints | None) -> np.ndarray:
         return lengths(attention(centers, views.axes) - centers)
     except ValueError:
         return np.full(len(views), lengths(centers - centers.mean(axis=0)).max())
+
+
+def scene_places(capture: Capture, frames: np.ndarray) -> np.ndarray:
+    """(n, 2, 3) camera centres and the points looked at, over the median depth.
+
+    Args:
+        capture: whose sparse points tell the depth, see `viewing_distance`.
+        frames: (n,).
+    """
+    depth = viewing_distance(capture.views, capture.points)[frames]
+    centers = capture.centers[frames]
+    places = np.stack([centers, centers + depth[:, None] * capture.axes[frames]], axis=1)
+    scale = float(np.median(depth))
+    return places / (scale if scale > 0 else 1.0)
+
+
+def distances_to(places: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """(n,) distances of centres plus those of points looked at: a turn counts by how far it moves
+    what is seen.
+
+    Args:
+        places: (n, 2, 3).
+        place: (2, 3).
+    """
+    return lengths(places - place).sum(axis=1)
+
+
+def scene_distances(capture: Capture, frames: np.ndarray) -> np.ndarray:
+    """(n, n) between all frames, see `distances_to`."""
+    places = scene_places(capture, frames)
+    return np.stack([distances_to(places, place) for place in places])
+
+
+def behind(views: Views, cameras: Views, points: SparsePoints) -> np.ndarray:
+    """(T,) bool: more cameras see surfaces before the view's place than see past it.
+
+    A camera counts where it sees four points or more within 4 degrees of the direction to the
+    place. It counts by the points that it sees itself, so that one wall does not hide what other
+    cameras saw from the other side.
+
+    Args:
+        views: T views.
+        cameras: N frames.
+        points: whose tracks number the frames.
+    """
+    balance = np.zeros((2, len(views)), np.int64)
+    order = np.argsort(points.track_frame, kind="stable")
+    bounds = np.searchsorted(points.track_frame[order], np.arange(len(cameras) + 1))
+    for i, center in enumerate(cameras.centers):
+        seen = points.xyz[points.track_point[order[bounds[i] : bounds[i + 1]]]] - center
+        if len(seen) < FEWEST:
+            continue
+        places = views.centers - center
+        reach, depth = np.linalg.norm(places, axis=1), np.linalg.norm(seen, axis=1)
+        across = (places / np.maximum(reach, 1e-12)[:, None]) @ (seen / depth[:, None]).T
+        close = across > np.cos(NEAR)
+        known = close.sum(axis=1) >= FEWEST
+        before = (close & (depth < BEHIND * reach[:, None])).sum(axis=1)
+        hidden = 2 * before > close.sum(axis=1)
+        balance[0] += known & hidden
+        balance[1] += known & ~hidden
+    return (balance[0] >= WITNESSES) & (balance[0] > balance[1])

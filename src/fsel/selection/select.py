@@ -19,12 +19,10 @@ from fsel.core.subsets import evenly, subset_key
 from fsel.core.wording import check_type, counted, listed
 from fsel.selection import budget
 from fsel.selection.budget import Auto, Budget
-from fsel.selection.covering import Cover, check_cover, cover_of, seeing_all
+from fsel.selection.cover import Cover, check_cover, cover_of, seeing_all
 from fsel.selection.focus import Focus
 from fsel.selection.frames import Wish
-from fsel.selection.measured import Describe, SharpnessOf, as_read, measured
-from fsel.selection.patience import Patience, Tried
-from fsel.selection.problem import request_problem
+from fsel.selection.problem import Describe, SharpnessOf, as_read, measured, request_problem
 from fsel.selection.request import (
     checked_request,
     method_of,
@@ -33,6 +31,7 @@ from fsel.selection.request import (
     without_bad,
 )
 from fsel.selection.targets import Request, Targets
+from fsel.selection.validation import TimeBudget, ValidationResult
 from fsel.selectors.policies import Ranked, ScoringMethod
 
 if TYPE_CHECKING:
@@ -60,7 +59,7 @@ class Selection:
     scores: np.ndarray
     seconds: float
     budget: Budget | None = None
-    tried: Tried | None = None
+    tried: ValidationResult | None = None
     cover: Cover | None = None
     held_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
 
@@ -81,7 +80,7 @@ def select(
     seed: int = 0,
     *,
     weights: str | Path | None = None,
-    patience: float | Patience | None = None,
+    patience: float | TimeBudget | None = None,
     cover: int = 0,
     cover_share: float = 1.0,
     sharpness: np.ndarray | SharpnessOf | None = None,
@@ -112,11 +111,11 @@ def select(
         weights: a scorer that the workflow made, in place of one that comes with
             the package.
         patience: seconds in which selections are tried on the capture's own frames, see
-            `fsel.selection.trials`; 0 for the rule alone. None: ten where nothing but k is stated,
+            `fsel.selection.halving`; 0 for the rule alone. None: ten where nothing but k is stated,
             neither targets nor a method, an object or frames; else 0. Beside targets that are
             frames, their images are looked at, and score. The same picks are kept on every machine
-            that makes the planned reconstructions in that time. Or `fsel.Patience`, to watch or end
-            them.
+            that makes the planned reconstructions in that time. Or `fsel.TimeBudget`, to watch
+            or end them.
         cover: how often each sparse point that so many frames see is to be seen by the picks, see
             `fsel.selection.multicover`. With k, what is left of it is picked by the method; k of
             None for as few as needed.
@@ -169,7 +168,7 @@ def select(
     problem = request_problem(capture, targets, known, focus, descriptors)
     if cover:
         problem = seeing_all(problem, number, cover, cover_share)
-    count = len(problem.given) if number is None else number
+    count = len(problem.fixed_picks) if number is None else number
     chosen = None
     if isinstance(count, Auto):
         frames, scores, chosen = _enough(problem, targets.views, ranked, count)
@@ -186,15 +185,15 @@ def _tried(
     problem: Problem,
     frames: np.ndarray,
     scores: np.ndarray,
-    patience: Patience,
+    patience: TimeBudget,
     targets: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, Tried | None]:
+) -> tuple[np.ndarray, np.ndarray, ValidationResult | None]:
     """The picks of the rule and their scores, or of a selection that the capture itself prefers."""
     if not patience.seconds:
         return frames, scores, None
-    from fsel.selection.trials import tried  # here: it imports a reconstructor
+    from fsel.selection.halving import validated  # here: it imports a reconstructor
 
-    outcome = tried(problem, frames, patience, targets)
+    outcome = validated(problem, frames, patience, targets)
     if outcome is None or subset_key(outcome.frames) == subset_key(frames):
         return frames, scores, outcome
     return outcome.frames, np.full(len(frames), np.nan), outcome
@@ -216,13 +215,13 @@ def _enough(
     to be rendered, the number is that of picks for some of the views along its path.
     """
     worth = budget.shipped_worth()
-    rows = evenly(len(views), budget.WHOLE if problem.whole else len(views))
+    rows = evenly(len(views), budget.WHOLE if problem.targets_unknown else len(views))
     few = replace(problem, targets=views.subset(rows), proxies=problem.proxies[rows])
     shift = budget.view_shift(problem.capture, problem.candidates, few.targets)
     frames, scores = ranked(few, budget.most(shift, auto, worth))
     in_order = shift[np.searchsorted(problem.candidates, frames)]
     chosen = budget.find(in_order, auto, problem.capture.size, worth)
-    if problem.whole:
+    if problem.targets_unknown:
         frames, scores = ranked(problem, chosen.frames)
     return frames[: chosen.frames], scores[: chosen.frames], chosen
 

@@ -12,9 +12,8 @@ from fsel.core.capture import Capture, Views
 from fsel.core.geometry import check_poses, pairwise_distances
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted
-from fsel.selection.camera_path import camera_path
 from fsel.selection.frames import Wish, frames_of, frames_wished, named_in
-from fsel.selection.paths import orbit, trajectory, whole
+from fsel.selection.paths import camera_path, orbit, trajectory, whole
 
 MOST_VIEWS = 60  # neighbours on a denser path lead to the same frames
 FAR = 3.0  # extents of a capture beyond which a view cannot be of the same world

@@ -129,9 +129,9 @@ class Policy:
             closeness=close,
             look_embedding=look_embedding(centers, axes),
             visible=visible,
-            decay_start=SURROGATE_DECAY_START if problem.whole else np.inf,
+            decay_start=SURROGATE_DECAY_START if problem.targets_unknown else np.inf,
         )
-        return Prepared(frames, static, rows, np.searchsorted(frames, problem.given))
+        return Prepared(frames, static, rows, np.searchsorted(frames, problem.fixed_picks))
 
     def _known(self, problem: Problem) -> np.ndarray | None:
         """(n, 14) the problem's own features, if they are of this pool and these references."""

@@ -4,99 +4,21 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from importlib.metadata import version
 
 import numpy as np
 
 from fsel.captures.colmap.estimator import found_by
 from fsel.captures.quality.findings import BLURRED, DUPLICATE, Health
-from fsel.core.capture import Capture
-from fsel.core.points import SparsePoints
-from fsel.core.problem import Method
-from fsel.core.subsets import evenly
 from fsel.core.wording import counted
-from fsel.selection.api import Selection
 from fsel.selection.budget import Budget
-from fsel.selection.covering import Cover
-from fsel.selection.export.service import Service, closest_pick, service_of
-from fsel.selection.focus import Focus
-from fsel.selection.patience import Tried
-from fsel.selection.problem import request_problem
-from fsel.selection.targets import ALL, MOST_VIEWS, Targets
-from fsel.selectors.rollout import RejectionScores, explain_rejections
+from fsel.selection.cover import Cover
+from fsel.selection.export.outcome import Outcome, closest_pick
+from fsel.selection.targets import ALL
+from fsel.selection.validation import ValidationResult
 
 RECORD = "selection.json"
-WELL = 2  # picks that see a point before it is seen well: its depth takes two
 PACKAGES = ("fsel", "numpy", "pycolmap")
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """A selection with what it was made from.
-
-    Attributes:
-        capture: the capture.
-        targets: views to be rendered.
-        selection: the picks.
-        method: that was asked for.
-        health: what is wrong with which frames; None where it was not looked for.
-        focus: the object that targets must see.
-        seen: sparse points that the picks see, whose tracks number the picks in their order; None
-            without points.
-    """
-
-    capture: Capture
-    targets: Targets
-    selection: Selection
-    method: Method
-    health: Health | None
-    focus: Focus | None = None
-    seen: SparsePoints | None = None
-
-    @cached_property
-    def service(self) -> Service:
-        """Service of the targets by the picks."""
-        pool, views = self.targets.pool(self.capture), self.targets.views
-        if self.targets.kind == ALL:
-            views = self.capture.view(self.served)
-        return service_of(self.capture, views, pool, self.selection.indices)
-
-    @property
-    def sharpness(self) -> np.ndarray | None:
-        """(N,) detail of every frame, 0 where it is unknown; None where no image was looked at."""
-        if self.health is None or self.health.sharpness is None:
-            return None
-        return np.nan_to_num(self.health.sharpness)
-
-    @cached_property
-    def served(self) -> np.ndarray:
-        """(T,) frames that service is measured at where the whole capture is the target: at the few
-        views that stand for it, the curve would bend at their number."""
-        return evenly(len(self.capture), MOST_VIEWS)
-
-    @cached_property
-    def standing(self) -> RejectionScores | None:
-        """Scores of all frames at the last pick, where a linear rule made the picks."""
-        selection, blank = self.selection, np.zeros(len(self.capture))
-        if not np.isfinite(selection.scores).any():  # another selection was kept than the rule's
-            return None
-        problem = request_problem(self.capture, self.targets, blank, self.focus, None)
-        return explain_rejections(self.method, problem, selection.indices)
-
-    @cached_property
-    def sights(self) -> np.ndarray | None:
-        """(k,) of each pick the share of the picks' points that it sees and fewer than two earlier
-        picks do; None without points."""
-        if self.seen is None or not len(self.seen.track_point):
-            return None
-        k = len(self.selection.indices)
-        point, pick = np.divmod(np.unique(self.seen.track_point * k + self.seen.track_frame), k)
-        known, first, often = np.unique(point, return_index=True, return_counts=True)
-        earlier = np.arange(len(point)) - np.repeat(first, often)
-        count = np.bincount(pick[earlier < WELL], minlength=k)
-        return count / len(known)
 
 
 def picked(outcome: Outcome) -> list[dict]:
@@ -252,7 +174,7 @@ def reason(budget: Budget) -> str:
     )
 
 
-def trials(tried: Tried) -> str:
+def trials(tried: ValidationResult) -> str:
     """Describe what was tried on the capture's own frames, in words."""
     known = [trial for trial in tried.trials[1:] if np.isfinite(trial.gain)]
     scores = ", ".join(f"{trial.name} {trial.gain:+.2f}" for trial in known) or "none was scored"

@@ -16,17 +16,21 @@ docs/results/captures_unknown.md.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
+from fsel.core.capture import Capture
 from fsel.core.problem import Problem
 from fsel.core.subsets import evenly, subset_key
+from fsel.metrics import score_views
+from fsel.reconstruct.gaussians import Gaussians
+from fsel.reconstruct.splats import Splats
 from fsel.selection.candidates import EVEN, RULE, candidates, serving
-from fsel.selection.patience import LEAST_TARGETS, Patience, Trial, Tried
-from fsel.selection.small_fits import Scorer, small_fits
+from fsel.selection.validation import LEAST_TARGETS, CandidateScore, TimeBudget, ValidationResult
 
 VALIDATION = 96  # frames at most that are rendered and scored
 LEAST_PICKS = 3  # that are reconstructed from
@@ -37,9 +41,13 @@ STRETCHES = 12  # of the validation frames at most: neighbours are not independe
 LEAST_STRETCH = 3  # frames of a stretch
 CONFIDENCE = 0.95  # one-sided, by Student's t over the stretches
 FIT_DEVIATION = 0.17  # dB of one fit by `gaussians`, by its seed alone
+SIDE = 64  # pixels
+SETTINGS: dict[str, Any] = {"steps": 150, "gaussians": 2000, "background": "mean"}
+METRICS = ("psnr", "ssim")
+BLOCK = 32  # frames that are opened at a time, at the size they have
 
 
-class Bar(NamedTuple):
+class AcceptanceRule(NamedTuple):
     """Conditions on which another selection is kept in place of the first one.
 
     Attributes:
@@ -55,14 +63,14 @@ class Bar(NamedTuple):
 
 
 LEAST_VALIDATION = 8  # frames that neither of two selections holds, of a whole capture
-WHOLE = Bar(0.5, LEAST_VALIDATION, True)
-STATED = Bar(0.2, LEAST_TARGETS, False)
+WHOLE = AcceptanceRule(0.5, LEAST_VALIDATION, True)
+STATED = AcceptanceRule(0.2, LEAST_TARGETS, False)
 LEAST_GAIN = 0.2  # dB that each reconstructor alone puts a selection ahead by, where both score
 
 
-def tried(
-    problem: Problem, rule: np.ndarray, patience: Patience, targets: np.ndarray
-) -> Tried | None:
+def validated(
+    problem: Problem, rule: np.ndarray, patience: TimeBudget, targets: np.ndarray
+) -> ValidationResult | None:
     """Try the picks of the rule, and the simple selections of `fsel.selection.candidates`.
 
     Every machine keeps the same picks, unless the time is over before the planned fits are made.
@@ -77,27 +85,30 @@ def tried(
         What was found; None without patience, or where there are too few frames to reconstruct
         from or to score on.
     """
-    race = race_of(problem, rule, targets) if patience.seconds else None
-    if race is None:
+    halving = halving_of(problem, rule, targets) if patience.seconds else None
+    if halving is None:
         return None
     share = max(1, round(min(patience.seconds / SHARE_SECONDS, MOST_SHARES)))
-    return race.run(share, patience)
+    return halving.run(share, patience)
 
 
-def race_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> Race | None:
-    """The race before its first fit; None and arguments as of `tried`."""
-    pool, k, bar = problem.sequence, len(rule), WHOLE if problem.whole else STATED
-    spare = len(pool) - k if problem.whole else len(targets)
-    if k < LEAST_PICKS or spare < bar.validation:
+def halving_of(problem: Problem, rule: np.ndarray, targets: np.ndarray) -> SuccessiveHalving | None:
+    """The selections before the first fit; None and arguments as of `tried`."""
+    pool, k = problem.sequence, len(rule)
+    acceptance = WHOLE if problem.targets_unknown else STATED
+    spare = len(pool) - k if problem.targets_unknown else len(targets)
+    if k < LEAST_PICKS or spare < acceptance.validation:
         return None
-    if problem.whole:
+    if problem.targets_unknown:
         picks = {EVEN: pool[evenly(len(pool), k)], RULE: rule} | candidates(problem, k)
     else:
         picks = {RULE: rule} | serving(problem, rule, targets)
-    validation = pool if problem.whole else targets
+    validation = pool if problem.targets_unknown else targets
     validation = validation[evenly(len(validation), VALIDATION)]
     picks = _distinct(picks)
-    return Race(small_fits(problem.capture, validation, picks), picks, validation, bar)
+    return SuccessiveHalving(
+        small_fits(problem.capture, validation, picks), picks, validation, acceptance
+    )
 
 
 def _distinct(picks: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -108,14 +119,14 @@ def _distinct(picks: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {name: np.array(key) for key, name in names.items()}
 
 
-class Race:
-    """Selections against a first one, in heats: the best go on with new fits.
+class SuccessiveHalving:
+    """Comparison of selections with a first one, in heats: the best go on with new fits.
 
     Args:
         score: what a fit of a selection is worth.
-        picks: name -> (K,) ascending frames; the first is kept unless another reaches the bar.
+        picks: name -> (K,) ascending frames; the first is kept unless another meets the rule.
         validation: (W,) frames that are scored.
-        bar: what is asked of the others.
+        rule: conditions on which another is kept.
     """
 
     def __init__(
@@ -123,18 +134,18 @@ class Race:
         score: Scorer,
         picks: Mapping[str, np.ndarray],
         validation: np.ndarray,
-        bar: Bar = WHOLE,
+        rule: AcceptanceRule = WHOLE,
     ) -> None:
         self._score, self._picks, self._validation = score, dict(picks), validation
-        self._bar = bar
+        self._rule = rule
         self._scores: dict[str, dict[str, list[np.ndarray]]] = {
             name: {"splats": [], "gaussians": []} for name in picks
         }
         self._first, *others = self._picks
-        self._hopeful = [name for name in others if self._free(name).sum() >= bar.validation]
+        self._hopeful = [name for name in others if self._free(name).sum() >= rule.validation]
         self._started: float | None = None
 
-    def run(self, share: int, patience: Patience) -> Tried:
+    def run(self, share: int, patience: TimeBudget) -> ValidationResult:
         """All heats, or those before the time is over.
 
         Args:
@@ -142,7 +153,7 @@ class Race:
             patience: for how long, and what follows the progress. The time runs from the end of the
                 first fit by `gaussians`, which may have to be compiled.
         """
-        for name in (self._first, *self._hopeful) if self._hopeful and self._bar.sure else ():
+        for name in (self._first, *self._hopeful) if self._hopeful and self._rule.sure else ():
             self._scores[name]["splats"].append(self._score(self._picks[name], None))
         self._hopeful = [name for name in self._hopeful if self._ahead(self.trial(name))]
         heats = [(count, share * shares) for count, shares in HEATS]
@@ -160,9 +171,11 @@ class Race:
             left -= self._runners(count) * seeds
             seed += seeds
         trials = tuple(map(self.trial, self._picks))
-        return Tried(trials, self._kept(), self._made, cut, on_targets=not self._bar.sure)
+        return ValidationResult(
+            trials, self._kept(), self._made, cut, on_targets=not self._rule.sure
+        )
 
-    def trial(self, name: str) -> Trial:
+    def trial(self, name: str) -> CandidateScore:
         """Return what is known of a selection; its error is infinite before both have scored it."""
         frames, free, made = self._picks[name], self._free(name), self._scores
         count, first = int(free.sum()), made[self._first]
@@ -172,11 +185,11 @@ class Race:
             if own and first[by]
         }
         fits = sum(map(len, made[name].values()))
-        if count < self._bar.validation or not both:
-            return Trial(name, frames, np.nan, np.nan, np.nan, np.inf, count, fits)
+        if count < self._rule.validation or not both:
+            return CandidateScore(name, frames, np.nan, np.nan, np.nan, np.inf, count, fits)
         gain, least, ssim, error = compared(both)
         error = error if "gaussians" in both else np.inf
-        return Trial(name, frames, gain, least, ssim, error, count, fits)
+        return CandidateScore(name, frames, gain, least, ssim, error, count, fits)
 
     def _free(self, name: str) -> np.ndarray:
         """(W,) validation frames that neither a selection nor the first one holds."""
@@ -185,23 +198,23 @@ class Race:
     def _contenders(self) -> list[str]:
         """Selections that may still be kept, the best first."""
         trials = [self.trial(name) for name in self._hopeful]
-        open_ = [one for one in trials if not one.gain + _chance(one) <= self._bar.margin]
+        open_ = [one for one in trials if not one.gain + _chance(one) <= self._rule.margin]
         return [one.name for one in sorted(open_, key=lambda one: -one.gain)]
 
     def _kept(self) -> str:
-        """The best selection of those that reach the bar; else the first one."""
+        """The best selection of those that meet the rule; else the first one."""
         trials = [one for one in map(self.trial, self._hopeful) if self._ahead(one)]
         ahead = [one for one in trials if one.gain > self._margin(one)]
         return max(ahead, key=lambda one: one.gain).name if ahead else self._first
 
-    def _ahead(self, trial: Trial) -> bool:
+    def _ahead(self, trial: CandidateScore) -> bool:
         """Return whether each reconstructor puts a selection ahead, and not behind in SSIM."""
-        return not self._bar.sure or (trial.least > LEAST_GAIN and trial.ssim >= 0)
+        return not self._rule.sure or (trial.least > LEAST_GAIN and trial.ssim >= 0)
 
-    def _margin(self, trial: Trial) -> float:
+    def _margin(self, trial: CandidateScore) -> float:
         """Gain in dB to be exceeded; infinite where `gaussians` were not fitted."""
-        sure = self._bar.sure or np.isinf(trial.error)
-        return max(self._bar.margin, _chance(trial)) if sure else self._bar.margin
+        sure = self._rule.sure or np.isinf(trial.error)
+        return max(self._rule.margin, _chance(trial)) if sure else self._rule.margin
 
     def _runners(self, count: int | None) -> int:
         """Count the selections that a heat has at most, the first one included."""
@@ -211,7 +224,7 @@ class Race:
     def _made(self) -> int:
         return sum(len(scores) for made in self._scores.values() for scores in made.values())
 
-    def _heat(self, jobs: list[tuple[str, int]], left: int, patience: Patience) -> bool:
+    def _heat(self, jobs: list[tuple[str, int]], left: int, patience: TimeBudget) -> bool:
         """Make some fits, one after the other, until the time is over; whether it is."""
         planned = self._made + left
         for name, seed in jobs:
@@ -251,6 +264,47 @@ def _stretches(count: int) -> int:
     return int(np.clip(count // LEAST_STRETCH, 2, STRETCHES))
 
 
-def _chance(trial: Trial) -> float:
+def _chance(trial: CandidateScore) -> float:
     """Gain in dB that chance may bring: the fewer frames are scored, the more."""
     return trial.error * float(stdtrit(_stretches(trial.validation) - 1, CONFIDENCE))
+
+
+Scorer = Callable[[np.ndarray, int | None], np.ndarray]
+"""(K,) frames -> (W, 2) PSNR in dB and SSIM of the validation frames.
+
+By `gaussians` of a seed, or for None by `splats`, which has no chance in it.
+"""
+
+
+def small_fits(capture: Capture, validation: np.ndarray, picks: Mapping[str, np.ndarray]) -> Scorer:
+    """Make what fits selections at a small size, the only frames opened being those it needs.
+
+    Args:
+        capture: at any size.
+        validation: (W,) frames that are scored.
+        picks: the selections that will be asked for.
+    """
+    needed = np.unique(np.concatenate([validation, *picks.values()]))
+    small, rows = _small(capture, needed), np.searchsorted(needed, validation)
+    truth, views = np.asarray(small.images[rows]), small.view(rows)
+    masks = None if small.masks is None else small.masks[rows]
+
+    def score(frames: np.ndarray, seed: int | None) -> np.ndarray:
+        by = Splats(small) if seed is None else Gaussians(small, **SETTINGS, seed=seed)
+        model = by.fit(np.searchsorted(needed, frames))
+        return score_views(model.render(views), truth, masks, METRICS)
+
+    return score
+
+
+def _small(capture: Capture, frames: np.ndarray) -> Capture:
+    """Some frames of a capture at the size of the trials, opened a few at a time."""
+    blocks = np.array_split(frames, len(frames) // BLOCK + 1)
+    parts = [capture.subset(block).resized(SIDE) for block in blocks]
+    masks = None
+    if capture.masks is not None:
+        masks = np.concatenate([np.asarray(part.masks) for part in parts])
+    images = np.concatenate([np.asarray(part.images) for part in parts])
+    whole = replace(capture, masks=None).subset(frames, images)
+    intrinsics = np.concatenate([part.intrinsics for part in parts])
+    return replace(whole, intrinsics=intrinsics, masks=masks)

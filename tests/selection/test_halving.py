@@ -7,10 +7,10 @@ import pytest
 from small_captures import record_of, select, write_ring
 
 import fsel
-from fsel.selection import trials
+from fsel.selection import halving
 from fsel.selection.candidates import EVEN
-from fsel.selection.patience import Patience
-from fsel.selection.trials import FIT_DEVIATION, STATED, WHOLE, Race, compared
+from fsel.selection.halving import FIT_DEVIATION, STATED, WHOLE, SuccessiveHalving, compared
+from fsel.selection.validation import TimeBudget
 
 FRAMES = np.arange(40)
 EVENLY, OTHER, THIRD = np.array([0, 13, 26, 39]), np.array([1, 2, 3, 4]), np.array([5, 6, 7, 8])
@@ -30,11 +30,11 @@ def race(gains, ssim=0.0, log=None, splats=None, bar=WHOLE):
         own = gains if seed is not None or splats is None else splats
         return np.tile([20 + own.get(name, 0.0), 0.5 + (name != EVEN) * ssim], (40, 1))
 
-    return Race(score, picks, FRAMES, bar)
+    return SuccessiveHalving(score, picks, FRAMES, bar)
 
 
 def test_the_best_of_those_ahead_is_kept():
-    found = race({"other": 1.0, "third": 2.0}).run(2, Patience(1e6))
+    found = race({"other": 1.0, "third": 2.0}).run(2, TimeBudget(1e6))
     assert found.kept == "third"
     np.testing.assert_array_equal(found.frames, THIRD)
     assert [trial.name for trial in found.trials] == [EVEN, "other", "third"]
@@ -45,28 +45,30 @@ def test_the_best_of_those_ahead_is_kept():
 def test_on_targets_gaussians_alone_decide_and_little_keeps_the_rule():
     log = []
     asked = {"log": log, "splats": {"other": -9.0}, "bar": STATED}
-    found = race({"other": 0.3, "third": 0.25}, ssim=-0.01, **asked).run(2, Patience(1e6))
+    found = race({"other": 0.3, "third": 0.25}, ssim=-0.01, **asked).run(2, TimeBudget(1e6))
     assert (found.kept, found.on_targets) == ("other", True)
     assert found.trials[1].gain == pytest.approx(0.3)
     assert [seed for name, seed in log if name == "other"] == list(range(8))
     assert [seed for name, seed in log if name == "third"] == [0, 1, 2, 3]
-    assert race({"other": 0.1}, bar=STATED).run(2, Patience(1e6)).kept == EVEN
+    assert race({"other": 0.1}, bar=STATED).run(2, TimeBudget(1e6)).kept == EVEN
 
 
 def test_little_gain_and_worse_structure_keep_every_nth_frame():
-    assert race({"other": 0.4}).run(2, Patience(1e6)).kept == EVEN
-    assert race({"other": 3.0}, ssim=-0.01).run(2, Patience(1e6)).kept == EVEN
-    assert race({"other": 3.0}, ssim=0.01).run(2, Patience(1e6)).kept == "other"
+    assert race({"other": 0.4}).run(2, TimeBudget(1e6)).kept == EVEN
+    assert race({"other": 3.0}, ssim=-0.01).run(2, TimeBudget(1e6)).kept == EVEN
+    assert race({"other": 3.0}, ssim=0.01).run(2, TimeBudget(1e6)).kept == "other"
 
 
 def test_what_one_reconstructor_alone_prefers_is_not_kept():
     log = []
-    assert race({"other": 3.0}, splats={"other": -0.1}, log=log).run(2, Patience(1e6)).kept == EVEN
+    assert (
+        race({"other": 3.0}, splats={"other": -0.1}, log=log).run(2, TimeBudget(1e6)).kept == EVEN
+    )
     assert {seed for _, seed in log} == {None}  # and `gaussians` are not fitted for it
-    assert race({"other": -0.1}, splats={"other": 3.0}).run(2, Patience(1e6)).kept == EVEN
-    assert race({"other": 0.1}, splats={"other": 3.0}).run(2, Patience(1e6)).kept == EVEN
+    assert race({"other": -0.1}, splats={"other": 3.0}).run(2, TimeBudget(1e6)).kept == EVEN
+    assert race({"other": 0.1}, splats={"other": 3.0}).run(2, TimeBudget(1e6)).kept == EVEN
     found = race({"other": 0.3, "third": 2.0}, splats={"other": 3.0, "third": 0.6})
-    found = found.run(2, Patience(1e6))
+    found = found.run(2, TimeBudget(1e6))
     assert found.kept == "other"
     assert [trial.gain for trial in found.trials] == pytest.approx([0.0, 1.65, 1.3])
     assert [trial.least for trial in found.trials] == pytest.approx([0.0, 0.3, 0.6])
@@ -74,13 +76,13 @@ def test_what_one_reconstructor_alone_prefers_is_not_kept():
 
 def test_heats_make_new_fits_and_the_hopeless_leave():
     log = []
-    race({"other": 2.0, "third": -5.0}, log=log).run(2, Patience(1e6))
+    race({"other": 2.0, "third": -5.0}, log=log).run(2, TimeBudget(1e6))
     assert [seed for name, seed in log if name == "other"] == [None, *range(8)]
     assert [seed for name, seed in log if name == EVEN] == [None, *range(8)]
     assert [seed for name, seed in log if name == "third"] == [None]
     log = []
     race({"other": 2.0, "third": -2.0}, log=log, splats={"third": 1.0, "other": 1.0}).run(
-        2, Patience(1e6)
+        2, TimeBudget(1e6)
     )
     assert [seed for name, seed in log if name == "third"] == [None, 0, 1]
 
@@ -92,16 +94,16 @@ def test_the_time_ends_it_and_is_seen():
         seen.append((made, planned))
         return made < 7
 
-    found = race({"other": 9.0, "third": 1.0}, log=log).run(1, Patience(1e6, watch))
+    found = race({"other": 9.0, "third": 1.0}, log=log).run(1, TimeBudget(1e6, watch))
     assert (found.cut, found.fits, len(log)) == (True, 7, 7)
     assert seen[0] == (4, 3 + 3 + 3 + 4)
-    late = race({"other": 9.0}).run(1, Patience(1e-9))
+    late = race({"other": 9.0}).run(1, TimeBudget(1e-9))
     assert (late.cut, late.fits, late.kept) == (True, 4, EVEN)
 
 
 def test_the_time_runs_once_the_first_fit_has_compiled(monkeypatch):
     clock = [1.0]
-    monkeypatch.setattr(trials, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    monkeypatch.setattr(halving, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
 
     def score(frames, seed):
         if seed is not None:
@@ -109,11 +111,11 @@ def test_the_time_runs_once_the_first_fit_has_compiled(monkeypatch):
         return np.full((40, 2), 20.0 + np.array_equal(frames, OTHER))
 
     picks = {EVEN: EVENLY, "other": OTHER}
-    assert Race(score, picks, FRAMES).run(4, Patience(3.0)).fits == 2 + 1 + 4
+    assert SuccessiveHalving(score, picks, FRAMES).run(4, TimeBudget(3.0)).fits == 2 + 1 + 4
 
 
 def test_a_race_that_ends_with_a_heat_makes_no_fit_more():
-    stop = Patience(1e6, lambda made, planned, gone: made < 5)
+    stop = TimeBudget(1e6, lambda made, planned, gone: made < 5)
     found = race({"other": 9.0}).run(1, stop)
     assert (found.fits, found.cut, found.kept) == (5, True, "other")
     found = race({"other": -9.0}, splats={"other": 1.0}).run(1, stop)
@@ -123,7 +125,9 @@ def test_a_race_that_ends_with_a_heat_makes_no_fit_more():
 def test_selections_that_leave_too_few_validation_frames_are_not_fitted():
     log = []
     picks = {EVEN: np.arange(0, 40, 2), "odd": np.arange(1, 30, 2)}
-    outcome = Race(lambda frames, seed: log.append(seed), picks, FRAMES).run(2, Patience(1e6))
+    outcome = SuccessiveHalving(lambda frames, seed: log.append(seed), picks, FRAMES).run(
+        2, TimeBudget(1e6)
+    )
     assert (outcome.kept, outcome.fits, log) == (EVEN, 0, [])
 
 
@@ -148,7 +152,7 @@ def test_what_few_frames_say_is_chance():
             gains = np.where(np.arange(count) // 4 % 2, 2.0, -0.2) * np.array_equal(frames, OTHER)
             return np.stack([20 + gains, np.full(count, 0.5)], axis=1)
 
-        assert Race(score, picks, FRAMES[:count]).run(1, Patience(1e6)).kept == kept
+        assert SuccessiveHalving(score, picks, FRAMES[:count]).run(1, TimeBudget(1e6)).kept == kept
 
 
 @pytest.fixture
@@ -179,7 +183,7 @@ def test_without_patience_the_rule_picks_and_stated_requests_try_nothing(ring):
 
 def test_what_is_kept_is_one_of_what_was_tried_and_always_the_same(ring):
     capture = fsel.read_capture(ring, long_side=32)
-    first, again = (fsel.select(capture, 5, patience=Patience(1e-9)) for _ in range(2))
+    first, again = (fsel.select(capture, 5, patience=TimeBudget(1e-9)) for _ in range(2))
     assert first.names == again.names
     assert first.tried.trials[0].name == EVEN
     np.testing.assert_array_equal(first.tried.trials[0].frames, np.round(np.linspace(0, 23, 5)))

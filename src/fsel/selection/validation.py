@@ -1,5 +1,5 @@
 """Limits of how long selections are tried on a capture's own frames, and what was found; see
-`fsel.selection.trials`.
+`fsel.selection.halving`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ LEAST_TARGETS = 3  # of which there are images
 
 
 @dataclass(frozen=True)
-class Trial:
+class CandidateScore:
     """A selection that was tried.
 
     Attributes:
@@ -44,7 +44,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Tried:
+class ValidationResult:
     """Outcome of trying selections.
 
     Attributes:
@@ -55,7 +55,7 @@ class Tried:
         on_targets: whether the images of the targets were looked at.
     """
 
-    trials: tuple[Trial, ...]
+    trials: tuple[CandidateScore, ...]
     kept: str
     fits: int
     cut: bool
@@ -73,7 +73,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class Patience:
+class TimeBudget:
     """Limit of how long trying may take.
 
     Attributes:

@@ -109,13 +109,13 @@ def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float)
             f"k is {k}, and a cover of {times} takes {counted(len(given), 'frame')}; {k} see "
             f"{reached:.1%} of the points so often. Hint: k of {len(given)}{share_of}"
         )
-    return replace(problem, given=given)
+    return replace(problem, fixed_picks=given)
 
 
 def cover_of(problem: Problem, picks: np.ndarray, times: int, share: float) -> Cover:
     """Say how often the picks see the points, and as many frames evenly spaced."""
     often = sighted(problem, times)
-    found, frames = often(picks), len(problem.given)
+    found, frames = often(picks), len(problem.fixed_picks)
     even = often(problem.observed[evenly(len(problem.observed), len(picks))])
     return Cover(times, share, frames, points=sum(found), picks=found, even=even)
 

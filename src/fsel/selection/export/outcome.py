@@ -1,0 +1,151 @@
+"""A selection with what it was made from, and how close its picks are to the target views."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fsel.captures.quality.findings import Health
+from fsel.core.capture import Capture, Views
+from fsel.core.geometry import pose_distance
+from fsel.core.points import SparsePoints
+from fsel.core.problem import Method
+from fsel.core.subsets import evenly
+from fsel.features.conditioned import closeness, look_distance
+from fsel.selection.api import Selection
+from fsel.selection.focus import Focus
+from fsel.selection.problem import request_problem
+from fsel.selection.targets import ALL, MOST_VIEWS, Targets
+from fsel.selectors.rollout import RejectionScores, explain_rejections
+
+RANKS = 8  # closest frames that count for a view
+SHARES = 0.5 ** np.arange(RANKS)
+WELL = 2  # picks that see a point before it is seen well: its depth takes two
+
+
+@dataclass(frozen=True)
+class ViewProximity:
+    """How close picks, in order, are to the target views; printed as service.
+
+    A frame is as close to a view as `fsel.features.conditioned` says. A view's closest picked
+    frame counts in full, the second closest half, the next a quarter, and so on: parallax needs
+    several, and each further one says less. Proximity is that sum over the same of all frames,
+    averaged over the views; all frames together give 1.
+
+    Attributes:
+        curve: (k,) service after each pick, never falling.
+        gain: (k,) what each pick added.
+        nearest_view: (k,) int64 the target view that each pick is closest to.
+    """
+
+    curve: np.ndarray
+    gain: np.ndarray
+    nearest_view: np.ndarray
+
+
+def proximity_of(
+    capture: Capture, views: Views, pool: np.ndarray, picks: np.ndarray
+) -> ViewProximity:
+    """Measure how close picked frames are to target views.
+
+    Args:
+        capture: the capture.
+        views: T target views.
+        pool: (n,) frames that could be picked, ascending.
+        picks: (k,) of them, in pick order.
+    """
+    close = closeness(look_distance(capture.centers[pool], capture.axes[pool], views))
+    rows = np.searchsorted(pool, picks)
+    whole = SHARES @ _closest(np.concatenate([np.zeros((RANKS, len(views))), close]))
+    best = np.zeros((RANKS, len(views)))
+    curve = np.empty(len(rows))
+    for step, row in enumerate(rows):
+        best = _closest(np.concatenate([best, close[row, None]]))
+        curve[step] = np.mean(SHARES @ best / whole)
+    return ViewProximity(
+        curve=curve,
+        gain=np.diff(curve, prepend=0.0),
+        nearest_view=np.argmax(close[rows], axis=1),
+    )
+
+
+def _closest(closeness: np.ndarray) -> np.ndarray:
+    """(..., RANKS, T) the largest of (..., m, T), falling."""
+    return -np.sort(-closeness, axis=-2)[..., :RANKS, :]
+
+
+def closest_pick(capture: Capture, picks: np.ndarray) -> np.ndarray:
+    """(N,) for every frame the pick with the closest pose."""
+    distance = pose_distance(
+        capture.centers, capture.axes, capture.centers[picks], capture.axes[picks]
+    )
+    return picks[np.argmin(distance, axis=1)]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A selection with what it was made from.
+
+    Attributes:
+        capture: the capture.
+        targets: views to be rendered.
+        selection: the picks.
+        method: that was asked for.
+        health: what is wrong with which frames; None where it was not looked for.
+        focus: the object that targets must see.
+        seen: sparse points that the picks see, whose tracks number the picks in their order; None
+            without points.
+    """
+
+    capture: Capture
+    targets: Targets
+    selection: Selection
+    method: Method
+    health: Health | None
+    focus: Focus | None = None
+    seen: SparsePoints | None = None
+
+    @cached_property
+    def service(self) -> ViewProximity:
+        """Proximity of the picks to the targets."""
+        pool, views = self.targets.pool(self.capture), self.targets.views
+        if self.targets.kind == ALL:
+            views = self.capture.view(self.served)
+        return proximity_of(self.capture, views, pool, self.selection.indices)
+
+    @property
+    def sharpness(self) -> np.ndarray | None:
+        """(N,) detail of every frame, 0 where it is unknown; None where no image was looked at."""
+        if self.health is None or self.health.sharpness is None:
+            return None
+        return np.nan_to_num(self.health.sharpness)
+
+    @cached_property
+    def served(self) -> np.ndarray:
+        """(T,) frames that service is measured at where the whole capture is the target: at the few
+        views that stand for it, the curve would bend at their number."""
+        return evenly(len(self.capture), MOST_VIEWS)
+
+    @cached_property
+    def standing(self) -> RejectionScores | None:
+        """Scores of all frames at the last pick, where a linear rule made the picks."""
+        selection, blank = self.selection, np.zeros(len(self.capture))
+        if not np.isfinite(selection.scores).any():  # another selection was kept than the rule's
+            return None
+        problem = request_problem(self.capture, self.targets, blank, self.focus, None)
+        return explain_rejections(self.method, problem, selection.indices)
+
+    @cached_property
+    def sights(self) -> np.ndarray | None:
+        """(k,) of each pick the share of the picks' points that it sees and fewer than two earlier
+        picks do; None without points."""
+        if self.seen is None or not len(self.seen.track_point):
+            return None
+        k = len(self.selection.indices)
+        point, pick = np.divmod(np.unique(self.seen.track_point * k + self.seen.track_frame), k)
+        known, first, often = np.unique(point, return_index=True, return_counts=True)
+        earlier = np.arange(len(point)) - np.repeat(first, often)
+        count = np.bincount(pick[earlier < WELL], minlength=k)
+        return count / len(known)
