@@ -27,7 +27,6 @@ if workflow.deployment_settings and (
     container: str(Path(workflow.basedir, "workflow", "envs", "fsel.sif"))
 
 
-
 pathvars:
     tables="<results>/tables",
     figures="<results>/figures",
