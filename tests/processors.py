@@ -30,8 +30,8 @@ KINDS = {
 }
 TESTS = (
     "tests/metrics/test_metrics.py",
-    "tests/baselines/test_covisibility.py",
-    "tests/baselines/test_splat_views.py",
+    "tests/selectors/baselines/test_covisibility.py",
+    "tests/selectors/baselines/test_splat_views.py",
     "tests/reconstruct/gaussians/test_gradients.py",
     "tests/reconstruct/gaussians/test_optimisation.py",
     "tests/reconstruct/gaussians/test_rendering.py",
@@ -39,8 +39,8 @@ TESTS = (
     "tests/reconstruct/radiance_field/test_rays.py",
     "tests/reconstruct/radiance_field/test_space.py",
     "tests/reconstruct/splats",
-    "tests/selector/test_greedy.py",
-    "tests/synthesis/test_hierarchy.py",
+    "tests/selectors/test_greedy.py",
+    "tests/synthetic/test_hierarchy.py",
 )
 
 

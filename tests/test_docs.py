@@ -1,6 +1,7 @@
-"""The pages of the documentation fit one another, the code and the measured tables."""
+"""The documentation and CITATION.cff fit one another, the code and the measured tables."""
 
 import re
+import tomllib
 from importlib import import_module
 from pathlib import Path
 
@@ -10,12 +11,8 @@ import yaml
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 README = (ROOT / "README.md").read_text()
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")])
-
-
-def test_the_readme_is_short_and_has_no_markers():
-    assert len(README.splitlines()) <= 120
-    assert "<!--" not in README
 
 
 def test_the_readme_links_to_what_is_there():
@@ -62,3 +59,13 @@ def exists(name: str) -> bool:
             found = getattr(found, part)
         return True
     return False
+
+
+def test_the_software_and_the_paper_are_cited():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert (cited["title"], cited["license"]) == (PROJECT["name"], PROJECT["license"])
+    assert cited["preferred-citation"]["title"].startswith("Less Is More: Genetic Frame Selection")
+
+
+def test_the_changelog_knows_the_version():
+    assert f"\n## {PROJECT['version']}\n" in (ROOT / "CHANGELOG.md").read_text()
