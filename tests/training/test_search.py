@@ -10,6 +10,7 @@ from fsel.training.search import (
     fittest_so_far,
     genetic_search,
     initial_population,
+    offspring,
     random_search,
     swap_search,
 )
@@ -100,6 +101,89 @@ def test_genetic_search_improves_and_keeps_every_subset():
 def test_without_variation_nothing_new_is_evaluated():
     result = run(crossover=0.0, mutation=0.0)
     assert result.generation.max() == 0
+
+
+FAMILIES = np.arange(200).reshape(20, 10)  # disjoint parents; frames from 200 on are nobody's
+LARGE = np.arange(5000)
+
+
+def children(count, k=10, **settings):
+    """Children of `FAMILIES`, whose fitness rises with their number."""
+    rng, score = np.random.default_rng(4), np.arange(20.0)
+    population = list(FAMILIES[:, :k])
+    made = GeneticSettings(**settings)
+    return [offspring(population, score, LARGE, k, rng, made) for _ in range(count)]
+
+
+def parents_of(child):
+    """How many families a child has frames of."""
+    return len(np.unique(child[child < 200] // 10))
+
+
+def fresh(child):
+    return int((child >= 200).sum())
+
+
+@pytest.mark.parametrize("size", [1, 4])
+def test_a_tournament_returns_the_fittest_of_its_entrants(size):
+    made = children(3000, crossover=0, mutation=0, tournament=size)
+    winners = np.array([child[0] // 10 for child in made])
+    # the fittest of 20 enters with probability size / 20; the least fit wins only alone
+    assert np.mean(winners == 19) == pytest.approx(size / 20, abs=0.02)
+    assert (winners == 0).any() == (size == 1)
+
+
+def test_crossover_draws_from_the_union_of_two_parents():
+    made = children(1000, crossover=1, mutation=0, tournament=1)
+    assert all(fresh(child) == 0 and parents_of(child) <= 2 for child in made)
+    assert np.mean([parents_of(child) == 2 for child in made]) == pytest.approx(0.95, abs=0.03)
+    shares = [np.mean(child // 10 == child[0] // 10) for child in made if parents_of(child) == 2]
+    assert np.mean(shares) == pytest.approx(0.5, abs=0.03)
+
+
+@pytest.mark.parametrize(("k", "replaced"), [(10, 2), (4, 2)])
+def test_mutation_replaces_a_fifth_and_at_least_two(k, replaced):
+    made = children(300, k=k, crossover=0, mutation=1)
+    counts = [fresh(child) for child in made]
+    assert max(counts) == replaced
+    assert np.mean(counts) > 0.9 * replaced  # a draw from the pool may return an old frame
+
+
+def test_a_fifth_of_thirty_frames_is_six():
+    parent = np.arange(30)
+    settings = GeneticSettings(crossover=0, mutation=1)
+    rng = np.random.default_rng(0)
+    made = [offspring([parent], np.zeros(1), LARGE, 30, rng, settings) for _ in range(50)]
+    assert max(int((child >= 30).sum()) for child in made) == 6
+
+
+def test_crossover_and_mutation_happen_independently_at_the_papers_rates():
+    made = children(4000, tournament=1)
+    mixed = np.array([parents_of(child) == 2 for child in made])
+    mutated = np.array([fresh(child) > 0 for child in made])
+    assert mixed.mean() == pytest.approx(0.8 * 0.95, abs=0.03)
+    assert mutated.mean() == pytest.approx(0.3, abs=0.03)
+    assert (mixed & mutated).mean() == pytest.approx(0.3 * 0.8 * 0.95, abs=0.03)
+
+
+def test_two_elites_take_the_place_of_two_children():
+    rng = np.random.default_rng(0)
+    settings = GeneticSettings(mutation=1.0, generations=1)
+    result = genetic_search(additive, LARGE, LARGE, np.zeros((5000, 3)), 10, rng, settings)
+    assert (result.generation == 1).sum() == 38
+
+
+def test_the_fittest_of_all_generations_stays_a_parent():
+    # each child is a mutant of the fittest of its population: 8 of 10 frames are its parent's
+    def rugged(subset):
+        return np.full(3, np.random.default_rng(subset).random()) * [1, 1, -1]
+
+    result = run(rugged, crossover=0.0, mutation=1.0, tournament=40, generations=10)
+    for generation in range(1, 11):
+        before = result.generation < generation
+        fittest = result.subsets[before][np.argmax(result.fitness[before])]
+        for child in result.subsets[result.generation == generation]:
+            assert len(np.intersect1d(child, fittest)) >= 8
 
 
 def test_search_replays_from_remembered_metrics():

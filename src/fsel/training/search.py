@@ -128,7 +128,7 @@ def genetic_search(
         score = archive.fitness()[rows]
         elites = np.argsort(-score, kind="stable")[: settings.elites]
         children = [
-            _child(population, score, pool, k, rng, settings)
+            offspring(population, score, pool, k, rng, settings)
             for _ in range(settings.population - settings.elites)
         ]
         population = [population[i] for i in elites] + children
@@ -170,7 +170,24 @@ def fittest_so_far(fitness: np.ndarray) -> np.ndarray:
     return np.maximum.accumulate(np.where(better, np.arange(len(fitness)), 0))
 
 
-def _child(population, score, pool, k, rng, settings) -> np.ndarray:
+def offspring(
+    population: list[np.ndarray],
+    score: np.ndarray,
+    pool: np.ndarray,
+    k: int,
+    rng: np.random.Generator,
+    settings: GeneticSettings,
+) -> np.ndarray:
+    """Make one child by tournament, crossover and mutation (Appendix A.2).
+
+    Args:
+        population: subsets of k frames.
+        score: (len(population),) their fitness.
+        pool, k, rng, settings: see `genetic_search`.
+
+    Returns:
+        (k,) int64 ascending.
+    """
     parents = [_tournament(score, rng, settings.tournament) for _ in range(2)]
     first, second = (population[p] for p in parents)
     child = first
