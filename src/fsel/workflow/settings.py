@@ -75,32 +75,30 @@ class Settings:
 
     def check(self) -> None:
         """Refuse too few scenes or frames, which would only be seen after hours of work."""
-        entries, search = self.datasets.entries, self.config["search"]
+        entries, search, draws = self.datasets.entries, self.config["search"], self.config["draws"]
         trains = any(self.scenes(name, "train") for name in entries)
         if self.trained not in entries or (trains and not self.scenes(self.trained, "train")):
             refuse(
                 f"training.dataset is {self.trained!r}, which has no `train` scenes among the "
                 f"datasets {list(entries)}",
-                f"add `{self.trained}` with train scenes, or name another dataset; without any "
-                "train scenes the scorers that ship are measured",
+                "add it with train scenes, or name another; without any train scenes the scorers "
+                "that ship are measured",
             )
         if not self.evaluation_scenes:
             refuse("no dataset has evaluation scenes", "the tables need at least one")
         listed = [name for name in entries if entries[name].get("protocol")]
-        if listed and self.config["draws"] != 1:
-            refuse(
-                f"draws is {self.config['draws']}, and datasets.{listed[0]}.protocol lists one",
-                "give it a configuration of its own, with `draws: 1` and budgets 16 and 32",
-            )
+        if listed and draws != 1:
+            where = f"datasets.{listed[0]}.protocol"
+            refuse(f"draws is {draws}, and {where} has one", "set `draws: 1`")
         if search["kept"] > search["stored"]:
-            refuse(
-                f"search: kept is {search['kept']}, more than stored, {search['stored']}",
-                "only stored subsets can be imitated",
-            )
-        frames = self.config["embedded"]["frames"]
+            kept, stored = search["kept"], search["stored"]
+            refuse(f"search: kept is {kept}, more than stored, {stored}", "raise search.stored")
+        self._check_frames()
+
+    def _check_frames(self) -> None:
+        frames, entries = self.config["embedded"]["frames"], self.datasets.entries
         for name, role in product(entries, ROLES):
-            needed = self.frames_needed(role)
-            embedded = kinds_of(entries[name]) == ["embedded"]
+            needed, embedded = self.frames_needed(role), kinds_of(entries[name]) == ["embedded"]
             if embedded and self.scenes(name, role) and frames < needed:
                 refuse(
                     f"embedded.frames is {frames}, the {role} scenes of {name} need {needed}: "
