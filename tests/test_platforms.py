@@ -10,7 +10,7 @@ from small_captures import write_ring
 
 import fsel
 from fsel.captures.layouts.nerfstudio import matrix_of
-from fsel.core.parsing import inside, slashed
+from fsel.captures.parsing import inside, slashed
 from fsel.reconstruct import memory
 
 WINDOWS_LACKS = ("fcntl", "grp", "pwd", "resource", "termios")

@@ -14,7 +14,6 @@ from fsel.captures.layouts.nerfstudio import matrix_of
 from fsel.captures.lazy import open_capture
 from fsel.captures.read import read_capture
 from fsel.cli import main
-from fsel.core import parsing
 from fsel.core.names import matched
 
 
@@ -150,39 +149,6 @@ CASES = {
         "'frame_001.jpg': rotation has determinant 0",
     ),
 }
-
-
-@pytest.mark.parametrize("form", ["bin", "txt"])
-def test_a_large_model_without_its_images_is_refused_before_it_is_read(form, tmp_path, monkeypatch):
-    write_ring(tmp_path, frames=9, cloud=30)
-    monkeypatch.setattr(parsing, "MOST_MISSING", 5)
-    if form == "txt":
-        pycolmap.Reconstruction(str(sparse(tmp_path))).write_text(str(sparse(tmp_path)))
-        for file in sparse(tmp_path).glob("*.bin"):
-            file.unlink()
-    files = sorted((tmp_path / "images").iterdir())
-    for file in files[:5]:
-        file.unlink()
-    with pytest.raises(ValueError, match=r"frame_000\.jpg: image file is missing \(5 in all\)"):
-        read_capture(tmp_path)
-    assert len(read_capture(tmp_path, skip_unreadable=True)) == 4
-    files[5].unlink()
-    monkeypatch.setattr(pycolmap, "Reconstruction", lambda *_: pytest.fail("it was read"))
-    with pytest.raises(ValueError, match=r"images: 3 files, and 9 images are in .*0\. Hint"):
-        read_capture(tmp_path)
-    (tmp_path / "images" / "more").symlink_to(tmp_path / "images")  # they may be behind it
-    with pytest.raises(pytest.fail.Exception, match="it was read"):
-        read_capture(tmp_path)
-
-
-def test_a_large_list_of_frames_without_images_is_refused(tmp_path, monkeypatch):
-    write_ring(tmp_path, frames=9, cloud=30)
-    nerfstudio(lambda content: None)(tmp_path)
-    monkeypatch.setattr(parsing, "MOST_MISSING", 5)
-    for file in sorted((tmp_path / "images").iterdir())[:7]:
-        file.unlink()
-    with pytest.raises(ValueError, match=r"3 files, and 9 images are in .*transforms\.json"):
-        read_capture(tmp_path)
 
 
 def test_a_damaged_number_of_images_is_called_that(tmp_path):

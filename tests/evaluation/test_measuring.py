@@ -9,9 +9,9 @@ import pytest
 from selection_problems import problem_on, random_capture
 from slow_selector import random_scorer
 
+from fsel.core.names import name_seed
 from fsel.core.problem import Method
 from fsel.core.programs.outcome import MEMORY, Unfinished
-from fsel.core.seeds import name_seed
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at, runs

@@ -53,7 +53,7 @@ def test_zero_weight_trajectory_teaches_nothing():
     items = [Trajectory(t.features, t.selectable, t.picks, 0.0) for t in trajectories(3, 0)]
     _, log = train(items, [], seed=0, epochs=1, learning_rate=1e-3)
     before, after = log["loss"]
-    assert after == pytest.approx(before, abs=1e-12)
+    assert after == pytest.approx(before, rel=1e-6)  # sums of float32
 
 
 def test_float32_tracks_float64():

@@ -21,8 +21,7 @@ from nerfstudio.plugins.registry_dataparser import DataParserSpecification
 
 from fsel.calls import select
 from fsel.cli.posing import locked
-from fsel.core.cache import cache
-from fsel.core.files import digest
+from fsel.core.files import cache, digest
 from fsel.selection.export.subset import SPLIT
 
 

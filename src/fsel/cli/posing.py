@@ -26,8 +26,7 @@ from fsel.captures.poses import placement
 from fsel.captures.poses.repeated import doubt
 from fsel.captures.taking import Source
 from fsel.cli.console import Console
-from fsel.core.cache import cache
-from fsel.core.files import write_text
+from fsel.core.files import cache, write_text
 from fsel.core.limits import cores
 from fsel.core.names import distinct
 from fsel.core.wording import counted

@@ -7,7 +7,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 
 from fsel.cli.console import Console
-from fsel.core.cache import cache
+from fsel.core.files import cache
 from fsel.metrics import METRICS, REGISTERED, Metrics, checked, published
 from fsel.metrics.lpips import NET
 

@@ -33,6 +33,13 @@ rows. A DataFrame is read as one too."""
 LARGE = 1 << 24  # bytes; a file from here on is known by its size and time, not by its content
 
 
+def cache() -> Path:
+    """Return the folder of found poses and fetched weights: FSEL_CACHE, or in the user's cache."""
+    own = os.environ.get("FSEL_CACHE")
+    shared = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(own) if own else Path(shared) / "fsel"
+
+
 def unfinished(path: Path) -> Path:
     """Return the name beside `path` under which this process writes it.
 

@@ -1,9 +1,10 @@
-"""Names of frames: their natural order, and which of two lists are the same."""
+"""Names of frames: their natural order, which of two lists are the same, and seeds from them."""
 
 from __future__ import annotations
 
 import itertools
 import re
+import zlib
 from pathlib import Path
 
 
@@ -35,3 +36,8 @@ def distinct(names: list[str]) -> list[str]:
 def natural(name: str) -> list[tuple[int, str]]:
     """Sort key: digit runs compare as numbers."""
     return [(int(p), "") if p.isdigit() else (-1, p) for p in re.split(r"(\d+)", name) if p]
+
+
+def name_seed(*parts: object) -> int:
+    """Return a seed made from names and numbers, the same on every machine."""
+    return zlib.crc32("/".join(map(str, parts)).encode())

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, MutableMapping
+import inspect
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from difflib import get_close_matches
 from functools import cached_property
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from operator import attrgetter
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from fsel.core.wording import counted
 
 Entry = TypeVar("Entry")
+Settings = TypeVar("Settings")
 
 
 class Registry(MutableMapping[str, Entry]):
@@ -145,3 +147,20 @@ def unknown(
     elif near := closest(name, names):
         hint = f". Hint: did you mean {near!r}?"
     return ValueError(f"{kind} is {name!r}; allowed: {', '.join(names)}{hint}")
+
+
+def settings_from(kind: Callable[..., Settings], given: Mapping[str, Any]) -> Settings:
+    """The settings, checked.
+
+    Args:
+        kind: a dataclass, every field with a default; it refuses values out of range itself.
+        given: some of its fields.
+
+    Raises:
+        ValueError: for a name that is no field, or a value that the dataclass refuses.
+    """
+    allowed = list(inspect.signature(kind).parameters)
+    for name in given:
+        if name not in allowed:
+            raise ValueError(f"no setting {name!r}; allowed: {', '.join(allowed)}")
+    return kind(**given)

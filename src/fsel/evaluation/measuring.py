@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fsel.core.files import Columns, repeated, stacked
+from fsel.core.names import name_seed
 from fsel.core.problem import Method, Problem, checked_select
-from fsel.core.seeds import name_seed
 from fsel.evaluation.evaluator import COSTS, Evaluator
 from fsel.metrics import METRICS, Metrics, units
 from fsel.selectors import pretrained

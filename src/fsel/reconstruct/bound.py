@@ -6,7 +6,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
 from fsel.core.capture import Capture
-from fsel.core.keywords import settings_from
+from fsel.core.registry import settings_from
 from fsel.reconstruct import gpu
 from fsel.reconstruct.normalisation import Frame
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fsel.captures.parsing import read_text, slashed
 from fsel.core.capture import Capture
-from fsel.core.parsing import read_text, slashed
 from fsel.core.wording import counted, unexpected
 
 if TYPE_CHECKING:

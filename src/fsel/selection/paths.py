@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from fsel.captures.parsing import member, number, numbers, read_json, world_transform
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import (
     OPENGL_TO_OPENCV,
@@ -21,7 +22,6 @@ from fsel.core.geometry import (
     rigid,
     upwards,
 )
-from fsel.core.parsing import member, number, numbers, read_json, world_transform
 from fsel.core.subsets import evenly
 
 GAP = np.radians(60)  # an arc as wide without a camera was not filmed: an orbit leaves it out

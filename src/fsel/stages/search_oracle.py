@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from fsel.core.files import File, fingerprint, repeated, stacked, write_table
+from fsel.core.names import name_seed
 from fsel.core.problem import Problem
-from fsel.core.seeds import name_seed
 from fsel.core.split import Split
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator

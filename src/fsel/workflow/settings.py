@@ -14,7 +14,7 @@ from typing import Any, Self
 
 import yaml
 
-from fsel.core.seeds import name_seed
+from fsel.core.names import name_seed
 from fsel.selectors.pretrained import FILES
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import ROLES, Datasets, Section, kinds_of, roles_of

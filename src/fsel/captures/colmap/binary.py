@@ -12,7 +12,6 @@ from struct import error as Short
 from struct import unpack_from
 
 from fsel.captures.colmap.bindings import pycolmap
-from fsel.core.parsing import check_file_count
 
 IMAGES, POINTS = "images.bin", "points3D.bin"
 CAMERA = 4 + 4 + 8 + 8  # id, model, width, height
@@ -27,30 +26,10 @@ FRAME = 4 + 4 + POSE  # id, rig's id, pose
 DATUM = SENSOR + 8  # sensor, id of the image
 
 
-def check_files(model: Path, images: Path) -> None:
-    """Refuse a folder of images that is empty, or lacks most of a large model's.
-
-    Raises:
-        FileNotFoundError: for an empty folder.
-        ValueError: see `fsel.core.parsing.check_file_count`. A million images would take the
-            reader two minutes.
-    """
+def check_files(images: Path) -> None:
+    """Refuse a folder of images that is empty."""
     if not any(images.iterdir()):
         raise FileNotFoundError(f"{images}: no images in it")
-    check_file_count(images, _number_of_images(model), model)
-
-
-def _number_of_images(model: Path) -> int:
-    """Number that a binary file states, if so many fit into it; of text, two lines an image."""
-    packed, text = model / IMAGES, model / "images.txt"
-    if packed.is_file():
-        with packed.open("rb") as file:
-            count = int.from_bytes(file.read(8), "little")
-        return count if count <= packed.stat().st_size // (IMAGE + 1 + 8) else 0
-    if not text.is_file():
-        return 0
-    with text.open("rb") as file:
-        return sum(not line.startswith(b"#") for line in file) // 2
 
 
 def check_whole(model: Path) -> None:

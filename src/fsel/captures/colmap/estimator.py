@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from fsel.core.keywords import settings_from
 from fsel.core.programs.command import tail
 from fsel.core.programs.outcome import MissingRequirement, NoDevice, Unfinished
 from fsel.core.programs.settings import Program, words_of
+from fsel.core.registry import settings_from
 
 MODELS = "sparse"
 OWN = "COLMAP"  # what places frames where no program is named

@@ -12,8 +12,7 @@ import cv2
 import numpy as np
 
 from fsel.core import packages
-from fsel.core.cache import cache
-from fsel.core.files import atomic
+from fsel.core.files import atomic, cache
 
 LONG_SIDE = 1024  # pixels of the longer side of what the networks see, at most
 ALIKED_KEYPOINTS, XFEAT_KEYPOINTS = 512, 2048  # of an image, at most

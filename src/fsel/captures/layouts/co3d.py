@@ -12,7 +12,7 @@ import numpy as np
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
-from fsel.core.parsing import inside, member, number, numbers, regular, text
+from fsel.captures.parsing import inside, member, number, numbers, regular, text
 
 FRAMES = "frame_annotations.jgz"
 SEQUENCES = "sequence_annotations.jgz"

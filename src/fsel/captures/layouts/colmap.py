@@ -17,8 +17,8 @@ from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.observations import observed, points_of
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.parsing import check_turn, inside, read_text, slashed
 from fsel.core.names import matched
-from fsel.core.parsing import check_turn, inside, read_text, slashed
 from fsel.core.points import RawPoints, grouped_rows
 
 MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0", "colmap", "dense/sparse", ".")
@@ -125,7 +125,7 @@ def read(folder: Path) -> RawCapture:
         allowed = ", ".join(MODEL_FOLDERS)
         raise FileNotFoundError(f"{folder}: no COLMAP model; looked in {allowed}")
     images = find_images(folder)
-    check_files(model, images)
+    check_files(images)
     raw = from_model(load_model(model), images, model)
     if not (folder / "masks").is_dir():
         return raw

@@ -33,7 +33,7 @@ def read(folder: Path) -> RawCapture:
     small = next((folder / name for name in COPIES if (folder / name).is_dir()), None)
     if small is None:
         raise FileNotFoundError(f"{folder}: none of {', '.join(COPIES)} is there")
-    check_files(model, small)
+    check_files(small)
     reconstruction = colmap.load_model(model)
     full, copies = _files(folder / "images"), _files(small)
     if len(full) == len(copies) and {f.stem for f in full} != {c.stem for c in copies}:

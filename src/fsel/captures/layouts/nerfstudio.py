@@ -10,13 +10,10 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
-from fsel.captures.layouts import colmap
+from fsel.captures.layouts import colmap, ply_points
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 from fsel.captures.layouts.nerfstudio_cameras import camera_of, intrinsics_of
-from fsel.core import ply_points
-from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
-from fsel.core.parsing import (
-    check_file_count,
+from fsel.captures.parsing import (
     inside,
     member,
     number,
@@ -26,6 +23,7 @@ from fsel.core.parsing import (
     text,
     world_transform,
 )
+from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
 from fsel.core.points import RawPoints
 
 OLD_APPLIED_TRANSFORM = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]])
@@ -77,8 +75,6 @@ def from_json(
     """
     content = read_json(path) if content is None else content
     frames, dropped = _frames(content, path)
-    if (folder / images).is_dir():  # else they are in a video
-        check_file_count(folder, len(frames), path)
     applied = _applied(content, path)
     applied = undo if applied is None else applied
     scale = number(content.get("applied_scale", 1.0), path, "applied_scale")

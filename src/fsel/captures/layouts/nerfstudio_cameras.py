@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fsel.captures.colmap.camera import Camera
-from fsel.core.parsing import number
+from fsel.captures.parsing import number
 
 DISTORTION = ("k1", "k2", "p1", "p2")
 FISHEYE = ("k1", "k2", "k3", "k4")

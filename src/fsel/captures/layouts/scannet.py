@@ -10,8 +10,8 @@ from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.undistortion import HALF
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.parsing import read_matrix
 from fsel.core.geometry import invert_pose
-from fsel.core.parsing import read_matrix
 
 ORTHONORMAL = 1e-3
 

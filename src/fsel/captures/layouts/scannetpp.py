@@ -12,8 +12,8 @@ from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap, nerfstudio
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 from fsel.captures.layouts.nerfstudio_cameras import intrinsics_of
+from fsel.captures.parsing import member, numbers, read_json, text
 from fsel.core.geometry import invert_pose
-from fsel.core.parsing import member, numbers, read_json, text
 
 VALID_MASK = 250  # a mask video is compressed: 255 does not survive exactly
 ROTATION = nerfstudio.OLD_APPLIED_TRANSFORM  # carried by the poses though the file does not say so

@@ -9,8 +9,8 @@ import numpy as np
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.parsing import check_turn, numbers, read_matrix, read_text
 from fsel.core.geometry import invert_pose
-from fsel.core.parsing import check_turn, numbers, read_matrix, read_text
 
 SIZE = (640, 480)
 DEPTH_FOCAL = 585.0  # of the depth camera, whose poses the dataset gives

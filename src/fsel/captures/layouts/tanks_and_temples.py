@@ -13,9 +13,9 @@ from fsel.captures.images import files as image_files
 from fsel.captures.images.matching import choose_pairs, focal_from_poses, match
 from fsel.captures.layouts import colmap
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
+from fsel.captures.parsing import numbers, read_matrix, read_text
 from fsel.core.geometry import invert_pose
 from fsel.core.names import natural
-from fsel.core.parsing import numbers, read_matrix, read_text
 
 FACTOR = 2
 PAIRS = 12

@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
 from fsel.core.geometry import pose_distance
-from fsel.core.seeds import name_seed
+from fsel.core.names import name_seed
 from fsel.core.split import Split
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import plain_table

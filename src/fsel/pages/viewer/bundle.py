@@ -16,8 +16,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from fsel.core.cache import cache
-from fsel.core.files import write_text
+from fsel.core.files import cache, write_text
 
 WEB = Path(__file__).parent / "web"
 SHIPPED = Path(__file__).parent / "bundle.js"  # in wheels: `make viewer`

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fsel.core.capture import Views
-from fsel.core.keywords import settings_from
+from fsel.core.registry import settings_from
 from fsel.reconstruct.bound import Bound
 from fsel.reconstruct.external import folder
 from fsel.reconstruct.external.serving import Served, ServedModel

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from plyfile import PlyData, PlyParseError
 
+from fsel.captures.parsing import regular
 from fsel.core.geometry import MOST_LENGTH
-from fsel.core.parsing import regular
 from fsel.core.points import NO_POINTS, RawPoints
 
 PLACE, COLOUR = ("x", "y", "z"), ("red", "green", "blue")

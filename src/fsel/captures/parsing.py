@@ -11,24 +11,19 @@ from typing import Any
 
 import numpy as np
 
-MOST_MISSING = 100_000  # images without files: more have another cause than files that were lost
 SINGULAR = 1e-9  # least determinant of a transform that can be undone
 LEAST_TURN = 0.5  # length of a quaternion; others off from 1 are refused as matrices
 
 
 def regular(path: Path) -> Path:
-    """A path, refused where it leads to a device or a pipe, which have no end.
-
-    Raises:
-        OSError: without the path, for whoever reads the file and names it.
-    """
+    """Return a path, refused where it leads to a device or a pipe, which have no end."""
     if path.exists() and not path.is_file():
         raise OSError("not a regular file")
     return path
 
 
 def read_text(path: Path) -> str:
-    """A text file, naming it when it cannot be read."""
+    """Read a text file, naming it when it cannot be read."""
     try:
         return regular(path).read_text(encoding="utf-8")
     except FileNotFoundError as error:
@@ -37,67 +32,6 @@ def read_text(path: Path) -> str:
         raise ValueError(f"{path}: is no text file") from error
     except (OSError, ValueError) as error:
         raise ValueError(f"{path}: not readable as text ({error})") from error
-
-
-def member(entry: object, key: str, path: Path, where: str = "") -> object:
-    """A value of a JSON object, naming file and field when it is not there."""
-    if not isinstance(entry, dict) or entry.get(key) is None:
-        raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} is missing")
-    return entry[key]
-
-
-def text(entry: object, key: str, path: Path, where: str = "") -> str:
-    """String value of a JSON object, naming file and field when it is none."""
-    value = member(entry, key, path, where)
-    if not isinstance(value, str):
-        raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} must be a string")
-    return value
-
-
-def numbers(value: object, shape: tuple[int, ...], path: Path, what: str) -> np.ndarray:
-    """A JSON value as a float64 array of a given shape, naming file and field otherwise."""
-    try:
-        array = np.array(value, np.float64)
-    except (TypeError, ValueError, OverflowError):
-        array = np.empty(0)
-    if array.shape != shape:
-        wanted = "x".join(map(str, shape)) or "one number"
-        raise ValueError(f"{path}: {what} must be {wanted}, got {repr(value)[:80]}")
-    return array
-
-
-def number(value: object, path: Path, what: str) -> float:
-    """A JSON value as a finite number, naming file and field otherwise."""
-    scalar = float(numbers(value, (), path, what))
-    if not math.isfinite(scalar):
-        raise ValueError(f"{path}: {what} must be finite, got {scalar}")
-    return scalar
-
-
-def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:
-    """Refuse a quaternion far from unit length, which normalising could make any turn, or none.
-
-    Raises:
-        ValueError: naming the file and `what` holds it.
-    """
-    length = math.hypot(*quaternion)
-    if not LEAST_TURN < length < 1 / LEAST_TURN:
-        raise ValueError(
-            f"{path}: {what} has a quaternion of length {length:.3g}, which is no rotation; "
-            "allowed: 1"
-        )
-
-
-def world_transform(stored: object, path: Path, what: str) -> np.ndarray:
-    """(3, 4) float64 of a JSON value that can be undone.
-
-    Raises:
-        ValueError: naming file and field, for anything else.
-    """
-    matrix = numbers(stored, (3, 4), path, what)
-    if not np.isfinite(matrix).all() or not abs(np.linalg.det(matrix[:, :3])) >= SINGULAR:
-        raise ValueError(f"{path}: {what} cannot be undone: {repr(stored)[:200]}")
-    return matrix
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -111,54 +45,8 @@ def read_json(path: Path) -> dict[str, Any]:
     return content
 
 
-def slashed(name: str) -> str:
-    r"""A path in a file with slashes, where Windows wrote it: `images\a.png` is `images/a.png`."""
-    return PureWindowsPath(name).as_posix() if "\\" in name else name
-
-
-def inside(folder: Path, relative: str | Path, source: Path) -> Path:
-    """A path that a file names, refused where it leads out of the capture."""
-    path = Path(os.path.normpath(folder / relative))
-    elsewhere = os.name != "nt" and PureWindowsPath(relative).drive
-    if elsewhere or not path.is_relative_to(os.path.normpath(folder)):
-        raise ValueError(f"{source}: file_path {str(relative)!r} leads outside {folder}")
-    return path
-
-
-def check_file_count(folder: Path, count: int, source: Path) -> None:
-    """Refuse a folder that lacks most files of a large capture, before anything else is read.
-
-    Every image has a file of its own, so that no name is looked at. A folder that holds links to
-    folders is not judged.
-
-    Args:
-        folder: that the images lie below.
-        count: images that there shall be.
-        source: what says so.
-
-    Raises:
-        ValueError: where more than `MOST_MISSING` files are missing.
-    """
-    if count <= MOST_MISSING:
-        return
-    files = 0
-    for place, folders, names in os.walk(folder):
-        if any(Path(place, name).is_symlink() for name in folders):
-            return
-        files += len(names)
-    if count - files > MOST_MISSING:
-        raise ValueError(
-            f"{folder}: {files:,} files, and {count:,} images are in {source}. Hint: are the "
-            "images of this capture there?"
-        )
-
-
 def read_matrix(path: Path) -> np.ndarray:
-    """(4, 4) numbers of a text file, whatever its line breaks; -inf and nan are numbers.
-
-    Raises:
-        ValueError: when the file is missing, holds something else, or another count of numbers.
-    """
+    """Read a (4, 4) matrix of a text file; -inf and nan are numbers."""
     try:
         values = np.array(regular(path).read_text().split(), np.float64)
     except (OSError, ValueError) as error:
@@ -166,3 +54,70 @@ def read_matrix(path: Path) -> np.ndarray:
     if values.size != 16:
         raise ValueError(f"{path}: expected a 4x4 matrix, got {values.size} numbers")
     return values.reshape(4, 4)
+
+
+def member(entry: object, key: str, path: Path, where: str = "") -> object:
+    """Return a value of a JSON object, naming file and field when it is not there."""
+    if not isinstance(entry, dict) or entry.get(key) is None:
+        raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} is missing")
+    return entry[key]
+
+
+def text(entry: object, key: str, path: Path, where: str = "") -> str:
+    """Return a string of a JSON object, naming file and field when it is none."""
+    value = member(entry, key, path, where)
+    if not isinstance(value, str):
+        raise ValueError(f"{path}: {where + ': ' if where else ''}field {key!r} must be a string")
+    return value
+
+
+def numbers(value: object, shape: tuple[int, ...], path: Path, what: str) -> np.ndarray:
+    """Return a JSON value as a float64 array of a given shape, naming file and field otherwise."""
+    try:
+        array = np.array(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        array = np.empty(0)
+    if array.shape != shape:
+        wanted = "x".join(map(str, shape)) or "one number"
+        raise ValueError(f"{path}: {what} must be {wanted}, got {repr(value)[:80]}")
+    return array
+
+
+def number(value: object, path: Path, what: str) -> float:
+    """Return a JSON value as a finite number, naming file and field otherwise."""
+    scalar = float(numbers(value, (), path, what))
+    if not math.isfinite(scalar):
+        raise ValueError(f"{path}: {what} must be finite, got {scalar}")
+    return scalar
+
+
+def check_turn(quaternion: Iterable[float], path: Path, what: str) -> None:
+    """Refuse a quaternion far from unit length, which normalising could make any turn, or none."""
+    length = math.hypot(*quaternion)
+    if not LEAST_TURN < length < 1 / LEAST_TURN:
+        raise ValueError(
+            f"{path}: {what} has a quaternion of length {length:.3g}, which is no rotation; "
+            "allowed: 1"
+        )
+
+
+def world_transform(stored: object, path: Path, what: str) -> np.ndarray:
+    """Return a JSON value as a (3, 4) transform that can be undone, naming file and field."""
+    matrix = numbers(stored, (3, 4), path, what)
+    if not np.isfinite(matrix).all() or not abs(np.linalg.det(matrix[:, :3])) >= SINGULAR:
+        raise ValueError(f"{path}: {what} cannot be undone: {repr(stored)[:200]}")
+    return matrix
+
+
+def slashed(name: str) -> str:
+    r"""Return a path with slashes, where Windows wrote it: `images\a.png` is `images/a.png`."""
+    return PureWindowsPath(name).as_posix() if "\\" in name else name
+
+
+def inside(folder: Path, relative: str | Path, source: Path) -> Path:
+    """Return a path that a file names, refused where it leads out of the capture."""
+    path = Path(os.path.normpath(folder / relative))
+    elsewhere = os.name != "nt" and PureWindowsPath(relative).drive
+    if elsewhere or not path.is_relative_to(os.path.normpath(folder)):
+        raise ValueError(f"{source}: file_path {str(relative)!r} leads outside {folder}")
+    return path

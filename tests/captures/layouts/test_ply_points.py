@@ -8,9 +8,9 @@ from plyfile import PlyData, PlyElement
 from small_captures import record_of, ring, select, write_ring
 
 from fsel.captures.layouts.nerfstudio import NEW_APPLIED_TRANSFORM
+from fsel.captures.layouts.ply_points import read
 from fsel.captures.read import read_capture
 from fsel.core.geometry import OPENGL_TO_OPENCV, invert_pose
-from fsel.core.ply_points import read
 
 SCALE = 0.5
 XYZ = np.array([[0.5, 0.25, -0.5], [0, 0, 0], [0, -90, 0]])  # the last above all cameras
