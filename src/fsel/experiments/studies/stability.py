@@ -10,12 +10,15 @@ import pandas as pd
 from fsel.core.files import File, write_text
 from fsel.evaluation.latex import plain_table, tex
 from fsel.evaluation.numbers import write_csv
-from fsel.experiments.studies.hard_cases import CASES, observe
+from fsel.experiments.studies.hard_cases import Case, observe, others, selection
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table
 
 logger = logging.getLogger(__name__)
+
+CASES: dict[str, Case] = {case.name: case for case in (*selection.CASES, *others.CASES)}
+"""Every hard case by name, in the order of the table."""
 
 
 def stability(table: File, numbers: File) -> None:

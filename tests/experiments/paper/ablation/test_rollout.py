@@ -5,7 +5,7 @@ import pytest
 from selection_problems import random_problem
 
 from fsel.experiments.paper.ablation.extras import EXTRAS, over_step, relations
-from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
+from fsel.experiments.paper.ablation.trials import PartialRollout, view_inputs
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.features.columns import FEATURES
 from fsel.selectors.greedy import greedy
@@ -72,12 +72,6 @@ def test_a_group_that_follows_the_selection_is_recomputed_at_each_step(name):
     assert np.abs(columns[2] - columns[1]).max() > 0.1
     assert not columns[3][~selectable[3]].any()
     assert EXTRAS[name].scale is over_step
-
-
-def test_a_picked_row_is_never_picked_again():
-    rollout, prepared, _ = started()
-    rows = pick(rollout, lambda features, left, past: -np.arange(len(prepared.pool)), 5)
-    np.testing.assert_array_equal(rows, np.arange(5))
 
 
 def test_a_score_sees_the_steps_so_far():

@@ -199,13 +199,6 @@ def test_every_kind_of_case_picks_candidates(labelled, tmp_path, case):
     assert table["agreement"].between(0, 1).all()
 
 
-def test_a_trial_repeats_itself_and_seeds_differ(labelled, tmp_path):
-    first, second = (tried(labelled, tmp_path / f"{i}.parquet") for i in range(2))
-    pd.testing.assert_frame_equal(first.drop(columns="method"), second.drop(columns="method"))
-    by_seed = first.groupby("seed")["loss"].first()
-    assert by_seed[0] != by_seed[1]
-
-
 def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
     capture, folder, splits = labelled
     paths = {}

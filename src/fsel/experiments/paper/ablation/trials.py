@@ -12,16 +12,16 @@ import pandas as pd
 
 from fsel.core.files import File, Files, read_table, write_table
 from fsel.core.problem import Problem
-from fsel.experiments.paper.ablation.extras import EXTRAS, Relations, relations
-from fsel.experiments.paper.ablation.rollout import PartialRollout, view_inputs
-from fsel.selectors.greedy import Prepared
+from fsel.experiments.paper.ablation.extras import EXTRAS, Extra, Relations, relations
+from fsel.features.columns import NAMES
+from fsel.selectors.greedy import Prepared, standardise
 from fsel.selectors.policies import POLICIES
-from fsel.selectors.rollout import follow, pick
+from fsel.selectors.rollout import Rollout, follow, pick
 
 if TYPE_CHECKING:
     import torch  # a third of the time of a short job
 
-    from fsel.experiments.paper.ablation.architectures.steps import Steps
+    from fsel.experiments.paper.ablation.architectures import Steps
     from fsel.training.labelled import Scenes
 
 logger = logging.getLogger(__name__)
@@ -29,8 +29,41 @@ logger = logging.getLogger(__name__)
 POLICY = POLICIES["less_is_more"]
 
 
+class PartialRollout(Rollout):
+    """A `Rollout` with some features withheld, or others in their place.
+
+    Args:
+        prepared: see `fsel.selectors.policies.Policy.prepare`.
+        scene: relations of the same pool; read by `added` alone.
+        shown: features whose inputs are not held at zero.
+        added: three further features, or None.
+    """
+
+    def __init__(
+        self, prepared: Prepared, scene: Relations, shown: Sequence[str], added: Extra | None
+    ) -> None:
+        super().__init__(prepared)
+        self._scene, self._added = scene, added
+        self._shown = np.isin(NAMES, list(shown)).astype(np.float32)
+
+    def inputs(self) -> np.ndarray:
+        """(n, 19) float32 inputs at the present step."""
+        values = super().inputs()
+        values *= self._shown
+        if self._added is not None:
+            raw = self._added.raw(self._scene, self.picked)
+            values[:, self._added.inputs] = self._added.scale(raw, self.selectable)
+        return values
+
+
+def view_inputs(scene: Relations) -> np.ndarray:
+    """(n, O, 3) float32 distance, angle and likeness to each proxy, z-scores over all pairs."""
+    values = np.stack([scene.distance, scene.angle, scene.likeness], axis=-1)
+    return standardise(values.reshape(-1, 3)).reshape(values.shape).astype(np.float32)
+
+
 @dataclass(frozen=True)
-class Case:
+class TrialCase:
     """A scorer and what it is shown.
 
     Attributes:
@@ -78,14 +111,14 @@ def trial_case(
         picks: receives method, seed, dataset, scene, draw, k, frame, and of the training:
             parameters, loss and agreement on the training trajectories after the last pass.
         trial: name of the case, which is the method of its picks.
-        case: what to train, see `Case`.
+        case: what to train, see `TrialCase`.
         scenes: names of the labelled scenes.
         problems: `dataset/scene/draw0` of each of `validation_splits`.
         seeds, epochs, learning_rate: of the training.
     """
     from fsel.training.imitation import mean_cost  # here and below: torch is slow to import
 
-    tried = Case(**case)
+    tried = TrialCase(**case)
     table = read_table(trajectories).query("role == 'train'")
     labelled = dict(zip(scenes, zip(folders, splits, strict=True), strict=True))
     data = training_steps(tried, table, labelled)
@@ -96,8 +129,8 @@ def trial_case(
     for seed in range(seeds):
         network = trained(tried, data, seed=seed, epochs=epochs, learning_rate=learning_rate)
         loss, agreement = mean_cost(network, data, _cost)
-        record = {"method": trial, "seed": seed, "k": k, "parameters": parameters(network)}
-        record |= {"loss": loss, "agreement": agreement}
+        record = {"method": trial, "seed": seed, "k": k, "loss": loss, "agreement": agreement}
+        record["parameters"] = sum(array.numel() for array in network.parameters())
         logger.info("%s: %s", tried, record)
         for name, problem in zip(problems, validation, strict=True):
             dataset, scene, draw = name.split("/")
@@ -107,11 +140,13 @@ def trial_case(
     write_table(made, picks, units={"loss": "nats"}, config=config)
 
 
-def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tuple[Steps, float]]:
+def training_steps(
+    case: TrialCase, table: pd.DataFrame, scenes: Scenes
+) -> list[tuple[Steps, float]]:
     """Every trajectory as the case sees it, and its weight."""
     import torch
 
-    from fsel.experiments.paper.ablation.architectures.steps import Steps
+    from fsel.experiments.paper.ablation.architectures import Steps
     from fsel.training.labelled import labelled_problems
 
     data = []
@@ -128,7 +163,12 @@ def training_steps(case: Case, table: pd.DataFrame, scenes: Scenes) -> list[tupl
 
 
 def trained(
-    case: Case, data: Sequence[tuple[Steps, float]], *, seed: int, epochs: int, learning_rate: float
+    case: TrialCase,
+    data: Sequence[tuple[Steps, float]],
+    *,
+    seed: int,
+    epochs: int,
+    learning_rate: float,
 ) -> torch.nn.Module:
     """The case's scorer, fitted as `fsel.training.imitation.train` does; all kinds by one loop."""
     import torch
@@ -144,11 +184,11 @@ def trained(
     return network
 
 
-def selected(network: torch.nn.Module, case: Case, problem: Problem, k: int) -> np.ndarray:
+def selected(network: torch.nn.Module, case: TrialCase, problem: Problem, k: int) -> np.ndarray:
     """(k,) int64 frames that a trained scorer picks, in order."""
     import torch
 
-    from fsel.experiments.paper.ablation.architectures.steps import Steps
+    from fsel.experiments.paper.ablation.architectures import Steps
 
     prepared = POLICY.prepare(problem)
     scene = relations(problem, prepared, budget=k)
@@ -162,11 +202,6 @@ def selected(network: torch.nn.Module, case: Case, problem: Problem, k: int) -> 
         return scores
 
     return prepared.pool[pick(case.rollout(prepared, scene), score, k)]
-
-
-def parameters(network: torch.nn.Module) -> int:
-    """Numbers that training fits."""
-    return sum(array.numel() for array in network.parameters())
 
 
 def _cost(network: torch.nn.Module, steps: Steps) -> tuple[torch.Tensor, torch.Tensor]:

@@ -1,16 +1,92 @@
 """Hard cases: small inputs on which careless arithmetic fails, and what their answers are.
 
-They ask for exact answers, not for a mean over scenes, so that no trials are made of them. The
-tests and `results/tables/stability.csv` run the same ones.
+They ask for exact answers, not for a mean over scenes. The tests and `results/tables/stability.csv`
+run the same ones: `fsel.experiments.studies.stability.CASES`.
 """
 
-from fsel.experiments.studies.hard_cases.case import Case, Finding, observe, strict
-from fsel.experiments.studies.hard_cases.images import CASES as IMAGES
-from fsel.experiments.studies.hard_cases.learning import CASES as LEARNING
-from fsel.experiments.studies.hard_cases.scenes import CASES as SCENES
-from fsel.experiments.studies.hard_cases.selection import CASES as SELECTION
+from __future__ import annotations
 
-CASES: dict[str, Case] = {case.name: case for case in (*SELECTION, *IMAGES, *LEARNING, *SCENES)}
-"""Every hard case by name, in the order of the table."""
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 
-__all__ = ["CASES", "Case", "Finding", "observe", "strict"]
+import numpy as np
+
+from fsel.core.capture import Capture
+from fsel.evaluation.evaluator import evaluators
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Outcome of a case.
+
+    Attributes:
+        observed: in words.
+        error: largest deviation from the float64 or exact answer; its meaning is the case's.
+        allowed: the deviation that rounding explains.
+    """
+
+    observed: str
+    error: float
+    allowed: float
+
+    @property
+    def holds(self) -> bool:
+        """Say whether the answer is right to rounding; never for an error that is NaN."""
+        return self.error <= self.allowed
+
+
+@dataclass(frozen=True)
+class Case:
+    """A hard case.
+
+    Attributes:
+        name: as the table prints it.
+        expected: what must hold, in words, beside finite numbers and no warning.
+        run: makes the input, asks the library, and compares.
+    """
+
+    name: str
+    expected: str
+    run: Callable[[], Finding]
+
+
+@contextmanager
+def strict() -> Iterator[None]:
+    """Every warning, overflow, division by zero and invalid operation raises.
+
+    Underflow does not: the exponential of a large negative number is zero to all digits.
+    """
+    with warnings.catch_warnings(), np.errstate(divide="raise", over="raise", invalid="raise"):
+        warnings.simplefilter("error")
+        yield
+
+
+def observe(case: Case) -> Finding:
+    """Run a case under `strict`; what it raises is its finding, with an infinite error."""
+    try:
+        with strict():
+            return case.run()
+    except (ArithmeticError, RuntimeError, ValueError, Warning) as fault:
+        return Finding(f"{type(fault).__name__}: {fault}", np.inf, 0.0)
+
+
+def finite(*arrays: np.ndarray) -> None:
+    """Refuse a NaN or an infinity, which compiled code makes silently.
+
+    Raises:
+        FloatingPointError: with how many there are.
+    """
+    for array in arrays:
+        bad = np.size(array) - int(np.isfinite(array).sum())
+        if bad:
+            raise FloatingPointError(f"{bad} of {np.size(array)} numbers are not finite")
+
+
+def quality(capture: Capture, frames: np.ndarray, targets: np.ndarray) -> float:
+    """PSNR in dB on targets of a reconstruction by `splats`; every metric must be finite."""
+    whole = {"name": "splats", "long_side": max(capture.size), "settings": {}}
+    scores = evaluators(whole)(capture, targets)(frames)
+    finite(scores)
+    return float(scores[0])

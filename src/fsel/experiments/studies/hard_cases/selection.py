@@ -13,8 +13,7 @@ from fsel.core.geometry import lengths
 from fsel.core.problem import Problem
 from fsel.evaluation.measuring import Run, chance, picks_at
 from fsel.evaluation.methods import METHODS
-from fsel.experiments.studies.hard_cases import problems, worlds
-from fsel.experiments.studies.hard_cases.case import Case, Finding, finite, quality
+from fsel.experiments.studies.hard_cases import Case, Finding, finite, quality, worlds
 from fsel.features.columns import STATIC
 from fsel.features.static import proxy_points, static_features
 from fsel.selectors import pretrained, reference_loop
@@ -87,7 +86,7 @@ def case(
     def observe() -> Finding:
         return run(make(), reference() if reference else None, k, exact, allowed)
 
-    return Case(name, expected, observe, make)
+    return Case(name, expected, observe)
 
 
 def raw(problem: Problem) -> np.ndarray:
@@ -174,27 +173,24 @@ CASES = (
     case(
         "all cameras at one point",
         f"{SAME}; no column of lengths",
-        problems.one_point,
+        worlds.one_point,
         exact=no_lengths,
     ),
-    case("all cameras on a line", SAME, problems.line),
+    case("all cameras on a line", SAME, worlds.line),
     case(
-        "two clusters 1e6 apart",
-        f"{SAME}; exact distances",
-        problems.clusters,
-        exact=exact_distances,
+        "two clusters 1e6 apart", f"{SAME}; exact distances", worlds.clusters, exact=exact_distances
     ),
     case(
         "UTM: coordinates of 1e7, baselines of millimetres",
         "the picks and views of the same cameras near the origin",
-        lambda: problems.displaced(problems.UTM, 1e-3),
+        lambda: worlds.displaced(worlds.UTM, 1e-3),
         reference=worlds.world,
         allowed=1e-4,
     ),
     case(
         "coordinates of 1e7, baselines of a unit",
         "the same; exact distances",
-        lambda: problems.displaced(problems.UTM, 1.0),
+        lambda: worlds.displaced(worlds.UTM, 1.0),
         reference=worlds.world,
         exact=exact_distances,
         allowed=1e-7,
@@ -203,33 +199,30 @@ CASES = (
         case(
             f"world scaled by 1e{power}",
             "the picks and views of the unscaled world",
-            partial(problems.displaced, np.zeros(3), 10.0**power),
+            partial(worlds.displaced, np.zeros(3), 10.0**power),
             reference=worlds.world,
         )
         for power in (-6, 6)
     ),
     case(
-        "exactly parallel axes",
-        f"{SAME}; angles 0",
-        lambda: problems.parallel(1),
-        exact=exact_angles,
+        "exactly parallel axes", f"{SAME}; angles 0", lambda: worlds.parallel(1), exact=exact_angles
     ),
     case(
         "exactly opposite axes",
         f"{SAME}; angles 0 or pi",
-        lambda: problems.parallel(-1),
+        lambda: worlds.parallel(-1),
         exact=exact_angles,
     ),
     case(
         "a proxy that coincides with a candidate",
         f"{SAME}; distance 0",
-        problems.proxy_on_candidate,
+        worlds.proxy_on_candidate,
         exact=zero_distance,
     ),
     case(
         "a reference point that coincides with a camera",
         SAME,
-        problems.reference_on_camera,
+        worlds.reference_on_camera,
         exact=reference_gap,
     ),
     case("one proxy", SAME, lambda: worlds.world(targets=1)),
@@ -237,21 +230,21 @@ CASES = (
     case(
         "a constant feature column",
         f"{SAME}; z-scores 0",
-        lambda: problems.changed(sharpness=lambda values: np.full_like(values, 0.1)),
+        lambda: worlds.changed(sharpness=lambda values: np.full_like(values, 0.1)),
         exact=constant_is_zero,
     ),
     case(
         "a column with one outlier of 1e12",
         f"{SAME}; z-scores of exact sums",
-        lambda: problems.changed(sharpness=problems.outlier),
+        lambda: worlds.changed(sharpness=worlds.outlier),
         exact=exact_z_scores,
     ),
     case(
         "duplicate frames by the dozen",
         f"{SAME}; DPP and k-medoids repeat no image before they must",
-        problems.dozens,
+        worlds.dozens,
         exact=distinct_first,
     ),
-    case("frames that see nothing in common", SAME, problems.nothing_in_common),
+    case("frames that see nothing in common", SAME, worlds.nothing_in_common),
     Case("logits of 1e4, selection", SAME, loud),
 )
