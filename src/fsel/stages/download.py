@@ -8,16 +8,14 @@ import shutil
 import time
 from http.client import HTTPException
 from pathlib import Path
-from urllib.error import HTTPError, URLError
+from urllib.error import HTTPError
 from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
 from fsel.core.files import File
 
-CHUNK = 1 << 20
 TIMEOUT = 60.0  # seconds without a byte
 ATTEMPTS = 5  # in a row without a byte more
-REPORT = 30.0  # seconds between two lines in the log
 
 logger = logging.getLogger(__name__)
 
@@ -30,7 +28,7 @@ def download(url: str, path: File, sha256: str = "", pause: float = 2.0) -> None
         path: appears when the whole file is there and its checksum is right; until then its bytes
             lie in `<path>.part`.
         sha256: of the file. Left out, that of the first download, kept in `<path>.sha256`, is
-            asked of every later one.
+            expected of every later one.
         pause: seconds before another attempt, doubled with each that brings nothing.
 
     Raises:
@@ -49,20 +47,16 @@ def download(url: str, path: File, sha256: str = "", pause: float = 2.0) -> None
         try:
             _continue(url, part)
             break
-        except HTTPError as error:
-            error.close()
-            if error.code < 500:
+        except (HTTPException, OSError) as error:
+            if isinstance(error, HTTPError) and error.code < 500:
                 raise OSError(f"{url}: the server answers {error.code} {error.reason}") from error
-            reason: Exception = error
-        except (URLError, HTTPException, OSError) as error:
-            reason = error
-        failed = 0 if _size(part) > before else failed + 1
-        if failed == ATTEMPTS:
-            raise OSError(
-                f"{url}: cut {ATTEMPTS} times without a byte more ({reason}); {_size(part)} bytes "
-                f"are kept in {part}, and the same command goes on from there"
-            ) from reason
-        logger.info("%s: cut after %d bytes (%s); again", url, _size(part), reason)
+            failed = 0 if _size(part) > before else failed + 1
+            if failed == ATTEMPTS:
+                raise OSError(
+                    f"{url}: cut {ATTEMPTS} times without a byte more ({error}); {_size(part)} "
+                    f"bytes are kept in {part}, and the same command goes on from there"
+                ) from error
+            logger.info("%s: cut after %d bytes (%s); again", url, _size(part), error)
         time.sleep(pause * 2**failed)
     _check(url, part, path, sha256)
     part.replace(path)
@@ -74,7 +68,7 @@ def _size(path: Path) -> int:
 
 
 def _tag_file(part: Path) -> Path:
-    """Holds the server's name for the version that a part is of."""
+    """Return the file with the server's name for the version that a part is of."""
     return part.with_name(f"{part.name}.etag")
 
 
@@ -89,51 +83,21 @@ def _continue(url: str, part: Path) -> None:
     except HTTPError as error:
         if error.code != 416:
             raise
-        error.close()
         part.unlink()  # it is as long as the file, or longer
-        answer = urlopen(Request(url, headers={"User-Agent": "fsel"}), timeout=TIMEOUT)
+        _continue(url, part)
+        return
     with answer:
+        version = answer.headers.get("ETag", "")
+        if not version or version.startswith("W/"):  # weak: of more than one file
+            version = answer.headers.get("Last-Modified", "")
+        tag.write_text(version) if version else tag.unlink(missing_ok=True)
         continued = answer.status == 206
-        start = have if continued else 0
-        length = answer.headers.get("Content-Length")
-        total = start + int(length) if length else None
-        if total is not None:
-            check_room(url, part, total - start)
-        _keep_tag(tag, answer.headers)
         with part.open("ab" if continued else "wb") as file:
-            got = _copy(url, answer, file, start, total)
-    if total is not None and got < total:
-        raise ConnectionError(f"{got} of {total} bytes")
-
-
-def _keep_tag(tag: Path, headers) -> None:
-    """Keep what names the version exactly; without it nothing can be continued safely."""
-    exact = headers.get("ETag", "")
-    name = headers.get("Last-Modified") if exact.startswith("W/") or not exact else exact
-    if name:
-        tag.write_text(name)
-    else:
-        tag.unlink(missing_ok=True)
-
-
-def _copy(url: str, answer, file, got: int, total: int | None) -> int:
-    """Bytes in the file when the answer ends."""
-    reported = time.monotonic()
-    while chunk := answer.read(CHUNK):
-        file.write(chunk)
-        got += len(chunk)
-        if time.monotonic() - reported > REPORT:
-            reported = time.monotonic()
-            share = f" of {total / 1e6:.0f}" if total else ""
-            logger.info("%s: %.0f%s MB", url, got / 1e6, share)
-    return got
-
-
-def check_room(what: object, path: Path, needed: int) -> None:
-    """Refuse to write so many bytes beside a path where fewer are free."""
-    free = shutil.disk_usage(path.parent).free
-    if needed > free:
-        raise ValueError(f"{what}: needs {needed} bytes in {path.parent}, {free} are free")
+            shutil.copyfileobj(answer, file, 1 << 20)
+        length = answer.headers.get("Content-Length")
+    wanted = int(length) + have * continued if length else 0
+    if _size(part) < wanted:
+        raise ConnectionError(f"{_size(part)} of {wanted} bytes")
 
 
 def _check(url: str, part: Path, path: Path, sha256: str) -> None:

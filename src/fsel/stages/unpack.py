@@ -14,7 +14,6 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
 from fsel.core.files import File, unfinished
-from fsel.stages.download import CHUNK, check_room
 
 logger = logging.getLogger(__name__)
 
@@ -73,25 +72,19 @@ def _check_file(archive: Path, path: Path, name: str, wanted: str) -> None:
 def _extract(archive: Path, inside: str, folder: Path) -> None:
     try:
         with zipfile.ZipFile(archive) as content:
-            members = [m for m in content.infolist() if _below(m.filename, inside)]
+            root = PurePosixPath(inside)
+            members = [m for m in content.infolist() if root in PurePosixPath(m.filename).parents]
             if not members:
                 tops = sorted({m.filename.split("/")[0] for m in content.infolist()})
                 raise ValueError(f"{archive}: no folder {inside!r} in it, only {tops[:8]}")
             for member in content.infolist():
                 _check_member(archive, member)
-            check_room(archive, folder / "any", sum(m.file_size for m in members))
             for member in members:
                 _write(content, member, folder / PurePosixPath(member.filename).relative_to(inside))
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
         raise ValueError(
             f"{archive}: cannot be unpacked ({error}). Hint: delete it and fetch it again"
         ) from error
-
-
-def _below(name: str, inside: str) -> bool:
-    return PurePosixPath(name).is_relative_to(inside) and PurePosixPath(name) != PurePosixPath(
-        inside
-    )
 
 
 def _check_member(archive: Path, member: zipfile.ZipInfo) -> None:
@@ -108,5 +101,5 @@ def _write(content: zipfile.ZipFile, member: zipfile.ZipInfo, target: Path) -> N
         return
     target.parent.mkdir(parents=True, exist_ok=True)
     with content.open(member) as source, target.open("wb") as file:
-        shutil.copyfileobj(source, file, CHUNK)
+        shutil.copyfileobj(source, file)
     os.chmod(target, 0o644)
