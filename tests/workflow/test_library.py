@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
 from dry_runs import ROOT, forked
 
 WRITTEN, MADE, EDITED = 1_400_000_000, 1_500_000_000, 1_600_000_000
@@ -22,8 +23,9 @@ def test_every_rule_depends_on_the_sources_of_its_function():
     for path in (ROOT / "workflow" / "rules").glob("*.smk"):
         for name, text in RULES.findall(path.read_text()):
             called = re.search(r'experiment\.library\(\s*"(\w+)"', text)
+            home = re.search(r'job="fsel\.stages\.(\w+):', text)
             if "    input:" in text or name in free:
-                found[name] = called and called[1]
+                found[home[1] if home else name] = called and called[1]
     assert len(found) > 12
     for name, stage in found.items():
         assert stage is None if name in free else name.startswith(stage), name
@@ -89,3 +91,10 @@ def test_an_edit_of_a_module_reruns_the_rules_that_need_it(clone, module, rerun)
         assert not planned & {"generate", "ingest", "describe"}
     else:
         assert planned == rerun
+
+
+def test_the_profile_for_slurm_groups_rules_that_exist():
+    text = "".join(path.read_text() for path in (ROOT / "workflow" / "rules").glob("*.smk"))
+    profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "profile.yaml").read_text())
+    rules = re.findall(r"^(?:rule|use rule \w+ as) (\w+)", text, re.M)
+    assert set(profile["groups"]) <= set(rules)
