@@ -42,8 +42,8 @@ from fsel.reconstruct.gaussians import (
     rasterize,
     tiles,
 )
-from fsel.reconstruct.gaussians.quality import QUALITIES
-from fsel.reconstruct.gaussians.table import width_of
+from fsel.reconstruct.gaussians.parameters import width_of
+from fsel.reconstruct.gaussians.settings import QUALITIES
 from fsel.reconstruct.splats import Splats
 from fsel.synthetic import record
 
@@ -260,7 +260,7 @@ def quality(arguments: argparse.Namespace) -> None:
     for capture in scenes(arguments):
         for count in arguments.frames:
             beside(capture, count)
-            report(capture, count, "gaussians", steps=arguments.steps, device=arguments.device)
+            report(capture, count, "gaussians", steps=arguments.steps)
 
 
 def settings(arguments: argparse.Namespace) -> None:
@@ -316,7 +316,6 @@ def main() -> None:
     parser.add_argument("--long-side", type=int, default=256, help="pixels, of captures on disk")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0])
     parser.add_argument("--families", nargs="+", default=FAMILIES, help="of generated scenes")
-    parser.add_argument("--device", default="cpu", help="of `quality`: cpu or cuda")
     parser.add_argument("--only", nargs="+", help="names of settings or presets")
     parser.add_argument(
         "--frames", type=lambda k: None if k == "all" else int(k), nargs="+", default=[30]

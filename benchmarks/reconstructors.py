@@ -25,7 +25,6 @@ from radiance_field import generated, psnr
 from fsel.reconstruct import check_needs, reconstructor_of
 
 SIZE = (64, 48)
-SETTINGS: dict[str, dict] = {"feed_forward": {"device": "cpu"}}
 
 
 def processor_seconds() -> float:
@@ -37,7 +36,7 @@ def processor_seconds() -> float:
 def section_of(name: str) -> dict:
     """A reconstructor as a config names it."""
     if not name.endswith(".yaml"):
-        return {"name": name, "settings": SETTINGS.get(name, {}), "long_side": SIZE[0]}
+        return {"name": name, "settings": {}, "long_side": SIZE[0]}
     section = yaml.safe_load(Path(name).read_text())["reconstruction"]
     return {"settings": {}, **section, "long_side": SIZE[0]}
 

@@ -11,11 +11,9 @@ import sys
 import time
 
 import numpy as np
+from radiance_field import generated
 
-from fsel.reconstruct.external.conformance import ring
-from fsel.reconstruct.external.serving import Served
-from fsel.reconstruct.external.settings import ExternalSettings
-from fsel.reconstruct.external.worker import shared
+from fsel.reconstruct.external import External
 
 K, VIEWS, TIMES = 20, 15, 200
 NOISE = """
@@ -36,14 +34,13 @@ serve(lambda subset: None, render, name="noise")
 
 def main() -> None:
     """Print a line a size."""
-    worker = shared(ExternalSettings(serve=(sys.executable, "-c", NOISE)))
     for size in ((64, 48), (960, 540)):
-        served = Served(ring(K + VIEWS, size), worker)
+        served = External(generated("mipnerf360", 0, size), serve=[sys.executable, "-c", NOISE])
         views = served.capture.view(np.arange(VIEWS))
         taken = []
         for at in range(TIMES):
             started = time.perf_counter()
-            served.fit([VIEWS + (np.arange(K) + at) % K])[0].render(views)
+            served.fit(VIEWS + (np.arange(K) + at) % (2 * K)).render(views)
             taken.append((time.perf_counter() - started) * 1e3)
         median, late = np.percentile(taken[10:], [50, 95])
         print(f"{size[0]}x{size[1]}: {median:.1f} ms a subset, 95 % below {late:.1f} ms")

@@ -164,7 +164,7 @@ def test_those_that_write_a_ply_are_those_whose_models_do(capture):
         "radiance_field": {"sides": [8], "steps": [1], "rays": 32},
     }
     # the others ask for a package, or for a program
-    assert set(RECONSTRUCTORS) - set(quick) == {"feed_forward", "external"}
+    assert set(RECONSTRUCTORS) - set(quick) == {"external"}
     whole = fsel.read_capture(capture, long_side=16)
     for name, settings in quick.items():
         model = fsel.fit(whole, [1, 2, 3], name, **settings)

@@ -11,7 +11,6 @@ from slow_selector import random_scorer
 
 from fsel.core.names import name_seed
 from fsel.core.problem import Method
-from fsel.core.programs.outcome import MEMORY, Unfinished
 from fsel.evaluation import measuring
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at, runs
@@ -177,44 +176,3 @@ def test_each_distinct_subset_is_reconstructed_once():
     )
     assert len(flat.fitted) == 2
     assert by_method.columns[:2].tolist() == ["method", "target"]
-
-
-class Together(Flat):
-    """As `Flat`, several at once; some fail."""
-
-    def __init__(self, capture, together, fails=()) -> None:
-        super().__init__(capture)
-        self.together, self.fails, self.batches = together, fails, []
-
-    def fit_many(self, subsets):
-        self.batches.append([subset.tolist() for subset in subsets])
-        for subset in subsets:
-            if subset.tolist() in self.fails:
-                raise Unfinished(MEMORY, "too much")
-            yield super().fit(subset)
-
-
-@pytest.mark.parametrize(
-    ("together", "fails", "batches", "alone"),
-    [
-        (8, [], [[[1, 2], [3, 4]]], []),
-        (1, [], [], [[1, 2], [3, 4]]),
-        (8, [[3, 4]], [[[1, 2], [3, 4]]], [[3, 4]]),
-    ],
-)
-def test_new_subsets_are_measured_together_where_that_is_faster(together, fails, batches, alone):
-    images = np.zeros((20, 12, 16, 3), np.uint8)
-    flat = Together(replace(random_capture(20), images=images), together, fails)
-    evaluator = Evaluator.on_frames(flat, np.array([7, 9]))
-    subsets = [np.array([4, 3]), np.array([2, 1]), np.array([1, 2])]
-    evaluator.measure_together(subsets)
-    assert flat.batches == batches
-    known = len(flat.fitted)
-    scores = [evaluator.scores(subset) for subset in subsets]
-    assert sorted(flat.fitted[known:]) == alone
-    other = Flat(flat.capture)
-    for subset, score in zip(subsets, scores, strict=True):
-        expected = Evaluator.on_frames(other, evaluator.frames).scores(subset)
-        np.testing.assert_array_equal(score, expected)
-    evaluator.measure_together([*subsets, np.array([5, 6])])
-    assert flat.batches[len(batches) :] == ([[[5, 6]]] if together > 1 else [])

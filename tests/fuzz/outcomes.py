@@ -7,7 +7,7 @@ import time
 import warnings
 
 from fsel.cli import main
-from fsel.reconstruct.memory import Peak
+from fsel.reconstruct.configured import Peak
 
 LONGEST = 20  # seconds
 MEMORY = 500_000_000  # bytes that a command may take, beside what the process held

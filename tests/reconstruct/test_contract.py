@@ -2,7 +2,6 @@
 
 import mmap
 import re
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from selection_problems import around, capture_of
 from small_captures import ring
 
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
-from fsel.reconstruct.memory import Peak
+from fsel.reconstruct.configured import Peak
 
 MEGABYTE = 1 << 20
 OWN = ("splats", "gaussians", "radiance_field")  # those that need nothing else
@@ -62,15 +61,6 @@ def test_what_is_missing_is_named(monkeypatch):
             check_needs({"name": "absent", "settings": {}})
     finally:
         del RECONSTRUCTORS.homes["absent"]
-
-
-def test_a_torchvision_for_another_torch_is_named(tmp_path, monkeypatch):
-    said = "operator torchvision::nms does not exist"
-    (tmp_path / "ffgs.py").write_text(f"raise RuntimeError({said!r})")
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "ffgs", raising=False)
-    with pytest.raises(ValueError, match=f"ffgs does not work here .{said}.*Hint"):
-        check_needs({"name": "feed_forward", "settings": {}})
 
 
 @pytest.mark.parametrize("name", OWN)

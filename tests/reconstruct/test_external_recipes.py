@@ -268,6 +268,53 @@ def test_the_trainer_of_gsplat_is_given_all_picks_and_the_targets_follow_its_wor
     np.testing.assert_allclose(images[:, 5, 5], wanted, atol=1e-6)
 
 
+# ffgs as far as calls go: a pixel is where a camera stands
+FFGS = """
+from types import SimpleNamespace
+import torch
+
+class Cameras:
+    def __init__(self, poses, lenses, size):
+        self.c2w, self.intrinsics, self.size = poses[None], lenses[None], size
+
+class Views:
+    def __init__(self, images, intrinsics, c2w):
+        assert images.dtype == torch.uint8 and images.shape[1] == 3
+        assert intrinsics.shape == (len(images), 3, 3) and c2w.shape == (len(images), 4, 4)
+        self.c2w = c2w
+
+class GSPipeline:
+    processor = SimpleNamespace(config=SimpleNamespace(camera_spread=0.5), camera_input="given")
+
+    @classmethod
+    def from_pretrained(cls, folder, device):
+        return cls()
+
+    def __call__(self, views):
+        gaussians = SimpleNamespace(num_gaussians=len(views.c2w))
+        return SimpleNamespace(to_world=lambda: SimpleNamespace(gaussians=gaussians))
+
+    def render(self, output, cameras):
+        places = cameras.c2w[0, :, :3, 3] / 8 + 0.5
+        return {"images": [places[:, :, None, None].expand(-1, -1, *cameras.size)]}
+"""
+
+
+def test_a_model_of_ffgs_is_given_the_selected_cameras_in_its_unit(capture, tmp_path):
+    for name, text in {"ffgs/__init__.py": FFGS, "ffgs/zoo.py": ""}.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    serve = [sys.executable, "-c", FOUND.format(here=str(tmp_path)), "{recipes}/ffgs.py"]
+    model = External(capture, serve=[*serve, str(tmp_path)]).fit(FRAMES)
+    assert model.primitives == 3
+    images = model.render(capture.view(TARGETS))
+    centers = capture.centers[[0, 3, 5]]
+    unit = np.linalg.norm(centers[1:] - centers[0], axis=1).mean() / 0.5
+    wanted = np.clip((capture.centers[TARGETS] - centers.mean(axis=0)) / unit / 8 + 0.5, 0, 1)
+    assert images.shape == (2, SIZE[1], SIZE[0], 3)
+    np.testing.assert_allclose(images[:, 5, 5], wanted, atol=1e-6)
+
+
 # Nerfstudio and tyro as far as the worker calls them: a pixel is where the camera stands
 NERFSTUDIO_FILES = {
     "tyro.py": """

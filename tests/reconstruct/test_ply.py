@@ -7,8 +7,8 @@ from plyfile import PlyData, PlyElement
 from fsel.core.capture import Views
 from fsel.reconstruct import ply
 from fsel.reconstruct.gaussians import GaussianModel
-from fsel.reconstruct.gaussians.table import width_of
-from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.gaussians.parameters import width_of
+from fsel.reconstruct.selected import Frame
 
 STANDARD = [
     *("x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"),

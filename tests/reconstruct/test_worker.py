@@ -1,5 +1,6 @@
 """Workers: what they are handed, what comes back, and how they may fail."""
 
+import json
 import os
 import signal
 import subprocess
@@ -8,10 +9,13 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
+import pycolmap
 import pytest
 from selection_problems import around, pointed
 from small_captures import ring
+from worker_checks import check_worker
 
 from fsel.core.capture import Capture
 from fsel.core.programs.command import tail
@@ -19,7 +23,9 @@ from fsel.core.programs.outcome import Unfinished
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
 from fsel.reconstruct.external import External
+from fsel.reconstruct.external.files import write_files
 from fsel.reconstruct.external.worker import close_all
+from fsel.reconstruct.selected import restricted
 from fsel.synthetic import record
 
 SIZE = (24, 18)
@@ -39,6 +45,7 @@ def fit(subset):
 
 serve(fit, lambda model, views: np.stack([model] * len(views)), name="mean", version="1")
 """
+KEEP = "global last; last = [subset.images.mean(axis=0) / 255]"
 # faults that happen once, in the first start of the worker: it leaves a mark
 ONCE = "if not os.path.exists('{mark}'): open('{mark}', 'w').close(); {fault}"
 
@@ -119,7 +126,7 @@ serve(lambda s: len(s.xyz), lambda m, v: np.full((len(v), 18, 24, 3), m / 8, np.
         assert image[0, 0, 0, 0] == count / 8
 
 
-def test_a_worker_that_reads_files_has_those_of_a_program(capture):
+def test_a_worker_that_reads_files_has_the_images(capture):
     text = """
 import json, os
 import cv2, numpy as np
@@ -131,7 +138,6 @@ def fit(subset):
     return np.mean([cv2.imread(path)[:, :, ::-1] for path in paths], axis=0).round()
 
 def render(model, views):
-    assert len(json.load(open(os.path.join(views.folder, "targets.json")))["frames"]) == len(views)
     return np.stack([model.astype(np.uint8)] * len(views))
 
 serve(fit, render, needs=["files"], pixels="uint8")
@@ -141,6 +147,31 @@ serve(fit, render, needs=["files"], pixels="uint8")
         images = reconstructor.fit(frames).render(capture.view(TARGETS))
         wanted = (expected(capture, frames).astype(np.float64) * 255).round() / 255
         np.testing.assert_allclose(images, wanted, atol=1.01 / 255)
+
+
+def test_files_hold_the_selected_frames_in_every_form(capture, tmp_path):
+    write_files(tmp_path, restricted(capture, np.array([0, 3, 5])))
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        *("images", "masks", "sparse", "sparse_pc.ply", "transforms.json")
+    ]
+    found = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
+    # points 0 and 3 alone are seen by two of the frames 0, 3, 5; 1 by one, 2 by one
+    kept = sorted(tuple(point.xyz) for point in found.points3D.values())
+    assert kept == sorted(tuple(xyz) for xyz in capture.points.xyz[[0, 3]])
+    assert found.compute_mean_reprojection_error() < 1e-9
+    stated = json.loads((tmp_path / "transforms.json").read_text())["frames"]
+    assert len(stated) == len(os.listdir(tmp_path / "images")) == 3
+    for row, frame in enumerate([0, 3, 5]):
+        image = cv2.imread(str(tmp_path / stated[row]["file_path"]))[:, :, ::-1]
+        np.testing.assert_array_equal(image, capture.images[frame])
+        mask = cv2.imread(str(tmp_path / stated[row]["mask_path"]), cv2.IMREAD_UNCHANGED)
+        np.testing.assert_array_equal(mask == 255, capture.masks[frame])
+        pose = found.images[row + 1].cam_from_world().matrix()
+        np.testing.assert_allclose(pose, capture.world_to_camera[frame], atol=1e-12)
+        matrix = np.array(stated[row]["transform_matrix"]) @ np.diag([1.0, -1, -1, 1])
+        np.testing.assert_allclose(np.linalg.inv(matrix)[:3], pose, atol=1e-12)
+        lens = [stated[row][key] for key in ("fl_x", "fl_y", "cx", "cy")]
+        assert lens == capture.intrinsics[frame].tolist()
 
 
 @pytest.mark.parametrize(
@@ -216,14 +247,14 @@ def test_an_error_does_not_end_the_worker(capture):
 def test_a_model_is_fitted_again_where_its_worker_was_lost_since(capture):
     reconstructor = External(capture, **mean())
     model = reconstructor.fit(FRAMES)
-    reconstructor._served.worker.stop()
+    reconstructor.worker.stop()
     np.testing.assert_allclose(model.render(capture.view(TARGETS)), expected(capture), atol=1e-6)
 
 
 def test_captures_share_a_worker(capture):
     other = replace(capture, images=255 - np.asarray(capture.images))
     one, two = External(capture, **mean()), External(other, **mean())
-    assert one._served.worker is two._served.worker
+    assert one.worker is two.worker
     models = [one.fit(FRAMES), two.fit(FRAMES), one.fit(FRAMES)]
     for model, own in zip(models, (capture, other, capture), strict=True):
         np.testing.assert_allclose(model.render(own.view(TARGETS)), expected(own), atol=1e-6)
@@ -235,7 +266,7 @@ def test_a_worker_that_holds_too_much_memory_is_started_anew(capture, caplog):
     processes = []
     for _ in range(3):
         model = reconstructor.fit(FRAMES)
-        processes.append(reconstructor._served.worker._process.pid)
+        processes.append(reconstructor.worker._process.pid)
         np.testing.assert_allclose(
             model.render(capture.view(TARGETS)), expected(capture), atol=1e-6
         )
@@ -243,44 +274,11 @@ def test_a_worker_that_holds_too_much_memory_is_started_anew(capture, caplog):
     assert "more than memory allows: 150000000" in caplog.text
 
 
-BATCH = """
-import sys
-import numpy as np
-from fsel_worker import serve
-
-def fit(subsets):
-    print(len(subsets), "at once", file=sys.stderr)
-    if any(5 in subset.frames for subset in subsets):
-        raise ValueError("no 5")
-    return [subset.images.mean(axis=0) / 255 for subset in subsets]
-
-serve(fit, lambda model, views: np.stack([model] * len(views)), together=3)
-"""
-
-
-def test_a_worker_is_given_as_many_subsets_as_it_takes(capture):
-    reconstructor = External(capture, **worker(BATCH))
-    subsets = [np.array(pair) for pair in ([0, 1], [1, 2], [2, 3], [3, 4])]
-    evaluator = Evaluator.on_frames(reconstructor, TARGETS)
-    evaluator.measure_together(subsets)
-    assert tail(reconstructor._served.worker.folder) == "3 at once\n1 at once"
-    alone = Evaluator.on_frames(External(capture, **mean()), TARGETS)
-    for subset in subsets:
-        np.testing.assert_allclose(evaluator(subset), alone(subset), atol=1e-6)
-
-
-def test_a_batch_that_fails_is_measured_one_by_one(capture):
-    evaluator = Evaluator.on_frames(External(capture, **worker(BATCH)), TARGETS)
-    subsets = [np.array(pair) for pair in ([0, 1], [1, 5], [2, 3])]
-    evaluator.measure_together(subsets)
-    assert [evaluator.measure(subset).outcome for subset in subsets] == ["", "failed", ""]
-
-
 @pytest.mark.parametrize(
     ("hello", "said"),
     [
-        ('{"ok": true, "protocol": 2}', "stated protocol 2; this fsel speaks 1"),
-        ('{"ok": true, "protocol": 1, "name": 5}', "stated name 5; allowed: a string"),
+        ('{"ok": true, "protocol": 1}', "stated protocol 1; this fsel speaks 2"),
+        ('{"ok": true, "protocol": 2, "name": 5}', "stated name 5"),
         ("Loading weights", "wrote on its standard output what is no answer: b'Loading weights"),
         ('["ok"]', "what is no answer"),
     ],
@@ -292,7 +290,7 @@ def test_a_worker_that_misstates_itself_is_refused(capture, hello, said):
 
 RAW = """
 import json, sys
-stated = {"protocol": 1, "name": "raw", "version": "", "device": "cpu", "needs": [], "together": 1}
+stated = {"protocol": 2, "name": "raw", "version": "", "device": "cpu", "needs": []}
 for line in sys.stdin:
     fit = json.loads(line)["do"] == "fit"
     print(json.dumps(ANSWER if fit else {"ok": True, "pixels": "float32", **stated}), flush=True)
@@ -303,10 +301,8 @@ for line in sys.stdin:
 @pytest.mark.parametrize(
     ("answer", "more", "said"),
     [
-        ("{'ok': True}", "", "answered a fit with models None; allowed: a list of 1"),
-        ("{'ok': True, 'models': []}", "", r"answered a fit with models \[\]"),
-        ("{'ok': True, 'models': [3]}", "", "answered a fit with model 3; allowed: an object"),
-        ("{'ok': True, 'models': [{'seconds': -1}]}", "", "model {'seconds': -1}; allowed"),
+        ("{'ok': True, 'seconds': -1}", "", "answered a fit with seconds -1"),
+        ("{'ok': True, 'bytes': 'many'}", "", "answered a fit with bytes 'many'"),
         ("{'error': 'no'}", "", "what is no answer"),
         ("{'ok': False, 'error': 'no'}", "", "failed to fit: no"),
         ("{'ok': True}", "print('{}', flush=True); import time; time.sleep(0.2)", "no answer"),
@@ -343,7 +339,28 @@ def test_what_a_worker_prints_is_no_answer(capture):
     reconstructor = External(capture, **settings)
     model = reconstructor.fit(FRAMES)
     np.testing.assert_allclose(model.render(capture.view(TARGETS)), expected(capture), atol=1e-6)
-    assert "from a child" in tail(reconstructor._served.worker.folder)
+    assert "from a child" in tail(reconstructor.worker.folder)
+
+
+def test_a_good_worker_passes_the_checks(monkeypatch):
+    check_worker(monkeypatch, mean()["serve"])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"[model] * len(views)": "[2 * model] * len(views)"}, "values above 1"),
+        ({"[model] * len(views)": "[model / len(views)] * len(views)"}, "a view alone"),
+        ({"[model] * len(views)": "[last[0]] * len(views)", "WRONG": KEEP}, "after another fit"),
+        ({'version="1")': 'version="1"); sys.exit(4)'}, "with its input"),
+    ],
+)
+def test_each_fault_of_a_worker_is_found(monkeypatch, wrong, said):
+    text = MEAN
+    for good, bad in wrong.items():
+        text = text.replace(good, bad)
+    with pytest.raises(AssertionError, match=said):
+        check_worker(monkeypatch, worker(text.replace("WRONG", "pass"))["serve"])
 
 
 PARENT = """
@@ -353,9 +370,10 @@ sys.path[:0] = {path!r}
 from test_worker import External, mean
 import test_worker
 capture = test_worker.capture.__wrapped__()
-model = External(capture, **mean("time.sleep(60) if len(fits) > 1 else None")).fit(np.array([1, 2]))
-print(model._served.worker._process.pid, flush=True)
-model._served.fit([np.array([2, 3])])
+made = External(capture, **mean("time.sleep(60) if len(fits) > 1 else None"))
+made.fit(np.array([1, 2]))
+print(made.worker._process.pid, flush=True)
+made.fit(np.array([2, 3]))
 """
 
 
@@ -380,7 +398,10 @@ def test_a_worker_ends_with_a_process_that_was_killed(tmp_path):
     ("settings", "said"),
     [
         ({"serve": ["no_such_program"]}, "no program 'no_such_program' in /"),
-        ({"serve": ["true"], "render": ["true"]}, "serve is given, and render or fit too"),
+        ({}, "serve must be the command of a worker"),
+        ({"serve": ["true", "{targets}"]}, r"serve has {targets} in '{targets}'"),
+        ({"serve": ["true"], "timeout": 0}, "timeout must be seconds above zero, got 0"),
+        ({"serve": ["true"], "venv": "/no/such"}, "venv: no virtual environment in /no/such"),
         ({"serve": "mine.py"}, "serve must be a list of strings, got 'mine.py'"),
         ({"serve": ["true"], "memory": 0}, "memory must be bytes above zero or null, got 0"),
     ],

@@ -143,18 +143,18 @@ def test_resources_grow_with_attempts_frames_and_pixels(tmp_path):
     external = experiment(
         reconstruction=[
             FIRST,
-            {"name": "external", "long_side": 960, "settings": {"render": ["x"]}},
+            {"name": "external", "long_side": 960, "settings": {"serve": ["x"]}},
         ]
     )
     assert external.resources(Size(grows="reconstruction"))["runtime"](None, [], 1) == 10
 
 
 def test_a_gpu_is_asked_for_where_the_reconstructor_uses_one():
-    cuda = SECOND | {"settings": {"device": "cuda"}}
-    made = experiment(reconstruction=[FIRST, cuda])
+    external = SECOND | {"name": "external", "settings": {"serve": ["x"], "gpu": True}}
+    made = experiment(reconstruction=[FIRST, external])
     gpu = made.resources(Size(), made.reconstruction_of)["gpu"]
     assert gpu(SCENE) == 0
-    assert gpu(SimpleNamespace(reconstructor="gaussians/")) == 1
+    assert gpu(SimpleNamespace(reconstructor="external/")) == 1
     assert "gpu" not in made.resources(Size())
 
 

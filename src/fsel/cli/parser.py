@@ -30,7 +30,6 @@ from fsel.cli.options import (
 )
 from fsel.cli.select_options import add_select
 
-OF_WORKERS = {"--check-worker", "--cost"}  # `reconstruct` with them has another grammar
 EXPONENT = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][-+]?\d{1,3}")
 
 
@@ -60,10 +59,6 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     Negative numbers with exponents are written out: argparse takes them for options.
     """
     given = sys.argv[1:] if arguments is None else arguments
-    if list(given[:1]) == ["reconstruct"] and OF_WORKERS.intersection(given):
-        from fsel.cli import worker  # here: it imports NumPy
-
-        return worker.parser().parse_args(given[1:])
     words = [f"{Decimal(word):f}" if EXPONENT.fullmatch(word) else word for word in given]
     return parser().parse_args(words, argparse.Namespace(words=words))
 
@@ -135,8 +130,7 @@ def _add_reconstruct(commands) -> None:
     command = capture_command(
         commands,
         "reconstruct",
-        "Write a model of some frames as a 3DGS .ply. --check-worker --help and --cost --help tell "
-        "how a reconstructor of your own is checked and measured.",
+        "Write a model of some frames as a 3DGS .ply.",
     )
     command.add_argument(
         "--frames",

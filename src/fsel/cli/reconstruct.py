@@ -21,7 +21,7 @@ from fsel.core.files import atomic
 from fsel.core.outputs import refuse_overlap, staged
 from fsel.core.wording import counted
 from fsel.reconstruct.gaussians.model import GaussianModel
-from fsel.reconstruct.gaussians.quality import QUALITIES, Quality
+from fsel.reconstruct.gaussians.settings import QUALITIES, Quality
 from fsel.selection.export.forms import TRANSFORMS
 from fsel.selection.export.subset import TRAIN
 from fsel.selection.frames import named_in

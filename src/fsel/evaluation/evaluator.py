@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ from fsel.core.capture import Capture, Views
 from fsel.core.programs.outcome import FINISHED, RANGE, Unfinished
 from fsel.core.subsets import subset_key
 from fsel.metrics import METRICS, Metrics, checked, score_views
-from fsel.reconstruct import FitsMany, Model, Reconstructor, reconstructor_of
+from fsel.reconstruct import Model, Reconstructor, reconstructor_of
 
 logger = logging.getLogger(__name__)
 
@@ -103,24 +103,6 @@ class Evaluator:
         if key not in self._known:
             self._known[key] = self._reconstructed(np.array(key))
         return self._known[key]
-
-    def measure_together(self, subsets: Sequence[np.ndarray]) -> None:
-        """Measure subsets ahead of `measure`, where the reconstructor fits several at once.
-
-        Elsewhere nothing happens. What does not finish is left to `measure`. The costs
-        of each are its share of what all took.
-        """
-        reconstructor = self.reconstructor
-        if not isinstance(reconstructor, FitsMany) or reconstructor.together == 1:
-            return
-        new = sorted({subset_key(subset) for subset in subsets} - self._known.keys())
-        logger.info("%d subsets, %d at once", len(new), reconstructor.together)
-        try:
-            models = reconstructor.fit_many([np.array(key) for key in new])
-            for key, model in zip(new, models, strict=True):
-                self._known[key] = self._scored(model)
-        except Unfinished as end:
-            logger.warning("%d subsets together: %s: %s", len(new), end.outcome, end)
 
     def scores(self, subset: np.ndarray) -> np.ndarray:
         """(T, M) metrics, a row a view.

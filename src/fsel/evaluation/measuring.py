@@ -181,7 +181,6 @@ def measure(
     for *values, frame in zip(*columns, strict=True):
         frames[tuple(values)].append(frame)
     subsets = {key: np.array(frames[key]) for key in sorted(frames)}
-    evaluator.measure_together(list(subsets.values()))
     for key, subset in subsets.items():
         rows = measured(evaluator, subset)
         first = next(iter(evaluator.metrics))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Protocol, runtime_checkable
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -29,7 +29,7 @@ class Model(Protocol):
 
     @property
     def peak_bytes(self) -> int:
-        """The most memory that fitting took; see `fsel.reconstruct.memory.Peak`."""
+        """The most memory that fitting took; see `fsel.reconstruct.configured.Peak`."""
 
     @property
     def device(self) -> str:
@@ -48,18 +48,6 @@ class Reconstructor(Protocol):
 
     def fit(self, frames: np.ndarray) -> Model:
         """Reconstruct from (K,) int64 distinct frames."""
-
-
-@runtime_checkable
-class FitsMany(Protocol):
-    """A reconstructor that may fit several subsets at once, as a GPU does small ones."""
-
-    @property
-    def together(self) -> int:
-        """Number of subsets that it fits at once; 1 where nothing is gained by it."""
-
-    def fit_many(self, subsets: Sequence[np.ndarray]) -> Iterator[Model]:
-        """A model a subset, each as `fit` takes it."""
 
 
 class Factory(Protocol):
@@ -84,7 +72,6 @@ RECONSTRUCTORS: Registry[Factory] = Registry(
         "splats": "fsel.reconstruct.splats:Splats",
         "gaussians": "fsel.reconstruct.gaussians:Gaussians",
         "radiance_field": "fsel.reconstruct.radiance_field:RadianceField",
-        "feed_forward": "fsel.reconstruct.feed_forward:FeedForward",
         "external": "fsel.reconstruct.external:External",
     },
     group="fsel.reconstructors",

@@ -18,7 +18,7 @@ from fsel.experiments.studies.speed_error import progress, speed_error
 from fsel.experiments.studies.speed_settings import speed_settings
 from fsel.experiments.studies.true_depth import true_depth
 from fsel.metrics import METRICS
-from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.selected import Frame
 from fsel.reconstruct.splats import SplatModel
 from fsel.reconstruct.splats.culling import seen_by
 from fsel.selectors.baselines import METHODS

@@ -6,8 +6,8 @@ import pytest
 import torch
 
 from fsel.reconstruct.gaussians import losses
+from fsel.reconstruct.gaussians.parameters import width_of
 from fsel.reconstruct.gaussians.render import Canvas, camera_of
-from fsel.reconstruct.gaussians.table import width_of
 
 SIZE, NEAR = (37, 29), 0.05
 BACKGROUND = np.array([0.2, 0.5, 0.9])

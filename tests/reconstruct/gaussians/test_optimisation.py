@@ -8,7 +8,7 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from fsel.reconstruct.gaussians import densify, losses, optimiser
-from fsel.reconstruct.gaussians.table import width_of
+from fsel.reconstruct.gaussians.parameters import width_of
 
 NO_MASK = np.empty((0, 0), bool)
 

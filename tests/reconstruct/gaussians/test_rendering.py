@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import torch
 
-from fsel.reconstruct.gaussians import harmonics, projection, tiles
+from fsel.reconstruct.gaussians import parameters, projection, tiles
+from fsel.reconstruct.gaussians.parameters import width_of
 from fsel.reconstruct.gaussians.render import Canvas, camera_of
-from fsel.reconstruct.gaussians.table import width_of
 
 FRONT = np.eye(3, 4)
 INTRINSICS = np.array([10.0, 10.0, 8.5, 8.5])
@@ -25,7 +25,7 @@ def gaussian(z=2.0, x=0.0, sigma=0.2, opacity=0.5, rgb=(0.5, 0.5, 0.5)):
     """A round Gaussian of one colour: of variance 100 sigma^2 / z^2 + 0.3 pixels^2."""
     row = np.zeros(14)
     row[:3], row[3:6], row[6], row[10] = (x, 0, z), math.log(sigma), 1, logit(opacity)
-    row[11:] = (np.array(rgb) - 0.5) / harmonics.C0
+    row[11:] = (np.array(rgb) - 0.5) / parameters.C0
     return row
 
 
@@ -100,7 +100,7 @@ def test_an_empty_table_renders_the_background():
 
 def test_published_constants_of_the_harmonics():
     values = np.empty(16)
-    harmonics.basis(3, 1.0, 0.0, 0.0, values)
+    parameters.basis(3, 1.0, 0.0, 0.0, values)
     # the constants printed in the reference implementation of Kerbl et al. 2023
     assert values[0] == 0.28209479177387814
     assert values[3] == -0.4886025119029199
@@ -109,7 +109,7 @@ def test_published_constants_of_the_harmonics():
     assert values[13] == 0.4570457994644658
     assert values[15] == -0.5900435899266435
     diagonal = math.sqrt(0.5)
-    harmonics.basis(3, diagonal, diagonal, 0.0, values)
+    parameters.basis(3, diagonal, diagonal, 0.0, values)
     assert values[4] == pytest.approx(1.0925484305920792 / 2, rel=1e-12)
 
 
@@ -119,25 +119,13 @@ def test_the_harmonics_are_orthonormal_and_equal_the_twins():
     z, turn = (a.ravel() for a in np.meshgrid(nodes, turns, indexing="ij"))
     flat = np.sqrt(1 - z**2)
     directions = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
-    values = np.empty((len(z), 25))
+    values = np.empty((len(z), 16))
     for row, direction in zip(values, directions, strict=True):
-        harmonics.basis(4, *direction, row)
+        parameters.basis(3, *direction, row)
     area = np.repeat(weights, 16) * 2 * np.pi / 16
-    np.testing.assert_allclose((values * area[:, None]).T @ values, np.eye(25), atol=1e-12)
+    np.testing.assert_allclose((values * area[:, None]).T @ values, np.eye(16), atol=1e-12)
     expected = twin.harmonics(3, torch.tensor(directions)).numpy()
-    np.testing.assert_allclose(values[:, :16], expected, atol=1e-12)
-    # of degree four: zonal by the Legendre polynomial, the others by their azimuthal order
-    zonal = np.polynomial.legendre.Legendre.basis(4)(z) * math.sqrt(9 / (4 * math.pi))
-    np.testing.assert_allclose(values[:, 20], zonal, atol=1e-12)
-    angle = np.arctan2(directions[:, 1], directions[:, 0])
-    for order in range(1, 5):
-        ahead, aside = values[:, 20 + order], values[:, 20 - order]
-        sign = (-1) ** order
-        size = sign * np.hypot(ahead, aside)
-        polynomial = np.polynomial.legendre.Legendre.basis(4).deriv(order)(z) * flat**order
-        size *= np.sign(polynomial)
-        np.testing.assert_allclose(ahead, size * np.cos(order * angle), atol=1e-12)
-        np.testing.assert_allclose(aside, size * np.sin(order * angle), atol=1e-12)
+    np.testing.assert_allclose(values, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(("dtype", "error"), [(np.float64, 1e-12), (np.float32, 3e-5)])

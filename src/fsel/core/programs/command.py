@@ -1,4 +1,4 @@
-"""Running a program: its environment, its time, its memory, and how it ended."""
+"""Running a program: its environment, its time, and how it ended."""
 
 from __future__ import annotations
 
@@ -6,13 +6,9 @@ import os
 import re
 import signal
 import subprocess
-import threading
-import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-from fsel.core.programs.nvml import Watch
 from fsel.core.programs.outcome import FAILED, MEMORY, TIMEOUT, Unfinished
 
 LOG = "log.txt"
@@ -21,24 +17,8 @@ FULL = re.compile(r"out of memory|OutOfMemoryError|MemoryError|Cannot allocate m
 HIDDEN = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")  # of this process, not of the program's
 
 
-@dataclass(frozen=True)
-class Spent:
-    """Cost of a command.
-
-    Attributes:
-        seconds: by the clock.
-        peak_bytes: of the GPU's memory where it is watched, else the largest resident memory of
-            any of its processes; at least what this process held when it started them.
-        device: `cpu`, or the GPU's name.
-    """
-
-    seconds: float
-    peak_bytes: int
-    device: str
-
-
 def environment(venv: str | None) -> dict[str, str]:
-    """This process's variables without what would lead a program to this one's packages."""
+    """Return this process's variables without what would lead a program to its packages."""
     variables = {name: value for name, value in os.environ.items() if name not in HIDDEN}
     if venv is not None:
         folder = Path(venv).resolve()
@@ -47,9 +27,7 @@ def environment(venv: str | None) -> dict[str, str]:
     return variables
 
 
-def run(
-    command: Sequence[str], folder: Path, variables: Mapping[str, str], timeout: float, gpu: bool
-) -> Spent:
+def run(command: Sequence[str], folder: Path, variables: Mapping[str, str], timeout: float) -> None:
     """Run a command to its end, in its own process group; its output goes to log.txt.
 
     Args:
@@ -57,12 +35,10 @@ def run(
         folder: where it runs, and where the log is.
         variables: its environment.
         timeout: seconds, after which its processes are killed.
-        gpu: whether the memory of a GPU is watched.
 
     Raises:
         Unfinished: for a timeout, full memory, or another exit code than zero.
     """
-    started = time.monotonic()
     with (folder / LOG).open("ab") as log:
         process = subprocess.Popen(
             command,
@@ -73,27 +49,22 @@ def run(
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-        timer = threading.Timer(timeout, kill, [process.pid])
-        timer.start()
         try:
-            with Watch(process.pid, gpu) as watch:
-                _, status, usage = os.wait4(process.pid, 0)
+            code = process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            code = None
         finally:
-            timer.cancel()
-            kill(process.pid)  # whatever it started and left
-    seconds = time.monotonic() - started
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
+            kill(process.pid)  # with whatever it started and left
+            process.wait()
+    if code is None:
+        raise Unfinished(TIMEOUT, f"{command[0]} was stopped after its time", tail(folder))
+    if code:
         said = tail(folder)
-        if seconds >= timeout:
-            raise Unfinished(TIMEOUT, f"{command[0]} was stopped after its time", said)
-        raise Unfinished(*ended(command[0], process.returncode, said), said)
-    peak = watch.peak_bytes if gpu else usage.ru_maxrss * 1024
-    return Spent(seconds, peak, watch.device)
+        raise Unfinished(*ended(command[0], code, said), said)
 
 
 def tail(folder: Path, since: int = 0) -> str:
-    """The last lines of the log, of those from some byte on."""
+    """Return the last lines of the log, of those from some byte on."""
     with (folder / LOG).open("rb") as file:
         file.seek(max(file.seek(0, os.SEEK_END) - TAIL_BYTES, since))
         text = file.read().decode("utf-8", errors="replace")
@@ -102,7 +73,11 @@ def tail(folder: Path, since: int = 0) -> str:
 
 
 def ended(program: str, code: int, log: str) -> tuple[str, str]:
-    """Outcome and words for a program that ended with an exit code, or by a signal below zero."""
+    """Describe a program that ended with an exit code, or by a signal below zero.
+
+    Returns:
+        The outcome, and a sentence.
+    """
     if FULL.search(log):
         return MEMORY, f"{program} ended with exit code {code}, out of memory"
     if code == -signal.SIGKILL:

@@ -6,13 +6,12 @@ FAILED = "failed"
 TIMEOUT = "timeout"
 MEMORY = "out of memory"
 MISSING = "no image"
-SIZE = "wrong size"
 RANGE = "not finite"
 FINISHED = ""
 
 
 class NoDevice(OSError):
-    """A GPU is named for a device, and there is none here."""
+    """Error that a program works on a GPU, and there is none here."""
 
 
 class MissingRequirement(ValueError):

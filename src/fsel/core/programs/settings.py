@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
-from fsel.core.programs import nvml
-from fsel.core.programs.command import Spent, environment, run
+from fsel.core.programs.command import environment, run
+from fsel.core.programs.outcome import NoDevice
 
 FOLDER, RECIPES, HERE, PYTHON = "{folder}", "{recipes}", "{here}", "{python}"
 PLACES = (FOLDER, RECIPES, HERE, PYTHON)
@@ -34,7 +34,7 @@ class Program(ABC):
         prefix: words before each command, such as `[conda, run, -n, nerf]`, `[apptainer, exec,
             --nv, image.sif]` or `[env, CUDA_VISIBLE_DEVICES=0]`.
         timeout: seconds that each command, or answer of a worker, may take.
-        gpu: whether it works on a GPU, whose memory is measured then.
+        gpu: whether it works on a GPU, of NVIDIA's.
         files: path -> how to get it, of each file or folder that must be there before a run;
             `{here}` as in the commands.
     """
@@ -69,14 +69,13 @@ class Program(ABC):
         """Return the command to run: the prefix, and the words with the places filled in."""
         return [*self.prefix, *(self._filled(word, folder) for word in words)]
 
-    def run(self, words: tuple[str, ...], folder: Path) -> Spent:
+    def run(self, words: tuple[str, ...], folder: Path) -> None:
         """Run one of the commands in a folder to its end; its output goes to log.txt.
 
         Raises:
             Unfinished: when it fails; the end of its log is in the message.
         """
-        variables = environment(self.venv)
-        return run(self.command(words, folder), folder, variables, self.timeout, self.gpu)
+        run(self.command(words, folder), folder, environment(self.venv), self.timeout)
 
     def missing(self) -> list[Exception]:
         """List what it needs and is not here: files, an environment, a program, a GPU."""
@@ -96,11 +95,8 @@ class Program(ABC):
             found.append(FileNotFoundError(f"venv: no virtual environment in {self.venv}"))
         elif (program := self._absent()) is not None:
             found.append(FileNotFoundError(program))
-        if self.gpu:
-            try:
-                nvml.library()
-            except (ImportError, OSError) as error:
-                found.append(error)
+        if self.gpu and shutil.which("nvidia-smi") is None:
+            found.append(NoDevice("gpu is true, and no driver of NVIDIA is here (nvidia-smi)"))
         return found
 
     def _absent(self) -> str | None:

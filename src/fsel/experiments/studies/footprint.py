@@ -26,7 +26,7 @@ from fsel.core.files import File
 from fsel.core.programs.outcome import MEMORY, Unfinished
 from fsel.metrics import Metrics, score_views
 from fsel.reconstruct import Model, Reconstructor, needs_gpu, reconstructor_of
-from fsel.reconstruct.memory import Peak
+from fsel.reconstruct.configured import Peak
 
 REPEATS = 3  # fresh reconstructors, of whose seconds the median is taken
 WARM = 4  # frames of a reconstruction that only compiles

@@ -1,49 +1,68 @@
-"""Any program as a reconstructor: a folder goes in, images come out."""
+"""Any program as a reconstructor: a worker is handed subsets and views, and hands back images."""
 
 from __future__ import annotations
 
+import itertools
 import logging
 import shutil
-import tempfile
-from collections.abc import Iterator, Sequence
-from functools import cached_property
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
-from fsel.core.capture import Views
+from fsel.core.capture import Capture, Views
+from fsel.core.programs.outcome import MISSING, Unfinished
 from fsel.core.registry import settings_from
-from fsel.reconstruct.bound import Bound
-from fsel.reconstruct.external import folder
-from fsel.reconstruct.external.serving import Served, ServedModel
-from fsel.reconstruct.external.settings import ExternalSettings
-from fsel.reconstruct.external.worker import shared
-from fsel.reconstruct.subset import distinct, restricted
+from fsel.reconstruct.configured import ConfiguredReconstructor
+from fsel.reconstruct.external.files import Arrays, write_files
+from fsel.reconstruct.external.worker import ExternalSettings, Lost, shared
+from fsel.reconstruct.selected import distinct, restricted
 
 __all__ = ["External", "ExternalModel", "ExternalSettings"]
+
+Result = TypeVar("Result")
+
+COUNTED = ("seconds", "primitives", "bytes", "peak_bytes")  # of a model, where it says so
 
 logger = logging.getLogger(__name__)
 
 
-class External(Bound[ExternalSettings]):
-    """The reconstructor bound to one capture; see `ExternalSettings`.
+class External(ConfiguredReconstructor[ExternalSettings]):
+    """A worker bound to one capture; see `ExternalSettings`.
 
-    A program sees the selected frames alone: their images, cameras and masks, and the sparse points
-    that at least two of them see. Frames are in the order of the capture.
+    A program sees the selected frames alone, in the order of the capture: their images, cameras and
+    masks, and the sparse points that at least two of them see; the whole capture only where it
+    needs that. A request that loses the worker is repeated once, with the worker started again;
+    what is lost twice is reported. A worker that was started again, or bound to another capture
+    since, is handed a model's subset again before it renders it.
+
+    Attributes:
+        worker: shared by the captures of this process.
+        arrays: of the whole capture, and of images to fill; None until the worker is bound.
+        dead: numbers of models that are no longer used.
+        spare: folders of theirs that may be used again.
     """
 
     settings_type = ExternalSettings
 
+    def __init__(self, capture: Capture, **settings: Any) -> None:
+        super().__init__(capture, **settings)
+        self.worker = shared(self.settings)
+        self._numbers = itertools.count()
+        self._bound_at = 0  # the start of the worker at which it was bound to this capture
+        self.arrays: Arrays | None = None
+        self.dead: list[int] = []
+        self.spare: list[Arrays] = []
+
     @classmethod
-    def check_requirements(cls, settings: ExternalSettings) -> None:
-        """Refuse an environment, a program, a file or a GPU that is not here.
+    def check(cls, **settings: Any) -> None:
+        """Refuse settings outside their range; or an environment, a program, a file, a GPU.
 
         Raises:
-            ExceptionGroup: of one error for each.
+            ValueError: for the settings.
+            ExceptionGroup: of one error for each thing that is not here.
         """
-        missing = settings.missing()
-        if missing:
+        if missing := settings_from(ExternalSettings, settings).missing():
             raise ExceptionGroup("what is needed and is not here", missing)
 
     @classmethod
@@ -51,92 +70,145 @@ class External(Bound[ExternalSettings]):
         """Return what the setting `gpu` says."""
         return settings_from(ExternalSettings, settings).gpu
 
-    @cached_property
-    def _served(self) -> Served | None:
-        """The worker, where there is one."""
-        return Served(self.capture, shared(self.settings)) if self.settings.serve else None
-
-    @property
-    def together(self) -> int:
-        """Number of subsets that a worker takes at once; 1 for a program that is run for each."""
-        return 1 if self._served is None else self._served.together
-
-    def fit_many(self, subsets: Sequence[np.ndarray]) -> Iterator[ExternalModel | ServedModel]:
-        """A model a subset, so many at once as a worker takes; see `fit`."""
-        for at in range(0, len(subsets), self.together):
-            part = subsets[at : at + self.together]
-            yield from self._served.fit(part) if self._served else map(self.fit, part)
-
-    def fit(self, frames: np.ndarray) -> ExternalModel | ServedModel:
-        """Ask the worker; or write the folder, and run the command `fit` where there is one.
+    def fit(self, frames: np.ndarray) -> ExternalModel:
+        """Have the worker reconstruct from a subset.
 
         Args:
             frames: (K,) int64 distinct frames, K >= 2.
 
         Raises:
             ValueError: for fewer than two frames, or repeated ones.
-            Unfinished: when the command fails.
+            Unfinished: when the worker fails.
         """
-        if self._served is not None:
-            return self._served.fit([frames])[0]
-        capture = restricted(self.capture, np.sort(distinct(frames)))
-        model = ExternalModel(self.settings)
-        try:
-            folder.write_inputs(model.folder, capture)
-            if self.settings.fit is not None:
-                model.seconds = model.run(self.settings.fit)
-        except BaseException:
-            model.close()
-            raise
+        frames = np.sort(distinct(frames))
+        self._twice(self._bind)
+        model = ExternalModel(self, next(self._numbers), frames)
+        self._twice(lambda: self._fit(model))
         return model
+
+    def _twice(self, action: Callable[[], Result]) -> Result:
+        """Return the result of an action, which is tried again where it lost the worker."""
+        try:
+            return action()
+        except Lost as lost:
+            logger.warning("worker started again, once: %s", lost)
+        return action()
+
+    def _bind(self) -> None:
+        """Start the worker where it does not run, and bind it where it was not bound to this."""
+        worker = self.worker
+        if worker.outgrown:
+            worker.stop()
+        worker.start()
+        if worker.bound is self:
+            return
+        whole = "capture" in worker.stated["needs"]
+        if self.arrays is None:
+            self.arrays = Arrays(worker.folder / f"capture{next(worker.captures)}")
+            if whole:
+                self.arrays.put_frames(self.capture, points=True)
+        request = {"do": "bind", "folder": str(self.arrays.folder), "capture": whole}
+        worker.ask(request | {"size": list(self.capture.size)})
+        worker.bound, self._bound_at = self, next(worker.bindings)
+        self.dead.clear()
+
+    def _fit(self, model: ExternalModel) -> None:
+        """Have a subset fitted that lies in its model's folder, after what died is closed."""
+        self._bind()
+        if self.dead:
+            dead, self.dead = self.dead, []
+            self.worker.tell({"do": "close", "models": dead})
+        request = {"do": "fit", "model": model.number, "folder": str(model.arrays.folder)}
+        answer = self.worker.ask(request | {"frames": model.frames.tolist()})
+        numbers = {key: answer.get(key, 0) for key in (*COUNTED, "resident_bytes")}
+        for key, value in numbers.items():
+            if not isinstance(value, int | float) or not 0 <= value < float("inf"):
+                raise self.worker.lost(f"answered a fit with {key} {value!r:.200}; allowed: from 0")
+        model.take(numbers, answer.get("device", self.worker.stated["device"]))
+        model.start = self._bound_at
+        most, held = self.settings.memory, numbers["resident_bytes"]
+        if most is not None and held > most:
+            logger.warning("worker holds %d bytes, more than memory allows: %d", held, most)
+            self.worker.outgrown = True
+
+    def render(self, model: ExternalModel, views: Views) -> np.ndarray:
+        """Return (T, h, w, 3) float32 images of a model.
+
+        Raises:
+            Unfinished: when the worker fails, or leaves a view without an image.
+        """
+        return self._twice(lambda: self._render(model, views))
+
+    def _render(self, model: ExternalModel, views: Views) -> np.ndarray:
+        self._bind()
+        if model.start != self._bound_at:
+            self._fit(model)
+        assert self.arrays is not None
+        width, height = views.size
+        shape = (len(views), height, width, 3)
+        kind = np.dtype(self.worker.stated["pixels"])
+        out = self.arrays.room("rendered", shape, kind)
+        out[...] = np.nan if kind == np.float32 else 0
+        request = {"do": "render", "model": model.number, "folder": str(model.arrays.folder)}
+        request |= {"views": str(model.arrays.put_views(views)), "size": [width, height]}
+        self.worker.ask(request | {"out": str(self.arrays.path("rendered"))})
+        if kind == np.uint8:
+            return out.astype(np.float32) / 255
+        if len(empty := np.flatnonzero(np.isnan(out).all(axis=(1, 2, 3)))):
+            raise Unfinished(MISSING, f"target {empty[0]} of {len(out)}: nothing was rendered")
+        return np.array(out)
+
+    def __del__(self) -> None:
+        arrays = getattr(self, "arrays", None)  # settings may have been refused
+        if arrays is not None and self.settings.workspace is None:
+            shutil.rmtree(arrays.folder, ignore_errors=True)
 
 
 class ExternalModel:
-    """Model that a program made of a folder. Its folder goes with it, unless a workspace keeps it.
-
-    `seconds` are of the command `fit`; where there is none, the whole work is rendering. How many
-    primitives there are, and their bytes, is the program's own affair: both are zero.
+    """Model that a worker holds; see `fsel.reconstruct.Model`. Its subset's folder goes with it.
 
     Args:
-        settings: of the reconstructor.
+        reconstructor: bound to the capture, its worker started.
+        number: of the model.
+        frames: (K,) int64, ascending.
     """
 
-    primitives = 0
-    bytes = 0
+    def __init__(self, reconstructor: External, number: int, frames: np.ndarray) -> None:
+        self._reconstructor, self.number, self.frames = reconstructor, number, frames
+        self.start = 0
+        self.primitives = self.bytes = self.peak_bytes = 0
+        self.seconds, self.device = 0.0, ""
+        assert reconstructor.arrays is not None
+        needs, capture = reconstructor.worker.stated["needs"], reconstructor.capture
+        own = restricted(capture, frames) if needs else capture.subset(frames)
+        spare, new = reconstructor.spare, reconstructor.arrays.folder / str(number)
+        self.arrays = spare.pop() if spare else Arrays(new)
+        if "capture" not in needs:
+            self.arrays.put_frames(own, "points" in needs)
+        if "files" in needs:
+            write_files(self.arrays.folder, own)
 
-    def __init__(self, settings: ExternalSettings) -> None:
-        self._settings = settings
-        self.folder = Path(tempfile.mkdtemp(prefix="fsel-", dir=settings.workspace)).resolve()
-        self.seconds, self.peak_bytes = 0.0, 0
-        self.device = "cpu"
-
-    def run(self, words: tuple[str, ...]) -> float:
-        """Run one of the settings' commands; returns its seconds.
-
-        Raises:
-            Unfinished: when it fails; the end of its log is in the message.
-        """
-        spent = self._settings.run(words, self.folder)
-        logger.info("%s: %.1f s, %.0f MB", words[0], spent.seconds, spent.peak_bytes / 1e6)
-        self.peak_bytes, self.device = max(self.peak_bytes, spent.peak_bytes), spent.device
-        return spent.seconds
+    def take(self, costs: Mapping[str, Any], device: str) -> None:
+        """Take what the worker said of the fit."""
+        self.primitives, self.bytes = int(costs["primitives"]), int(costs["bytes"])
+        self.seconds, self.peak_bytes = float(costs["seconds"]), int(costs["peak_bytes"])
+        self.device = device
 
     def render(self, views: Views) -> np.ndarray:
-        """(T, h, w, 3) float32 images in [0, 1], by the command `render`.
+        """Return (T, h, w, 3) float32 images in [0, 1].
 
         Raises:
-            Unfinished: when the command fails, or leaves other images than the targets.
+            Unfinished: when the worker fails, or leaves a view without an image.
         """
-        shutil.rmtree(self.folder / folder.RENDERINGS, ignore_errors=True)
-        folder.write_targets(self.folder, views)
-        self.run(self._settings.render)
-        return folder.read_renderings(self.folder, views)
-
-    def close(self) -> None:
-        """Remove the folder, unless a workspace keeps it."""
-        if self._settings.workspace is None:
-            shutil.rmtree(self.folder, ignore_errors=True)
+        return self._reconstructor.render(self, views)
 
     def __del__(self) -> None:
-        if hasattr(self, "folder"):
-            self.close()
+        if not hasattr(self, "arrays"):
+            return
+        owner = self._reconstructor
+        owner.dead.append(self.number)
+        if self._reconstructor.settings.workspace is None:
+            if "files" in owner.worker.stated["needs"]:
+                shutil.rmtree(self.arrays.folder, ignore_errors=True)
+            else:
+                owner.spare.append(self.arrays)

@@ -12,17 +12,17 @@ import subprocess
 import tempfile
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from fsel.core.programs import command
-from fsel.core.programs.nvml import Watch
 from fsel.core.programs.outcome import FAILED, TIMEOUT, Unfinished
-from fsel.reconstruct.external.settings import ExternalSettings
+from fsel.core.programs.settings import Program, check_folder, words_of
 
-PROTOCOL = 1
+PROTOCOL = 2
 HELPER = Path(__file__).parent / "helper"  # goes on the program's path
 LONGEST = 1 << 20  # bytes of an answer
 NAMED = 80  # letters of a program's command in messages
@@ -31,6 +31,46 @@ NEEDS = ("points", "files", "capture")
 PIXELS = ("float32", "uint8")
 
 logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class ExternalSettings(Program):
+    """A program of one's own that reconstructs and renders.
+
+    Attributes:
+        serve: the command of a worker, a list of strings: a program that is started once a job and
+            answers requests, as docs/reconstructors.md describes.
+        memory: bytes; a worker that holds more resident memory after a fit is started anew before
+            the next one. Null for none.
+        workspace: folder in which the folders are made and kept; null for temporary ones.
+    """
+
+    serve: tuple[str, ...] = ()
+    memory: int | None = None
+    workspace: str | None = None
+
+    recipes: ClassVar = Path(__file__).parent / "recipes"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "serve", words_of("serve", self.serve))
+        if not self.serve:
+            raise ValueError("serve must be the command of a worker, got none")
+        if self.memory is not None and (type(self.memory) is not int or self.memory < 1):
+            raise ValueError(f"memory must be bytes above zero or null, got {self.memory!r}")
+        check_folder("workspace", self.workspace)
+
+    @property
+    def commands(self) -> Sequence[tuple[str, ...]]:
+        """Words of the command."""
+        return [self.serve]
+
+    def missing(self) -> list[Exception]:
+        """List what it needs and is not here, a workspace too."""
+        found = super().missing()
+        if self.workspace is not None and not Path(self.workspace).is_dir():
+            found.append(FileNotFoundError(f"workspace: no folder {self.workspace}"))
+        return found
 
 
 class Lost(Unfinished):
@@ -45,7 +85,6 @@ class Worker:
         bound: what it was bound to last, since it was started.
         bindings, captures: numbers of the times it is bound, and of captures.
         outgrown: whether it holds more memory than it may, and is to be started anew.
-        load_seconds: from its start to its first answer.
         folder: of its log, and of what it is handed.
 
     Args:
@@ -54,7 +93,7 @@ class Worker:
 
     def __init__(self, settings: ExternalSettings) -> None:
         self.settings = settings
-        self.load_seconds, self.outgrown = 0.0, False
+        self.outgrown = False
         self.stated: dict[str, Any] = {}
         self.bound: object = None
         self.bindings, self.captures = itertools.count(1), itertools.count()
@@ -92,14 +131,13 @@ class Worker:
         self._process, self._answers = process, queue.SimpleQueue()
         threading.Thread(target=_read, args=(process, self._answers), daemon=True).start()
         self.stated = self.ask({"do": "hello", "protocol": PROTOCOL})
-        self.load_seconds = time.perf_counter() - started
         if wrong := _misstated(self.stated):
             raise self.lost(f"stated {wrong}")
         named = " ".join(str(self.stated[key]) for key in ("name", "version", "device"))
-        logger.info("worker %s: ready after %.1f s", named, self.load_seconds)
+        logger.info("worker %s: ready after %.1f s", named, time.perf_counter() - started)
 
     def ask(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """The answer to a request.
+        """Return the answer to a request.
 
         Raises:
             Lost: when the program ended, took longer than `timeout`, or answered no JSON object;
@@ -146,10 +184,6 @@ class Worker:
     def program(self) -> str:
         """Name of the program, for messages."""
         return " ".join(self.settings.serve)[:NAMED]
-
-    def watch(self) -> Watch:
-        """Measurement of the GPU memory that the program's processes take."""
-        return Watch(self._process.pid if self._process else 0, self.settings.gpu)
 
     def log(self) -> str:
         """The last lines that the program wrote since it was asked."""
@@ -248,7 +282,7 @@ def _parsed(line: bytes) -> dict[str, Any] | None:
 
 def _misstated(stated: Mapping[str, Any]) -> str:
     """Describe what of a program's own statement is not allowed; empty where all is."""
-    needs, together = stated.get("needs"), stated.get("together")
+    needs = stated.get("needs")
     if stated.get("protocol") != PROTOCOL:
         return f"protocol {stated.get('protocol')!r}; this fsel speaks {PROTOCOL}"
     for key in ("name", "version", "device"):
@@ -256,8 +290,6 @@ def _misstated(stated: Mapping[str, Any]) -> str:
             return f"{key} {stated.get(key)!r}; allowed: a string"
     if not isinstance(needs, list) or not set(map(str, needs)) <= set(NEEDS):
         return f"needs {needs!r}; allowed: a list of {', '.join(NEEDS)}"
-    if type(together) is not int or together < 1:
-        return f"together {together!r}; allowed: an integer from 1"
     if stated.get("pixels") not in PIXELS:
         return f"pixels {stated.get('pixels')!r}; allowed: {', '.join(PIXELS)}"
     return ""

@@ -1,32 +1,29 @@
-"""3D Gaussian splatting (Kerbl et al. 2023; Kheradmand et al. 2024), on the CPU or on a GPU."""
+"""3D Gaussian splatting (Kerbl et al. 2023; Kheradmand et al. 2024) on the CPU."""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from typing import NamedTuple
+from collections.abc import Callable
 
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.reconstruct import gpu
-from fsel.reconstruct.bound import Bound
+from fsel.reconstruct.configured import ConfiguredReconstructor, Peak
 from fsel.reconstruct.gaussians import initial
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import GaussianSettings
-from fsel.reconstruct.gaussians.training import Begun, Steps, Training
-from fsel.reconstruct.normalisation import Frame
-from fsel.reconstruct.subset import distinct, restricted
+from fsel.reconstruct.gaussians.training import Begun, Training
+from fsel.reconstruct.selected import Frame, distinct, restricted
 
 __all__ = ["GaussianModel", "GaussianSettings", "Gaussians"]
 
 logger = logging.getLogger(__name__)
+Progress = Callable[[int, int, float], None]
 WATCHED = 10.0  # seconds between two models that `watch` is shown
 
 
-class Gaussians(Bound[GaussianSettings]):
+class Gaussians(ConfiguredReconstructor[GaussianSettings]):
     """The reconstructor bound to one capture; see `GaussianSettings`.
 
     A model depends on the selected frames alone: on their images, cameras and masks, and on the
@@ -38,7 +35,7 @@ class Gaussians(Bound[GaussianSettings]):
     def fit(
         self,
         frames: np.ndarray,
-        progress: Callable[[int, int, float], None] | None = None,
+        progress: Progress | None = None,
         stop: Callable[[], bool] | None = None,
         watch: Callable[[GaussianModel], None] | None = None,
     ) -> GaussianModel:
@@ -52,63 +49,23 @@ class Gaussians(Bound[GaussianSettings]):
 
         Raises:
             ValueError: for fewer than two frames, repeated ones, or nothing to start from.
-            Unfinished: when a GPU's memory does not suffice.
         """
-        return self._fit([frames], progress, stop, watch)[0]
-
-    def fit_many(self, subsets: Sequence[np.ndarray]) -> Iterator[GaussianModel]:
-        """Reconstruct from many subsets: on a GPU together, so far as its memory goes.
-
-        Args:
-            subsets: each as `fit` takes it.
-
-        Yields:
-            A model a subset. Of those that were fitted together, `seconds` and `peak_bytes` are an
-            equal part each.
-
-        Raises:
-            ValueError, Unfinished: as `fit`, for any of them.
-        """
-        most = self.together
-        for at in range(0, len(subsets), most):
-            yield from self._fit(subsets[at : at + most])
-
-    @property
-    def together(self) -> int:
-        """Number of subsets that are fitted at once."""
-        return _made_on(self.settings.device).together(self.settings, self.capture.size)
-
-    def _fit(
-        self,
-        subsets: Sequence[np.ndarray],
-        progress: Callable[[int, int, float], None] | None = None,
-        stop: Callable[[], bool] | None = None,
-        watch: Callable[[GaussianModel], None] | None = None,
-    ) -> list[GaussianModel]:
-        started, peak = time.perf_counter(), gpu.Peak(self.settings.device)
-        made = _made_on(self.settings.device)
-        begun = [self._begun(np.sort(distinct(frames))) for frames in subsets]
-        with made.errors(f"{self.capture.source}: Gaussians of {len(subsets)} subsets"):
-            steps, kept = 0, list[np.ndarray]()
-            if full := [one for one in begun if len(one.table)]:
-                training = made.training(full, self.settings)
-                if watch is not None:
-                    progress = _watched(training, full[0], made.model, watch, progress)
-                steps, kept = training.run(progress, stop), training.kept
-        fitted = iter(kept)
-        seconds, peak_bytes = time.perf_counter() - started, peak.bytes
-        return [
-            made.model(
-                frame=one.frame,
-                table=next(fitted) if len(one.table) else one.table,
-                background=one.background,
-                steps=steps,
-                seconds=seconds / len(subsets),
-                peak_bytes=peak_bytes // len(subsets),
-                device=made.name,
-            )
-            for one in begun
-        ]
+        started, peak = time.perf_counter(), Peak()
+        begun = self._begun(np.sort(distinct(frames)))
+        steps, table = 0, begun.table
+        if len(table):
+            training = Training(begun, self.settings)
+            if watch is not None:
+                progress = _watched(training, begun, watch, progress)
+            steps, table = training.run(progress, stop), training.kept
+        return GaussianModel(
+            frame=begun.frame,
+            table=table,
+            background=begun.background,
+            steps=steps,
+            seconds=time.perf_counter() - started,
+            peak_bytes=peak.bytes,
+        )
 
     def _begun(self, frames: np.ndarray) -> Begun:
         capture = restricted(self.capture, frames)
@@ -124,13 +81,12 @@ class Gaussians(Bound[GaussianSettings]):
 
 
 def _watched(
-    training: Steps,
+    training: Training,
     begun: Begun,
-    model: type[GaussianModel],
     watch: Callable[[GaussianModel], None],
-    progress: Callable[[int, int, float], None] | None,
-) -> Callable[[int, int, float], None]:
-    """The progress that from time to time shows the model so far as well."""
+    progress: Progress | None,
+) -> Progress:
+    """Return a progress that from time to time shows the model so far as well."""
     shown = time.monotonic()
 
     def advance(step: int, steps: int, loss: float) -> None:
@@ -138,32 +94,14 @@ def _watched(
         if progress is not None:
             progress(step, steps, loss)
         if time.monotonic() - shown >= WATCHED:
-            watch(model(begun.frame, training.kept[0], begun.background, steps=step))
+            watch(GaussianModel(begun.frame, training.kept, begun.background, steps=step))
             shown = time.monotonic()
 
     return advance
 
 
-class _Made(NamedTuple):
-    """Parts that work on a device."""
-
-    training: Callable[..., Steps]
-    together: Callable[[GaussianSettings, tuple[int, int]], int]
-    model: type[GaussianModel]
-    errors: Callable[[str], AbstractContextManager]
-    name: str
-
-
-def _made_on(device: str) -> _Made:
-    if device == "cpu":
-        return _Made(Training, lambda *_: 1, GaussianModel, nullcontext, "cpu")
-    from fsel.reconstruct.gaussians import cuda  # here: it imports torch
-
-    return _Made(cuda.CudaTraining, cuda.together, cuda.CudaModel, gpu.memory_errors, gpu.name())
-
-
 def _background(capture: Capture, name: str) -> np.ndarray:
-    """(3,) float32 colour of what is not reconstructed."""
+    """Return the (3,) float32 colour of what is not reconstructed."""
     if name == "black" or (capture.masks is not None and not capture.masks.any()):
         return np.zeros(3, np.float32)
     pixels = capture.images.reshape(-1, 3)

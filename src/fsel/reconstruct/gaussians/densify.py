@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 
-from fsel.reconstruct.gaussians.table import LOGIT, SCALE
+from fsel.reconstruct.gaussians.parameters import LOGIT, SCALE
 
 DEAD = 0.005  # opacity at which a Gaussian is relocated
 GROWTH = 1.05  # of the number of Gaussians, at each relocation, until the budget is full

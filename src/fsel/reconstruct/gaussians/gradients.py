@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from fsel.core.compiled import inlined, reordered
-from fsel.reconstruct.gaussians.harmonics import basis, slope
+from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, basis, slope
 from fsel.reconstruct.gaussians.projection import (
     RED,
     XX,
@@ -24,7 +24,6 @@ from fsel.reconstruct.gaussians.projection import (
     seen,
     tilts,
 )
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT
 
 LANES = 32  # Gaussians of a block
 # numbers of a Gaussian in a block: position in the camera's axes, quaternion, standard deviations,

@@ -6,9 +6,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fsel.core.capture import Capture
-from fsel.reconstruct.gaussians.harmonics import C0
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
-from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.gaussians.parameters import C0, COLOR, LOGIT, MEAN, SCALE, TURN, width_of
+from fsel.reconstruct.selected import Frame
 from fsel.reconstruct.splats import Splats
 
 OPACITY = 0.5  # at the start (Kheradmand et al. 2024)

@@ -10,10 +10,18 @@ import numpy as np
 
 from fsel.core.capture import Views
 from fsel.reconstruct import ply
-from fsel.reconstruct.bound import Fitted
+from fsel.reconstruct.configured import Fitted
+from fsel.reconstruct.gaussians.parameters import (
+    COLOR,
+    LOGIT,
+    MEAN,
+    SCALE,
+    TURN,
+    degree_of,
+    width_of,
+)
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, degree_of, width_of
-from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.selected import Frame
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ import math
 import numpy as np
 
 from fsel.core.compiled import reordered
-from fsel.reconstruct.gaussians.exponential import exponential
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
+from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, MEAN, SCALE, TURN, width_of
+from fsel.reconstruct.gaussians.rasterize import exponential
 
 PUBLISHED_STEPS = 30_000
 MEAN_RATES = (1.6e-4, 1.6e-6)  # first and last, times the scene's extent

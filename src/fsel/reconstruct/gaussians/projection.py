@@ -9,8 +9,7 @@ import math
 import numpy as np
 
 from fsel.core.compiled import inlined, reordered
-from fsel.reconstruct.gaussians.harmonics import MOST, basis
-from fsel.reconstruct.gaussians.table import COLOR, LOGIT
+from fsel.reconstruct.gaussians.parameters import COLOR, LOGIT, MOST, basis
 
 LOW_PASS = 0.3  # pixels^2 added to the projected variances
 LEAST_ALPHA = 1 / 255  # below it a Gaussian adds nothing to a pixel

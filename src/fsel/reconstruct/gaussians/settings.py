@@ -1,10 +1,10 @@
-"""Settings of the reconstructor `gaussians`."""
+"""Settings of the reconstructor `gaussians`, and the sizes that `--quality` names."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsel.reconstruct import gpu
+from fsel.core.wording import counted
 
 INITIAL = ("splats", "points")
 BACKGROUNDS = ("black", "mean")
@@ -31,7 +31,6 @@ class GaussianSettings:
             2025).
         background: colour where nothing was reconstructed: `black`, as viewers of the .ply show it,
             or the `mean` of the selected frames' pixels.
-        device: `cpu`, or `cuda`, where gsplat rasterises.
     """
 
     steps: int = 2000
@@ -45,7 +44,6 @@ class GaussianSettings:
     noise: bool = True
     dropout: float = 0.0
     background: str = "black"
-    device: str = "cpu"
 
     def __post_init__(self) -> None:
         for name, least in {"steps": 0, "gaussians": 1, "seed": 0, "degree": 0, "views": 1}.items():
@@ -66,4 +64,41 @@ class GaussianSettings:
                 raise ValueError(
                     f"{name} must be one of {', '.join(allowed)}, got {getattr(self, name)!r}"
                 )
-        gpu.check_name(self.device)
+
+
+@dataclass(frozen=True)
+class Quality:
+    """A size with what it takes, as `benchmarks/gaussians.py presets` measures it with 30 frames.
+
+    Attributes:
+        long_side: pixels of the images' longer side.
+        gaussians, steps: see `GaussianSettings`.
+        step: seconds of a step on one core.
+        memory: bytes at most.
+    """
+
+    long_side: int
+    gaussians: int
+    steps: int
+    step: float
+    memory: float
+
+    @property
+    def settings(self) -> dict[str, int]:
+        """Settings of the reconstructor."""
+        return {"steps": self.steps, "gaussians": self.gaussians}
+
+    def __str__(self) -> str:
+        minutes = max(round(self.steps * self.step / 60), 1)
+        return (
+            f"images of {self.long_side} pixels, {self.gaussians:,} Gaussians, "
+            f"{counted(self.steps, 'step')}: about {counted(minutes, 'minute')} of one core, "
+            f"{self.memory / 1e9:.1f} GB"
+        )
+
+
+QUALITIES = {
+    "draft": Quality(384, 20_000, 1000, 0.04, 0.4e9),
+    "good": Quality(640, 60_000, 3000, 0.12, 0.5e9),
+    "best": Quality(960, 120_000, 6000, 0.28, 0.7e9),
+}

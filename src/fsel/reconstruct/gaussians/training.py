@@ -1,19 +1,18 @@
-"""The optimisation on the CPU: one step after the other."""
+"""The optimisation: one step after the other."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, SupportsFloat
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from fsel.core.capture import Capture
 from fsel.reconstruct.gaussians import densify, losses, optimiser
+from fsel.reconstruct.gaussians.parameters import LOGIT
 from fsel.reconstruct.gaussians.render import NEAREST, Canvas, camera_of
 from fsel.reconstruct.gaussians.settings import GaussianSettings
-from fsel.reconstruct.gaussians.table import LOGIT
-from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.selected import Frame
 
 RELOCATED = 100  # steps between relocations
 SETTLED = 5 / 6  # share of the steps after which nothing is relocated (Kheradmand et al. 2024)
@@ -35,15 +34,9 @@ class Begun(NamedTuple):
     table: np.ndarray
     background: np.ndarray
 
-    def room(self, budget: int) -> np.ndarray:
-        """(budget, c) float32, the table with rows to grow into."""
-        room = np.zeros((budget, self.table.shape[1]), np.float32)
-        room[: len(self.table)] = self.table
-        return room
-
 
 class Order:
-    """The chance of one fit: which view comes next, and all else that is drawn.
+    """The order of the views, and the generator of all else that is drawn.
 
     Args:
         views: how many there are.
@@ -55,75 +48,27 @@ class Order:
         self._queue: list[int] = []
 
     def next_view(self) -> int:
-        """All of them in a new order, again and again."""
+        """Return the next one: all of them in a new order, again and again."""
         if not self._queue:
             self._queue = self.rng.permutation(self.views).tolist()
         return self._queue.pop()
 
 
-class Steps(ABC):
-    """Gaussians that are being fitted: what every device shares, when what is done.
+class Training:
+    """The steps on one subset.
 
     Args:
+        begun: the subset, with Gaussians to start from.
         settings: of the reconstructor.
     """
 
-    def __init__(self, settings: GaussianSettings) -> None:
+    def __init__(self, begun: Begun, settings: GaussianSettings) -> None:
         self.settings = settings
         self.rates = optimiser.Rates(settings.degree, settings.steps)
-
-    @abstractmethod
-    def step(self, step: int) -> SupportsFloat:
-        """One update; returns the mean loss of its views before it, without the penalties."""
-
-    @property
-    @abstractmethod
-    def kept(self) -> list[np.ndarray]:
-        """Gaussians of each subset that add to any pixel, (n, c) float32."""
-
-    def run(self, progress: Callable | None, stop: Callable[[], bool] | None) -> int:
-        """All steps, or those before `stop` says so; returns how many were made."""
-        steps = self.settings.steps
-        for step in range(steps):
-            if stop is not None and stop():
-                return step
-            loss = self.step(step)
-            if progress is not None:
-                progress(step + 1, steps, float(loss))
-        return steps
-
-    def degree(self, step: int) -> int:
-        """Degree of the harmonics in use."""
-        return min(self.settings.degree, int(step / max(RAISED * self.settings.steps, 1)))
-
-    def relocates(self, step: int) -> bool:
-        """Say whether dead Gaussians move after a step."""
-        return (step + 1) % RELOCATED == 0 and step < SETTLED * self.settings.steps
-
-    def dropped(self, step: int) -> float:
-        """Share of the Gaussians that a step leaves out."""
-        return self.settings.dropout * (step + 1) / self.settings.steps
-
-
-def visible(table: np.ndarray) -> np.ndarray:
-    """The Gaussians of a table that add to any pixel."""
-    return table[1 / (1 + np.exp(-table[:, LOGIT].astype(np.float64))) > densify.DEAD]
-
-
-class Training(Steps):
-    """The steps on the CPU, of one subset.
-
-    Args:
-        begun: holding that subset alone.
-        settings: of the reconstructor.
-    """
-
-    def __init__(self, begun: Sequence[Begun], settings: GaussianSettings) -> None:
-        super().__init__(settings)
-        (one,) = begun
-        capture, frame, table, background = one
+        capture, frame, table, background = begun
         self.alive, self.order = len(table), Order(len(capture), settings.seed)
-        self.table = one.room(settings.gaussians)
+        self.table = np.zeros((settings.gaussians, table.shape[1]), np.float32)
+        self.table[: self.alive] = table
         self.grad = np.zeros_like(self.table)
         self.adam = optimiser.Adam(self.table, self.rates)
         self.canvas = Canvas(len(self.table), capture.size, background)
@@ -136,8 +81,19 @@ class Training(Steps):
         ]
         self.window, self.slope = losses.window(np.float32), np.empty_like(self.canvas.image)
 
+    def run(self, progress: Callable | None, stop: Callable[[], bool] | None) -> int:
+        """Make all steps, or those before `stop` says so; return how many were made."""
+        steps = self.settings.steps
+        for step in range(steps):
+            if stop is not None and stop():
+                return step
+            loss = self.step(step)
+            if progress is not None:
+                progress(step + 1, steps, loss)
+        return steps
+
     def step(self, step: int) -> float:
-        """One update; returns the mean loss of its views before it, without the penalties."""
+        """Update once; return the mean loss of its views before it, without the penalties."""
         settings, table = self.settings, self.table[: self.alive]
         degree, factor, loss, seen = self.degree(step), self.factor(step), 0.0, []
         for _ in range(settings.views):
@@ -155,19 +111,25 @@ class Training(Steps):
         self.adam.step(self.grad, touched, step)
         if settings.noise:
             optimiser.shake(table, touched, self.order.rng, self.rates.noise(step))
-        if self.relocates(step):
+        if (step + 1) % RELOCATED == 0 and step < SETTLED * settings.steps:
             self.alive, changed = densify.relocate(self.table, self.alive, self.order.rng)
             self.adam.forget(changed)
         return loss / settings.views
 
+    def degree(self, step: int) -> int:
+        """Return the degree of the harmonics in use."""
+        return min(self.settings.degree, int(step / max(RAISED * self.settings.steps, 1)))
+
     def factor(self, step: int) -> np.ndarray:
-        """(alive,) factors of the opacities: zero for those that a step leaves out."""
-        rate, factor = self.dropped(step), np.ones(self.alive, np.float32)
+        """Return (alive,) factors of the opacities: zero for those that a step leaves out."""
+        rate = self.settings.dropout * (step + 1) / self.settings.steps
+        factor = np.ones(self.alive, np.float32)
         if rate > 0:
             factor[:] = (self.order.rng.random(self.alive) >= rate) / (1 - rate)
         return factor
 
     @property
-    def kept(self) -> list[np.ndarray]:
-        """The Gaussians that add to any pixel."""
-        return [visible(self.table[: self.alive])]
+    def kept(self) -> np.ndarray:
+        """(n, c) float32, the Gaussians that add to any pixel."""
+        table = self.table[: self.alive]
+        return table[1 / (1 + np.exp(-table[:, LOGIT].astype(np.float64))) > densify.DEAD]

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsel.core.capture import Views
 from fsel.core.geometry import pixel_rays
-from fsel.reconstruct.bound import Fitted
+from fsel.reconstruct.configured import Fitted
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid
 from fsel.reconstruct.radiance_field.training import FAINT

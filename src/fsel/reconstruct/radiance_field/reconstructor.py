@@ -7,19 +7,17 @@ import time
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.reconstruct.bound import Bound
-from fsel.reconstruct.memory import Peak
-from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.configured import ConfiguredReconstructor, Peak
 from fsel.reconstruct.radiance_field.model import RadianceModel, rays_of
 from fsel.reconstruct.radiance_field.settings import RadianceSettings
 from fsel.reconstruct.radiance_field.training import Pixels, Progress, optimised
-from fsel.reconstruct.subset import distinct, restricted
+from fsel.reconstruct.selected import Frame, distinct, restricted
 
 NEAR = 0.1  # of the frame's unit: where rays start unless points are nearer
 NEAREST = 1.0  # per cent of the points that count as mistaken for being too near
 
 
-class RadianceField(Bound[RadianceSettings]):
+class RadianceField(ConfiguredReconstructor[RadianceSettings]):
     """The reconstructor bound to one capture; see `RadianceSettings`.
 
     A model depends on the selected frames alone: on their images, cameras and masks, and on the

@@ -16,13 +16,11 @@ import numpy as np
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import invert_pose
 from fsel.reconstruct import ply
-from fsel.reconstruct.bound import Bound, Fitted
-from fsel.reconstruct.memory import Peak
-from fsel.reconstruct.normalisation import Frame
+from fsel.reconstruct.configured import ConfiguredReconstructor, Fitted, Peak
+from fsel.reconstruct.selected import Frame, distinct
 from fsel.reconstruct.splats import fusion, planes, render, stereo
 from fsel.reconstruct.splats.consistency import Maps, agreed
 from fsel.reconstruct.splats.frames import Frames, make_room
-from fsel.reconstruct.subset import distinct
 
 MAX_PARTNERS = 4
 # kept by a search at 64x48: matching costs of 5,000 pairs and the depth maps of 350 evaluations;
@@ -76,7 +74,7 @@ class SplatSettings:
             )
 
 
-class Splats(Bound[SplatSettings]):
+class Splats(ConfiguredReconstructor[SplatSettings]):
     """The reconstructor bound to one capture; see `SplatSettings`."""
 
     settings_type = SplatSettings

@@ -22,7 +22,7 @@ import traceback
 
 import numpy as np
 
-PROTOCOL = 1
+PROTOCOL = 2
 NEEDS = ("points", "files", "capture")
 ARRAYS = (
     *("images", "masks", "world_to_camera", "intrinsics"),
@@ -39,7 +39,7 @@ class Frames:
     With the need `capture`, a subset has its numbers alone.
 
     Attributes:
-        folder: of its files; with the need `files` also those of a program that is run a subset.
+        folder: of its files; with the need `files` also images and cameras as trainers read them.
         frames: (K,) numbers in the capture, None of a whole capture.
         images: (K, h, w, 3) uint8 RGB.
         world_to_camera: (K, 3, 4) float64, OpenCV axes.
@@ -64,7 +64,7 @@ class Views:
         world_to_camera: (T, 3, 4) float64, OpenCV axes.
         intrinsics: (T, 4) float64 fx, fy, cx, cy in pixels.
         size: (width, height).
-        folder: of the model's subset; with the need `files` it has targets.json.
+        folder: of the model's subset.
     """
 
     def __init__(self, request):
@@ -83,28 +83,17 @@ def camera_to_world(poses):
     return np.linalg.inv(whole)
 
 
-def serve(
-    fit,
-    render,
-    bind=None,
-    name="",
-    version="",
-    device="cpu",
-    needs=(),
-    together=1,
-    pixels="float32",
-):
+def serve(fit, render, bind=None, name="", version="", device="cpu", needs=(), pixels="float32"):
     """Answer requests until standard input ends.
 
     Args:
-        fit: subset -> model; with `together` above 1, a list of subsets -> a list of models.
+        fit: subset -> model.
         render: (model, views) -> (T, h, w, 3) images, float in [0, 1] or uint8.
         bind: capture -> None, called before the first fit of every capture: a `Frames` with the
             need `capture`, else None.
         name, version, device: of what reconstructs, for logs and tables.
         needs: of `NEEDS`. Without any, a fit is given the selected frames alone; with `capture`
             every frame of the capture, targets too, which it must not use as images.
-        together: subsets that one fit may be given.
         pixels: of the images that are handed over, `float32`, or `uint8` for a quarter the bytes.
     """
     for value, allowed in ((set(needs) - set(NEEDS), [set()]), (pixels, ("float32", "uint8"))):
@@ -114,8 +103,7 @@ def serve(
     os.dup2(2, 1)  # whatever prints from now on, libraries too, prints into the log
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     stated = {"protocol": PROTOCOL, "name": name or os.path.basename(sys.argv[0])}
-    stated.update(version=str(version), device=device, needs=list(needs))
-    stated.update(together=together, pixels=pixels)
+    stated.update(version=str(version), device=device, needs=list(needs), pixels=pixels)
     state = {"fit": fit, "render": render, "bind": bind, "stated": stated, "models": {}}
     for line in sys.stdin:
         request = json.loads(line)
@@ -149,24 +137,16 @@ def _bind(request, state):
 
 
 def _fit(request, state):
-    subsets = [Frames(one["folder"], one["frames"]) for one in request["subsets"]]
+    subset = Frames(request["folder"], request["frames"])
     started = time.perf_counter()
-    peak = _Peak()
-    if state["stated"]["together"] > 1:
-        models = list(state["fit"](subsets))
-    else:
-        models = [state["fit"](subset) for subset in subsets]
-    if len(models) != len(subsets):
-        raise ValueError(f"fit returned {len(models)} models for {len(subsets)} subsets")
-    share = (time.perf_counter() - started) / len(subsets)
-    costs = {"seconds": share, "peak_bytes": peak.bytes() // len(subsets)}
-    answers = []
-    for at, one in enumerate(request["subsets"]):
-        model = models[at]
-        state["models"][one["model"]] = model
-        own = {name: getattr(model, name) for name in STATED if hasattr(model, name)}
-        answers.append({"model": one["model"], **costs, **own})
-    return {"models": answers, "resident_bytes": _resident("VmRSS")}
+    device = state["stated"]["device"]
+    peak = _Peak(device)
+    model = state["fit"](subset)
+    costs = {"seconds": time.perf_counter() - started, "peak_bytes": peak.bytes()}
+    costs["device"] = _cuda(device).get_device_name() if _cuda(device) else device
+    costs.update({name: getattr(model, name) for name in STATED if hasattr(model, name)})
+    state["models"][request["model"]] = model
+    return {**costs, "resident_bytes": _resident("VmRSS")}
 
 
 def _render(request, state):
@@ -188,9 +168,15 @@ ANSWERS = {"hello": _hello, "bind": _bind, "fit": _fit, "render": _render}
 
 
 class _Peak:
-    """Resident memory at its highest, above what was held at the start; 0 where it is not told."""
+    """Memory at its highest, above what was held at the start: torch's on the GPU for the device
+    `cuda`, else resident; 0 where it is not known."""
 
-    def __init__(self):
+    def __init__(self, device):
+        self._cuda = _cuda(device)
+        if self._cuda:
+            self._cuda.reset_peak_memory_stats()
+            self._start = self._cuda.memory_allocated()
+            return
         try:
             with open("/proc/self/clear_refs", "w") as file:
                 file.write("5")  # forget the highest so far
@@ -199,7 +185,14 @@ class _Peak:
         self._start = _resident("VmRSS")
 
     def bytes(self):
-        return max(_resident("VmHWM") - self._start, 0)
+        highest = self._cuda.max_memory_allocated() if self._cuda else _resident("VmHWM")
+        return max(highest - self._start, 0)
+
+
+def _cuda(device):
+    """torch.cuda for the device `cuda`, where the program has imported torch and there is a GPU."""
+    torch = sys.modules.get("torch")
+    return torch.cuda if device == "cuda" and torch and torch.cuda.is_available() else None
 
 
 def _resident(field):

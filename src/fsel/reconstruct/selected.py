@@ -1,4 +1,4 @@
-"""The coordinates that a reconstruction is made in."""
+"""What a reconstruction is made from: the selected frames alone, in coordinates of their own."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from fsel.core.capture import Capture
 from fsel.core.geometry import centered, pose_matrices
+from fsel.core.points import SparsePoints
 
 
 @dataclass(frozen=True)
@@ -43,3 +44,35 @@ class Frame:
             points = replace(points, xyz=(points.xyz - self.origin) / self.unit)
         poses = self.local_poses(capture.world_to_camera)
         return replace(capture, world_to_camera=poses, points=points)
+
+
+def distinct(frames: np.ndarray) -> np.ndarray:
+    """(K,) int64 frames as given, K >= 2.
+
+    Raises:
+        ValueError: for fewer than two, which hold no parallax, or repeated ones.
+    """
+    frames = np.asarray(frames, np.int64)
+    if len(frames) < 2 or len(np.unique(frames)) < len(frames):
+        raise ValueError(f"need two or more distinct frames, got {frames.tolist()}")
+    return frames
+
+
+def restricted(capture: Capture, frames: np.ndarray) -> Capture:
+    """The capture of the given frames alone, with the points that at least two of them see.
+
+    Args:
+        capture: any.
+        frames: (K,) int64, distinct.
+    """
+    own = capture.subset(frames)
+    return own if own.points is None else replace(own, points=_shared(own.points))
+
+
+def _shared(points: SparsePoints) -> SparsePoints:
+    """The points that two frames or more see, and their tracks without repetitions."""
+    track = np.unique(np.stack([points.track_point, points.track_frame]), axis=1)
+    kept = np.bincount(track[0], minlength=len(points.xyz)) >= 2
+    row = np.cumsum(kept) - 1
+    track = track[:, kept[track[0]]]
+    return SparsePoints(points.xyz[kept], points.rgb[kept], row[track[0]], track[1])

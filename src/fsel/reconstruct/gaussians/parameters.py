@@ -1,11 +1,33 @@
-"""Real spherical harmonics to degree four, with the signs and the order of Kerbl et al. 2023.
+"""The trained parameters of Gaussians, and the spherical harmonics of their colours.
 
-Training and `.ply` files stop at degree two and three; published feed-forward models use four.
+All parameters of a scene are one (n, 11 + 3 (degree + 1)^2) array, a row a Gaussian, so that a step
+touches the rows of the visible ones only. The kernels work on float32 and on float64 arrays alike:
+training uses float32, the tests compare float64 with automatic differentiation. The harmonics have
+the signs and the order of Kerbl et al. 2023; training stops at degree two, `.ply` files at three.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from fsel.core.compiled import reordered
+
+MEAN = slice(0, 3)  # position in the normalised frame
+SCALE = slice(3, 6)  # logarithms of the standard deviations along the three axes
+TURN = slice(6, 10)  # quaternion w, x, y, z, of any length but zero
+LOGIT = 10  # of the opacity
+COLOR = 11  # first of the harmonics' coefficients: (count, 3), all three channels of one together
+
+
+def width_of(degree: int) -> int:
+    """Return the columns of the table of harmonics to a degree."""
+    return COLOR + 3 * (degree + 1) ** 2
+
+
+def degree_of(table: np.ndarray) -> int:
+    """Return the degree of the harmonics that a table holds."""
+    return round(((table.shape[1] - COLOR) / 3) ** 0.5) - 1
+
 
 C0 = 0.28209479177387814  # sqrt(1 / (4 pi))
 C1 = 0.4886025119029199  # sqrt(3 / (4 pi))
@@ -14,16 +36,12 @@ C3 = (
     *(0.5900435899266435, 2.890611442640554, 0.4570457994644658),
     *(0.3731763325901154, 1.445305721320277),
 )
-C4 = (
-    *(2.5033429417967046, 1.7701307697799304, 0.9461746957575601),
-    *(0.6690465435572892, 0.10578554691520431, 0.47308734787878004, 0.6258357354491761),
-)
-MOST = 25  # harmonics to degree four
+MOST = 16  # harmonics to degree three
 
 
 @reordered
 def basis(degree, x, y, z, out):
-    """Fill `out` (25,) with the (degree + 1)^2 harmonics of the unit direction x, y, z."""
+    """Fill `out` (16,) with the (degree + 1)^2 harmonics of the unit direction x, y, z."""
     out[0] = C0
     if degree > 0:
         out[1], out[2], out[3] = -C1 * y, C1 * z, -C1 * x
@@ -37,18 +55,11 @@ def basis(degree, x, y, z, out):
             out[12] = C3[3] * z * (2 * zz - 3 * xx - 3 * yy)
             out[13], out[14] = -C3[2] * x * (4 * zz - xx - yy), C3[4] * z * (xx - yy)
             out[15] = -C3[0] * x * (xx - 3 * yy)
-        if degree > 3:
-            out[16], out[17] = C4[0] * x * y * (xx - yy), -C4[1] * y * z * (3 * xx - yy)
-            out[18], out[19] = C4[2] * x * y * (7 * zz - 1), -C4[3] * y * z * (7 * zz - 3)
-            out[20] = C4[4] * (zz * (35 * zz - 30) + 3)
-            out[21], out[22] = -C4[3] * x * z * (7 * zz - 3), C4[5] * (xx - yy) * (7 * zz - 1)
-            out[23] = -C4[1] * x * z * (xx - 3 * yy)
-            out[24] = C4[6] * (xx * (xx - 3 * yy) - yy * (3 * xx - yy))
 
 
 @reordered
 def slope(degree, x, y, z, w):
-    """Gradient of `sum(w * basis)` with respect to x, y and z, to degree two: what is trained.
+    """Return the gradient of `sum(w * basis)` with respect to x, y and z, to degree two.
 
     Args:
         w: (9,) gradient with respect to each harmonic.

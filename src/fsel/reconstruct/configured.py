@@ -1,0 +1,104 @@
+"""Common parts: of reconstructors, a capture and checked settings; of models, what they cost."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Generic, TypeVar
+from weakref import WeakSet
+
+from fsel.core.capture import Capture
+from fsel.core.registry import settings_from
+from fsel.reconstruct.selected import Frame
+
+Settings = TypeVar("Settings")
+
+
+class ConfiguredReconstructor(Generic[Settings]):
+    """A reconstructor of one capture with checked settings; a subclass names them and fits.
+
+    Args:
+        capture: already at the reconstruction size.
+        settings: keyword arguments of the subclass's dataclass of settings.
+
+    Raises:
+        ValueError: for an unknown setting, or one outside its range.
+    """
+
+    settings_type: ClassVar[type]
+
+    def __init__(self, capture: Capture, **settings: Any) -> None:
+        self.capture = capture
+        self.settings: Settings = settings_from(self.settings_type, settings)
+
+    @classmethod
+    def check(cls, **settings: Any) -> None:
+        """Refuse settings outside their range, and what they need and is not here.
+
+        Raises: as `fsel.reconstruct.Factory.check`.
+        """
+        settings_from(cls.settings_type, settings)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model in coordinates of its own, and what it cost; a subclass adds what it is made of.
+
+    Attributes:
+        frame: where its origin and unit are in the world.
+        seconds: spent fitting.
+        peak_bytes: the most memory that fitting took, beyond what was cached; see `Peak`.
+        device: where it was fitted, and renders.
+    """
+
+    frame: Frame
+    _: KW_ONLY
+    seconds: float = 0.0
+    peak_bytes: int = 0
+    device: str = "cpu"
+
+
+class Peak:
+    """Resident memory of this process at its highest, above what it held at the start.
+
+    On Linux the kernel's own record is started anew; on macOS it cannot be, and only what goes
+    beyond the process's highest so far is counted. On Windows nothing is counted. One may start
+    while another is measured.
+    """
+
+    _measured: ClassVar[WeakSet[Peak]] = WeakSet()
+
+    def __init__(self) -> None:
+        self._most = 0
+        for other in self._measured:  # the record that they go by is about to be forgotten
+            other._most = max(other._most, _highest())
+        try:
+            Path("/proc/self/clear_refs").write_text("5")  # forget the highest so far
+        except OSError:
+            self._start = _highest()
+        else:
+            self._start = _resident("VmRSS")
+        self._measured.add(self)
+
+    @property
+    def bytes(self) -> int:
+        """Largest number of bytes added since the start."""
+        return max(self._most - self._start, _highest() - self._start, 0)
+
+
+def _highest() -> int:
+    if sys.platform == "linux":
+        return _resident("VmHWM")
+    try:
+        import resource
+    except ImportError:  # Windows
+        return 0
+    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return largest if sys.platform == "darwin" else largest * 1024
+
+
+def _resident(field: str) -> int:
+    matches = re.findall(rf"{field}:\s+(\d+) kB", Path("/proc/self/status").read_text())
+    return int(matches[0]) * 1024
