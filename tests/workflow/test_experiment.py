@@ -24,7 +24,7 @@ def test_scenes_and_problems():
     assert made.problems(1) == ["dl3dv/evaluation00/draw0", "seven_scenes/evaluation00/draw0"]
     assert len(made.problems()) == 4
     assert made.labelled == {"train00": "train", "validation00": "validation"}
-    assert made.practised == ["dl3dv/train00"]
+    assert made.refinement_scenes == ["dl3dv/train00"]
     assert made.searched_problems() == ["dl3dv/evaluation00/draw0"]
     assert made.labels() == {"dl3dv": "DL3DV", "seven_scenes": "7-Scenes"}
 
@@ -49,7 +49,7 @@ def test_without_scenes_to_train_on_the_shipped_scorers_are_measured(tmp_path):
     names = [scorer.rsplit("/")[-1] for scorer in made.scorers]
     own = ["less_is_more.safetensors", "less_is_more_no_appearance.safetensors"]
     assert names == [*own, "fsel.json", "fsel_rule.json"]
-    assert (made.trained, made.labelled, made.practised) == ("mine", {}, [])
+    assert (made.trained, made.labelled, made.refinement_scenes) == ("mine", {}, [])
     with pytest.raises(Refusal, match="no dataset has `train` scenes"):
         inputs.label_files(made)
     named = {"weights": {"less_is_more": ["own.safetensors"]}}

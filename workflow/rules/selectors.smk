@@ -52,7 +52,7 @@ use rule train as train_geometry with:
 
 use rule stage as refine with:
     input:
-        **inputs.captures(experiment.practised, inputs.DESCRIBED),
+        **inputs.captures(experiment.refinement_scenes, inputs.DESCRIBED),
         lib=experiment.library("refine", experiment.reconstruction),
     output:
         weights="<results>/selector/fsel/seed{seed}.json",
@@ -66,7 +66,7 @@ use rule stage as refine with:
             Size(8000, 240, "reconstruction"), experiment.reconstruction
         ),
     params:
-        scenes=experiment.practised,
+        scenes=experiment.refinement_scenes,
         seed=lambda wildcards: int(wildcards.seed),
         settings=experiment.config["refinement"] | {"seed": experiment.config["seed"]},
         reconstruction=experiment.reconstruction,
@@ -100,7 +100,7 @@ use rule stage as budget_curves with:
 
 use rule stage as fit_budget with:
     input:
-        curves=inputs.of_problems(experiment.practised, "budget_curves.parquet"),
+        curves=inputs.of_problems(experiment.refinement_scenes, "budget_curves.parquet"),
         lib=experiment.library("fit_budget"),
     output:
         record="<results>/selector/budget.json",
@@ -109,6 +109,6 @@ use rule stage as fit_budget with:
     benchmark:
         "<results>/benchmarks/fit_budget.jsonl"
     params:
-        scenes=experiment.practised,
+        scenes=experiment.refinement_scenes,
     message:
         "Fitting what `-k auto` predicts by"

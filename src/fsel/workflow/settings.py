@@ -142,7 +142,7 @@ class Settings:
         return {scene: role for role in roles for scene in self.scenes(self.trained, role)}
 
     @cached_property
-    def practised(self) -> list[str]:
+    def refinement_scenes(self) -> list[str]:
         """List dataset/scene of the scenes that refinement practises on."""
         most = self.config["refinement"]["scenes"]
         scenes = self.scenes
