@@ -85,8 +85,12 @@ onstart:
 rule all:
     default_target: True
     input:
-        inputs.expanded("<tables>/{folder}ksweep.tex", folder=["", *experiment.further]),
         inputs.expanded(
-            "<figures>/{folder}heatmap.pdf", folder=["", *experiment.further]
+            "<tables>/{folder}ksweep.tex",
+            folder=["", *experiment.extra_reconstructors],
+        ),
+        inputs.expanded(
+            "<figures>/{folder}heatmap.pdf",
+            folder=["", *experiment.extra_reconstructors],
         ),
     localrule: True

@@ -84,7 +84,7 @@ def test_scorers_are_trained_named_or_shipped():
 
 def test_further_reconstructors_are_folders():
     made = experiment(reconstruction=[FIRST, SECOND, SECOND | {"as": "g.2"}])
-    assert made.further == ["gaussians/", "g.2/"]
+    assert made.extra_reconstructors == ["gaussians/", "g.2/"]
     assert made.folders == r"(?:|gaussians/|g\.2/)"
     second = SimpleNamespace(reconstructor="g.2/")
     assert made.reconstruction_of(SCENE)["name"] == "splats"

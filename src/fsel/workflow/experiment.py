@@ -74,7 +74,7 @@ class Experiment(Settings):
         return [] if wildcards.reconstructor else self.searched_problems()
 
     @property
-    def further(self) -> list[str]:
+    def extra_reconstructors(self) -> list[str]:
         """Folders of the reconstructors after the first, with a slash at their end."""
         return [f"{name}/" for name in list(self.reconstructors)[1:]]
 
@@ -151,7 +151,7 @@ class Experiment(Settings):
     @property
     def folders(self) -> str:
         """Pattern of the wildcard `reconstructor`."""
-        return f"(?:{'|'.join(['', *map(re.escape, self.further)])})"
+        return f"(?:{'|'.join(['', *map(re.escape, self.extra_reconstructors)])})"
 
     def resources(
         self, size: Size, reconstruction: Section | Choice | None = None

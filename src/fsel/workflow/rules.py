@@ -96,9 +96,9 @@ class Tables:
                 rules.append(self._rule(job))
                 continue
             rules.append(self._rule(_of_first(job)))
-            if self.experiment.further:
+            if self.experiment.extra_reconstructors:
                 further = self._rule(replace(job, name=f"{job.rule}_further"))
-                pattern = "|".join(map(re.escape, self.experiment.further))
+                pattern = "|".join(map(re.escape, self.experiment.extra_reconstructors))
                 rules.append(replace(further, constraints={FOLDER: pattern}))
         return rules
 
