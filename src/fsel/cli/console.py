@@ -8,12 +8,10 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from threading import Event, Thread
 
 from fsel.captures.images.previews import Progress, in_silence
 
 PATIENCE = 2.0  # seconds before a bar is shown
-TICK = 0.5  # seconds between two updates of a clock
 EVERY = 20.0  # seconds between two lines of a long loop where no terminal shows a bar
 
 
@@ -30,17 +28,16 @@ class Console:
     as_json: bool
 
     def say(self, label: str, text: str) -> None:
-        """A line on standard output."""
-        if not (self.quiet or self.as_json):
-            print(f"{label:9} {text}", flush=True)
+        """Print a line on standard output."""
+        self.text(f"{label:9} {text}\n")
 
     def text(self, block: str) -> None:
-        """Lines on standard output, as they are."""
+        """Print lines on standard output, as they are."""
         if not (self.quiet or self.as_json):
             print(block, end="", flush=True)
 
     def warn(self, text: str) -> None:
-        """A line on standard error."""
+        """Print a line on standard error."""
         if not self.quiet:
             print(f"fsel: warning: {text}", file=sys.stderr, flush=True)
 
@@ -49,47 +46,26 @@ class Console:
         if self.as_json:
             print(json.dumps(result, indent=1))
 
-    @property
-    def silent(self) -> bool:
-        """Check whether bars and clocks are left out: they are shown on terminals alone, without
-        --quiet."""
-        return self.quiet or not sys.stderr.isatty()
-
     @contextmanager
     def clock(self, label: str) -> Iterator[None]:
-        """The seconds that a block takes, on standard error after two, where steps are unknown."""
+        """Show on a terminal what is done while a block runs whose steps are unknown."""
         if self.silent:
             yield
             return
-        started, done = time.time(), Event()
+        from tqdm import tqdm  # here: scripts do without, and it is slow to import
 
-        def tick() -> None:
-            if done.wait(PATIENCE):
-                return
-            from tqdm import tqdm
-
-            with tqdm(desc=label, bar_format="{desc}: {elapsed}", leave=False) as shown:
-                shown.start_t = started
-                while not done.wait(TICK):
-                    shown.refresh()
-
-        thread = Thread(target=tick, daemon=True)
-        thread.start()
-        try:
+        with tqdm(desc=label, bar_format="{desc} ...", leave=False):
             yield
-        finally:
-            done.set()
-            thread.join()
 
     @contextmanager
     def steps(self, label: str) -> Iterator[Callable[[int, int, float], None]]:
-        """Progress of a function of steps made, all steps and the loss: as `bar` shows it."""
+        """Yield a function of steps made, all steps and the loss, which shows them as a bar."""
         if self.quiet:
             yield lambda made, count, loss: None
             return
         if self.silent:
-            told = _lines(label)
-            yield lambda made, count, loss: told(made, count)
+            report = _Report(label)
+            yield lambda made, count, loss: report(made, count)
             return
         from tqdm import tqdm
 
@@ -104,7 +80,7 @@ class Console:
 
     @contextmanager
     def seconds(self, label: str, most: float) -> Iterator[Callable[[float, str], None]]:
-        """Progress bar of a function of the seconds gone, of `most`, and a word beside them."""
+        """Yield a function of the seconds gone, of `most`, and a word beside them: a bar."""
         if self.silent:
             yield lambda gone, word: None
             return
@@ -120,38 +96,34 @@ class Console:
             yield advance
 
     def bar(self, label: str) -> Progress:
-        """A progress bar on standard error after two seconds; lines where that is no terminal."""
+        """Return a loop's progress bar on standard error, shown after two seconds."""
         if self.quiet:
             return in_silence
         if self.silent:
-            return lambda items, count: _looped(label, items, count)
+            return _Report(label).loop
         from tqdm import tqdm
 
-        def progress(items: Iterable, count: int) -> Iterable:
-            return tqdm(items, label, count, delay=PATIENCE, leave=False)
+        return lambda items, count: tqdm(items, label, count, delay=PATIENCE, leave=False)
 
-        return progress
-
-
-def _lines(label: str) -> Callable[[int, int], None]:
-    """Function of what is made, of how many: it prints a line on standard error now and then."""
-    started = said = time.monotonic()
-
-    def tell(made: int, count: int) -> None:
-        nonlocal said
-        now = time.monotonic()
-        if now - said >= EVERY:
-            said, gone = now, now - started
-            left = gone / made * (count - made)
-            line = f"{label}: {made} of {count} after {gone:.0f} s, about {left:.0f} s left"
-            print(f"fsel: {line}", file=sys.stderr, flush=True)
-
-    return tell
+    @property
+    def silent(self) -> bool:
+        """Check whether no bar is shown: with --quiet, and where no terminal would show it."""
+        return self.quiet or not sys.stderr.isatty()
 
 
-def _looped(label: str, items: Iterable, count: int) -> Iterator:
-    """Items of a loop that `_lines` tells of."""
-    tell = _lines(label)
-    for made, item in enumerate(items, 1):
-        yield item
-        tell(made, count)
+class _Report:
+    """A line on standard error now and then of how far a long loop is."""
+
+    def __init__(self, label: str) -> None:
+        self.label, self.said = label, time.monotonic()
+
+    def __call__(self, made: int, count: int) -> None:
+        if time.monotonic() - self.said >= EVERY:
+            self.said = time.monotonic()
+            print(f"fsel: {self.label}: {made} of {count}", file=sys.stderr, flush=True)
+
+    def loop(self, items: Iterable, count: int) -> Iterator:
+        """Yield the items of a loop."""
+        for made, item in enumerate(items, 1):
+            yield item
+            self(made, count)
