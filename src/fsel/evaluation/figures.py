@@ -49,13 +49,6 @@ def name_axes(axis: Axes, across: str, up: str) -> None:
     axis.tick_params(labelsize=7)
 
 
-def shared_legend(figure: Figure, place: str, columns: int) -> None:
-    """One legend of all panels, beside them: `upper` or `lower`."""
-    handles, names = figure.axes[0].get_legend_handles_labels()
-    look = {"fontsize": 7, "frameon": False, "handlelength": 4}
-    figure.legend(handles, names, loc=f"outside {place} center", ncols=columns, **look)
-
-
 def footnote(figure: Figure, text: str) -> None:
     """A small line under a figure, broken to its width: what made the numbers."""
     width = int(LETTERS * figure.get_figwidth())

@@ -33,17 +33,17 @@ def number(value: float, metric: str) -> str:
     return text if own.unit else text.replace("0.", ".", 1)
 
 
-def difference(value: float, low: float, high: float, interval: bool = True) -> str:
+def difference(value: float, low: float, high: float) -> str:
     """A signed difference in dB with its 95% interval; bold where the interval excludes zero.
 
-    One draw of one scene has no interval: NaN bounds are not printed, and nothing is bold. Where
-    there is no room for the `interval`, bold alone tells. Of what did not finish, nothing is said.
+    One draw of one scene has no interval: NaN bounds are not printed, and nothing is bold. The text
+    is empty for NaN, which is of a reconstruction that did not finish.
     """
     if np.isnan(value):
         return ""
     sure = low > 0 or high < 0
     text = rf"$\mathbf{{{value:+.2f}}}$" if sure else f"${value:+.2f}$"
-    if np.isnan(low) or not interval:
+    if np.isnan(low):
         return text
     return rf"{text} {{\tiny$[{low:+.2f},{high:+.2f}]$}}"
 

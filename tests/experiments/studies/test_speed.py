@@ -9,9 +9,8 @@ from described_scene import write_scene
 from selection_problems import random_capture, random_problem, with_points
 
 from fsel.core.capture import Capture, Views
-from fsel.evaluation.latex import plain_table
 from fsel.evaluation.speed import gaps
-from fsel.experiments.studies.bench import Bench, depth_error, halved, rendered_inverse_depth
+from fsel.experiments.studies.bench import Bench, depth_error, rendered_inverse_depth
 from fsel.experiments.studies.economy import SAVINGS, economy
 from fsel.experiments.studies.selection_time import problem_of_size, refilmed, selection_time, timed
 from fsel.experiments.studies.speed_error import progress, speed_error
@@ -247,12 +246,6 @@ def test_each_saving_is_switched_off_in_turn(scene, tmp_path):
     assert "descriptors only for methods that read them & --" in paths[0].read_text()
 
 
-def test_rounded_splats_keep_three_digits():
-    model, _ = wall(4.1234567)
-    np.testing.assert_allclose(halved(model).splats, model.splats, rtol=1e-3)
-    assert halved(model).splats[2, 0] != model.splats[2, 0]
-
-
 def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
     times = pd.DataFrame({"method": ["fvs", "random", "fvs"], "k": 30, "pool": [130, 130, 1000]})
     times.assign(descriptors=0.1, selection=[0.2, 0.001, 9]).to_csv(tmp_path / "t.csv")
@@ -274,9 +267,3 @@ def test_speed_and_error_of_equal_numbers_are_equal_bytes(swept, tmp_path):
     assert r"\textbf{partners 4}" in text
     panels = pd.read_csv(tmp_path / "a.csv").groupby("panel")
     assert panels["gap"].count().to_dict() == {"methods": 2, "search": 12, "settings": 0}
-
-
-def test_a_plain_table():
-    text = plain_table(["a", "b"], [["x", "1"], ["y", "2"]], caption="C", label="l")
-    assert r"\begin{tabular}{lr}" in text
-    assert "a & b \\\\\n\\midrule\nx & 1 \\\\\ny & 2 \\\\\n\\bottomrule" in text
