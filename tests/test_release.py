@@ -50,36 +50,24 @@ def installed(built, tmp_path_factory):
     return binaries, outside | {"PYTHONPATH": sysconfig.get_path("purelib")}
 
 
-def test_both_are_built_with_the_version_of_the_project(built):
+def test_the_distributions_hold_every_module_and_every_data_file(built):
     names = sorted(path.name for path in built.iterdir())
     assert names == [f"fsel-{VERSION}-py3-none-any.whl", f"fsel-{VERSION}.tar.gz"]
-
-
-def test_the_wheel_has_every_module_and_every_data_file(built):
-    (wheel,) = built.glob("*.whl")
-    packed = set(zipfile.ZipFile(wheel).namelist())
+    packed = set(zipfile.ZipFile(built / names[0]).namelist())
     wanted = {
         path.relative_to(PACKAGE.parent).as_posix()
         for path in PACKAGE.rglob("*")
         if path.suffix in DATA | {".py"}
     }
     assert wanted - packed == set()
-
-
-def test_the_source_distribution_holds_the_readme_and_the_licence(built):
-    (source,) = built.glob("*.tar.gz")
-    with tarfile.open(source) as archive:
+    with tarfile.open(built / names[1]) as archive:
         packed = {name.partition("/")[2] for name in archive.getnames()}
     assert {"README.md", "LICENSE", "pyproject.toml", "src/fsel/__init__.py"} <= packed
 
 
-def test_the_installed_command_says_its_version(installed):
-    binaries, environment = installed
-    assert run(binaries / "fsel", "--version", env=environment).split() == ["fsel", VERSION]
-
-
 def test_the_installed_package_has_its_trained_scorers(installed, tmp_path):
     binaries, environment = installed
+    assert run(binaries / "fsel", "--version", env=environment).split() == ["fsel", VERSION]
     printed = run(binaries / "python", "-c", PROGRAM, env=environment, cwd=tmp_path).splitlines()
     assert Path(printed[0]).is_relative_to(binaries.parent)
     assert printed[1:] == ["fsel", "less_is_more"]
