@@ -9,20 +9,20 @@ unexport PYTHONDONTWRITEBYTECODE
 ksweep: .venv/installed
 	.venv/bin/snakemake --cores $(CORES)
 
-# whether that run has the bytes of the tables that the documentation quotes: docs/numerics.md
+# compare that run's tables with those of docs/results, to the byte: docs/numerics.md
 check: .venv/installed
 	.venv/bin/python tools/check_reference.py
 
 test: .venv/dev
 	.venv/bin/python -m pytest --numprocesses $(CORES) --dist worksteal
 
-# the rule `fsel` inside the package and what `-k auto` predicts by, made anew: src/fsel/selectors/weights
+# make the rule `fsel` and the predictor of `-k auto` again, in the package: src/fsel/selectors/weights
 WEIGHTS = results/selector/fsel/seed0.json results/selector/budget.json
 weights: .venv/installed
 	.venv/bin/snakemake --cores $(CORES) $(WEIGHTS)
 	.venv/bin/python tools/ship_weights.py $(WEIGHTS)
 
-# the paper's selector inside the package, made anew from labels with the paper's numbers
+# make the paper's selector again, in the package, from labels with the paper's numbers
 LABELS = results/labels/selector
 OURS = $(LABELS)/seed0.safetensors $(LABELS)/no_appearance/seed0.safetensors
 labels: .venv/installed
@@ -34,19 +34,19 @@ labels: .venv/installed
 CAPTURES = OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 .venv/bin/python benchmarks/captures
 ROWS = results/captures_unknown.jsonl
 MADE = results/captures_made.jsonl
-EACH = 0 1 2 3 4 5 6 7
-UNTOLD = "the rule alone" tried
-TOLD = Nearest "targets known" "targets known, tried" "targets known, others tried"
-MADE_OF = $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,batmobile helmet miku)
+STARTS = 0 1 2 3 4 5 6 7
+UNKNOWN = "the rule alone" tried
+KNOWN = Nearest "targets known" "targets known, tried" "targets known, others tried"
+EXAMPLES = $(addprefix $${FSEL_CAPTURES:-../shared/captures}/,batmobile helmet miku)
 captures: .venv/installed
-	$(CAPTURES)_unknown.py --methods $(UNTOLD) --starts $(EACH) --rows $(ROWS)
-	$(CAPTURES)_unknown.py --methods $(TOLD) --starts 1 3 5 7 --budgets 10 20 30 --rows $(ROWS)
-	$(CAPTURES)_unknown.py --made --methods tried --starts $(EACH) --budgets 10 --rows $(MADE)
+	$(CAPTURES)_unknown.py --methods $(UNKNOWN) --starts $(STARTS) --rows $(ROWS)
+	$(CAPTURES)_unknown.py --methods $(KNOWN) --starts 1 3 5 7 --budgets 10 20 30 --rows $(ROWS)
+	$(CAPTURES)_unknown.py --made --methods tried --starts $(STARTS) --budgets 10 --rows $(MADE)
 	$(CAPTURES)_unknown.py --made --methods tried --starts 0 2 4 6 --budgets 20 --rows $(MADE)
-	$(CAPTURES)_unknown.py $(MADE_OF) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
+	$(CAPTURES)_unknown.py $(EXAMPLES) --made --methods tried --starts 0 2 4 6 --budgets 15 30 50 --rows $(MADE)
 	$(CAPTURES)_page.py --rows $(ROWS) --made-rows $(MADE) -o docs/results/captures_unknown.md
 
-# docs/results/*.md, from the csv files that this checkout has: docs/results/pages.yaml
+# write docs/results/*.md from the csv files of this checkout: docs/results/pages.yaml
 docs: .venv/installed
 	.venv/bin/python tools/result_pages.py
 

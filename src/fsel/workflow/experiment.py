@@ -36,12 +36,12 @@ class Experiment(Settings):
         return range(self.config["training"]["seeds"])
 
     def scorer_folder(self, policy: str) -> str:
-        """Folder of the scorers of a policy that are trained here."""
+        """Return the folder of the scorers of a policy that are trained here."""
         variant = policy.removeprefix("less_is_more").removeprefix("_")
         return f"<results>/selector/{variant}".rstrip("/")
 
     def weights(self, policy: str) -> list[str]:
-        """Scorers of a trained policy: files that the configuration names, or one for each seed."""
+        """List the scorers of a trained policy: those that are configured, or one for each seed."""
         folder = self.scorer_folder(policy)
         named: list[str] = self.config["training"]["weights"].get(policy, [])
         return named or [f"{folder}/seed{seed}.safetensors" for seed in self.seeds]
@@ -65,12 +65,12 @@ class Experiment(Settings):
         return next(iter(self.reconstructors.values()))
 
     def reconstruction_of(self, wildcards: Any) -> Section:
-        """The section of the wildcard `reconstructor`, which is empty for the first one."""
+        """Return the section of the wildcard `reconstructor`, which is empty for the first."""
         name = wildcards.reconstructor.rstrip("/")
         return self.reconstructors[name] if name else self.reconstruction
 
     def searched_by(self, wildcards: Any) -> list[str]:
-        """The searched problems, where the first reconstructor evaluates."""
+        """List the searched problems, where the first reconstructor evaluates."""
         return [] if wildcards.reconstructor else self.searched_problems()
 
     @property
@@ -179,7 +179,7 @@ class Experiment(Settings):
         reconstruction: Section | Choice | None = None,
         apart: Collection[str] = (),
     ) -> list[str] | Choice:
-        """Files of the library that a rule depends on, or a function of the wildcards.
+        """List the files of the library that a rule depends on, or return a function that does.
 
         Args:
             module: the function's; a name without a dot is a stage.
@@ -208,21 +208,21 @@ class Experiment(Settings):
         return Library(folder, Path(".snakemake", "library.json"), aside="fsel.workflow")
 
     def ingest_minutes(self, wildcards: Any, attempt: int) -> int:
-        """Minutes of reading a capture; to find its poses takes longer."""
+        """Return the minutes of reading a capture; to find its poses takes longer."""
         return attempt * minutes_of(self.datasets.entries[wildcards.dataset]["poses"])
 
     def ingest_gpus(self, wildcards: Any) -> int:
-        """GPUs of reading a capture: one where its poses' program works on one."""
+        """Return the GPUs of reading a capture: one where its poses' program works on one."""
         return gpus_of(self.datasets.entries[wildcards.dataset]["poses"])
 
     def labels(self, names: Iterable[str] | None = None) -> dict[str, str]:
-        """Name -> printed label of the datasets in the tables, or of some."""
+        """Map datasets, those in the tables by default, to their printed labels."""
         entries = self.datasets.entries
         chosen = [n for n in entries if self.scenes(n, "evaluation")] if names is None else names
         return {name: entries[name]["label"] for name in chosen}
 
     def facts(self, names: Sequence[str] | None = None, reconstructor: str = "") -> dict[str, Any]:
-        """Return what a caption tells of the captures and the settings.
+        """Return what a caption says of the captures and the settings.
 
         Args:
             names: datasets; those in the tables by default.
@@ -250,7 +250,7 @@ class Experiment(Settings):
         }
 
     def facts_of(self, wildcards: Any) -> dict[str, Any]:
-        """Facts of the tables' datasets and the reconstructor in the wildcards."""
+        """Return `facts` for the reconstructor in the wildcards."""
         return self.facts(reconstructor=wildcards.reconstructor)
 
     def places(self) -> dict[str, str]:
@@ -265,12 +265,12 @@ class Experiment(Settings):
 
 
 def gpus_of(poses: str | Section) -> int:
-    """GPUs that finding poses takes."""
+    """Return the GPUs that finding poses takes."""
     return int(not isinstance(poses, str) and poses.get("gpu", False))
 
 
 def minutes_of(poses: str | Section) -> int:
-    """Minutes of reading a capture with its poses, or of finding them."""
+    """Return the minutes of reading a capture with its poses, or of finding them."""
     if poses in ("layout", "file"):
         return 30
     given = 0 if isinstance(poses, str) else poses.get("timeout", 0)

@@ -91,7 +91,7 @@ def leave() -> NoReturn:
 
 
 def function_of(rule: str, home: str | None = None) -> Callable[..., None]:
-    """The function of a rule: its own, or that of the stage of its name.
+    """Return the function of a rule: its own, or that of the stage of its name.
 
     Args:
         rule: name of a stage; words after it name a variant, as in `train_no_appearance`.

@@ -112,11 +112,11 @@ class Settings:
         return str(self.config["training"]["dataset"])
 
     def scenes(self, dataset: str, role: str) -> list[str]:
-        """Names of a dataset's scenes with a role, in order."""
+        """Return the names of a dataset's scenes with a role, in order."""
         return self.datasets.scenes(dataset, role)
 
     def with_role(self, role: str) -> list[Scene]:
-        """The scenes of all datasets with a role."""
+        """Return the scenes of all datasets with a role."""
         return [(d, scene) for d in self.datasets.entries for scene in self.scenes(d, role)]
 
     @cached_property
@@ -130,7 +130,7 @@ class Settings:
         return [f"{d}/{s}/draw{n}" for d, s in self.evaluation_scenes for n in range(count)]
 
     def searched_problems(self) -> list[str]:
-        """Problems of the labelled dataset's evaluation scenes that are searched, if any."""
+        """List the problems of the labelled dataset's evaluation scenes that are searched."""
         draws = range(self.config["oracle"]["draws"])
         scenes = self.scenes(self.trained, "evaluation")
         return [f"{self.trained}/{scene}/draw{n}" for scene in scenes for n in draws]
@@ -177,15 +177,15 @@ class Settings:
         return ceil(len(self.config["coverages"]) * most / self.config["label_jobs"])
 
     def scene_seed(self, wildcards: Any, *parts: object) -> int:
-        """A seed from the names of a scene and what it is for: adding a scene changes no other."""
+        """Return a seed from a scene's names and its use: adding a scene changes no other."""
         return name_seed(self.config["seed"], wildcards.dataset, wildcards.scene, *parts)
 
     def training_seed(self, wildcards: Any) -> int:
-        """The seed of a labelled scene's search."""
+        """Return the seed of a labelled scene's search."""
         return name_seed(self.config["seed"], self.trained, wildcards.scene)
 
     def draw_seeds(self, wildcards: Any) -> list[int]:
-        """The seeds of a scene's selections, one a draw."""
+        """Return the seeds of a scene's selections, one a draw."""
         return [self.scene_seed(wildcards, "select", n) for n in range(self.config["draws"])]
 
     def generated(self, dataset: str, scene: str) -> dict[str, Any] | None:
@@ -201,12 +201,12 @@ class Settings:
 
 
 def shipped(folder: Path, policy: str) -> str:
-    """The scorer of a policy that comes with the package, from the folder of the run."""
+    """Return the path of the scorer of a policy that comes with the package."""
     return os.path.relpath(folder / "src" / "fsel" / "selectors" / "weights" / FILES[policy])
 
 
 def _as_shipped(config: Section, there: Mapping[str, Section], folder: Path) -> dict[str, Any]:
-    """Sections of a configuration without `train` scenes: the scorers that ship are measured."""
+    """Return the sections that differ without `train` scenes: the shipped scorers are measured."""
     if any(roles_of(entry).get("train") for entry in config["datasets"].values()):
         return {}
     training = config["training"]
