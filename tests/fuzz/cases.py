@@ -30,32 +30,25 @@ class Case:
     Attributes:
         kind: one of `originals.KINDS`.
         seed: of all that is drawn.
-        kept: which of the damages are done; None for all.
-        changes: what is changed in place of what the seed says, see `changes`.
+        changes: what is changed in place of what the seed says, see `changes`; None for that.
     """
 
     kind: str
     seed: int
-    kept: tuple[int, ...] | None = None
-    changes: dict = field(default_factory=dict, hash=False)
-
-    @property
-    def damages(self):
-        """How many damages the seed says."""
-        return int(np.random.default_rng([self.seed, 1]).integers(1, 4))
+    changes: dict | None = field(default=None, hash=False)
 
     def damage(self, folder):
-        """Do them to the copy of an original."""
-        if self.changes:
+        """Damage the copy of an original."""
+        if self.changes is not None:
             changes.done(self.changes, folder)
             return
         place = folder / originals.BESIDE.get(self.kind, "capture")
-        for number in range(self.damages):
-            if self.kept is None or number in self.kept:
-                rng = np.random.default_rng([self.seed, 2, number])
-                files = _files(place)
-                if files:
-                    mutators.damage(files[rng.integers(len(files))], rng)
+        for number in range(np.random.default_rng([self.seed, 1]).integers(1, 4)):
+            rng = np.random.default_rng([self.seed, 2, number])
+            found = [place] if place.is_file() else place.rglob("*")
+            files = sorted(path for path in found if path.is_file() and not path.is_symlink())
+            if files:
+                mutators.damage(files[rng.integers(len(files))], rng)
 
 
 def run(case, original, work):
@@ -107,11 +100,6 @@ def _of_line(case, work):
     return wrong + ["the input was changed"] * (_digest(work / "capture") != before)
 
 
-def _files(place):
-    found = [place] if place.is_file() else place.rglob("*")
-    return sorted(path for path in found if path.is_file() and not path.is_symlink())
-
-
 def _remove(*paths):
     for path in paths:
         if path.is_dir():
@@ -129,18 +117,6 @@ def _digest(folder):
     return total.hexdigest()
 
 
-def shrunk(case, original, work):
-    """The case with as few of its damages as still go wrong."""
-    if case.kind == "lines":
-        return case
-    kept = list(range(case.damages))
-    for number in list(kept):
-        fewer = Case(case.kind, case.seed, tuple(n for n in kept if n != number))
-        if fewer.kept and run(fewer, original, work):
-            kept.remove(number)
-    return Case(case.kind, case.seed, tuple(kept))
-
-
 def entry(case, original, work):
     """A case as an entry of cases.json."""
     if case.kind == "lines":
@@ -152,11 +128,11 @@ def entry(case, original, work):
 
 
 def drawn(count, seed):
-    """Cases of all kinds in turn."""
+    """Return cases of all kinds in turn."""
     kinds = originals.KINDS
     return [Case(kinds[i % len(kinds)], seed + i) for i in range(count)]
 
 
 def stored(path):
     """Cases that went wrong once."""
-    return [Case(kind, seed, None, done) for kind, seed, done in json.loads(path.read_text())]
+    return [Case(kind, seed, done) for kind, seed, done in json.loads(path.read_text())]

@@ -7,11 +7,9 @@ Whole results are compared with those of a run that nobody killed.
 
 import argparse
 import hashlib
-import os
 import random
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -23,8 +21,9 @@ from small_captures import write_ring
 
 ROOT = Path(__file__).resolve().parents[2]
 TIMED = re.compile(r"seconds|peak_bytes")  # columns that no two runs share
-OTHERS = ("logs", "benchmarks", "data")  # data: what the captures are read from
-LEFT = re.compile(r"\.[^.]+\.\d+\..*")  # an unfinished file
+OTHERS = {"logs", "benchmarks", "data", "selection.json"}  # data: what captures are read from
+LEFT = re.compile(r"\.[^.]+\.\d+\..*|.*\.(journal|partial)")  # unfinished files
+SELECT = ["-m", "fsel", "select", "ring", "-k", "6", "--quiet", "--patience", "0", "-o", "out"]
 
 
 def main():
@@ -33,7 +32,6 @@ def main():
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workflow", action="store_true")
-    parser.add_argument("--shortest", type=float, default=2.0, help="seconds, of --workflow")
     parser.add_argument("--longest", type=float, default=20.0, help="seconds, of --workflow")
     parser.add_argument("targets", nargs="*", help="of --workflow; all by default")
     asked = parser.parse_args()
@@ -46,49 +44,39 @@ def main():
 def of_command(folder, asked, rng):
     """How many outputs were missing, half or other, or were left beside it."""
     write_ring(folder / "ring", frames=24)
-    out = folder / "out"
-    line = [sys.executable, "-m", "fsel", "select", str(folder / "ring"), "-k", "6", "--quiet"]
-    line += ["--patience", "0", "-o", str(out)]
-    subprocess.run(line, check=True)
-    line.append("--force")
+    line = [sys.executable, *SELECT, "--force"]
+    subprocess.run(line, cwd=folder, check=True)
     started = time.monotonic()
-    subprocess.run(line, check=True)
-    whole, took = of_folder(out), time.monotonic() - started
-    killed = differing = 0
+    subprocess.run(line, cwd=folder, check=True)
+    whole, took = of_folder(folder / "out"), time.monotonic() - started
+    differing = 0
     for _ in range(asked.kills):
-        process = subprocess.Popen(line, stderr=subprocess.DEVNULL)
-        time.sleep(rng.uniform(0.1, 0.9) * took)
-        process.kill()
-        killed += process.wait() == -signal.SIGKILL
-        differing += of_folder(out) != whole
-    subprocess.run(line, check=True)
-    left = sorted(path.name for path in folder.iterdir() if path.name not in ("ring", "out"))
-    print(f"{asked.kills} kills, {killed} in time; {differing} outputs missing or other; {left=}")
+        killed_after(line, folder, rng.uniform(0.1, 0.9) * took, subprocess.DEVNULL)
+        differing += of_folder(folder / "out") != whole
+    subprocess.run(line, cwd=folder, check=True)
+    left = {path.name for path in folder.iterdir()} - {"ring", "out"}
+    print(f"{asked.kills} kills; {differing} outputs missing or other; {left=}")
     return differing + len(left)
 
 
 def of_workflow(folder, asked, rng):
     """How many continued runs failed, or have other results than a run that nobody killed."""
     work = folder / "work"
-    started = time.monotonic()
     code, _ = continued(work, rng, asked, 0)
     whole = of_folder(work / "results")
-    took = time.monotonic() - started
-    print(f"undisturbed: code {code}, {len(whole)} files in {took:.0f} s", flush=True)
-    killed = runs = wrong = 0
+    print(f"undisturbed: code {code}, {len(whole)} files", flush=True)
+    killed = wrong = 0
     while killed < asked.kills:
         shutil.rmtree(work)
-        runs += 1
         code, kills = continued(work, rng, asked, asked.kills - killed)
         killed += kills
         found = of_folder(work / "results")
         other = sorted(n for n in whole.keys() | found.keys() if whole.get(n) != found.get(n))
-        left = leftovers(work)
+        left = [str(p) for p in (work / "results").rglob("*") if LEFT.fullmatch(p.name)]
         wrong += bool(code or other or left)
-        print(f"run {runs}: {code=}, {killed} kills so far, {other=}, {left=}", flush=True)
+        print(f"{code=}, {killed} kills so far, {other=}, {left=}", flush=True)
         if code:
             print((work / "said").read_text()[-3000:], flush=True)
-    print(f"{killed} kills in {runs} runs, {wrong} wrong")
     return wrong
 
 
@@ -99,27 +87,23 @@ def continued(work, rng, asked, kills):
     line += ["--workflow-profile", str(ROOT / "profiles" / "default"), *asked.targets]
     work.mkdir()
     for done in range(kills + 1):
+        seconds = rng.uniform(2, asked.longest) if done < kills else None
         with (work / "said").open("w") as said:
-            process = subprocess.Popen(
-                line, cwd=work, stdout=said, stderr=said, start_new_session=True
-            )
-        try:
-            seconds = rng.uniform(asked.shortest, asked.longest)
-            return process.wait(seconds if done < kills else None), done
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)  # its jobs too
-            process.wait()
-            subprocess.run([*line, "--unlock"], cwd=work, capture_output=True, check=True)
+            code = killed_after(line, work, seconds, said)
+        if code is not None:
+            return code, done
     raise AssertionError("the last run has no limit")
 
 
-def leftovers(work):
-    """What killed processes left in the results."""
-    return sorted(
-        str(path.relative_to(work))
-        for path in (work / "results").rglob("*")
-        if LEFT.fullmatch(path.name) or path.suffix in (".journal", ".partial")
-    )
+def killed_after(line, folder, seconds, said):
+    """Exit code of a command, or None where it was killed after some seconds."""
+    process = subprocess.Popen(line, cwd=folder, stdout=said, stderr=said)
+    try:
+        return process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    return None
 
 
 def of_folder(folder):
@@ -127,17 +111,14 @@ def of_folder(folder):
     found = {}
     for path in sorted(item for item in folder.rglob("*") if item.is_file()):
         name = path.relative_to(folder)
-        if set(name.parts) & set(OTHERS) or path.name == "selection.json":
+        if set(name.parts) & OTHERS:
             continue
         if path.suffix == ".parquet":
             table = pd.read_parquet(path)
-            kept = table[[column for column in table if not TIMED.search(column)]]
-            content = kept.to_json().encode()
-        elif path.suffix == ".pdf":  # PDF files tell when they were made
-            content = b""
+            content = table[[column for column in table if not TIMED.search(column)]].to_json()
         else:
-            content = path.read_bytes()
-        found[str(name)] = hashlib.sha256(content).hexdigest()
+            content = "" if path.suffix == ".pdf" else path.read_bytes().hex()  # PDFs have dates
+        found[str(name)] = hashlib.sha256(content.encode()).hexdigest()
     return found
 
 

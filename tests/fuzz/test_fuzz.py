@@ -46,4 +46,4 @@ def test_memory_is_what_the_command_took_and_not_what_the_process_held():
 
 def test_undamaged_captures_are_accepted(original, tmp_path):
     for layout in ("ring", "nerfstudio", "co3d"):
-        assert cases.run(cases.Case(layout, 0, ()), original, tmp_path / "work") == []
+        assert cases.run(cases.Case(layout, 0, {}), original, tmp_path / "work") == []
