@@ -17,7 +17,6 @@ from small_captures import record_of, state_orientation
 
 from fsel.captures.colmap.estimator import Estimator
 from fsel.captures.images import files as image_files
-from fsel.captures.images import heic
 from fsel.captures.images.video import Sampling
 from fsel.captures.taking import Source
 from fsel.cli import main, posing
@@ -176,7 +175,7 @@ def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, cap
 
 def test_photos_of_formats_that_are_not_read_are_named(cache, tmp_path, capsys, monkeypatch):
     (tmp_path / "IMG_1.HEIC").write_bytes(b"photo")
-    monkeypatch.setattr(heic, "readable", lambda: False)
+    monkeypatch.setattr(image_files, "reads_heic", lambda: False)
     assert run("info", tmp_path, "--poses", "colmap") == 1
     printed = capsys.readouterr().err
     said = "1 photo not read until converted to JPEG or PNG: IMG_1.HEIC. Hint: pip install 'fsel[h"

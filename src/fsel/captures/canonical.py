@@ -6,7 +6,7 @@ import logging
 import posixpath
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -136,27 +136,35 @@ def _opened(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Images, (N, 4) intrinsics, and masks or None, all at the working size."""
     lens_of = lru_cache(maxsize=LENSES)(partial(Lens, frame=_frame(raw, source, long_side)))
-    count, size, intrinsics, started = len(raw.names), None, [], time.perf_counter()
-    with (
-        image_files.ArrayFile(count, store / "images.npy" if store else None) as frames,
-        image_files.ArrayFile(count, store / "masks.npy" if store and raw.masks else None) as masks,
-    ):
-        for i, (file, camera) in enumerate(zip(raw.images, raw.cameras, strict=True)):
+    count, started = len(raw.names), time.perf_counter()
+    intrinsics, sizes = [], []
+
+    def lens_for(file: image_files.Image, at: int, image: np.ndarray) -> Lens:
+        lens = prepared(lens_of, raw.cameras[at], image, long_side, file)
+        sizes.append(lens.size)
+        check_same_size(file, lens.size, sizes[0])
+        return lens
+
+    def straight() -> Iterator[np.ndarray]:
+        for i, file in enumerate(raw.images):
             image = image_files.load_for(file, long_side)
-            lens = prepared(lens_of, camera, image, long_side, file)
-            size = size or lens.size
-            check_same_size(file, lens.size, size)
-            frames.append(lens.straighten(image))
+            lens = lens_for(file, i, image)
             intrinsics.append(lens.intrinsics)
-            if raw.masks:
-                mask = image_files.load_mask(raw.masks[i], raw.mask_values)
-                lens = prepared(lens_of, camera, mask, long_side, raw.masks[i])
-                check_same_size(raw.masks[i], lens.size, size)
-                masks.append(lens.straighten_mask(mask))
+            yield lens.straighten(image)
             if (i + 1) % PROGRESS == 0:
                 rate = (i + 1) / (time.perf_counter() - started)
                 log.info("%s: %d of %d frames, %.0f a second", source, i + 1, count, rate)
-    return frames.array(), np.array(intrinsics), masks.array() if raw.masks else None
+
+    def straight_masks() -> Iterator[np.ndarray]:
+        for i, file in enumerate(raw.masks or ()):
+            mask = image_files.load_mask(file, raw.mask_values)
+            yield lens_for(file, i, mask).straighten_mask(mask)
+
+    images = image_files.stacked(straight(), count, store and store / "images.npy")
+    if not raw.masks:
+        return images, np.array(intrinsics), None
+    masks = image_files.stacked(straight_masks(), count, store and store / "masks.npy")
+    return images, np.array(intrinsics), masks
 
 
 def _frame(raw: RawCapture, source: str, long_side: int) -> tuple[int, int] | None:

@@ -13,7 +13,7 @@ import numpy as np
 from fsel.captures.colmap.failures import STANDS
 from fsel.captures.colmap.runs import Work
 from fsel.captures.images import files as image_files
-from fsel.captures.images import heic, orientation, video
+from fsel.captures.images import video
 from fsel.captures.quality import duplicates
 from fsel.core.files import write_text
 from fsel.core.wording import counted
@@ -164,12 +164,12 @@ def _put(source: Source, folder: Path, work: Work, say: Say) -> list[str]:
     for file in work.watch("photos")(source.photos, len(source.photos)):
         place = folder / photo_name(file)
         place.unlink(missing_ok=True)
-        if heic.is_heic(file):
-            heic.write_jpeg(file, place, image_files.QUALITY)
-        elif orientation.of_file(file) == orientation.UPRIGHT:
-            place.symlink_to(file.resolve())
+        turn = image_files.orientation(file) != 1
+        if turn or image_files.is_heic(file):
+            image_files.write_photo(file, place, upright=True)
         else:
-            image_files.write_upright(file, place)
+            place.symlink_to(file.resolve())
+        if turn:
             turned.append(source.named(file.name))
     if turned:
         how = f"as their EXIF says; JPEGs encoded again at quality {image_files.QUALITY}"
@@ -179,4 +179,4 @@ def _put(source: Source, folder: Path, work: Work, say: Say) -> list[str]:
 
 def photo_name(file: Path) -> str:
     """Name in the capture; beside IMG_1.HEIC phones keep an IMG_1.JPG."""
-    return f"{file.name}.jpg" if heic.is_heic(file) else file.name
+    return f"{file.name}.jpg" if image_files.is_heic(file) else file.name

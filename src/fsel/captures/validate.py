@@ -11,7 +11,6 @@ import numpy as np
 from fsel.captures.canonical import check_same_size, in_order
 from fsel.captures.colmap.undistortion import common_frame, working_size
 from fsel.captures.images import files as image_files
-from fsel.captures.images import headers
 from fsel.captures.images.previews import in_turn
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.poses.agreement import Agreement, measure
@@ -101,10 +100,10 @@ def check_images(raw: RawCapture, long_side: int) -> None:
     if missing is not None:  # before any is opened: a capture may have a million
         count = sum(not file.is_file() for file, _ in files)
         raise ValueError(
-            f"{headers.shown(missing)}: image file is missing ({count} in all). Hint: "
+            f"{missing}: image file is missing ({count} in all). Hint: "
             "`skip_unreadable` (--skip-unreadable) leaves such frames out"
         )
-    sizes = in_turn(lambda at: headers.check(files[at][0]), [file for file, _ in files])
+    sizes = in_turn(lambda at: image_files.size_of(files[at][0]), [file for file, _ in files])
     first = frame = common_frame(raw.cameras, long_side)
     for (file, camera), size in zip(files, sizes, strict=True):
         try:

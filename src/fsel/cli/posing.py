@@ -18,7 +18,7 @@ from fsel.captures.colmap.bindings import pycolmap
 from fsel.captures.colmap.estimator import Estimator, checked, found_by
 from fsel.captures.colmap.runs import MIN_PLACED, Work
 from fsel.captures.images import files as image_files
-from fsel.captures.images import heic, video
+from fsel.captures.images import video
 from fsel.captures.images.previews import check_pixels
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
@@ -33,7 +33,7 @@ from fsel.core.wording import counted
 
 CAPTURE, FOUND = "capture", "poses.json"
 SHOWN = 8  # names of frames that were not placed
-UNREAD = (*heic.ENDINGS, ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
+UNREAD = (*image_files.HEIC, ".avif", ".webp", ".tif", ".tiff", ".bmp", ".dng")  # not for COLMAP
 TIMES = 3  # frames that a video is thinned to, for each that is to be picked of it
 KEPT = "what was found so far is kept, and the same command goes on from there"
 MADE = 4  # of what is kept: counted up where the same files are placed otherwise than before
@@ -209,7 +209,7 @@ def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Pa
     if not source.is_dir():
         why = "is neither a video nor a folder of photos" if source.exists() else "no such folder"
         raise ValueError(f"{source}: {why}")
-    readable = (*bare.ENDINGS, *heic.ENDINGS) if heic.readable() else bare.ENDINGS
+    readable = (*bare.ENDINGS, *image_files.HEIC) if image_files.reads_heic() else bare.ENDINGS
     files = bare.find(source, readable)
     if args.skip_unreadable:
         faults = {file.name: image_files.fault(file) for file in files}
@@ -217,7 +217,11 @@ def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Pa
         files = [file for file in files if not faults[file.name]]
     there = [file for file in source.iterdir() if file.suffix.lower() not in readable]
     if other := sorted(file.name for file in there if file.suffix.lower() in UNREAD):
-        hint = f". Hint: {heic.EXTRA}" if any(heic.is_heic(Path(name)) for name in other) else ""
+        hint = (
+            f". Hint: {image_files.HEIC_HINT}"
+            if any(image_files.is_heic(Path(name)) for name in other)
+            else ""
+        )
         console.warn(
             f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: "
             f"{', '.join(other[:SHOWN])}{hint}"

@@ -17,7 +17,7 @@ from fsel.captures.colmap import features, pairs
 from fsel.captures.colmap.bindings import pycolmap
 from fsel.captures.colmap.estimator import Estimator, checked, named
 from fsel.captures.images import files as image_files
-from fsel.captures.images.headers import Size
+from fsel.captures.images.files import Size
 from fsel.captures.images.previews import Progress, in_silence
 
 THREADS = 1  # with more, COLMAP gives other bytes each time

@@ -1,21 +1,34 @@
-"""Images in files and videos: opening, writing, and storing them as one array."""
+"""Images in files and videos: sizes, pixels, orientation, and how they are written."""
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from threading import Lock
-from types import TracebackType
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import cv2
 import numpy as np
 
-from fsel.captures.images import headers, heic, orientation
 from fsel.core.files import atomic, mapped_array
 
+if TYPE_CHECKING:
+    from PIL.Image import Image as Photo
+
+FORMATS = ("JPEG", "PNG", "BMP", "WEBP", "TIFF", "HEIF")
+HEIC = (".heic", ".heif")
+HEIC_HINT = "pip install 'fsel[heic]'"
+JPEG = (".jpg", ".jpeg")
+ENDS = {b"\xff\xd8": b"\xff\xd9", b"\x89P": b"IEND"}  # of JPEG and PNG, by their first bytes
+TAIL = 1024  # last bytes that hold the end: some cameras write more behind it
+ORIENTATION = 0x0112  # EXIF's tag of the turn that a photo is to be shown with; 1 for none
 COLOR = {
     1: cv2.IMREAD_COLOR,
     2: cv2.IMREAD_REDUCED_COLOR_2,
@@ -24,7 +37,6 @@ COLOR = {
 }
 """By what the sides are divided by: how OpenCV decodes an image."""
 HUGE = 1 << 25  # pixels from which a JPEG is decoded at a reduced size
-JPEG = (".jpg", ".jpeg")
 QUALITY = 97  # of JPEGs that are written
 ENCODING = {
     ".png": [cv2.IMWRITE_PNG_COMPRESSION, 1],
@@ -34,6 +46,7 @@ HINT = (
     ". Hint: `skip_unreadable` (--skip-unreadable) leaves such frames out; `fsel select` also "
     "leaves those that --never names"
 )
+Size = tuple[int, int]
 
 
 class Video:
@@ -46,7 +59,7 @@ class Video:
         self._lock = Lock()
 
     def read(self, index: int) -> np.ndarray:
-        """(h, w, 3) uint8 RGB of the frame at `index`.
+        """Return the (h, w, 3) uint8 RGB frame at `index`.
 
         Raises:
             ValueError: when the video cannot be opened or ends before.
@@ -84,13 +97,77 @@ class VideoFrame:
 Image = Path | VideoFrame
 
 
+@contextmanager
+def opened(path: Path, content: BinaryIO | None = None) -> Iterator[Photo]:
+    """Open an image by Pillow, which reads its header; errors in the block name the file.
+
+    Args:
+        path: of the file.
+        content: of it, where it was read already.
+
+    Raises:
+        ValueError: for a file that is missing, empty, cut short, damaged, of another format, or
+            larger than `PIL.Image.MAX_IMAGE_PIXELS` allows.
+    """
+    from PIL import Image  # here: not every command looks at images
+
+    warnings.filterwarnings("ignore", module=r"PIL\.")  # of EXIF that is damaged, and the like
+    if is_heic(path):
+        import_module("pillow_heif").register_heif_opener()
+    if not path.is_file():
+        raise ValueError(f"{path}: image file is missing")
+    with content or path.open("rb") as file:
+        start, length = file.read(2), file.seek(0, os.SEEK_END)
+        if not length:
+            raise ValueError(f"{path}: image file is empty (0 bytes)")
+        file.seek(max(0, length - TAIL))
+        if ENDS.get(start, b"") not in file.read():  # decoders fill what lacks with grey
+            raise ValueError(f"{path}: image file is truncated ({length} bytes)")
+        try:
+            with Image.open(file, formats=FORMATS) as photo:
+                yield photo
+        except Exception as error:  # what Pillow raises for damaged files is of many kinds
+            raise ValueError(f"{path}: not a readable image ({error}){HINT}") from error
+
+
+def size_of(source: Image) -> Size:
+    """Return (width, height) of the stored pixels; that of a file is read from its header.
+
+    Raises:
+        ValueError: see `opened`.
+    """
+    if isinstance(source, VideoFrame):
+        height, width = source.video.read(source.index).shape[:2]
+        return width, height
+    with opened(source) as photo:
+        return photo.size
+
+
+def orientation(file: Path) -> int:
+    """Return the turn that a photo's EXIF asks for, 1 to 8; 1 where it asks for none.
+
+    Raises:
+        ValueError: see `opened`.
+    """
+    with opened(file) as photo:
+        return _orientation(photo)
+
+
+def _orientation(photo: Photo) -> int:
+    try:
+        value = photo.getexif().get(ORIENTATION, 1)
+    except Exception:  # damaged EXIF asks for none
+        return 1
+    return value if value in range(1, 9) else 1
+
+
 def load(source: Image, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
-    """(h, w, 3) uint8 RGB image, or (h, w) grey where `flags`, OpenCV's of a file, say so.
+    """Read an (h, w, 3) uint8 RGB image, or (h, w) grey where OpenCV's `flags` say so.
 
     Pixels are as the file stores them: cameras describe those, before any turn that EXIF asks for.
 
     Raises:
-        ValueError: for a missing, empty or truncated file, named.
+        ValueError: see `opened`, and for pixels that no decoder takes.
     """
     if isinstance(source, VideoFrame):
         image = source.video.read(source.index)
@@ -100,38 +177,23 @@ def load(source: Image, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
 
 
 def load_for(source: Image, long_side: int) -> np.ndarray:
-    """(h, w, 3) uint8 RGB image for one whose longer side has `long_side` pixels.
+    """Read an (h, w, 3) uint8 RGB image for one whose longer side has `long_side` pixels.
 
     A JPEG of more than 33 million pixels is decoded at a half, a quarter or an eighth of its size
     where that still is twice the size to come: an eighth of a panorama of 160 million pixels takes
     8 MB in place of 480. Other formats are decoded whole.
-
-    Raises:
-        ValueError: see `load`.
     """
     if isinstance(source, VideoFrame) or source.suffix.lower() not in JPEG:
         return load(source)
-    width, height = headers.check(source)
+    width, height = size_of(source)
     if width * height <= HUGE:
         return load(source)
     return load(source, COLOR[reduction(max(width, height), 2 * long_side)])
 
 
 def reduction(longest: int, side: int) -> int:
-    """The largest key of `COLOR` that leaves `side` of an image's `longest` pixels."""
+    """Return the largest key of `COLOR` that leaves `side` of an image's `longest` pixels."""
     return max(factor for factor in COLOR if factor == 1 or longest // factor >= side)
-
-
-def size_of(source: Image) -> headers.Size:
-    """(width, height) of an image in pixels; that of a file is read from its header.
-
-    Raises:
-        ValueError: see `load`.
-    """
-    if isinstance(source, VideoFrame):
-        height, width = source.video.read(source.index).shape[:2]
-        return width, height
-    return headers.check(source)
 
 
 def check_pixels(file: Path) -> None:
@@ -140,23 +202,19 @@ def check_pixels(file: Path) -> None:
     Raises:
         ValueError: see `load`.
     """
-    if heic.is_heic(file):
-        heic.load(file)
+    if is_heic(file):
+        with opened(file) as photo:
+            photo.load()
         return
     small = file.suffix.lower() in JPEG
     load(file, cv2.IMREAD_REDUCED_GRAYSCALE_8 if small else cv2.IMREAD_COLOR)
 
 
 def fault(image: Image) -> str:
-    """Fault that `headers.check` or `check_pixels` find in an image file, without its name.
-
-    Nothing where it is sound, or for a frame of a video, which is left to the decoder.
-    """
+    """Return the fault of an image file, without its name; empty for a sound one or a video's."""
     if isinstance(image, VideoFrame):
         return ""
     try:
-        if not heic.is_heic(image):
-            headers.check(image)
         check_pixels(image)
     except ValueError as error:
         return str(error).removeprefix(f"{image}: ").removesuffix(HINT)
@@ -166,10 +224,10 @@ def fault(image: Image) -> str:
 
 
 def load_mask(source: Image, values: tuple[int, int]) -> np.ndarray:
-    """(h, w) bool: where a mask's first channel lies within `values`, both included.
+    """Return (h, w) bool: where a mask's first channel lies within `values`, both included.
 
     Raises:
-        ValueError: for a missing, empty or truncated file, named.
+        ValueError: see `load`.
     """
     if isinstance(source, VideoFrame):
         grey = source.video.read(source.index)[..., 0]
@@ -180,11 +238,11 @@ def load_mask(source: Image, values: tuple[int, int]) -> np.ndarray:
 
 
 def _decoded(path: Path, flags: int) -> np.ndarray:
-    if not path.is_file():
-        raise ValueError(f"{headers.shown(path)}: image file is missing")
-    content = path.read_bytes()
-    if headers.opened(BytesIO(content), path).format == "TIFF":
-        content = orientation.taken_out(content, path)  # OpenCV turns it whatever the flags say
+    content = path.read_bytes() if path.is_file() else b""
+    with opened(path, BytesIO(content)) as photo:
+        turned = photo.format == "TIFF" and _orientation(photo) != 1
+    if turned:  # OpenCV and Pillow turn it whatever they are told, and cameras describe the rest
+        raise ValueError(f"{path}: a TIFF that asks for a turn. Hint: save it upright, without")
     try:
         pixels = np.frombuffer(content, np.uint8)
         image = cv2.imdecode(pixels, flags | cv2.IMREAD_IGNORE_ORIENTATION)
@@ -195,6 +253,16 @@ def _decoded(path: Path, flags: int) -> np.ndarray:
             f"{path}: not a readable image: its {len(content)} bytes cannot be decoded{HINT}"
         )
     return image
+
+
+def is_heic(path: Path) -> bool:
+    """Return whether a path has the ending of a photo as phones keep them."""
+    return path.suffix.lower() in HEIC
+
+
+def reads_heic() -> bool:
+    """Return whether the package that reads such photos is installed."""
+    return find_spec("pillow_heif") is not None
 
 
 def write(frames: np.ndarray, folder: Path, names: list[str]) -> None:
@@ -211,61 +279,43 @@ def write(frames: np.ndarray, folder: Path, names: list[str]) -> None:
         path.write_bytes(content.tobytes())
 
 
-def write_upright(file: Path, place: Path) -> None:
-    """Write a photo turned as its EXIF asks, under a name of the same ending.
+def write_photo(file: Path, place: Path, *, upright: bool) -> None:
+    """Write a photo again whose EXIF asks for no turn, a JPEG at quality 97.
 
-    A JPEG is encoded again at quality 97. The EXIF is kept, with orientation 1: COLMAP guesses
-    focal lengths by it.
+    The rest of the EXIF is kept: COLMAP guesses focal lengths by it.
+
+    Args:
+        file: the photo, of whatever format.
+        place: whose ending is the format to write.
+        upright: turn the pixels as the EXIF asks; else they stay as they are stored.
 
     Raises:
-        ValueError: see `load`.
+        ValueError: see `opened`.
     """
-    from PIL import Image, ImageOps  # here: most photos are upright
+    from PIL import ImageOps
 
-    photo = Image.fromarray(np.ascontiguousarray(load(file)))
-    photo.getexif()[orientation.ORIENTATION] = orientation.of_file(file)
-    upright = ImageOps.exif_transpose(photo)
-    upright.save(place, quality=QUALITY, exif=orientation.upright_exif(file))
+    with opened(file) as photo:
+        image = ImageOps.exif_transpose(photo) if upright else photo.copy()
+        exif = image.getexif()
+    if ORIENTATION in exif:
+        del exif[ORIENTATION]
+    image = image.convert("RGB") if is_heic(file) else image
+    image.save(place, quality=QUALITY, exif=exif)
 
 
-class ArrayFile:
-    """(count, ...) array that is filled item by item: in memory, or on disk as a .npy file.
+def stacked(items: Iterator[np.ndarray], count: int, path: Path | None) -> np.ndarray:
+    """Return `count` arrays of one shape and type as one: in memory, or a map of a .npy file.
 
-    On disk the items are appended, so that memory holds one of them whatever their number; the
-    file appears under its name when the block ends without an error.
+    On disk they are appended, so that memory holds one of them whatever their number.
     """
-
-    def __init__(self, count: int, path: Path | None) -> None:
-        self._count, self._path = count, path
-        self._items: list[np.ndarray] = []
-        self._file: BinaryIO | None = None
-        self._stack = ExitStack()
-
-    def __enter__(self) -> ArrayFile:
-        if self._path is not None:
-            partial = self._stack.enter_context(atomic(self._path))
-            self._file = self._stack.enter_context(partial.open("wb"))
-        return self
-
-    def append(self, item: np.ndarray) -> None:
-        """Store the next item; all share one shape and type."""
-        if self._file is None:
-            self._items.append(item)
-            return
-        if not self._file.tell():
-            header = {
-                "descr": np.lib.format.dtype_to_descr(item.dtype),
-                "fortran_order": False,
-                "shape": (self._count, *item.shape),
-            }
-            np.lib.format.write_array_header_1_0(self._file, header)
-        self._file.write(np.ascontiguousarray(item).data)
-
-    def __exit__(
-        self, kind: type | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stack.__exit__(kind, error, trace)
-
-    def array(self) -> np.ndarray:
-        """All items, after the block: an array, or a read-only map of the file."""
-        return np.stack(self._items) if self._path is None else mapped_array(self._path)
+    if path is None:
+        return np.stack(list(items))
+    with atomic(path) as partial, partial.open("wb") as file:
+        for item in items:
+            if not file.tell():
+                descr = np.lib.format.dtype_to_descr(item.dtype)
+                shape = (count, *item.shape)
+                header = {"descr": descr, "fortran_order": False, "shape": shape}
+                np.lib.format.write_array_header_1_0(file, header)
+            file.write(np.ascontiguousarray(item).data)
+    return mapped_array(path)

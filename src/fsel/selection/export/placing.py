@@ -11,7 +11,6 @@ import numpy as np
 
 from fsel.captures.colmap.undistortion import Lens, is_straight
 from fsel.captures.images import files as image_files
-from fsel.captures.images import orientation
 from fsel.captures.layouts.contract import RawCapture
 from fsel.selection.focus import load_white, mask_file
 
@@ -54,9 +53,9 @@ def place(
         file: the image.
         path: below a folder that may not be there yet.
         link: as a hard link where the file system has them; else as a copy, which shares its
-            blocks with the original where the file system can. A file whose EXIF asks for a turn
-            is copied without that word, since cameras describe the pixels as they are stored and
-            some trainers would turn them.
+            blocks with the original where the file system can. A photo whose EXIF asks for a turn
+            is encoded again without that word, since cameras describe the pixels as they are
+            stored and some trainers would turn them.
         size: (width, height) that it is reduced to; None as it is.
         lens: undistorts it to that size; None to keep its distortion.
     """
@@ -68,8 +67,8 @@ def place(
             image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
         image_files.write(image[None], path.parent, [path.name])
         return
-    if orientation.of_file(file) != orientation.UPRIGHT:
-        path.write_bytes(orientation.taken_out(file.read_bytes(), file))
+    if image_files.orientation(file) != 1:
+        image_files.write_photo(file, path, upright=False)
         return
     if link:
         try:

@@ -1,4 +1,4 @@
-"""Images' headers: sizes without decoding, bounds, and what a decoder would refuse."""
+"""Image files: sizes without decoding, bounds, and what a decoder would refuse."""
 
 import struct
 import zlib
@@ -9,7 +9,6 @@ import pytest
 from small_captures import write_ring
 
 from fsel.captures.images import files as image_files
-from fsel.captures.images import headers
 from fsel.captures.read import read_capture
 
 SHOT = np.random.default_rng(0).integers(0, 255, (24, 40, 3), dtype=np.uint8)
@@ -21,20 +20,12 @@ def encoded(ending, shot=SHOT, settings=()):
 
 def check(content, folder, name="a.img"):
     (folder / name).write_bytes(content)
-    return headers.check(folder / name)
+    return image_files.size_of(folder / name)
 
 
 @pytest.mark.parametrize("ending", [".png", ".jpg", ".bmp", ".tiff", ".webp"])
 def test_the_size_of_every_format(ending, tmp_path):
     assert check(encoded(ending), tmp_path) == (40, 24)
-
-
-def test_both_kinds_of_webp(tmp_path):
-    for quality in (50, 101):  # beyond 100 it is lossless
-        assert check(encoded(".webp", settings=[cv2.IMWRITE_WEBP_QUALITY, quality]), tmp_path) == (
-            40,
-            24,
-        )
 
 
 @pytest.mark.parametrize("ending", [".png", ".jpg"])
@@ -48,7 +39,7 @@ def test_a_file_cut_short_is_named(ending, share, tmp_path):
 def test_a_jpeg_starts_with_a_marker(tmp_path):
     """Decoders know it by its first three bytes."""
     content = encoded(".jpg")
-    with pytest.raises(ValueError, match=r"not a readable image.*allowed: JPEG, PNG"):
+    with pytest.raises(ValueError, match=r"a\.img: not a readable image"):
         check(content[:2] + b"h" + content[3:], tmp_path)
 
 
@@ -76,25 +67,13 @@ def test_what_a_header_claims_is_bounded_before_decoding(claimed, side, tmp_path
     monkeypatch.setattr(cv2, "imdecode", lambda *_: pytest.fail("it was decoded"))
     path = tmp_path / "a.img"
     path.write_bytes(claimed(side, side))
-    said = rf"a\.img: image of {side}x{side} pixels; allowed: 160,000,000.*FSEL_MAX_PIXELS"
     for read in (
-        headers.check,
+        image_files.size_of,
         image_files.load,
         lambda file: image_files.load_mask(file, (1, 255)),
     ):
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=rf"a\.img: .*{side**2} pixels"):
             read(path)
-
-
-def test_the_bound_is_the_environment_s(tmp_path, monkeypatch):
-    monkeypatch.setenv("FSEL_MAX_PIXELS", "959")
-    with pytest.raises(ValueError, match="40x24 pixels; allowed: 959"):
-        check(encoded(".png"), tmp_path)
-    monkeypatch.setenv("FSEL_MAX_PIXELS", "960")
-    assert check(encoded(".png"), tmp_path) == (40, 24)
-    monkeypatch.setenv("FSEL_MAX_PIXELS", "many")
-    with pytest.raises(ValueError, match="FSEL_MAX_PIXELS is 'many'"):
-        check(encoded(".png"), tmp_path)
 
 
 def flipped(content, until):
