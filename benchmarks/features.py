@@ -24,8 +24,8 @@ from fsel.captures.colmap.runs import Part, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.poses import sfm
-from fsel.captures.poses.errors import pose_errors
-from fsel.captures.poses.repeated import repeated
+from fsel.captures.poses.agreement import pose_errors
+from fsel.captures.poses.placement import repeated
 from fsel.captures.read import read_raw
 
 NOISE = 2.0

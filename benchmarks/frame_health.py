@@ -37,7 +37,7 @@ from fsel.captures.images.previews import sharpness_of_files
 from fsel.captures.images.sharpness import variance_of_laplacian
 from fsel.captures.layouts import LAYOUTS
 from fsel.captures.lazy import LazyCapture, open_capture
-from fsel.captures.quality import blur, findings
+from fsel.captures.quality import findings, photometry
 from fsel.captures.quality.cells import Cells, measured, sharpness
 from fsel.captures.quality.examination import examined
 from fsel.core.capture import Capture
@@ -142,9 +142,10 @@ class Film:
         cell = cells.at(self.pixels, np.ones(len(self.pixels)))
         detail = sharpness(cells)
         ratios = [
-            blur.beside(detail, self.near) / blur.BESIDE,
-            blur.of_capture(detail) / blur.OF_CAPTURE,
-            blur.at_points(cells, cell, points.track_point, points.track_frame) / blur.AT_POINTS,
+            photometry.blur_beside(detail, self.near) / photometry.BESIDE,
+            photometry.blur_in_capture(detail) / photometry.OF_CAPTURE,
+            photometry.blur_at_points(cells, cell, points.track_point, points.track_frame)
+            / photometry.AT_POINTS,
         ]
         beside = old[self.near].max(axis=1) / np.maximum(old, 1e-9) / 2.5
         return np.stack([np.fmax.reduce(ratios), beside], axis=1)[rows]

@@ -17,7 +17,7 @@ import numpy as np
 from fsel.captures.colmap.estimator import checked
 from fsel.captures.colmap.runs import Work
 from fsel.captures.poses import sfm
-from fsel.captures.poses.errors import pose_errors
+from fsel.captures.poses.agreement import pose_errors
 from fsel.captures.read import read_raw
 from fsel.core.limits import cores
 

@@ -16,7 +16,7 @@ import numpy as np
 from PIL import Image
 
 import fsel
-from fsel.captures.images.film import captioned, levels
+from fsel.captures.images.video import captioned, levels
 from fsel.core.capture import Capture
 from fsel.selection.flights import flight
 

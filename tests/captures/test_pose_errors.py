@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, random_capture
 
-from fsel.captures.poses.errors import pose_errors
+from fsel.captures.poses.agreement import pose_errors
 
 OCTAHEDRON = np.concatenate([np.eye(3), -np.eye(3)])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsel.captures.poses.repeated import apart, doubt
+from fsel.captures.poses.placement import apart, doubt
 
 
 def test_sets_are_apart_by_their_turns_in_any_worlds():

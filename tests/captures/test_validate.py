@@ -243,5 +243,5 @@ def test_counts_of_rigs_and_frames_are_checked_against_the_file(name, tmp_path):
     at = {"rigs.bin": 12, "frames.bin": 72}[name]  # how many sensors, how many data
     content[at : at + 4] = b"\xff\xff\xff\x7f"
     path.write_bytes(content)
-    with pytest.raises(ValueError, match=rf"{name}: cut short or damaged"):
+    with pytest.raises(ValueError, match="sparse/0: not a readable COLMAP model"):
         read_capture(tmp_path)

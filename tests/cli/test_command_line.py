@@ -27,7 +27,7 @@ sys.exit(main(["info", "nowhere"]))
 
 
 # before, amid and after the import of pycolmap, which takes the signal TERM to itself
-@pytest.mark.parametrize("module", ["fsel.cli.parser", "numpy", "fsel.captures.validate"])
+@pytest.mark.parametrize("module", ["fsel.cli.parser", "numpy", "fsel.captures.read"])
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_amid_imports_is_one_line(number, code, module):
     script = STOPPED.replace("NUMBER", str(int(number))).replace("MODULE", module)

@@ -15,8 +15,7 @@ from fsel.captures.images.previews import Progress, in_silence, in_turn
 from fsel.captures.layouts import LAYOUTS
 from fsel.captures.layouts.contract import Layout, RawCapture
 from fsel.captures.poses.agreement import Agreement
-from fsel.captures.read import read_raw
-from fsel.captures.validate import sample, validated
+from fsel.captures.read import read_raw, sample, validated
 from fsel.core.capture import Capture
 from fsel.core.limits import MAX_ERROR
 from fsel.core.points import RawPoints
@@ -138,7 +137,7 @@ def open_capture(
         path: its folder.
         layout: a key of `LAYOUTS`, or `auto` to recognise it.
         long_side: pixels of the longer side of images that are opened later.
-        max_error, skip_unreadable: see `fsel.captures.validate.validated`.
+        max_error, skip_unreadable: see `fsel.captures.read.validated`.
 
     Raises:
         FileNotFoundError: when the folder or its model is not there.

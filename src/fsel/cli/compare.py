@@ -10,8 +10,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from fsel.captures.images.film import captioned
 from fsel.captures.images.previews import jpeg, sharpness_among
+from fsel.captures.images.video import captioned
 from fsel.captures.quality.findings import BLURRED
 from fsel.cli import posing
 from fsel.cli.console import Console

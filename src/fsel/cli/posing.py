@@ -14,7 +14,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from fsel.captures.colmap import features
-from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import Estimator, checked, found_by
 from fsel.captures.colmap.runs import MIN_PLACED, Work
 from fsel.captures.images import files as image_files
@@ -23,7 +23,7 @@ from fsel.captures.images.previews import check_pixels
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.captures.poses import placement
-from fsel.captures.poses.repeated import doubt
+from fsel.captures.poses.placement import doubt
 from fsel.captures.taking import Source
 from fsel.cli.console import Console
 from fsel.core.files import cache, write_text

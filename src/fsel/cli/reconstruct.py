@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from fsel.captures.images.film import captioned, levels
+from fsel.captures.images.video import captioned, levels
 from fsel.cli import posing
 from fsel.cli.console import Console
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted

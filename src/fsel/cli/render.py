@@ -12,7 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.captures.images import film
+from fsel.captures.images.video import captioned, levels, write_video
 from fsel.captures.lazy import LazyCapture
 from fsel.cli import posing
 from fsel.cli.console import Console
@@ -82,7 +82,7 @@ def _rendered(
     rows = []
     for t, name in enumerate(console.bar("rendering")(*_names(opened, targets))):
         image = model.render(targets.views.subset(slice(t, t + 1)))
-        cv2.imwrite(str(folder / f"{name}.png"), film.levels(image[0])[..., ::-1])
+        cv2.imwrite(str(folder / f"{name}.png"), levels(image[0])[..., ::-1])
         row: dict[str, str | float] = {"view": name}
         if truth is not None:
             scores = score_views(image, np.asarray(truth[t : t + 1]), None, metrics)[0]
@@ -135,7 +135,7 @@ def render_video(args: argparse.Namespace, console: Console, record: dict) -> No
         views = flight(capture, args.targets, count, long_side)
         started = time.perf_counter()
         rows = console.bar("rendering")(range(len(views)), len(views))
-        film.write(stage, _frames(models, views, rows), RATE)
+        write_video(stage, _frames(models, views, rows), RATE)
         each = (time.perf_counter() - started) / len(views)
     width, height = views.size
     said = f"{len(views)} frames of {len(models)} x {width}x{height}, {each:.2f} s each"
@@ -148,7 +148,7 @@ def _frames(models: dict[str, GaussianModel], views: Views, rows) -> Iterator[np
     """Yield every view of each model, side by side; captions tell two apart."""
     for row in rows:
         view = views.subset(slice(row, row + 1))
-        panels = {name: film.levels(model.render(view)[0]) for name, model in models.items()}
+        panels = {name: levels(model.render(view)[0]) for name, model in models.items()}
         if len(panels) > 1:
-            panels = {name: film.captioned(image, name) for name, image in panels.items()}
+            panels = {name: captioned(image, name) for name, image in panels.items()}
         yield np.hstack(list(panels.values()))

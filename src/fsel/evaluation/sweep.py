@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from fsel.captures.layouts import protocol
+from fsel.captures.layouts import dl3dv
 from fsel.core.files import read_table
 from fsel.evaluation.summary import ALL_DATASETS, ALL_FRAMES, draw_means
 from fsel.selectors.baselines import FURTHER, METHODS, PAPER
@@ -20,7 +20,7 @@ LABELS = {**BASELINES, **LEARNED}
 PLAIN = {**BASELINES, **{name: policy.label for name, policy in POLICIES.items()}}
 """Labels for figures: no command of LaTeX."""
 REFERENCES = {
-    protocol.NAME: protocol.LABEL,
+    dl3dv.LISTED: dl3dv.LISTED_LABEL,
     "search": r"\textit{Genetic search}",
     "random_search": r"\textit{Random search}",
     "all": METHODS["all"].label,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from fsel.captures.layouts.protocol import read_protocol
+from fsel.captures.layouts.dl3dv import read_protocol
 from fsel.core.files import File, Files, read_columns, stacked, write_table
 from fsel.core.problem import Problem
 from fsel.evaluation import measuring

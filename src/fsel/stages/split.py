@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from fsel.captures.layouts.protocol import read_protocol
+from fsel.captures.layouts.dl3dv import read_protocol
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_table
 from fsel.core.split import evaluation_split, partition
@@ -27,7 +27,7 @@ def split(
     Args:
         splits: one a draw, see `fsel.core.split.Split.table`.
         targets: how many target views a draw.
-        protocol: `file`, `scene` and `folder` of `fsel.captures.layouts.protocol`; empty for none.
+        protocol: `file`, `scene` and `folder` of `fsel.captures.layouts.dl3dv`; empty for none.
     """
     capture = Capture.load(folder)
     for draw, output in enumerate(splits):

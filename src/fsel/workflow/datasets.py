@@ -158,7 +158,7 @@ class Datasets:
         return reading
 
     def protocol(self, dataset: str, scene: str) -> dict[str, str]:
-        """Return arguments of `fsel.captures.layouts.protocol.read_protocol`, if there is one."""
+        """Return arguments of `fsel.captures.layouts.dl3dv.read_protocol`, if there is one."""
         file = self.entries[dataset].get("protocol")
         if not file:
             return {}

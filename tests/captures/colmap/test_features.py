@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from fsel.captures.colmap import features, runs
 from fsel.captures.colmap.runs import Part, Work, work_of
-from fsel.captures.poses.errors import pose_errors
+from fsel.captures.poses.agreement import pose_errors
 from fsel.captures.read import read_folder
 from fsel.cli import main
 from fsel.core import packages

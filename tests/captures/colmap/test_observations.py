@@ -7,7 +7,7 @@ import numpy as np
 import pycolmap
 import pytest
 
-from fsel.captures.colmap.observations import observed, points_of
+from fsel.captures.colmap.model import observed, points_of
 from fsel.captures.layouts.colmap import load_model
 
 CAPTURES = Path(__file__).parents[4] / "shared" / "captures"

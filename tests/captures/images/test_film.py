@@ -4,14 +4,15 @@ import cv2
 import numpy as np
 import pytest
 
-from fsel.captures.images import film
+from fsel.captures.images import video
+from fsel.captures.images.video import captioned, write_video
 
 
 @pytest.mark.parametrize("size", [(64, 48), (65, 49)])
 def test_a_video_has_its_frames_at_an_even_size(size, tmp_path):
     shades = [0, 60, 120, 180, 240]
     frames = [np.full((size[1], size[0], 3), [shade, 128, 128], np.uint8) for shade in shades]
-    film.write(tmp_path / "a.mp4", frames, 25)
+    write_video(tmp_path / "a.mp4", frames, 25)
     video = cv2.VideoCapture(str(tmp_path / "a.mp4"))
     read = [video.read()[1] for _ in frames]
     assert not video.read()[0]
@@ -21,13 +22,13 @@ def test_a_video_has_its_frames_at_an_even_size(size, tmp_path):
 
 
 def test_a_video_without_a_codec_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(film, "CODECS", ())
+    monkeypatch.setattr(video, "CODECS", ())
     with pytest.raises(OSError, match=r"a\.mp4: OpenCV has no codec"):
-        film.write(tmp_path / "a.mp4", [np.zeros((4, 4, 3), np.uint8)], 25)
+        write_video(tmp_path / "a.mp4", [np.zeros((4, 4, 3), np.uint8)], 25)
 
 
 def test_a_caption_is_above_the_image():
     image = np.full((48, 480, 3), 7, np.uint8)
-    above = film.captioned(image, "fsel")
+    above = captioned(image, "fsel")
     np.testing.assert_array_equal(above[30:], image)
     assert above[:30].min() < 100 < above[:30].mean()

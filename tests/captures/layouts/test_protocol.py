@@ -10,7 +10,7 @@ from selection_problems import problem_on
 
 import fsel
 from fsel.captures.layouts import LAYOUTS, dl3dv
-from fsel.captures.layouts.protocol import read_protocol
+from fsel.captures.layouts.dl3dv import read_protocol
 from fsel.core.problem import checked_select
 from fsel.core.split import Split
 from fsel.stages.split import split

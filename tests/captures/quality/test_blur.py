@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fsel.captures.quality import blur
+from fsel.captures.quality import photometry
 from fsel.captures.quality.cells import GRID, Cells
 
 NEAR = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
@@ -12,19 +12,19 @@ NEAR = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
 def test_a_frame_is_compared_with_the_second_sharpest_beside_it():
     detail = np.log([[8.0] * 4, [4.0, 4, 4, 1], [16.0] * 4, [np.e] * 4])
     detail[3] = np.nan
-    times = blur.beside(detail, NEAR)
+    times = photometry.blur_beside(detail, NEAR)
     assert times[0] == pytest.approx(4 / 8)  # of 4 and 16, in the direction that lost most
     assert times[1] == pytest.approx(8)
     assert times[2] == pytest.approx(4 / 16)
     assert np.isnan(times[3])
-    assert np.isnan(blur.beside(np.full((4, 4), np.nan), NEAR)).all()
-    assert np.isnan(blur.beside(detail, NEAR[:, :1])).all()  # one says nothing
+    assert np.isnan(photometry.blur_beside(np.full((4, 4), np.nan), NEAR)).all()
+    assert np.isnan(photometry.blur_beside(detail, NEAR[:, :1])).all()  # one says nothing
 
 
 def test_a_frame_is_compared_with_the_sharpest_tenth():
     detail = np.log(np.repeat(np.arange(1.0, 12)[:, None], 4, axis=1))
-    np.testing.assert_allclose(blur.of_capture(detail), 10 / np.arange(1.0, 12))
-    assert np.isnan(blur.of_capture(np.full((2, 4), np.nan))).all()
+    np.testing.assert_allclose(photometry.blur_in_capture(detail), 10 / np.arange(1.0, 12))
+    assert np.isnan(photometry.blur_in_capture(np.full((2, 4), np.nan))).all()
 
 
 def seen(frames=10, points=60, seed=0):
@@ -45,7 +45,7 @@ def judged(energy, variance, cell, point, frame):
     cells = Cells(
         energy.reshape(shape), variance.reshape(shape)[:, 0], color, np.zeros(len(energy))
     )
-    return blur.at_points(cells, cell, point, frame)
+    return photometry.blur_at_points(cells, cell, point, frame)
 
 
 def test_places_are_compared_with_themselves():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fsel.captures.quality import duplicates
-from fsel.captures.quality.duplicates import moved
+from fsel.captures.quality.photometry import moved
 
 
 @pytest.fixture(scope="module")

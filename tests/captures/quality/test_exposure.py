@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fsel.captures.quality.cells import GRID, Cells
-from fsel.captures.quality.exposure import gains_at_points, gains_beside, unusual
+from fsel.captures.quality.photometry import gains_at_points, gains_beside, unusual_gains
 
 TRUE = np.array([1, 1.02, 0.98, 1, 1.6, 1, 1.01, 0.5, 1])
 
@@ -37,7 +37,7 @@ def test_gains_are_found_through_chains_of_points():
 
 def test_unusual_frames_are_those_of_another_gain_or_tint():
     gains, _ = gains_at_points(cells(tint=1.5), *tracks())
-    brightness, most, tint, tinted = unusual(gains)
+    brightness, most, tint, tinted = unusual_gains(gains)
     assert np.flatnonzero(brightness > most).tolist() == [4, 7]
     assert brightness[[4, 7]] == pytest.approx([1.6, 2], rel=0.03)
     assert np.flatnonzero(tint > tinted).tolist() == [6]
@@ -45,9 +45,9 @@ def test_unusual_frames_are_those_of_another_gain_or_tint():
 
 def test_a_capture_that_varies_much_has_wider_limits():
     drift = np.repeat(np.linspace(-0.6, 0.6, 13)[:, None], 3, axis=1)
-    brightness, most, *_ = unusual(drift)
+    brightness, most, *_ = unusual_gains(drift)
     assert not (brightness > most).any()
-    assert np.isnan(unusual(np.full((3, 3), np.nan))[0]).all()
+    assert np.isnan(unusual_gains(np.full((3, 3), np.nan))[0]).all()
 
 
 def test_without_points_neighbours_are_compared():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fsel.captures.quality import covered
+from fsel.captures.quality import photometry
 from fsel.captures.quality.findings import (
     BLURRED,
     COVERED,
@@ -69,15 +69,15 @@ def test_what_hides_a_middle_has_other_colors_and_no_points():
     rng = np.random.default_rng(0)
     expected, observed = rng.uniform(20, 200, (30, 3)), np.zeros(30, bool)
     assert (
-        covered.hidden(expected * [0.5, 0.6, 0.7], expected, observed) == 0
+        photometry.hidden_share(expected * [0.5, 0.6, 0.7], expected, observed) == 0
     )  # blurred, or far off
     other = rng.uniform(90, 110, (30, 3))
     observed[:6] = True
     for cover in (other, np.full((30, 3), 100.0)):
-        assert covered.hidden(cover, expected, observed) == pytest.approx(0.8)
+        assert photometry.hidden_share(cover, expected, observed) == pytest.approx(0.8)
     other[:10] = 0  # unknown
-    assert covered.hidden(other, expected, observed) == 1
+    assert photometry.hidden_share(other, expected, observed) == 1
     other[:11] = 0
-    assert np.isnan(covered.hidden(other, expected, observed))
+    assert np.isnan(photometry.hidden_share(other, expected, observed))
     pixels = np.array([[32, 24], [17, 13], [15, 24], [32, 37]])
-    assert covered.in_the_middle(pixels, (64, 48)).tolist() == [True, True, False, False]
+    assert photometry.in_the_middle(pixels, (64, 48)).tolist() == [True, True, False, False]

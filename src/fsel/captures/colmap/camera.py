@@ -1,10 +1,30 @@
-"""A camera: COLMAP's model of it at an image size."""
+"""A camera: COLMAP's model of it at an image size; and the import of pycolmap.
+
+Everything imports pycolmap from here, without the signal handlers that its log installs: they would
+print a C++ stack at the signal TERM. Outside the main thread pycolmap's stay.
+"""
 
 from __future__ import annotations
 
+import signal
+import threading
 from dataclasses import dataclass
 
-from fsel.captures.colmap.bindings import pycolmap
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_main = threading.current_thread() is threading.main_thread()
+_handlers = {number: signal.getsignal(number) for number in _SIGNALS if _main}
+_masked = getattr(signal, "pthread_sigmask", None)  # Windows has none
+_mask = _masked and _masked(signal.SIG_BLOCK, _SIGNALS)  # they wait meanwhile
+try:
+    import pycolmap
+finally:
+    for _number, _handler in _handlers.items():
+        if _handler is not None:  # else it is none of Python's
+            signal.signal(_number, _handler)
+    if _masked:
+        _masked(signal.SIG_SETMASK, _mask)
+
+__all__ = ["Camera", "pycolmap"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +45,7 @@ class Camera:
 
     @property
     def colmap(self) -> pycolmap.Camera:
-        """The same camera for pycolmap, which projects, unprojects and undistorts.
+        """Return the same camera for pycolmap, which projects, unprojects and undistorts.
 
         Raises:
             ValueError: for a model that COLMAP does not have, or a wrong number of parameters.

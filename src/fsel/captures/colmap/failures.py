@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.images import files as image_files
 from fsel.captures.images.matching import match
 from fsel.captures.images.previews import reduced

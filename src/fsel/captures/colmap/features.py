@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.learned import Aliked, PublishedWeights, XFeat
 from fsel.captures.images import files as image_files
 from fsel.core.programs.outcome import MissingRequirement

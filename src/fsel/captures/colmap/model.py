@@ -1,13 +1,212 @@
-"""COLMAP models of cameras, poses and points, as pycolmap writes them."""
+"""COLMAP models on disk: checked before COLMAP reads them, their points as arrays, and written.
+
+COLMAP's reader takes anything beyond a file's end for counts, and may allocate all memory.
+pycolmap hands observations out one by one: 600,000 took a second and a half.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
+from struct import error as Short
+from struct import unpack_from
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import numpy as np
 
-from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.camera import pycolmap
+from fsel.core.geometry import MOST_LENGTH
+from fsel.core.parsing import check_file_count
+from fsel.core.points import RawPoints
+
+CAMERAS, IMAGES, POINTS = "cameras.bin", "images.bin", "points3D.bin"
+CAMERA = 4 + 4 + 8 + 8  # bytes of id, model, width, height
+IMAGE = 4 + 7 * 8 + 4  # id, quaternion and translation, camera id
+TRACK_ELEMENT = 4 + 4  # image id, index of the observation
+OBSERVATION = np.dtype([("xy", "<f8", 2), ("point", "<u8")])  # an entry of an image
+POINT = np.dtype([("key", "<u8"), ("xyz", "<f8", 3), ("rgb", "u1", 3), ("error", "<f8")])
+"""The start of a point, as on disk."""
+NO_POINT = 2**64 - 1  # of an observation that no point was made from
+
+
+class Observed(NamedTuple):
+    """A model's points, and what its images see of them.
+
+    Attributes:
+        points: (M,) of the dtype `POINT`: ids, ascending, positions, colours and errors.
+        observations: by an image's id, (n,) of the dtype `OBSERVATION`: pixels, and the id of a
+            point or `NO_POINT`; read from disk when looked at.
+        names: by an image's id.
+    """
+
+    points: np.ndarray
+    observations: dict[int, np.ndarray]
+    names: dict[int, str]
+
+
+def check_files(model: Path, images: Path) -> None:
+    """Refuse a folder of images that is empty, or lacks most of a large model's.
+
+    Raises:
+        FileNotFoundError: for an empty folder.
+        ValueError: see `fsel.core.parsing.check_file_count`. A million images would take the
+            reader two minutes.
+    """
+    if not any(images.iterdir()):
+        raise FileNotFoundError(f"{images}: no images in it")
+    check_file_count(images, _number_of_images(model), model)
+
+
+def _number_of_images(model: Path) -> int:
+    """Return the number that a binary file states, if so many fit; of text, two lines an image."""
+    packed, text = model / IMAGES, model / "images.txt"
+    if packed.is_file():
+        with packed.open("rb") as file:
+            count = int.from_bytes(file.read(8), "little")
+        return count if count <= packed.stat().st_size // (IMAGE + 1 + 8) else 0
+    if not text.is_file():
+        return 0
+    with text.open("rb") as file:
+        return sum(not line.startswith(b"#") for line in file) // 2
+
+
+def check_whole(model: Path) -> None:
+    """Refuse binary files that end before their counts say, or go on too long.
+
+    Raises:
+        ValueError: naming the file.
+    """
+    for path in sorted(model.glob("*.txt")) + sorted(model.glob("*.bin")):
+        if not (path.is_file() or path.is_dir()):  # COLMAP's reader would wait, deaf to signals
+            raise ValueError(f"{path}: not a regular file")
+    for name in (CAMERAS, IMAGES, POINTS):
+        if (model / name).is_file():
+            _entries(model / name)
+
+
+def is_binary(model: Path) -> bool:
+    """Return whether COLMAP reads a folder's binary files, not its text."""
+    return all((model / name).is_file() for name in (IMAGES, POINTS, CAMERAS))
+
+
+def _entries(path: Path) -> tuple[mmap, list[int]]:
+    """Return a binary file of cameras, images or points, and where each of its entries begins.
+
+    Raises:
+        ValueError: for a file that ends before its counts say, or goes on too long, naming it.
+    """
+    skip = {CAMERAS: _after_camera, IMAGES: _after_image, POINTS: _after_point}[path.name]
+    at, starts = 8, []
+    try:
+        with path.open("rb") as file:
+            content = mmap(file.fileno(), 0, access=ACCESS_READ)
+        (count,) = unpack_from("<Q", content)
+        for _ in range(count):
+            starts.append(at)
+            at = skip(content, at)
+            if at > len(content):  # before a later entry is looked for there
+                raise ValueError(f"an entry ends at {at} of {len(content)} bytes")
+        if at != len(content):
+            raise ValueError(f"{len(content)} bytes, its entries take {at}")
+    except (Short, ValueError) as error:
+        raise ValueError(f"{path}: cut short or damaged ({error})") from error
+    return content, starts
+
+
+def _after_camera(content: mmap, at: int) -> int:
+    _, kind = unpack_from("<ii", content, at)
+    named = pycolmap.CameraModelId(kind)  # ValueError for one that COLMAP has not
+    camera = pycolmap.Camera.create_from_model_id(1, named, 1.0, 2, 2)
+    return at + CAMERA + 8 * len(camera.params)
+
+
+def _name_end(content: mmap, at: int) -> int:
+    """Return where the zero byte lies behind the name of the image that begins at `at`."""
+    end = content.find(b"\0", at + IMAGE)
+    if end < 0:
+        raise ValueError(f"the name of the image at {at} has no end")
+    return end
+
+
+def _after_image(content: mmap, at: int) -> int:
+    end = _name_end(content, at) + 1
+    return end + 8 + OBSERVATION.itemsize * unpack_from("<Q", content, end)[0]
+
+
+def _after_point(content: mmap, at: int) -> int:
+    at += POINT.itemsize
+    return at + 8 + TRACK_ELEMENT * unpack_from("<Q", content, at)[0]
+
+
+def observed(reconstruction: pycolmap.Reconstruction, model: Path | None = None) -> Observed:
+    """Return the observations of a model that pycolmap has read and checked.
+
+    Args:
+        reconstruction: the model; an image without a pose has none.
+        model: its folder. Where there is none, or its files are text, binary files are written
+            first.
+    """
+    if model is not None and is_binary(model):
+        return _read(model)
+    with TemporaryDirectory() as folder:
+        reconstruction.write_binary(folder)
+        return _read(Path(folder))
+
+
+def _read(model: Path) -> Observed:
+    content, starts = _entries(model / POINTS)
+    points = b"".join(content[at : at + POINT.itemsize] for at in starts)
+    observations, names = {}, {}
+    content, starts = _entries(model / IMAGES)
+    for at in starts:
+        (key,), end = unpack_from("<I", content, at), _name_end(content, at)
+        (count,) = unpack_from("<Q", content, end + 1)
+        names[key] = content[at + IMAGE : end].decode()
+        observations[key] = np.frombuffer(content, OBSERVATION, count, end + 1 + 8)
+    return Observed(np.sort(np.frombuffer(points, POINT), order="key"), observations, names)
+
+
+def points_of(seen: Observed, rows: dict[int, int], source: str | Path) -> RawPoints | None:
+    """Return sparse points with observations in the frames that `rows` numbers by image id.
+
+    Raises:
+        ValueError: naming the `source`, for numbers that are not finite, or an observation of a
+            point that is not there.
+    """
+    parts = (np.ascontiguousarray(seen.points[part]) for part in ("key", "xyz", "rgb", "error"))
+    keys, xyz, rgb, error = parts
+    if not len(keys):
+        return None
+    key, frame, xy = _observations(seen, rows)
+    point = np.searchsorted(keys, key)
+    absent = keys[np.minimum(point, len(keys) - 1)] != key
+    for at in np.flatnonzero(absent)[:1]:
+        name = next(seen.names[image] for image, row in rows.items() if row == frame[at])
+        raise ValueError(f"{source}: {name!r} observes point {key[at]}, which is not there")
+    for at, _ in np.argwhere(~(np.abs(xyz) < MOST_LENGTH))[:1]:
+        raise ValueError(f"{source}: point {keys[at]} lies at {xyz[at].tolist()}, not finite")
+    _, first = np.unique(point * len(rows) + frame, return_index=True)  # one observation a frame
+    key, xy = key[first], xy[first]
+    for at, _ in np.argwhere(~(np.abs(xy) < MOST_LENGTH))[:1]:
+        raise ValueError(f"{source}: point {key[at]} is seen at {xy[at].tolist()}")
+    return RawPoints(xyz, rgb, point[first], frame[first], track_xy=xy, error=error)
+
+
+def _observations(
+    seen: Observed, rows: dict[int, int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (L,) ids of points, (L,) frames and (L, 2) pixels of observations, frame by frame."""
+    nothing = np.empty(0, OBSERVATION)
+    keys, frames, pixels = [nothing["point"]], [np.empty(0, np.int64)], [nothing["xy"]]
+    for image, row in sorted(rows.items(), key=lambda item: item[1]):
+        entries = seen.observations.get(image, nothing)
+        made = entries["point"] != NO_POINT
+        keys.append(entries["point"][made])
+        frames.append(np.full(len(keys[-1]), row))
+        pixels.append(entries["xy"][made])
+    return np.concatenate(keys), np.concatenate(frames), np.concatenate(pixels)
 
 
 def build_model(
@@ -23,7 +222,7 @@ def build_model(
     ids: Sequence[int] | None = None,
     least: int = 0,
 ) -> pycolmap.Reconstruction:
-    """A model of images and points.
+    """Return a model of images and points.
 
     Args:
         names: n names of images.
@@ -47,9 +246,7 @@ def build_model(
         image = pycolmap.Image(
             image_id=ids[i], name=names[i], camera_id=numbers[key], keypoints=pixels[i]
         )
-        pose = world_to_camera[i]
-        rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
-        model.add_image_with_trivial_frame(image, rigid)
+        model.add_image_with_trivial_frame(image, rigid_of(world_to_camera[i]))
         for at, point in enumerate(seen[i]):
             tracks[point].add_element(ids[i], at)
     for at, (point, track, color) in enumerate(zip(xyz, tracks, rgb, strict=True)):
@@ -60,6 +257,11 @@ def build_model(
     return model
 
 
+def rigid_of(pose: np.ndarray) -> pycolmap.Rigid3d:
+    """Return a (3, 4) pose for pycolmap."""
+    return pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
+
+
 def write_binary(model: pycolmap.Reconstruction, folder: Path) -> None:
     """Write a model's binary files into a folder, which is made where it is not there."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -67,12 +269,7 @@ def write_binary(model: pycolmap.Reconstruction, folder: Path) -> None:
 
 
 def write_capture_model(model: pycolmap.Reconstruction, folder: Path, cloud: Path) -> bool:
-    """Write a model where trainers look for it, `sparse/0`, and its points as a `.ply`.
-
-    Args:
-        model: to write.
-        folder: of the capture.
-        cloud: file of the points, made where there are some.
+    """Write a model into `sparse/0` of a capture's folder, and its points as a `.ply`, if any.
 
     Returns:
         Whether there are points.

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from fsel.captures.colmap import features, pairs
-from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.estimator import Estimator, checked, named
 from fsel.captures.images import files as image_files
 from fsel.captures.images.files import Size

@@ -12,8 +12,7 @@ from collections.abc import Callable, Sequence
 import cv2
 import numpy as np
 
-from fsel.captures.colmap.bindings import pycolmap
-from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.camera import Camera, pycolmap
 from fsel.captures.images.files import Image
 
 ASPECT_TOLERANCE = 0.01

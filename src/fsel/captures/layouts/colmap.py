@@ -11,10 +11,8 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from fsel.captures.colmap import model as colmap_model
-from fsel.captures.colmap.binary import check_files, check_whole, is_binary
-from fsel.captures.colmap.bindings import pycolmap
-from fsel.captures.colmap.camera import Camera
-from fsel.captures.colmap.observations import observed, points_of
+from fsel.captures.colmap.camera import Camera, pycolmap
+from fsel.captures.colmap.model import check_files, check_whole, is_binary, observed, points_of
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 from fsel.captures.parsing import check_turn, inside, read_text, slashed

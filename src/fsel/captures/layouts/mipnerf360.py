@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.captures.colmap.binary import check_files
-from fsel.captures.colmap.model import write_binary
+from fsel.captures.colmap.model import check_files, write_binary
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording

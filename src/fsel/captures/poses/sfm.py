@@ -11,11 +11,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fsel.captures.colmap.bindings import pycolmap
-from fsel.captures.colmap.camera import Camera
+from fsel.captures.colmap.camera import Camera, pycolmap
 from fsel.captures.colmap.failures import SLIDES, cause, slides, slides_at_once
-from fsel.captures.colmap.model import write_binary
-from fsel.captures.colmap.observations import observed, points_of
+from fsel.captures.colmap.model import observed, points_of, write_binary
 from fsel.captures.colmap.runs import (
     MIN_PLACED,
     SEED,

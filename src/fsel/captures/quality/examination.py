@@ -13,10 +13,10 @@ from fsel.captures.images.previews import Progress, in_silence, in_turn, shrunk
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.lazy import LazyCapture, open_capture
 from fsel.captures.poses.agreement import epipolar_errors, matches_of, reprojection_errors
-from fsel.captures.quality import blur, covered, exposure, findings, poses
+from fsel.captures.quality import findings, photometry, poses
 from fsel.captures.quality.cells import GRID, SIDE, Cells, measured, sharpness
-from fsel.captures.quality.duplicates import STILL, movements
 from fsel.captures.quality.findings import Finding, Health, exceeding
+from fsel.captures.quality.photometry import STILL, movements
 from fsel.core.geometry import pose_distance
 from fsel.core.points import NO_POINTS, RawPoints, grouped_rows
 
@@ -194,20 +194,26 @@ class _Pictured:
         self._cell = cells.at(points.track_xy, self._scale[points.track_frame])
         self._tracks = cells, self._cell, points.track_point, points.track_frame
         if len(points.track_frame):
-            self.gains, self.colors = exposure.gains_at_points(*self._tracks)
+            self.gains, self.colors = photometry.gains_at_points(*self._tracks)
         else:
-            self.gains, self.colors = exposure.gains_beside(cells, placed.near), np.empty((0, 3))
+            self.gains, self.colors = photometry.gains_beside(cells, placed.near), np.empty((0, 3))
 
     def blurred(self) -> list[Finding]:
         """Frames with less detail than they should have, by three references."""
         detail = sharpness(self.cells)
         by = {
-            "the frames beside it": (blur.beside(detail, self.placed.near), blur.BESIDE),
-            "sharp frames at the points that it sees": (
-                blur.at_points(*self._tracks),
-                blur.AT_POINTS,
+            "the frames beside it": (
+                photometry.blur_beside(detail, self.placed.near),
+                photometry.BESIDE,
             ),
-            "the capture's sharpest tenth": (blur.of_capture(detail), blur.OF_CAPTURE),
+            "sharp frames at the points that it sees": (
+                photometry.blur_at_points(*self._tracks),
+                photometry.AT_POINTS,
+            ),
+            "the capture's sharpest tenth": (
+                photometry.blur_in_capture(detail),
+                photometry.OF_CAPTURE,
+            ),
         }
         return [
             finding
@@ -219,7 +225,7 @@ class _Pictured:
 
     def exposed(self) -> list[Finding]:
         """Frames that are too bright, too dark or of another tint than the others, or burnt out."""
-        times, most, tint, tinted = exposure.unusual(self.gains)
+        times, most, tint, tinted = photometry.unusual_gains(self.gains)
         clipped = self.cells.clipped
         usual = np.median(clipped[self.placed.near], axis=1) + BURNT
         return [
@@ -233,7 +239,7 @@ class _Pictured:
         share = np.array([self._hidden(frame) for frame in range(len(self.rows))])
         share[[one.frame for one in others]] = np.nan
         what = "of the points expected in its middle hidden"
-        return exceeding(findings.COVERED, share, covered.HIDDEN, what)
+        return exceeding(findings.COVERED, share, photometry.HIDDEN, what)
 
     def _hidden(self, frame: int) -> float:
         """Share of the points that two frames beside one see and that are hidden in its middle."""
@@ -243,12 +249,12 @@ class _Pictured:
         expected = expected[times > 1]
         ahead, pixels = raw.projected(frame, points.xyz[expected])
         camera = raw.cameras[frame]
-        inside = covered.in_the_middle(pixels, (camera.width, camera.height))
+        inside = photometry.in_the_middle(pixels, (camera.width, camera.height))
         expected, pixels = expected[ahead[inside]], pixels[inside]
         cell = self.cells.at(pixels, np.full(len(pixels), self._scale[frame]))
         color = self.cells.color[frame].reshape(3, GRID * GRID)[:, cell].T
         observed = np.isin(expected, points.track_point[self.rows[frame]])
-        return covered.hidden(color, np.exp(self.colors[expected]), observed)
+        return photometry.hidden_share(color, np.exp(self.colors[expected]), observed)
 
 
 def _longest(points: RawPoints, rows: list[np.ndarray]) -> RawPoints:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.captures.quality.grouped import quantile_of
 from fsel.core.geometry import camera_centers, lengths
+from fsel.core.points import quantile_of
 
 TIMES = 6.0  # the capture's median error that a frame's is at most
 LEAST_ERROR = 0.004  # of the longer side: 2 pixels at 480

@@ -1,0 +1,226 @@
+"""Faults that a frame's pixels show: blur, exposure, something in the way, no movement."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsel.captures.quality.cells import GRID, LEAST_CELLS, Cells
+from fsel.core.points import quantile_of
+
+BESIDE = 2.5  # times less detail than the frames beside it show: 2 to 3 pixels of motion of 480
+AT_POINTS = 6.0  # times less than its points' neighbourhoods show in the sharpest tenth
+OF_CAPTURE = 6.0  # times less than the sharpest tenth of the frames
+SHARP = 0.9  # quantile of the detail that sharp frames show
+LEAST_TRACK = 4  # frames that see a point whose detail is compared
+LEAST_POINTS = 20  # of a frame that is compared by them
+BRIGHTER = np.log(1.4)  # gain over the capture's middle one that is usual, at most
+TINT = np.log(1.2)  # difference of a channel's gain from the mean of the three
+SPREAD = 4.0  # times what is usual in the capture that both may be
+ROUNDS = 4  # of the points' colors by the frames' gains, and the other way round
+MIDDLE = 0.5  # of the width and the height
+HIDDEN = 0.9  # share of the points expected there that are hidden, at most
+ALIKE = 0.3  # correlation with the colors expected there, from which nothing covers them
+LEAST_EXPECTED = 20  # points in the middle of a frame that is judged
+STILL = 0.004  # of the longer side that the image moves: 2 pixels at 480
+
+
+def blur_beside(sharpness: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Times that the frames beside each show as much detail, along the direction that lost most.
+
+    Args:
+        sharpness: (N, 4) see `fsel.captures.quality.cells.sharpness`.
+        near: (N, m) frames beside each.
+
+    Returns:
+        (N,) 1 for as much as the second sharpest of them, since a burst blurs some; NaN where it
+        is unknown.
+    """
+    ordered = np.sort(np.nan_to_num(sharpness[near], nan=-np.inf), axis=1)
+    usual = ordered[:, -2] if near.shape[1] > 1 else np.full_like(sharpness, np.nan)
+    return np.exp(np.where(np.isfinite(usual), usual - sharpness, np.nan).max(axis=1))
+
+
+def blur_in_capture(sharpness: np.ndarray) -> np.ndarray:
+    """(N,) times that the capture's sharpest tenth shows as much detail, see `blur_beside`."""
+    known = ~np.isnan(sharpness).any(axis=1)
+    if not known.any():
+        return np.full(len(sharpness), np.nan)
+    return np.exp((np.quantile(sharpness[known], SHARP, axis=0) - sharpness).max(axis=1))
+
+
+def blur_at_points(
+    cells: Cells, cell: np.ndarray, point: np.ndarray, frame: np.ndarray
+) -> np.ndarray:
+    """Times that the places of a frame's points show as much detail in the sharpest frames.
+
+    A place's reference is what it shows in the sharpest tenth of the frames that see it, and a
+    frame's value the median over its places. Noise raises the reference of every place, so the
+    sharpest tenth of the frames has the value 1.
+
+    Args:
+        cells: of N frames.
+        cell: (L,) cell of each observation, see `Cells.at`.
+        point, frame: (L,) its point and its frame.
+
+    Returns:
+        (N,) NaN for frames with few places.
+    """
+    count = len(cells.variance)
+    variance = cells.variance.reshape(count, -1)[frame, cell]
+    enough = np.bincount(point[variance > 0], minlength=point.max(initial=-1) + 1) >= LEAST_TRACK
+    use = (variance > 0) & enough[point]
+    point, frame, cell, variance = point[use], frame[use], cell[use], variance[use]
+    many = np.bincount(frame, minlength=count) >= LEAST_POINTS
+    many &= (cells.variance > 0).sum(axis=(1, 2)) >= LEAST_CELLS
+    if not many.any():
+        return np.full(count, np.nan)
+    lost = []
+    for energy in cells.energy.reshape(count, 4, -1).transpose(1, 0, 2):
+        detail = np.log(np.maximum(energy[frame, cell] / variance, 1e-3))
+        sharp = quantile_of(detail, point, len(enough), SHARP)
+        own = quantile_of(detail - sharp[point], frame, count, 0.5)
+        lost.append(np.quantile(own[many], SHARP) - own)
+    return np.where(many, np.exp(np.max(lost, axis=0)), np.nan)
+
+
+def gains_at_points(
+    cells: Cells, cell: np.ndarray, point: np.ndarray, frame: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Gain of each frame's channels over the other frames that see the same points.
+
+    The logarithm of a color is a point's plus a frame's, fitted by medians in turn (Tukey's median
+    polish, 1977).
+
+    Args:
+        cells: of N frames.
+        cell: (L,) cell of each observation, see `Cells.at`.
+        point, frame: (L,) its point and its frame.
+
+    Returns:
+        (N, 3) natural logarithm of the gains; NaN for frames without known colors. (M, 3) that of
+        the points' colors; NaN for points without.
+    """
+    count, gains, colors = len(cells.clipped), [], []
+    for values in cells.color.reshape(count, 3, GRID * GRID).transpose(1, 0, 2):
+        color = values[frame, cell]
+        use = color > 0
+        rows, of, log = point[use], frame[use], np.log(color[use])
+        gain = np.zeros(count)
+        for _ in range(ROUNDS):
+            true = quantile_of(log - gain[of], rows, point.max(initial=-1) + 1, 0.5)
+            gain = quantile_of(log - true[rows], of, count, 0.5)
+        gains.append(gain)
+        colors.append(true)
+    return np.array(gains).T, np.array(colors).T
+
+
+def gains_beside(cells: Cells, near: np.ndarray) -> np.ndarray:
+    """(N, 3) the same over the (N, m) frames beside each, by the color of whole images."""
+    known = cells.color > 0
+    total, size = (np.where(known, x, 0).sum(axis=(2, 3)) for x in (cells.color, known))
+    color = np.ma.log(np.ma.masked_equal(total, 0) / np.maximum(size, 1))
+    return (color - np.ma.median(color[near], axis=1)).filled(np.nan)
+
+
+def unusual_gains(gains: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:
+    """(N,) factors by which frames are too bright or dark, and the limit; the same of the tint.
+
+    Args:
+        gains: (N, 3) natural logarithm.
+    """
+    known = np.isfinite(gains).all(axis=1)
+    if not known.any():
+        return np.full(len(gains), np.nan), 1.0, np.full(len(gains), np.nan), 1.0
+    gains = gains - np.median(gains[known], axis=0)
+    whole = gains.mean(axis=1)
+    brightness, tint = np.abs(whole), np.abs(gains - whole[:, None]).max(axis=1)
+    brighter = max(BRIGHTER, SPREAD * float(np.median(brightness[known])))
+    tinted = max(TINT, SPREAD * float(np.median(tint[known])))
+    return np.exp(brightness), float(np.exp(brighter)), np.exp(tint), float(np.exp(tinted))
+
+
+def hidden_share(color: np.ndarray, expected: np.ndarray, observed: np.ndarray) -> float:
+    """Share of the points expected in a frame's middle that something hides.
+
+    Points are not found in blurred frames either, nor where the view is another, but then the
+    colors of their surroundings still go with those expected.
+
+    Args:
+        color: (n, 3) of the frame where the points are expected; 0 where it is unknown.
+        expected: (n, 3) color of the points as other frames show them, up to a gain of each
+            channel.
+        observed: (n,) bool, points that the frame was seen to show.
+
+    Returns:
+        0 to 1; 0 where the colors are like those expected, NaN for too few points.
+    """
+    known = (color > 0).all(axis=1) & np.isfinite(expected).all(axis=1)
+    if known.sum() < LEAST_EXPECTED:
+        return float("nan")
+    shown, usual = (np.log(colors[known]) for colors in (color, expected))
+    shown, usual = shown - shown.mean(axis=0), usual - usual.mean(axis=0)
+    alike = (shown * usual).sum() > ALIKE * np.linalg.norm(shown) * np.linalg.norm(usual)
+    return 0.0 if alike else float((~observed[known]).mean())
+
+
+def in_the_middle(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """(n,) bool, which of (n, 2) pixels lie in the middle of an image of (width, height)."""
+    half = np.array(size) / 2
+    return np.all(np.abs(pixels - half) < MIDDLE * half, axis=1)
+
+
+def duplicates(thumbnails: np.ndarray) -> np.ndarray:
+    """Find which frames of a sequence to keep, so that neighbours differ.
+
+    Args:
+        thumbnails: see `movements`.
+
+    Returns:
+        (n,) bool, true for frames to keep; the first is always one.
+    """
+    return movements(thumbnails) >= STILL
+
+
+def movements(thumbnails: np.ndarray) -> np.ndarray:
+    """Movement of each frame of a sequence since the last one that moved, see `moved`.
+
+    A frame that moved less than `STILL` is not compared with, so that a slow film goes on.
+
+    Args:
+        thumbnails: (n, h, w) grey images in their order in time, reduced by averaging; a longer
+            side of about 100 pixels is enough.
+
+    Returns:
+        (n,) shares of the longer side, infinite for the first frame.
+    """
+    movement = np.full(len(thumbnails), np.inf)
+    last = 0
+    for at in range(1, len(thumbnails)):
+        movement[at] = moved(thumbnails[last], thumbnails[at])
+        last = at if movement[at] >= STILL else last
+    return movement
+
+
+def moved(first: np.ndarray, second: np.ndarray) -> float:
+    """Distance that the content of (h, w) grey images moved between two.
+
+    The root of the mean squared difference over that of the gradient along a direction: the optical
+    flow constraint (Horn and Schunck, 1981) for one motion of the whole image. Brightness and
+    contrast are evened first. Motions beyond the texture's scale are underestimated.
+
+    Returns:
+        Share of the longer side; 0 for two blank images, infinite for one.
+    """
+    a, b = _evened(first), _evened(second)
+    change = ((a - b) ** 2).mean()
+    slope = sum((np.diff(a + b, axis=axis) ** 2).mean() for axis in (0, 1)) / 8
+    if not a.any() or not b.any() or slope == 0:
+        return 0.0 if change == 0 else float("inf")
+    return float(np.sqrt(change / slope)) / max(first.shape)
+
+
+def _evened(image: np.ndarray) -> np.ndarray:
+    """The image with a mean of 0 and a variance of 1; zeros for a blank one."""
+    centred = image - image.mean(dtype=np.float64)
+    spread = centred.std()
+    return centred / spread if spread > 1e-9 * np.abs(image).max(initial=1) else 0 * centred
