@@ -18,7 +18,6 @@ import numpy as np
 
 from fsel.captures.colmap.camera import pycolmap
 from fsel.core.geometry import MOST_LENGTH
-from fsel.core.parsing import check_file_count
 from fsel.core.points import RawPoints
 
 CAMERAS, IMAGES, POINTS = "cameras.bin", "images.bin", "points3D.bin"
@@ -44,32 +43,6 @@ class Observed(NamedTuple):
     points: np.ndarray
     observations: dict[int, np.ndarray]
     names: dict[int, str]
-
-
-def check_files(model: Path, images: Path) -> None:
-    """Refuse a folder of images that is empty, or lacks most of a large model's.
-
-    Raises:
-        FileNotFoundError: for an empty folder.
-        ValueError: see `fsel.core.parsing.check_file_count`. A million images would take the
-            reader two minutes.
-    """
-    if not any(images.iterdir()):
-        raise FileNotFoundError(f"{images}: no images in it")
-    check_file_count(images, _number_of_images(model), model)
-
-
-def _number_of_images(model: Path) -> int:
-    """Return the number that a binary file states, if so many fit; of text, two lines an image."""
-    packed, text = model / IMAGES, model / "images.txt"
-    if packed.is_file():
-        with packed.open("rb") as file:
-            count = int.from_bytes(file.read(8), "little")
-        return count if count <= packed.stat().st_size // (IMAGE + 1 + 8) else 0
-    if not text.is_file():
-        return 0
-    with text.open("rb") as file:
-        return sum(not line.startswith(b"#") for line in file) // 2
 
 
 def check_whole(model: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from fsel.captures.colmap import model as colmap_model
 from fsel.captures.colmap.camera import Camera, pycolmap
-from fsel.captures.colmap.model import check_files, check_whole, is_binary, observed, points_of
+from fsel.captures.colmap.model import check_whole, is_binary, observed, points_of
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
 from fsel.captures.parsing import check_turn, inside, read_text, slashed
@@ -123,7 +123,6 @@ def read(folder: Path) -> RawCapture:
         allowed = ", ".join(MODEL_FOLDERS)
         raise FileNotFoundError(f"{folder}: no COLMAP model; looked in {allowed}")
     images = find_images(folder)
-    check_files(images)
     raw = from_model(load_model(model), images, model)
     if not (folder / "masks").is_dir():
         return raw

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsel.captures.colmap.model import check_files, write_binary
+from fsel.captures.colmap.model import write_binary
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
@@ -32,7 +32,6 @@ def read(folder: Path) -> RawCapture:
     small = next((folder / name for name in COPIES if (folder / name).is_dir()), None)
     if small is None:
         raise FileNotFoundError(f"{folder}: none of {', '.join(COPIES)} is there")
-    check_files(small)
     reconstruction = colmap.load_model(model)
     full, copies = _files(folder / "images"), _files(small)
     if len(full) == len(copies) and {f.stem for f in full} != {c.stem for c in copies}:
