@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.model import build_model, write_capture_model
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import invert_pose
