@@ -50,7 +50,7 @@ def run(*arguments):
     return main([*map(str, arguments)])
 
 
-def test_info_tells_what_was_found(capture, capsys):
+def test_info_and_auto_find_one_number(capture, tmp_path, capsys):
     film(capture, change={5: lambda shot: cv2.GaussianBlur(shot, (0, 0), 4)})
     assert run("info", capture, "--json") == 0
     found = json.loads(capsys.readouterr().out)
@@ -66,11 +66,6 @@ def test_info_tells_what_was_found(capture, capsys):
     assert "(the point closest to all optical axes)" in printed
     assert "blurred   1 frame, 1 left out: frame_005.jpg (blurred: " in printed
     assert f"keep      {found['enough']} (fsel select -k auto)" in printed
-
-
-def test_info_and_auto_find_one_number(capture, tmp_path, capsys):
-    assert run("info", capture, "--json") == 0
-    found = json.loads(capsys.readouterr().out)
     assert run("select", capture, "-k", "auto", "-o", tmp_path / "out") == 0
     picked = json.loads((tmp_path / "out" / "selection.json").read_text())
     assert sorted(found["worth_keeping"]) == sorted(entry["name"] for entry in picked["frames"])
@@ -127,7 +122,6 @@ def test_compare_measures_what_the_library_measures(capture, tmp_path, capsys):
     assert table[1].split()[:3] == ["4", "fsel", f"{rows[4, 'fsel']['psnr']:.2f}"]
     gap = rows[4, "fsel"]["psnr"] - rows[4, "random"]["psnr"]
     assert float(table[2].split()[-1].rstrip("*")) == pytest.approx(gap, abs=0.006)
-    assert table[-2].endswith("Hint: --reconstructor gaussians asks them.")
     assert table[-1] == content["verdict"]
     sheets = sorted((out / "renders").iterdir())
     assert [sheet.name for sheet in sheets] == [f"{whole.names[i]}.png" for i in held]
@@ -195,13 +189,6 @@ def test_reconstruct_writes_splats_that_an_independent_reader_reads(capture, tmp
     assert color.min() > -1e-4
     assert color.max() < 1 + 1e-4
     assert np.ptp(color) > 0.5
-    whole = fsel.read_capture(capture, long_side=64)
-    model = fsel.fit(whole, np.array([3, 9, 5, 4]))
-    opacity = 1 / (1 + np.exp(-vertex["opacity"].astype(float)))
-    assert opacity.min() >= 0.25 - 1e-4  # what the reconstructor keeps
-    extent = np.linalg.norm(np.stack([vertex[axis] for axis in "xyz"]), axis=0)
-    assert np.median(extent) < 12  # cameras lie 4.1 from the middle
-    assert abs(len(vertex) - model.primitives) < 0.5 * model.primitives
 
 
 @pytest.mark.parametrize("targets", [[], ["--targets", "every:8"]])

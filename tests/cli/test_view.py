@@ -68,14 +68,6 @@ def test_a_capture_alone_shows_its_points(made):
     assert {entry["state"] for entry in content["cameras"]} == {"frame"}
 
 
-def test_the_points_of_a_selection_are_no_model(made):
-    asked = ["-k", "5", "--patience", "0", "--quiet", "-o", str(made / "all")]
-    assert main(["select", str(made / "ring"), *asked]) == 0
-    assert (made / "all" / "sparse_pc.ply").is_file()
-    assert main(["view", str(made / "all"), "-o", str(made / "page.html")]) == 0
-    assert data_of((made / "page.html").read_text())["model"] is None
-
-
 def test_what_is_left_out_as_bad_is_told_from_duplicates_that_may_be_picked():
     bad = [{"name": "a", "left_out": True}, {"name": "b", "left_out": False}]
     record = {"bad": bad, "left": [{"name": "a", "reason": "bad: blur"}]}
@@ -89,11 +81,6 @@ def test_many_photos_are_smaller(made, monkeypatch):
     assert main([*arguments, "-o", str(made / "page.html")]) == 0
     found = pictures((made / "page.html").read_text())
     assert [decoded(picture).shape[1] for picture in found] == [30] * 24
-
-
-def test_a_model_alone_has_no_cameras(made):
-    assert main(["view", str(made / "model.ply"), "-o", str(made / "page.html")]) == 0
-    assert data_of((made / "page.html").read_text())["cameras"] == []
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from browsing import acted, decoded, looked_at, needs_a_browser, photographed, pictures
 from selection_problems import capture_of
-from small_captures import damage_pixels, film, record_of, select, write_ring
+from small_captures import film, record_of, select, write_ring
 
 from fsel.cli import main
 from fsel.cli.rerun_command import AGAINST, LISTS, without
 from fsel.pages.report import WORLD, speeds, with_view
-from fsel.pages.shown import LARGE, SHOWN, SIDE, _extent, picture_side
+from fsel.pages.shown import _extent
 from fsel.pages.viewer import bundle
 
 MEASURE = """(() => {
@@ -213,14 +213,6 @@ def test_the_page_names_no_other_file(out):
     assert "<b>&/" not in page
 
 
-def test_service_is_said_to_be_of_what_it_is_measured_at(out, tmp_path):
-    assert "Service of the target views: " in (out / "report.html").read_text(encoding="utf-8")
-    arguments = ["-k", "4", "--patience", "0", "-o", str(tmp_path / "any")]
-    assert main(["select", str(tmp_path / "capture <b>&"), *arguments]) == 0
-    page = (tmp_path / "any" / "report.html").read_text(encoding="utf-8")
-    assert "Service of the whole capture, at 24 of its frames: " in page
-
-
 def test_geometry_only_leaves_the_pictures_out(tmp_path):
     write_ring(tmp_path / "capture")
     arguments = ["-k", "4", "--geometry-only", "-o", str(tmp_path / "out")]
@@ -231,16 +223,6 @@ def test_geometry_only_leaves_the_pictures_out(tmp_path):
     assert page.count('<button class="frame') == 24
 
 
-def test_a_frame_that_no_decoder_takes_has_no_picture(out, tmp_path):
-    left = next(e["name"] for e in record_of(out)["left"] if e["reason"].startswith("near"))
-    damage_pixels(tmp_path / "capture <b>&" / "images" / left)
-    (tmp_path / "never.txt").write_text(left)
-    arguments = ["--targets", "every:8", "--never", tmp_path / "never.txt", "-o", out, "--force"]
-    assert select(tmp_path / "capture <b>&", "-k", 7, *arguments) == 0
-    page = (out / "report.html").read_text(encoding="utf-8")
-    assert page.count("data:image/jpeg") == 23
-
-
 def test_the_sheet_marks_picks_and_held_out_frames(out, tmp_path):
     arguments = ["-k", 7, "--targets", "every:8", "--sheet", "-o", out, "--force"]
     assert select(tmp_path / "capture <b>&", *arguments) == 0
@@ -249,13 +231,6 @@ def test_the_sheet_marks_picks_and_held_out_frames(out, tmp_path):
     for count, colour in ((7, (213, 94, 0)), (3, (0, 114, 178))):
         found = (np.abs(image - colour).max(axis=2) == 0).sum()
         assert found == pytest.approx(count * edge, rel=0.02)
-
-
-@pytest.mark.parametrize("count", [1, 300, 3000, 50_000])
-def test_pictures_of_many_frames_take_no_more_room(count):
-    side = picture_side(count)
-    assert side <= SIDE
-    assert min(count, SHOWN) * side**2 <= 1.02 * LARGE * SIDE**2
 
 
 def test_a_turn_and_a_shift_make_the_speed():
