@@ -31,7 +31,7 @@ def test_a_setting_that_is_not_taken_is_refused_by_name_without_a_capture(name):
     ("name", "settings", "said"),
     [
         ("splats", {"partners": 9}, "partners must be 1 to 4, got 9"),
-        ("gaussians", {"steps": -1}, "steps must be an integer of at least 0, got -1"),
+        ("gaussians", {"steps": -1}, "steps must be an integer from 0, got -1"),
     ],
 )
 def test_a_value_out_of_range_is_refused_without_a_capture(name, settings, said):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
+from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
@@ -40,6 +42,21 @@ class ConfiguredReconstructor(Generic[Settings]):
         Raises: as `fsel.reconstruct.Factory.check`.
         """
         settings_from(cls.settings_type, settings)
+
+
+def check_integer(name: str, value: Any, least: int, most: float = math.inf) -> None:
+    """Refuse a setting that is no integer of a range, by name."""
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if not whole or not least <= value <= most:
+        allowed = f"from {least}" + (f" to {most}" if most < math.inf else "")
+        raise ValueError(f"{name} must be an integer {allowed}, got {value!r}")
+
+
+def check_number(name: str, value: Any, allowed: str, holds: Callable[[float], bool]) -> None:
+    """Refuse a setting that is no finite number, or one that something does not hold of."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or not math.isfinite(value) or not holds(value):
+        raise ValueError(f"{name} must be {allowed}, got {value!r}")
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from fsel.experiments.studies.speed_settings import speed_settings
 from fsel.metrics import METRICS
 from fsel.reconstruct.selected import Frame
 from fsel.reconstruct.splats import SplatModel
-from fsel.reconstruct.splats.culling import seen_by
 from fsel.selectors.baselines import METHODS
 from fsel.synthetic import record
 
@@ -227,11 +226,11 @@ def test_culling_keeps_what_views_see_and_changes_no_pixel():
     model, views = wall(4.0)
     rng = np.random.default_rng(0)
     model = replace(model, colors=rng.uniform(0, 255, model.colors.shape).astype(np.float32))
-    culled = seen_by(model, views)
+    culled = model.seen_by(views)
     assert 0 < culled.primitives < model.primitives / 2
     np.testing.assert_array_equal(culled.render(views), model.render(views))
     behind = replace(views, world_to_camera=views.world_to_camera * [[1], [1], [-1]])
-    assert seen_by(model, behind).primitives == 0
+    assert model.seen_by(behind).primitives == 0
 
 
 def test_each_saving_is_switched_off_in_turn(scene, tmp_path):

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from fsel.reconstruct.radiance_field.grid import Grid, grown
-from fsel.reconstruct.radiance_field.optimise import adam_step, add_variation
+from fsel.reconstruct.radiance_field.training import adam_step, add_variation
 
 F = np.float32
 

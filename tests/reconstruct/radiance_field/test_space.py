@@ -5,12 +5,12 @@ import pytest
 import radiance_twin
 import torch
 
-from fsel.reconstruct.radiance_field import rays, space
+from fsel.reconstruct.radiance_field import rays
 
 
 @pytest.mark.parametrize(("r", "image"), [(0.3, 0.3), (1.0, 1.0), (2.0, 1.5), (4.0, 1.75)])
 def test_the_largest_coordinate_moves_to_two_less_its_inverse(r, image):
-    assert space.shrink(r) * r == pytest.approx(image, rel=1e-15)
+    assert rays.shrink(r) * r == pytest.approx(image, rel=1e-15)
 
 
 def test_pace_is_the_length_of_the_contracted_direction():
@@ -20,12 +20,12 @@ def test_pace_is_the_length_of_the_contracted_direction():
         direction /= np.linalg.norm(direction)
         turn = torch.autograd.functional.jacobian(radiance_twin.contracted, torch.tensor(point))
         wanted = np.linalg.norm(turn.numpy() @ direction)
-        assert space.pace(*point, *direction) == pytest.approx(wanted, rel=1e-12)
+        assert rays.pace(*point, *direction) == pytest.approx(wanted, rel=1e-12)
 
 
 def test_pace_along_an_axis_where_coordinates_are_zero():
-    assert space.pace(2.0, 0.0, 0.0, -1.0, 0.0, 0.0) == pytest.approx(0.25)
-    assert space.pace(0.0, 0.0, -4.0, 1.0, 0.0, 0.0) == pytest.approx((2 - 0.25) / 4)
+    assert rays.pace(2.0, 0.0, 0.0, -1.0, 0.0, 0.0) == pytest.approx(0.25)
+    assert rays.pace(0.0, 0.0, -4.0, 1.0, 0.0, 0.0) == pytest.approx((2 - 0.25) / 4)
 
 
 def test_samples_of_a_ray_from_the_middle_are_one_a_cell():
@@ -47,7 +47,7 @@ def test_samples_of_a_ray_from_the_middle_are_one_a_cell():
 def test_a_ray_never_has_more_samples_than_there_is_room_for():
     rng = np.random.default_rng(1)
     side, step = 21, 0.2
-    room = int(4 * np.sqrt(3) * space.HALF_SIDE / step) + 2
+    room = int(4 * np.sqrt(3) * rays.HALF_SIDE / step) + 2
     cells, parts = np.empty(10 * room, np.int64), np.empty((10 * room, 3))
     most = 0
     for line in rng.normal(size=(3000, 6)):

@@ -13,7 +13,7 @@ from fsel.core.capture import Capture
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS
 from fsel.reconstruct.splats import Splats, consistency, fusion, reconstructor
-from fsel.reconstruct.splats import frames as frames_module
+from fsel.reconstruct.splats import planes as frames_module
 from fsel.reconstruct.splats.planes import affinity, depth_range
 
 F = np.float32

@@ -25,7 +25,6 @@ from fsel.experiments.studies.bench import (
 from fsel.experiments.studies.selection_time import descriptor_seconds, timed
 from fsel.features.appearance import descriptors
 from fsel.reconstruct.splats import SplatSettings
-from fsel.reconstruct.splats.culling import seen_by
 from fsel.workflow import inputs
 from fsel.workflow.resources import Size
 from fsel.workflow.tables import Table
@@ -80,8 +79,8 @@ def _of_reconstruction(place: Bench, reconstruction: Mapping) -> list[dict]:
     rows = [_row("planes", usual, every), _row("opacity", usual, clear)]
     for saving, few in (("views", place), ("view", first_view(place))):
         fitted = {"fit_seconds": usual["fit_seconds"]}
-        culled = {"fit_seconds": usual["fit_seconds"] + timed(partial(seen_by, model, few.views))}
-        whole, part = measure_model(few, model), measure_model(few, seen_by(model, few.views))
+        culled = {"fit_seconds": usual["fit_seconds"] + timed(partial(model.seen_by, few.views))}
+        whole, part = measure_model(few, model), measure_model(few, model.seen_by(few.views))
         rows.append(_row(saving, culled | part, fitted | whole))
     return rows
 

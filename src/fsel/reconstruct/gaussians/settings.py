@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from fsel.core.wording import counted
+from fsel.reconstruct.configured import check_integer, check_number
 
 INITIAL = ("splats", "points")
 BACKGROUNDS = ("black", "mean")
@@ -47,16 +49,10 @@ class GaussianSettings:
 
     def __post_init__(self) -> None:
         for name, least in {"steps": 0, "gaussians": 1, "seed": 0, "degree": 0, "views": 1}.items():
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise ValueError(f"{name} must be an integer of at least {least}, got {value!r}")
-        if self.degree > 2:
-            raise ValueError(f"degree must be 0, 1 or 2, got {self.degree}")
+            check_integer(name, getattr(self, name), least, 2 if name == "degree" else math.inf)
         for name in ("opacity_penalty", "scale_penalty"):
-            if not 0 <= getattr(self, name) < float("inf"):
-                raise ValueError(f"{name} must be zero or more, got {getattr(self, name)!r}")
-        if not 0 <= self.dropout < 1:
-            raise ValueError(f"dropout must be at least 0 and below 1, got {self.dropout!r}")
+            check_number(name, getattr(self, name), "zero or more", lambda v: v >= 0)
+        check_number("dropout", self.dropout, "at least 0 and below 1", lambda v: 0 <= v < 1)
         if not isinstance(self.noise, bool):
             raise ValueError(f"noise must be true or false, got {self.noise!r}")
         for name, allowed in {"initial": INITIAL, "background": BACKGROUNDS}.items():

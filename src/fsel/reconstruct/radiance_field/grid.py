@@ -9,8 +9,7 @@ import numpy as np
 import scipy.ndimage
 
 from fsel.core.compiled import exact
-from fsel.reconstruct.radiance_field.rays import width_of
-from fsel.reconstruct.radiance_field.space import HALF_SIDE
+from fsel.reconstruct.radiance_field.rays import HALF_SIDE, width_of
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import numpy as np
 
 from fsel.core.compiled import exact
 from fsel.reconstruct.radiance_field.rays import (
+    HALF_SIDE,
     OPAQUE,
     backpropagate,
     composite,
@@ -17,7 +18,6 @@ from fsel.reconstruct.radiance_field.rays import (
     trilinear,
     width_of,
 )
-from fsel.reconstruct.radiance_field.space import HALF_SIDE
 
 MIDDLE = 0.5  # share of a step before the first sample, where it is not drawn
 

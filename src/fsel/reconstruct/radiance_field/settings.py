@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
+
+from fsel.reconstruct.configured import check_integer, check_number
 
 HIGHEST_DEGREE = 2
 FINEST = 512  # vertices along an edge: the index of their cube takes 512 MB
@@ -52,35 +53,21 @@ class RadianceSettings:
             f"sides must rise, from 4 or more to at most {FINEST}, got {self.sides}",
         )
         _expect(min(self.steps) >= 1, f"steps must be 1 or more, got {self.steps}")
-        for name, least, most in (
-            ("rays", 1, math.inf),
-            ("degree", 0, HIGHEST_DEGREE),
-            ("seed", 0, math.inf),
-        ):
-            value = getattr(self, name)
-            whole = isinstance(value, int) and not isinstance(value, bool)
-            allowed = f"an integer from {least}" + (f" to {most}" if most < math.inf else "")
-            _expect(whole and least <= value <= most, f"{name} must be {allowed}, got {value!r}")
+        for name, most in {"rays": math.inf, "degree": HIGHEST_DEGREE, "seed": math.inf}.items():
+            check_integer(name, getattr(self, name), int(name == "rays"), most)
         for name in ("density_variation", "color_variation"):
-            _number(name, getattr(self, name), "zero or more", lambda v: v >= 0)
+            check_number(name, getattr(self, name), "zero or more", lambda v: v >= 0)
         for name in ("density_rate", "color_rate"):
-            _number(name, getattr(self, name), "above zero", lambda v: v > 0)
-        _number("visible", self.visible, "at least 0 and below 1", lambda v: 0 <= v < 1)
+            check_number(name, getattr(self, name), "above zero", lambda v: v > 0)
+        check_number("visible", self.visible, "at least 0 and below 1", lambda v: 0 <= v < 1)
 
 
 def _integers(name: str, value: Any) -> tuple[int, ...]:
-    """A tuple of integers from a list or a tuple of them."""
+    """Return a tuple of integers from a list or a tuple of them."""
     listed = isinstance(value, list | tuple)
     good = listed and all(isinstance(v, int) and not isinstance(v, bool) for v in value)
     _expect(good, f"{name} must be a list of integers, got {value!r}")
     return tuple(value)
-
-
-def _number(name: str, value: object, allowed: str, holds: Callable[[float], bool]) -> None:
-    good = False
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        good = math.isfinite(value) and holds(value)
-    _expect(good, f"{name} must be {allowed}, got {value!r}")
 
 
 def _expect(holds: bool, message: str) -> None:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from fsel.core.compiled import exact
 from fsel.reconstruct.radiance_field import passes
 from fsel.reconstruct.radiance_field.grid import Grid, grown
-from fsel.reconstruct.radiance_field.optimise import adam_step, add_variation
 from fsel.reconstruct.radiance_field.settings import RadianceSettings
 
 EMPTY = -1.0  # logarithm of density that the field starts from: a ray sees half-way through it
 FAINT = 1e-3  # optical depth below which a sample is passed over, once the first stage is done
 DECAY = 0.1  # of the step size, from the first step to the last
 BENDS = 1.0, 0.1  # differences of density and of colour from which variation counts linearly
+BETAS = (0.9, 0.99)
+TINY = 1e-10  # beside the root of the second moment
 
 Progress = Callable[[int, int, float], None]
 
@@ -127,3 +130,52 @@ class _Optimiser:
             rate = self.rates[part] * decay
             adam_step(values.reshape(-1), flat[part], self.moments[part], rate, turn)
         return loss
+
+
+@exact
+def add_variation(rows, values, weight, bend, gradient):
+    """Gradient of the total variation: Huber's norm of each difference between neighbours.
+
+    The norm of a difference d is d^2 / (2 bend) up to `bend`, and |d| - bend / 2 beyond.
+
+    Args:
+        rows: (n, 3) int32 of `Grid.neighbours`.
+        values: (n, m).
+        weight: of the sum over all differences.
+        bend: above zero.
+        gradient: (n, m), added to.
+    """
+    for n in range(len(rows)):
+        for axis in range(3):
+            other = rows[n, axis]
+            if other < 0:
+                continue
+            for m in range(values.shape[1]):
+                gap = (values[other, m] - values[n, m]) / bend
+                push = weight * min(max(gap, -1.0), 1.0)
+                gradient[other, m] += push
+                gradient[n, m] -= push
+
+
+@exact
+def adam_step(values, gradient, moments, rate, turn):
+    """One step of Adam (Kingma and Ba 2015), and the gradient is zero again.
+
+    Numbers whose gradient is zero rest: what no ray meets is not moved by its past.
+
+    Args:
+        values, gradient: flat.
+        moments: first and second, flat.
+        rate: step size.
+        turn: number of the step, from 1.
+    """
+    first, second = moments
+    one, two = BETAS
+    scale, root = rate / (1.0 - one**turn), 1.0 / (1.0 - two**turn)
+    for n in range(len(values)):
+        slope = gradient[n]
+        if slope != 0:
+            gradient[n] = 0
+            first[n] = one * first[n] + (1.0 - one) * slope
+            second[n] = two * second[n] + (1.0 - two) * slope * slope
+            values[n] -= scale * first[n] / (math.sqrt(second[n] * root) + TINY)

@@ -1,17 +1,69 @@
-"""Basis of a plane sweep: depth ranges, planes, and which frames make good partners."""
+"""Basis of a plane sweep: frames, depth ranges, planes, and which frames make good partners.
+
+Data of frames are made when first needed, so that memory follows the frames that are used and not
+those of the capture.
+"""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from fsel.core.capture import Capture
-from fsel.core.geometry import centered
+from fsel.core.geometry import centered, pixel_centers
 from fsel.core.points import grouped_rows
+from fsel.reconstruct.splats import stereo
 
 LOOK_ANGLE = 8.0  # parallax at which stereo works best, degrees
 LOOK_SPREAD = (4.0, 12.0)  # width of that preference below and above it, degrees
 AXIS_SPREAD = 30.0  # degrees between optical axes
+FRAME_BYTES = 1 << 28  # of frames that are kept: 1,500 at 64x48
 NEAREST = 16.0  # a frame is searched no nearer than its median depth over this: planes are few
+
+
+class Prepared(NamedTuple):
+    """One frame.
+
+    Attributes:
+        image: (h, w, 3) float32 grey levels.
+        grey: (h, w) float32, their mean.
+        enlarged: (2h, 2w) uint64, see `stereo.packed`.
+        rays: (2, h, w) float32, x/z and y/z of every pixel.
+    """
+
+    image: np.ndarray
+    grey: np.ndarray
+    enlarged: np.ndarray
+    rays: np.ndarray
+
+
+class Frames:
+    """The frames of a capture, the oldest of which are forgotten."""
+
+    def __init__(self, capture: Capture) -> None:
+        self._capture = capture
+        self._pixels = pixel_centers(*capture.size)
+        self._known: dict[int, Prepared] = {}
+
+    def __getitem__(self, frame: int) -> Prepared:
+        if frame not in self._known:
+            prepared = self._prepared(frame)
+            make_room(self._known, FRAME_BYTES // sum(part.nbytes for part in prepared))
+            self._known[frame] = prepared
+        return self._known[frame]
+
+    def _prepared(self, frame: int) -> Prepared:
+        image = np.asarray(self._capture.images[frame]).astype(np.float32)
+        (x, y), (fx, fy, cx, cy) = self._pixels, self._capture.intrinsics[frame]
+        rays = np.stack([(x - cx) / fx, (y - cy) / fy]).astype(np.float32)
+        return Prepared(image, image.mean(axis=-1), stereo.packed(image), rays)
+
+
+def make_room(cache: dict, most: int) -> None:
+    """Forget the oldest entry of a cache that holds `most`: dictionaries keep order."""
+    if cache and len(cache) >= most:
+        del cache[next(iter(cache))]
 
 
 def depth_range(capture: Capture) -> np.ndarray:

@@ -8,7 +8,7 @@ and depth maps are cached, since a search meets the same pairs of frames again a
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,12 +20,13 @@ from fsel.reconstruct.configured import ConfiguredReconstructor, Fitted, Peak
 from fsel.reconstruct.selected import Frame, distinct
 from fsel.reconstruct.splats import fusion, planes, render, stereo
 from fsel.reconstruct.splats.consistency import Maps, agreed
-from fsel.reconstruct.splats.frames import Frames, make_room
+from fsel.reconstruct.splats.planes import Frames, make_room
 
 MAX_PARTNERS = 4
 # kept by a search at 64x48: matching costs of 5,000 pairs and the depth maps of 350 evaluations;
 # older ones are seldom needed again, and allocating more memory takes time
 PAIR_BYTES, MAP_BYTES = 1 << 29, 1 << 27
+BEYOND = 2.0  # pixels: the renderer's footprints and depth pass reach one beyond the image
 
 
 @dataclass(frozen=True)
@@ -233,6 +234,24 @@ class SplatModel(Fitted):
             np.float32(self.surface),
             (np.float32(self.near), np.float32(self.far)),
         )
+
+    def seen_by(self, views: Views) -> SplatModel:
+        """Return the splats that fall into any of T views, which render exactly as with all.
+
+        Useful where a model is stored or sent for a known path; in a search, which renders every
+        model once, the test would take the time that it saves.
+        """
+        width, height = views.size
+        kept = np.zeros(self.primitives, bool)
+        poses = self.frame.local_poses(views.world_to_camera)
+        for pose, (fx, fy, cx, cy) in zip(poses, views.intrinsics, strict=True):
+            x, y, z = pose[:, :3] @ self.splats[:3] + pose[:, 3:]
+            ahead = np.maximum(z, np.finfo(np.float32).tiny)
+            u, v = fx * x / ahead + cx, fy * y / ahead + cy
+            inside = (u > -BEYOND) & (u < width + BEYOND) & (v > -BEYOND) & (v < height + BEYOND)
+            kept |= inside & (z > 0)
+        splats = np.ascontiguousarray(self.splats[:, kept])
+        return replace(self, splats=splats, colors=self.colors[kept])
 
     def export_ply(self, path) -> None:
         """Write the splats as a standard 3D Gaussian splatting `.ply`."""
