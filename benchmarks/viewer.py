@@ -36,7 +36,7 @@ def main() -> None:
         file, folder = pair.split("=")
         capture = fsel.read_capture(folder, long_side=arguments.long_side)
         frames, model = evenly(len(capture), 5), GaussianModel.read_ply(file)
-        cameras = [viewer.Camera(name, "frame") for name in capture.names]
+        cameras = [viewer.ViewerCamera(name, "frame") for name in capture.names]
         page = viewer.page(file, viewer.scene(capture, cameras, ply.read(file)))
         with tempfile.TemporaryDirectory() as place:
             pictures, seconds = drawn(page, capture.size, frames, Path(place))

@@ -33,7 +33,7 @@ from fsel.core.wording import counted
 from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
 from fsel.features.appearance import check as check_appearance
 from fsel.pages.report import REPORT, page
-from fsel.pages.shown import Shown, frames_shown, picture_side
+from fsel.pages.shown import ReportContent, frames_shown, picture_side
 from fsel.selection import api
 from fsel.selection.budget import Auto
 from fsel.selection.export import record, subset
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         entries = record.picked(outcome)
         left = record.left(outcome) + record.unplaced(opened.found)
         wishes = commands(args, len(picks))
-        shown = Shown(outcome, entries, left, pictures, wishes, posing.notes(opened.found))
+        shown = ReportContent(outcome, entries, left, pictures, wishes, posing.notes(opened.found))
         (stage / REPORT).write_text(page(shown), encoding="utf-8")
         if args.sheet:
             from fsel.pages.sheet import sheet  # here: few ask for it, and it draws with Pillow

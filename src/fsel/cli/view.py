@@ -119,7 +119,9 @@ def _scene(
     return viewer.scene(capture, cameras, cloud, capture.points, url), cloud
 
 
-def _cameras(names: Sequence[str], pictures: Sequence[bytes], record: dict) -> list[viewer.Camera]:
+def _cameras(
+    names: Sequence[str], pictures: Sequence[bytes], record: dict
+) -> list[viewer.ViewerCamera]:
     """Every frame with its state in the selection, if there is one, and its picture."""
     picked = {entry["name"]: entry for entry in record.get("frames", ())}
     reasons = {entry["name"]: entry["reason"] for entry in record.get("left", ())}
@@ -136,7 +138,7 @@ def _cameras(names: Sequence[str], pictures: Sequence[bytes], record: dict) -> l
         return state, reasons.get(name, "")
 
     return [
-        viewer.Camera(name, *told(name), picture, picked.get(name, {}).get("order"))
+        viewer.ViewerCamera(name, *told(name), picture, picked.get(name, {}).get("order"))
         for name, picture in zip(names, pictures, strict=True)
     ]
 

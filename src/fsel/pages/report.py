@@ -14,7 +14,7 @@ from fsel.core.wording import counted
 from fsel.features.conditioned import look_depth
 from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
-from fsel.pages.shown import SHOWN, Card, Shown, adds, cards_of, frames_shown, scene_data
+from fsel.pages.shown import SHOWN, Card, ReportContent, adds, cards_of, frames_shown, scene_data
 from fsel.selection.export.outcome import Outcome
 from fsel.selection.export.record import covered, reason, trials
 from fsel.selection.targets import ALL
@@ -31,7 +31,7 @@ FLYING = (
 )
 
 
-def page(shown: Shown) -> str:
+def page(shown: ReportContent) -> str:
     """The whole page."""
     outcome, cards = shown.outcome, cards_of(shown)
     selection, source_name = outcome.selection, outcome.capture.source
@@ -151,7 +151,7 @@ def brightness(pictures: Mapping[int, bytes], count: int) -> np.ndarray:
     return out
 
 
-def _strip(shown: Shown, cards: Sequence[Card]) -> list[str]:
+def _strip(shown: ReportContent, cards: Sequence[Card]) -> list[str]:
     """Every frame as a picture that can be chosen, in the order of the capture."""
     width, height = shown.outcome.capture.size
     wide, high = CELL * np.sqrt([width / height, height / width])
@@ -218,7 +218,7 @@ def _charts(outcome: Outcome) -> list[str]:
     ]
 
 
-def _tables(shown: Shown) -> list[str]:
+def _tables(shown: ReportContent) -> list[str]:
     """The picks in order, and every frame left out, in words."""
     rows = evenly(len(shown.left), SHOWN)
     thinned = len(shown.left) > SHOWN
@@ -246,7 +246,7 @@ def _tables(shown: Shown) -> list[str]:
     ]
 
 
-def _content(shown: Shown, cards: Sequence[Card]) -> dict:
+def _content(shown: ReportContent, cards: Sequence[Card]) -> dict:
     """Content that the page's scripts read."""
     outcome = shown.outcome
     targets = outcome.targets

@@ -7,7 +7,7 @@ from io import BytesIO
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from fsel.pages.shown import Shown, cards_of
+from fsel.pages.shown import ReportContent, cards_of
 
 CELL, TEXT, EDGE = 120, 16, 4  # pixels of a picture's longer side, a line of text, a coloured edge
 MOST_ACROSS = 16
@@ -15,7 +15,7 @@ COLOURS = {"pick": (213, 94, 0), "held": (0, 114, 178)}
 COLOURS |= {"bad": (176, 0, 32), "left": (255, 255, 255)}
 
 
-def sheet(shown: Shown) -> np.ndarray:
+def sheet(shown: ReportContent) -> np.ndarray:
     """(h, w, 3) uint8 frames in the order of the capture: picks have an orange edge and their
     order, held-out frames a blue edge, bad ones a red edge."""
     cards = cards_of(shown)

@@ -37,7 +37,7 @@ class Commands(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Shown:
+class ReportContent:
     """Content of a page about a selection.
 
     Attributes:
@@ -79,7 +79,7 @@ def picture_side(count: int) -> int:
     return max(LEAST, round(SIDE * min(1.0, np.sqrt(LARGE / count))))
 
 
-def cards_of(shown: Shown) -> list[Card]:
+def cards_of(shown: ReportContent) -> list[Card]:
     """A card of every frame that is shown, in the order of the capture."""
     outcome = shown.outcome
     picked = {entry["index"]: entry for entry in shown.picked}

@@ -16,7 +16,7 @@ from fsel.core.split import splits_in
 from fsel.evaluation.evaluator import Evaluator
 from fsel.metrics import Metrics, units
 from fsel.reconstruct import reconstructor_of
-from fsel.training.journal import Enough, Journal
+from fsel.training.journal import EvaluationLimitReached, Journal
 from fsel.training.labelling import searched
 
 logger = logging.getLogger(__name__)
@@ -83,7 +83,7 @@ def label_part(
     key = fingerprint(inputs, {"config": config})
     with Journal(evaluated, key, known, most) as journal:
         work = Searches(journal, folder, splits, search, reconstruction, fitness, seed)
-        with suppress(Enough):
+        with suppress(EvaluationLimitReached):
             for coverage in coverages:
                 work.table(coverage)
         journal.copy(evaluated)

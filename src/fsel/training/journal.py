@@ -17,7 +17,7 @@ logger = logging.getLogger(__name__)
 PROGRESS = 100  # evaluations between two progress lines
 
 
-class Enough(Exception):
+class EvaluationLimitReached(Exception):
     """A job has made the evaluations that are its share."""
 
 
@@ -98,14 +98,14 @@ class Journal:
             evaluate: (K,) ascending frames -> metrics.
 
         Returns:
-            A function that raises `Enough` for one evaluation more than this job may add.
+            A function that raises `EvaluationLimitReached` beyond what this job may add.
         """
 
         def remembered(subset: np.ndarray) -> np.ndarray:
             key = f"{label}:{','.join(map(str, subset.tolist()))}"
             if key not in self._known:
                 if self._most is not None and len(self._known) >= self._most:
-                    raise Enough
+                    raise EvaluationLimitReached
                 self._add(key, np.asarray(evaluate(subset), float).tolist())
             return np.array(self._known[key])
 

@@ -109,7 +109,7 @@ def cloud(model):
 def cameras(capture):
     states = ("pick", "held", "left", "bad", "left", "pick")
     return [
-        viewer.Camera(name, state, f"is {state}", cv2.imencode(".jpg", image)[1].tobytes())
+        viewer.ViewerCamera(name, state, f"is {state}", cv2.imencode(".jpg", image)[1].tobytes())
         for name, state, image in zip(capture.names, states, capture.images, strict=True)
     ]
 

@@ -38,7 +38,7 @@ DOWN = np.array([0.0, 1.0, 0.0])  # of the world, where no camera tells: as COLM
 
 
 @dataclass(frozen=True)
-class Camera:
+class ViewerCamera:
     """A camera as the page shows it.
 
     Attributes:
@@ -81,7 +81,7 @@ def _rounded(values: np.ndarray) -> np.ndarray:
 
 def scene(
     capture: Capture | None,
-    cameras: Sequence[Camera],
+    cameras: Sequence[ViewerCamera],
     cloud: ply.Cloud | None,
     points: SparsePoints | None = None,
     url: str | None = None,
@@ -152,7 +152,7 @@ def _beginning(
     return middle, reach, start, up
 
 
-def _cameras(capture: Capture, cameras: Sequence[Camera], origin: np.ndarray) -> list[dict]:
+def _cameras(capture: Capture, cameras: Sequence[ViewerCamera], origin: np.ndarray) -> list[dict]:
     poses = capture.world_to_camera.copy()
     poses[:, :, 3] += poses[:, :, :3] @ origin
     return [
