@@ -118,7 +118,7 @@ def test_the_command_knows_the_parts_of_another_package(python, tmp_path):
 @pytest.mark.parametrize(
     ("points", "said"),
     [
-        ("uniform = own_parts:FIRST", r"package own-parts: method 'uniform' .* name of another"),
+        ("uniform = own_parts:FIRST", r"own-parts: method 'uniform' .* name of another"),
         ("last = own_parts:FIRST", r"method 'last' \(own_parts:FIRST\) calls itself 'first'"),
         ("last = own_parts:LAST", r"method 'last' \(own_parts:LAST\): .*no attribute 'LAST'"),
         ("last = absent:LAST", "method 'last' .* needs absent, which is not installed"),
@@ -139,13 +139,3 @@ def test_own_entries_may_call_themselves_otherwise():
         "part", {"first": "fsel.selectors.baselines.uniform:METHOD"}, group="no.group"
     )
     assert registry["first"].name == "uniform"
-
-
-def test_a_near_name_is_offered():
-    registry = Registry("method", {"uniform": "", "fsel": ""})
-    with pytest.raises(
-        ValueError, match=r"allowed: uniform, fsel\. Hint: did you mean 'uniform'\?"
-    ):
-        registry.checked("Unifrom")
-    with pytest.raises(ValueError, match=r"allowed: uniform, fsel$"):
-        registry.checked("best")

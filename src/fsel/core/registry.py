@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMappin
 from difflib import get_close_matches
 from functools import cached_property
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from operator import attrgetter
 from typing import Any, TypeVar
 
@@ -53,21 +53,16 @@ class Registry(MutableMapping[str, Entry]):
         added: dict[str, str] = {}
         for point in entry_points(group=self._group) if self._group else ():
             if point.name in self._own or added.get(point.name, point.value) != point.value:
+                package = "an installed package" if point.dist is None else point.dist.name
                 raise ValueError(
-                    f"{_package(point)}: {self.kind} {point.name!r} ({point.value}) has the name "
-                    "of another. Hint: rename it in the package's entry points, or uninstall it"
+                    f"{package}: {self.kind} {point.name!r} ({point.value}) has the name of "
+                    "another. Hint: rename it in the package's entry points, or uninstall it"
                 )
             added[point.name] = point.value
         return added | self._own if self._ahead else self._own | added
 
     def __getitem__(self, name: str) -> Entry:
-        """The entry.
-
-        Raises:
-            KeyError: for a name that is not registered.
-            ImportError: when it is not there, or needs a package that is not installed, by name.
-            ValueError: for an entry that calls itself otherwise.
-        """
+        """Return the entry; KeyError for a name that is not registered, else see `checked`."""
         if name not in self._found:
             self._found[name] = self._imported(self.homes[name], name)
         return self._found[name]
@@ -108,24 +103,20 @@ class Registry(MutableMapping[str, Entry]):
         return len(self.homes)
 
     def checked(self, name: str) -> Entry:
-        """The entry.
+        """Return the entry.
 
         Raises:
-            ValueError: for a name that is not registered; the message lists those that are.
-            ImportError: as above.
+            ValueError: for a name that is not registered; the message lists those that are. Also
+                for an entry that calls itself otherwise.
+            ImportError: when it is not there, or needs a package that is not installed, by name.
         """
         if name not in self.homes:
             raise unknown(self.kind, name, self.homes, self.renamed)
         return self[name]
 
 
-def _package(point: EntryPoint) -> str:
-    """Name of the installed package that an entry point is of."""
-    return "an installed package" if point.dist is None else f"package {point.dist.name}"
-
-
 def closest(name: str, allowed: Iterable[str]) -> str:
-    """The allowed name that is most like another; empty where none is."""
+    """Return the allowed name that is most like another; empty where none is."""
     return next(iter(get_close_matches(str(name).lower(), allowed, 1)), "")
 
 
@@ -150,7 +141,7 @@ def unknown(
 
 
 def settings_from(kind: Callable[..., Settings], given: Mapping[str, Any]) -> Settings:
-    """The settings, checked.
+    """Return settings that are checked.
 
     Args:
         kind: a dataclass, every field with a default; it refuses values out of range itself.
