@@ -1,20 +1,18 @@
-"""What `fsel select` is worth on captures from disk, told what will be rendered and not.
+"""What `fsel select` is worth on captures from disk, with targets known and unknown.
 
     make captures
 
-does all of it, with and without `--made`, of the captures in `FSEL_CAPTURES` or folders that are
-named, and `benchmarks/captures_page.py` writes docs/results/captures_unknown.md.
+does all of it, on the captures in `FSEL_CAPTURES` or folders that are named, and
+`benchmarks/captures_page.py` writes docs/results/captures_unknown.md.
 
-One frame in eight is held out and not announced. Each selection of the others is reconstructed by
-`gaussians` (128 pixels, 600 steps, 6,000 Gaussians) and by `splats`, or as `--by` says, and scored
-on the frames held out: every n-th frame, the rule alone (`--patience 0`), what is kept after trying
-on the capture's own frames (the default), and what `--targets` picks, told of the frames held out:
-Nearest, the rule, and what is kept after trying on their images (`--patience 10s`); once on all of
-them, which then score too, and once on every second one, the others being those that score.
-What is tried makes all its planned fits, whatever the time, and is scored with `--seeds` seeds.
-`--made` measures on four captures made of each: a pause of a third of its length, six bursts, the
-same path filmed twice, and the second time in other light. Rows that are there are not measured
-again.
+One frame in eight is held out. Each selection of the others is reconstructed by `gaussians` (128
+pixels, 600 steps, 6,000 Gaussians) and by `splats`, or as `--by` says, and scored on the frames
+held out: uniform sampling, the rule alone (`--patience 0`), what is kept after trying on the
+capture's own frames (the default), and with `--targets` the frames held out: Nearest, the rule, and
+what is kept after trying on their images; once on all of them, which then score too, and once on
+every second one, the others being those that score. What is tried makes all its planned fits and is
+scored with `--seeds` seeds. `--made` measures on four captures made of each: a pause, six bursts,
+the same path filmed twice, and the second time in other light. Rows that are there are kept.
 """
 
 from __future__ import annotations
@@ -45,6 +43,7 @@ from fsel.selection.targets import targets_of
 from fsel.selection.validation import TimeBudget
 from fsel.selectors.baselines.nearest import nearest
 
+HOME = Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
 EVERY = 8  # one frame in so many is held out
 LONG_SIDE = 128
 SETTINGS = {
@@ -124,17 +123,18 @@ MADE = {
 }
 
 
-def tried(capture: Capture, k: int) -> tuple[np.ndarray, dict[str, object]]:
-    """(k,) frames; the name of what was kept after trying, and the fits that it took."""
-    problem = request_problem(
-        capture, targets_of(capture, None), np.zeros(len(capture)), None, None
-    )
-    rule = ruled(capture, k)
-    race = halving_of(problem, rule, np.empty(0, np.int64))
-    if race is None:
-        return rule, {"kept": "fsel", "fits": 0}
+def kept_by(race: SuccessiveHalving) -> tuple[np.ndarray, dict[str, object]]:
+    """(k,) frames that a race keeps; their selection's name, and the fits that it took."""
     outcome = race.run(SHARE, ENDLESS)
     return outcome.frames, {"kept": outcome.kept, "fits": outcome.fits}
+
+
+def tried(capture: Capture, k: int) -> tuple[np.ndarray, dict[str, object]]:
+    """(k,) frames that are kept after trying on the capture's own."""
+    targets, rule = targets_of(capture, None), ruled(capture, k)
+    problem = request_problem(capture, targets, np.zeros(len(capture)), None, None)
+    race = halving_of(problem, rule, np.empty(0, np.int64))
+    return (rule, {"kept": "fsel", "fits": 0}) if race is None else kept_by(race)
 
 
 def ruled(capture: Capture, k: int, targets: np.ndarray | None = None) -> np.ndarray:
@@ -160,11 +160,10 @@ def told(
         return score(np.array(frames), seed)
 
     def kept(rows: slice) -> tuple[np.ndarray, dict[str, object]]:
-        race = SuccessiveHalving(
-            lambda own, seed: scores(subset_key(own), seed)[rows], picks, held[rows], STATED
-        )
-        outcome = race.run(SHARE, ENDLESS)
-        return outcome.frames, {"kept": outcome.kept, "fits": outcome.fits}
+        def own(frames: np.ndarray, seed: int) -> np.ndarray:
+            return scores(subset_key(frames), seed)[rows]
+
+        return kept_by(SuccessiveHalving(own, picks, held[rows], STATED))
 
     frames, more = kept(slice(None))
     yield LOOKED, [frames] * 2, more
@@ -175,10 +174,7 @@ def told(
 def picked(
     capture: Capture, held: np.ndarray, k: int, methods: Collection[str]
 ) -> Iterator[tuple[str, list[np.ndarray], dict[str, object]]]:
-    """Yield method, twice (k,) frames of the capture, and what is to be told of it.
-
-    The first frames are scored on every second one of those held out, the others on the rest.
-    """
+    """Yield method, (k,) frames scored on every second one held out and on the rest, and more."""
     seen = np.setdiff1d(np.arange(len(capture)), held)
     if k >= len(seen) or not methods:
         return
@@ -240,7 +236,7 @@ def measure(asked: argparse.Namespace) -> None:
     """Write the rows that are not there yet, so that those of all captures come together."""
     if not asked.folders:
         raise SystemExit(
-            f"no capture named, and no COLMAP capture in {home()}. Hint: FSEL_CAPTURES names their "
+            f"no capture named, and no COLMAP capture in {HOME}. Hint: FSEL_CAPTURES names their "
             "folder; config/captures.yaml says where they come from"
         )
     known = set()
@@ -263,11 +259,6 @@ def measure(asked: argparse.Namespace) -> None:
             print(name, start, k, flush=True)
 
 
-def home() -> Path:
-    """The folder of captures."""
-    return Path(os.environ.get("FSEL_CAPTURES", "../shared/captures"))
-
-
 def captures(asked: argparse.Namespace) -> Iterator[tuple[str, Capture]]:
     """Those on disk, or what is made of them, and their names."""
     for folder in asked.folders:
@@ -281,7 +272,7 @@ def captures(asked: argparse.Namespace) -> Iterator[tuple[str, Capture]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    found = sorted(path.parent for path in home().glob("*/sparse"))
+    found = sorted(path.parent for path in HOME.glob("*/sparse"))
     parser.add_argument("folders", nargs="*", type=Path, default=found, help="captures on disk")
     parser.add_argument("--rows", type=Path, required=True, help="file that rows are added to")
     parser.add_argument("--made", action="store_true", help="on captures made of them, see above")

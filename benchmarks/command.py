@@ -1,9 +1,8 @@
 """Time `fsel select` from a cold start: a COLMAP capture of 300 frames, K = 30.
 
 A capture of 300 images of 1920x1080 with 20,000 points is generated in a temporary folder. Prints
-the wall time of the process, where it goes as `selection.json` tells it, each bound, and the
-processor time, which a busy machine changes little. Each selection is written to a new folder, and
-bytecode is kept, as an installation has it. Run on a quiet machine:
+the wall time of the process, its parts by `selection.json`, each bound, and the processor time,
+which a busy machine changes little. Run on a quiet machine:
 
     python benchmarks/command.py
 """
