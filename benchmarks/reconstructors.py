@@ -109,21 +109,17 @@ def measure(section: dict) -> dict[str, float | str]:
 
 def worker() -> None:
     """Print the overhead of the protocol, a line a size."""
-    from fsel.reconstruct.external.serving import Served
-    from fsel.reconstruct.external.settings import ExternalSettings
+    from fsel.reconstruct.external import External
 
-    from fsel.reconstruct.external.worker import shared
-
-    running = shared(ExternalSettings(serve=(sys.executable, "-c", NOISE)))
     small = generated("mipnerf360", 0, SIZE[0], frames=K + VIEWS)
     for width, height in (SIZE, (960, 540)):
         blank = np.zeros((K + VIEWS, height, width, 3), np.uint8)
         capture = replace(small, images=blank, points=None)
-        served, taken = Served(capture, running), []
+        served, taken = External(capture, serve=[sys.executable, "-c", NOISE]), []
         views = capture.view(np.arange(VIEWS))
         for at in range(TIMES):
             started = time.perf_counter()
-            served.fit([VIEWS + (np.arange(K) + at) % K])[0].render(views)
+            served.fit(VIEWS + (np.arange(K) + at) % K).render(views)
             taken.append((time.perf_counter() - started) * 1e3)
         median, late = np.percentile(taken[10:], [50, 95])
         print(f"{width}x{height}: {median:.1f} ms a subset, 95 % below {late:.1f} ms", flush=True)
