@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from described_scene import filmed, save_described
+from evaluation_files import FACTS
 from selection_problems import random_capture
 
 from fsel.evaluation.summary import leaders
@@ -21,13 +22,6 @@ from fsel.experiments.paper.crosscapture import (
 from fsel.metrics import METRICS
 
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
-FACTS = {
-    "embedded": ["7-Scenes"],
-    "real": [],
-    "reconstructor": "splats",
-    "long_side": 32,
-    "descriptor": "lab_hog",
-}
 
 
 def in_passes(sizes: dict[str, int]):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from evaluation_files import FACTS
 from selection_problems import capture_of
 from small_captures import ring
 
@@ -24,13 +25,6 @@ from fsel.selection.focus import from_capture
 from fsel.stages.describe import describe
 from fsel.synthetic import record
 
-FACTS = {
-    "embedded": ["CO3D"],
-    "real": [],
-    "reconstructor": "splats",
-    "long_side": 32,
-    "descriptor": "lab_hog",
-}
 ASKED = {"k": 6, "draws": 2, "targets": 4, "seed": 1}
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
 

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from described_scene import write_scene
+from evaluation_files import FACTS
 
 from fsel.core.split import Split
 from fsel.experiments.studies.candidate_pools import (
@@ -16,14 +17,6 @@ from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selectors import pretrained
 from fsel.selectors.baselines import PAPER
 from fsel.selectors.scorer import Network
-
-FACTS = {
-    "embedded": ["DL3DV"],
-    "real": [],
-    "reconstructor": "splats",
-    "long_side": 32,
-    "descriptor": "lab_hog",
-}
 
 
 def test_each_block_keeps_to_its_pool(tmp_path):

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 from described_scene import filmed
+from evaluation_files import FACTS
 
 from fsel.core.split import Split, coverage_split
 from fsel.evaluation.evaluator import Evaluator
@@ -35,14 +36,6 @@ SCORERS = yaml.safe_load((ROOT / "config" / "scorers.yaml").read_text())
 PAPER = ROOT.parent / "shared" / "paper.tex"
 SCENES = [("d", "a"), ("d", "b")]
 RECONSTRUCTION = {"name": "splats", "long_side": 32, "settings": {}}
-FACTS = {
-    "embedded": ["DL3DV"],
-    "real": [],
-    "reconstructor": "splats",
-    "long_side": 64,
-    "descriptor": "lab_hog",
-    "epochs": 4,
-}
 
 
 def configurations() -> list[dict]:
@@ -277,7 +270,7 @@ def test_differences_to_the_reference_by_hand(tmp_path):
     assert table.loc["less_is_more", ["loss", "seeds", "draws", "n"]].tolist() == [4.5, 2, 2, 2]
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
     labels = {name: SCORERS[name]["label"] for name in psnr}
-    settings = {"scenes": SCENES, "labels": labels, "facts": FACTS}
+    settings = {"scenes": SCENES, "labels": labels, "facts": FACTS | {"epochs": 4}}
     scorer_arch(measured, [*trials.values()], *paths, **settings)
     text = paths[0].read_text()
     assert r"Wider MLP (256 units) & 1,000 & $\mathbf{+1.00}$ {\tiny$[+1.00,+1.00]$}" in text
@@ -297,7 +290,7 @@ def test_a_trial_that_did_not_finish_is_not_the_reference(tmp_path):
     table.to_parquet(measured[0])
     labels = {name: SCORERS[name]["label"] for name in psnr}
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"scenes": SCENES, "labels": labels, "facts": FACTS}
+    settings = {"scenes": SCENES, "labels": labels, "facts": FACTS | {"epochs": 4}}
     scorer_arch(measured, [*trials.values()], *paths, **settings)
     text = paths[0].read_text()
     assert r"3-layer MLP (ours) & 1,000 & $0$ \\" in text
@@ -314,7 +307,7 @@ def test_the_table_of_features_marks_what_is_shown(tmp_path):
     psnr = {"1": shifted(0, 0, 0, 0), "6": shifted(0, 0, 0, 0), "37": shifted(-1, -1, -1, -1)}
     measured, trials = results(tmp_path, psnr)
     paths = tmp_path / "t.tex", tmp_path / "t.csv"
-    settings = {"scenes": SCENES, "cases": cases, "facts": FACTS}
+    settings = {"scenes": SCENES, "cases": cases, "facts": FACTS | {"epochs": 4}}
     feature_sweep(measured, [*trials.values()], *paths, **settings)
     lines = paths[0].read_text().splitlines()
     marked = {line.split(" & ")[0]: line for line in lines if r"\bullet" in line}
