@@ -25,7 +25,7 @@ from fsel.core.geometry import farthest_views
 from fsel.core.problem import Problem
 from fsel.features.appearance import KERNEL_JITTER
 from fsel.features.columns import FOLLOWING_INPUTS, INPUTS
-from fsel.features.visibility import NOTHING
+from fsel.features.conditioned import NOTHING
 from fsel.selectors import greedy, pretrained, reference_loop
 from fsel.selectors.baselines.dpp import greedy_map
 from fsel.selectors.baselines.kmedoids import distances, fasterpam

@@ -3,14 +3,24 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 from selection_problems import capture_of, random_problem
 
+from fsel.core.files import read_table, write_table
 from fsel.core.problem import Problem
 from fsel.experiments.studies.hard_cases.worlds import moved
 from fsel.features.columns import CONDITIONED, FEATURES, STATIC
-from fsel.features.static import SIGNS, mvsnet_score, static_features
+from fsel.features.static import (
+    SIGNS,
+    UNITS,
+    features_table,
+    mvsnet_score,
+    static_features,
+    with_features,
+)
+from fsel.selectors.policies import KNOWN
 
 
 def proxies_of(problem):
@@ -111,15 +121,6 @@ def test_the_mvsnet_score_by_hand():
     np.testing.assert_allclose(mvsnet_score(np.radians(degrees)), want)
 
 
-def test_a_proxy_among_the_rows_is_compared_with_itself():
-    problem = random_problem(20)
-    table = static_features(problem, problem.observed, proxies_of(problem))
-    own = np.isin(problem.observed, problem.proxies)
-    assert (table[own][:, STATIC.index("d_min_o")] == 0).all()
-    assert (table[own][:, STATIC.index("gamma_min_o")] == 0).all()
-    np.testing.assert_allclose(table[own][:, STATIC.index("rho_max_o")], 1, atol=1e-6)
-
-
 def test_targets_as_reference_keep_appearance_on_the_proxies():
     problem = random_problem(20)
     ours = static_features(problem, problem.candidates, proxies_of(problem))
@@ -154,22 +155,6 @@ def test_a_candidate_on_a_reference_point_has_finite_features():
     assert np.isfinite(table).all()
 
 
-def test_equal_frames_have_equal_features():
-    problem = random_problem(40, seed=3)
-    twin = np.arange(40)
-    first, second = problem.candidates[[2, -1]]
-    twin[second] = first
-    capture = replace(problem.capture, world_to_camera=problem.capture.world_to_camera[twin])
-    same = replace(
-        problem,
-        capture=capture,
-        descriptors=problem.descriptors[twin],
-        sharpness=problem.sharpness[twin],
-    )
-    table = static_features(same, same.candidates, proxies_of(same))
-    np.testing.assert_array_equal(table[2], table[-1])
-
-
 def test_a_moved_and_scaled_world_scales_lengths_and_nothing_else():
     problem = random_problem(30, seed=1)
     rotation = Rotation.random(rng=np.random.default_rng(0)).as_matrix()
@@ -178,3 +163,43 @@ def test_a_moved_and_scaled_world_scales_lengths_and_nothing_else():
     before = static_features(problem, problem.candidates, proxies_of(problem))
     after = static_features(other, other.candidates, proxies_of(other))
     np.testing.assert_allclose(after, before * np.where(lengths, 2.5, 1), atol=1e-9)
+
+
+def stored(problem, folder):
+    path = folder / "features.parquet"
+    write_table(features_table(problem), path, units=UNITS, config="c")
+    return read_table(path)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", ["less_is_more", "less_is_more_no_appearance"])
+def test_a_policy_is_shown_the_same_bits_from_the_file(name, seed, tmp_path):
+    problem = random_problem(30, seed)
+    table = stored(problem, tmp_path).sample(frac=1, random_state=seed)
+    known = with_features(problem, table, "f")
+    computed = static_features(problem, problem.candidates, problem.capture.view(problem.proxies))
+    np.testing.assert_array_equal(known.features, computed)
+    first, second = KNOWN[name].prepare(problem), KNOWN[name].prepare(known)
+    assert first.static.tobytes() == second.static.tobytes()
+
+
+def test_the_file_is_what_is_read_where_pool_and_references_are_its_own():
+    problem = replace(random_problem(30), features=np.zeros((22, len(STATIC))))
+    policy = KNOWN["less_is_more"]
+    assert not policy.prepare(problem).static.any()
+    for other in (replace(policy, reference="targets"), replace(policy, pool="observed")):
+        assert other.prepare(problem).static.any()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda t: t[1:], "21 rows for 22 candidates"),
+        (lambda t: t.assign(frame=t["frame"] + 1), "22 rows for 22 candidates"),
+        (lambda t: t.assign(tau_tri=np.nan), "tau_tri of frame .* is nan"),
+    ],
+)
+def test_features_of_another_problem_are_refused(change, said):
+    problem = random_problem(30)
+    with pytest.raises(ValueError, match=f"old.parquet: .*{said}"):
+        with_features(problem, change(pd.DataFrame(features_table(problem))), "old.parquet")

@@ -36,8 +36,7 @@ def descriptors(images: np.ndarray, kind: str, weights: str | None = None) -> np
     Returns:
         (N, D) float32, rows of unit length; cosine similarity is their dot product.
 
-    Raises:
-        As `check`.
+    Raises: as `check`.
     """
     check(kind, weights)
     raw = KINDS[kind](images, weights)
@@ -71,17 +70,11 @@ def check(kind: str, weights: str | None = None, named: tuple[str, str] = CONFIG
             "lab_hog"
         )
     for package, extra in (("timm", "weights"), ("torch", "workflow")):
-        if not _installed(package):
+        if sys.modules.get(package, True) is None or find_spec(package) is None:
             raise ImportError(
                 f"{kind_named} dinov2 needs the package {package}: pip install 'fsel[{extra}]', "
                 f"or set {kind_named} to lab_hog"
             )
-
-
-def _installed(package: str) -> bool:
-    if package in sys.modules:
-        return sys.modules[package] is not None
-    return find_spec(package) is not None
 
 
 def _lab_hog(images: np.ndarray, weights: str | None) -> np.ndarray:

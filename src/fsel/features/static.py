@@ -1,10 +1,15 @@
-"""The 18 features of a candidate (paper, Appendix A.1), raw, before standardisation."""
+"""The 14 features of a candidate that no pick changes (paper, Appendix A.1), raw, and their table."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from fsel.core.capture import Views
+from fsel.core.files import Columns
 from fsel.core.geometry import (
     directions,
     lengths,
@@ -14,7 +19,7 @@ from fsel.core.geometry import (
     viewing_angles,
 )
 from fsel.core.problem import Problem
-from fsel.features.columns import FEATURES
+from fsel.features.columns import FEATURES, STATIC
 
 LOWER_IS_BETTER = (
     *("d_min_o", "d_mean_o", "d_p25_o", "gamma_min_o", "gamma_mean_o"),
@@ -115,3 +120,45 @@ def mvsnet_score(angle: np.ndarray) -> np.ndarray:
     degrees = np.degrees(angle)
     spread = np.where(degrees <= MVSNET_ANGLE, *MVSNET_SPREAD)
     return np.exp(-((degrees - MVSNET_ANGLE) ** 2) / (2 * spread**2))
+
+
+def features_table(problem: Problem) -> dict[str, Any]:
+    """Describe every candidate by what no pick changes (paper, section 3.2), unstandardised.
+
+    Returns:
+        One row a candidate, ascending: frame, name, and the 14 columns
+        `fsel.features.columns.STATIC` as float64. Units are `fsel.features.static.UNITS`.
+    """
+    names = [problem.capture.names[frame] for frame in problem.candidates]
+    references = problem.capture.view(problem.proxies)
+    values = static_features(problem, problem.candidates, references)
+    return {"frame": problem.candidates, "name": names, **dict(zip(STATIC, values.T, strict=True))}
+
+
+def with_features(problem: Problem, table: Columns, source: str | Path) -> Problem:
+    """Return the problem with the features that `features_table` wrote down for it.
+
+    Args:
+        problem: the selection problem.
+        table: its rows in any order.
+        source: the file they were read from, for error messages.
+
+    Raises:
+        ValueError: for rows that are not the problem's candidates, one each, or values that are
+            missing or not finite.
+    """
+    order = np.argsort(table["frame"])
+    frames = np.asarray(table["frame"])[order]
+    if not np.array_equal(frames, problem.candidates):
+        wrong = np.setxor1d(frames, problem.candidates)
+        raise ValueError(
+            f"{source}: {len(frames)} rows for {len(problem.candidates)} candidates (frames "
+            f"{wrong[:5].tolist()} differ). Hint: it was made for another split; make it anew"
+        )
+    # rows one after another, as they were computed: another order would sum in another order
+    values = np.ascontiguousarray(np.array([table[name] for name in STATIC], np.float64).T[order])
+    if not np.isfinite(values).all():
+        row, column = np.argwhere(~np.isfinite(values))[0]
+        value = values[row, column]
+        raise ValueError(f"{source}: {STATIC[column]} of frame {frames[row]} is {value}")
+    return replace(problem, features=values)

@@ -24,7 +24,7 @@ class Memory(NamedTuple):
         apart: (n,) look distance to the nearest pick, at most `NOVEL`.
         rates: (O, Q) what the picks see of each point of each view, summed.
         gains: (O, M) what the nearest rows of each view would add to it, see
-            `fsel.features.visibility.visibility_gain`.
+            `fsel.features.conditioned.visibility_gain`.
     """
 
     squares: np.ndarray
@@ -185,7 +185,7 @@ def _look(visible, row, memory):
 
 @reordered
 def _visibility_gains(seen, rates, views, out):
-    """One view's part of `fsel.features.visibility.visibility_gain`."""
+    """One view's part of `fsel.features.conditioned.visibility_gain`."""
     slope = (1 + rates) * np.exp(-rates) / (views * len(rates))
     for m in range(len(seen)):
         gain = 0.0

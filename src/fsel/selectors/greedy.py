@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fsel.features.columns import FOLLOWING_INPUTS
+from fsel.features.conditioned import Visibility
 from fsel.features.static import FLAT
-from fsel.features.visibility import Visibility
 from fsel.selectors.scorer import Linear, Network, Scorer, layers_of
 
 

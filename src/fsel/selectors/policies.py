@@ -23,15 +23,16 @@ from fsel.features.columns import (
     TARGET_GAIN_INPUT,
 )
 from fsel.features.conditioned import (
+    NOTHING,
     SURROGATE_DECAY_START,
     closeness,
     look_depth,
     look_distance,
     look_embedding,
     nearest_view_penalty,
+    visibility,
 )
 from fsel.features.static import proxy_points, static_features
-from fsel.features.visibility import NOTHING, visibility
 from fsel.selectors.greedy import Prepared, Rows, greedy, standardise
 from fsel.selectors.scorer import Linear, Network, Scorer
 

@@ -20,8 +20,15 @@ from fsel.features.columns import (
     SPREAD,
     TARGET_GAIN_INPUT,
 )
-from fsel.features.conditioned import ENOUGH, FEW, GROUP, NOVEL, POINTS
-from fsel.features.visibility import visibility_counts, visibility_gain
+from fsel.features.conditioned import (
+    ENOUGH,
+    FEW,
+    GROUP,
+    NOVEL,
+    POINTS,
+    visibility_counts,
+    visibility_gain,
+)
 from fsel.selectors.greedy import Prepared, check_budget, standardise
 from fsel.selectors.scorer import Scorer
 

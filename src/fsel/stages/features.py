@@ -8,8 +8,7 @@ from fsel.core.capture import Capture
 from fsel.core.files import File, Files, read_columns, repeated, stacked, write_table
 from fsel.core.problem import Problem
 from fsel.core.split import splits_in
-from fsel.features.static import UNITS
-from fsel.features.table import features_table
+from fsel.features.static import UNITS, features_table
 
 
 def features(folder: File, splits: Files, tables: Files, *, config: str) -> None:
@@ -19,7 +18,7 @@ def features(folder: File, splits: Files, tables: Files, *, config: str) -> None
 
     Args:
         splits: split.parquet of a draw, or splits.parquet of all coverage levels.
-        tables: one for each of the splits, see `fsel.features.table.features_table`; with a column
+        tables: one for each of the splits, see `fsel.features.static.features_table`; with a column
             `coverage` where its split has one.
     """
     capture = Capture.load(folder)

@@ -9,7 +9,7 @@ from fsel.captures.layouts.dl3dv import read_protocol
 from fsel.core.files import File, Files, read_columns, stacked, write_table
 from fsel.core.problem import Problem
 from fsel.evaluation import measuring
-from fsel.features.table import with_features
+from fsel.features.static import with_features
 from fsel.selectors.baselines import METHODS
 
 

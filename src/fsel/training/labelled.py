@@ -14,7 +14,7 @@ from fsel.core.capture import Capture
 from fsel.core.files import Columns, chosen, read_columns
 from fsel.core.problem import Problem
 from fsel.core.split import splits_in
-from fsel.features.table import with_features
+from fsel.features.static import with_features
 
 Scenes = Mapping[str, Sequence[str | Path]]
 """Scene -> the arguments of `read_problems`."""

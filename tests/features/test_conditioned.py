@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fsel.core.capture import Views
-from fsel.features.visibility import (
+from fsel.features.conditioned import (
     NEAREST,
     NOTHING,
     Visibility,
@@ -49,19 +49,6 @@ def test_the_view_itself_sees_all_and_one_that_looks_away_nothing():
     np.testing.assert_array_equal(seen[1], 0)
 
 
-def test_a_frame_counts_by_the_angle_at_the_point():
-    view, frame = cameras((0, 0, 0)), cameras((0.5, 0, 0))
-    points, seen = view_points(view, 2.0)[0], seen_by(frame, view)[0]
-    x, _, z = points.T
-    inside = (x - 0.5) / z * 30 + 30 >= 0
-    assert 0 < inside.sum() < 120
-    to_view, to_frame = -points, np.array([0.5, 0, 0]) - points
-    cosine = (to_view * to_frame).sum(axis=1)
-    cosine /= np.linalg.norm(to_view, axis=1) * np.linalg.norm(to_frame, axis=1)
-    want = np.where(inside, np.exp(-np.degrees(np.arccos(cosine)) / 40), 0)
-    np.testing.assert_allclose(seen, want, rtol=1e-9)
-
-
 def test_of_many_frames_the_nearest_are_asked():
     frames = cameras(*np.zeros((NEAREST + 3, 3)))
     distance = np.arange(NEAREST + 3, 0, -1.0)[:, None]
@@ -78,16 +65,6 @@ def test_visibility_counts_are_summed_over_the_rows_that_a_view_asks():
         visibility_counts(visible, np.array([0, 2])), [[1, 0.75], [0.25, 0]]
     )
     np.testing.assert_array_equal(visibility_counts(visible, np.array([], int)), np.zeros((2, 2)))
-
-
-def test_gain_by_hand():
-    """Rates 0 and 1: slopes 1 and 2 / e, each over four points in all."""
-    visible = Visibility(
-        np.array([[2, 0], [0, 1]]), np.array([[[1, 0.5], [0, 0]], [[0.25, 0], [1, 1]]])
-    )
-    rates = np.array([[0.0, 1.0], [0.0, 0.0]])
-    want = [0.25 / 4, 2 / 4, (1 + 0.5 * 2 / np.e) / 4, 0]
-    np.testing.assert_allclose(visibility_gain(visible, rates, 4), want)
 
 
 def test_the_gain_is_the_slope_of_the_chances_of_one_and_of_two_counts():
