@@ -70,7 +70,8 @@ def check(kind: str, weights: str | None = None, named: tuple[str, str] = CONFIG
             "lab_hog"
         )
     for package, extra in (("timm", "weights"), ("torch", "workflow")):
-        if sys.modules.get(package, True) is None or find_spec(package) is None:
+        found = sys.modules[package] if package in sys.modules else find_spec(package)
+        if found is None:
             raise ImportError(
                 f"{kind_named} dinov2 needs the package {package}: pip install 'fsel[{extra}]', "
                 f"or set {kind_named} to lab_hog"

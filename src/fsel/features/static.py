@@ -1,4 +1,4 @@
-"""The 14 features of a candidate that no pick changes (paper, Appendix A.1), raw, and their table."""
+"""The 14 features of a candidate that no pick changes (paper, Appendix A.1), and their table."""
 
 from __future__ import annotations
 
