@@ -17,7 +17,7 @@ from selection_problems import around, numbered, pointed
 from small_captures import ring
 
 from fsel.core.geometry import invert_pose
-from fsel.core.programs.outcome import Unfinished
+from fsel.core.programs import Unfinished
 from fsel.reconstruct.external import External, ExternalSettings
 from fsel.reconstruct.external.worker import close_all
 

@@ -18,8 +18,7 @@ from small_captures import ring
 from worker_checks import check_worker
 
 from fsel.core.capture import Capture
-from fsel.core.programs.command import tail
-from fsel.core.programs.outcome import Unfinished
+from fsel.core.programs import Unfinished, tail
 from fsel.evaluation.evaluator import Evaluator
 from fsel.reconstruct import RECONSTRUCTORS, check_needs
 from fsel.reconstruct.external import External

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsel.core.capture import Capture, Views
-from fsel.core.programs.outcome import FINISHED, RANGE, Unfinished
+from fsel.core.programs import FINISHED, RANGE, Unfinished
 from fsel.core.subsets import subset_key
 from fsel.metrics import METRICS, Metrics, checked, score_views
 from fsel.reconstruct import Model, Reconstructor, reconstructor_of
@@ -28,7 +28,7 @@ class Measured(NamedTuple):
             reconstruction did not finish.
         fit_seconds, render_seconds: of the reconstruction, and of rendering all views.
         primitives, bytes, peak_bytes, device: of the model, see `fsel.reconstruct.Model`.
-        outcome: a word of `fsel.core.programs.outcome`; empty where it finished.
+        outcome: a word of `fsel.core.programs`; empty where it finished.
         log: of what did not finish, the last lines.
     """
 

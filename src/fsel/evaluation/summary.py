@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import pandas as pd
 
-from fsel.core.programs.outcome import FINISHED
+from fsel.core.programs import FINISHED
 from fsel.evaluation.statistics import Interval, of_places_and_seeds
 from fsel.metrics import REGISTERED
 
@@ -16,7 +16,7 @@ ALL_DATASETS = "all"
 SUMMARY = ("dataset", "method", "k", "metric", "mean", "ci_low", "ci_high", "n")
 DIFFERENCES = ("dataset", "method", "reference", "k", "metric", "mean", "ci_low", "ci_high", "p")
 
-OUTCOME = "outcome"  # of reconstructions that did not finish, see fsel.core.programs.outcome
+OUTCOME = "outcome"  # of reconstructions that did not finish, see fsel.core.programs
 
 Column = tuple[str, str, int]  # metric, method, budget
 

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fsel.core.capture import Capture, Views
-from fsel.core.programs.outcome import MissingRequirement, NoDevice
+from fsel.core.programs import MissingRequirement, NoDevice
 from fsel.core.registry import Registry
 
 

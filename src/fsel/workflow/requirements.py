@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from fsel.captures.colmap.runs import work_of
-from fsel.core.programs.outcome import MissingRequirement
+from fsel.core.programs import MissingRequirement
 from fsel.features import appearance
 from fsel.metrics import lpips
 from fsel.reconstruct import check_needs

@@ -11,7 +11,7 @@ from fsel.captures.colmap.runs import Work
 from fsel.captures.layouts import bare
 from fsel.captures.poses import sfm
 from fsel.captures.read import read_folder
-from fsel.core.programs.outcome import MissingRequirement
+from fsel.core.programs import MissingRequirement
 
 # places all images but the last on a ring, in two models; arguments: folder, images of the second
 PROGRAM = """

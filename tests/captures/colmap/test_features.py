@@ -14,7 +14,7 @@ from fsel.captures.poses.agreement import pose_errors
 from fsel.captures.read import read_folder
 from fsel.cli import main
 from fsel.core import packages
-from fsel.core.programs.outcome import MissingRequirement
+from fsel.core.programs import MissingRequirement
 
 COUNT, FOCAL, SIZE = 8, 300.0, (320, 240)
 

@@ -8,7 +8,7 @@ import pytest
 from described_scene import filmed
 
 from fsel.core.capture import Capture
-from fsel.core.programs.outcome import Unfinished
+from fsel.core.programs import Unfinished
 from fsel.evaluation.evaluator import Evaluator
 from fsel.evaluation.latex import plain_table
 from fsel.evaluation.summary import ALL_FRAMES

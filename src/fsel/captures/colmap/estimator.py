@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from fsel.core.programs.command import tail
-from fsel.core.programs.outcome import MissingRequirement, NoDevice, Unfinished
-from fsel.core.programs.settings import Program, words_of
+from fsel.core.programs import MissingRequirement, NoDevice, Program, Unfinished, tail, words_of
 from fsel.core.registry import settings_from
 
 MODELS = "sparse"

@@ -13,7 +13,7 @@ import numpy as np
 from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.colmap.learned import Aliked, PublishedWeights, XFeat
 from fsel.captures.images import files as image_files
-from fsel.core.programs.outcome import MissingRequirement
+from fsel.core.programs import MissingRequirement
 
 SIFT, XFEAT, ALIKED = "sift", "xfeat", "aliked"
 NETWORKS = {XFEAT: XFeat, ALIKED: Aliked}

@@ -12,7 +12,7 @@ import pandas as pd
 
 from fsel.core.files import File, Files, read_table, write_table
 from fsel.core.problem import Problem
-from fsel.core.programs.outcome import FINISHED, Unfinished
+from fsel.core.programs import FINISHED, Unfinished
 from fsel.core.split import Split
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
 from fsel.evaluation.summary import ALL_FRAMES

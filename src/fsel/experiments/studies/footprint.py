@@ -23,7 +23,7 @@ import numpy as np
 
 from fsel.core.capture import Capture, Views
 from fsel.core.files import File
-from fsel.core.programs.outcome import MEMORY, Unfinished
+from fsel.core.programs import MEMORY, Unfinished
 from fsel.metrics import Metrics, score_views
 from fsel.reconstruct import Model, Reconstructor, needs_gpu, reconstructor_of
 from fsel.reconstruct.configured import Peak

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fsel.core.capture import Capture, Views
-from fsel.core.programs.outcome import MISSING, Unfinished
+from fsel.core.programs import MISSING, Unfinished
 from fsel.core.registry import settings_from
 from fsel.reconstruct.configured import ConfiguredReconstructor
 from fsel.reconstruct.external.files import Arrays, write_files

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from fsel.core.programs import command
-from fsel.core.programs.outcome import FAILED, TIMEOUT, Unfinished
-from fsel.core.programs.settings import Program, check_folder, words_of
+from fsel.core import programs
+from fsel.core.programs import FAILED, TIMEOUT, Program, Unfinished, check_folder, words_of
 
 PROTOCOL = 2
 HELPER = Path(__file__).parent / "helper"  # goes on the program's path
@@ -115,10 +114,10 @@ class Worker:
         """
         if self.running:
             return
-        variables = command.environment(self.settings.venv)
+        variables = programs.environment(self.settings.venv)
         variables["PYTHONPATH"] = str(HELPER)
         started = time.perf_counter()
-        with (self.folder / command.LOG).open("ab") as log:
+        with (self.folder / programs.LOG).open("ab") as log:
             self._asked_at = log.tell()
             process = subprocess.Popen(
                 self.settings.command(self.settings.serve, self.folder),
@@ -145,7 +144,7 @@ class Worker:
             Unfinished: when it answered with an error; it goes on.
         """
         if request["do"] != "hello":
-            self._asked_at = (self.folder / command.LOG).stat().st_size
+            self._asked_at = (self.folder / programs.LOG).stat().st_size
         try:
             early = None if self._answers.empty() else self._answers.get()
             self.tell(request)
@@ -187,7 +186,7 @@ class Worker:
 
     def log(self) -> str:
         """The last lines that the program wrote since it was asked."""
-        return command.tail(self.folder, self._asked_at)
+        return programs.tail(self.folder, self._asked_at)
 
     def stop(self) -> int | None:
         """End the program: by the end of its input, and by force where that does not suffice.
@@ -207,7 +206,7 @@ class Worker:
             process.wait(GRACE)
         except subprocess.TimeoutExpired:
             logger.warning("worker %s: did not end with its input", self.program)
-        command.kill(process.pid)  # it, or what it started and left
+        programs.kill(process.pid)  # it, or what it started and left
         code = process.wait()
         process.stdout.close()
         return code
@@ -228,17 +227,17 @@ class Worker:
             return self.lost(f"closed its standard output at {doing!r}")
         self.stop()
         log = self.log()
-        return Lost(*command.ended(f"{self.program}, asked to {doing},", code, log), log)
+        return Lost(*programs.ended(f"{self.program}, asked to {doing},", code, log), log)
 
     def lost(self, said: str, outcome: str = FAILED) -> Lost:
         """End the program by force; returns the error that says why."""
         if self._process is not None:
-            command.kill(self._process.pid)
+            programs.kill(self._process.pid)
         self.stop()
         return Lost(outcome, f"{self.program} {said}", self.log())
 
     def _note(self, line: bytes) -> None:
-        with (self.folder / command.LOG).open("ab") as log:
+        with (self.folder / programs.LOG).open("ab") as log:
             log.write(line[:LONGEST].rstrip(b"\n") + b"\n")
 
 

@@ -5,8 +5,7 @@ import time
 
 import pytest
 
-from fsel.core.programs.command import environment, run, tail
-from fsel.core.programs.outcome import Unfinished
+from fsel.core.programs import Unfinished, environment, run, tail
 
 
 def ended(folder, text, timeout=60):

@@ -1,10 +1,12 @@
-"""Settings of a program that is run: its commands, its environment, and what it needs."""
+"""Programs that are run: their settings, time and memory, and how they end."""
 
 from __future__ import annotations
 
 import os
 import re
 import shutil
+import signal
+import subprocess
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -12,12 +14,43 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
-from fsel.core.programs.command import environment, run
-from fsel.core.programs.outcome import NoDevice
-
+FAILED = "failed"
+TIMEOUT = "timeout"
+MEMORY = "out of memory"
+MISSING = "no image"
+RANGE = "not finite"
+FINISHED = ""
+LOG = "log.txt"
+TAIL, TAIL_BYTES = 20, 1 << 16  # of the log, that an error shows and that are read for it
+FULL = re.compile(r"out of memory|OutOfMemoryError|MemoryError|Cannot allocate memory", re.I)
+HIDDEN = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")  # of this process, not of the program's
 FOLDER, RECIPES, HERE, PYTHON = "{folder}", "{recipes}", "{here}", "{python}"
 PLACES = (FOLDER, RECIPES, HERE, PYTHON)
 MARK = re.compile(r"\{[a-z_]+\}")
+
+
+class NoDevice(OSError):
+    """Error that a program works on a GPU, and there is none here."""
+
+
+class MissingRequirement(ValueError):
+    """Error that a program lacks what it needs; each thing is on a line of the message."""
+
+
+class Unfinished(RuntimeError):
+    """A reconstruction without the images that it was to make.
+
+    Evaluations go on: tables show the outcome in the place of numbers. A search stops, since a
+    subset that was not measured cannot be ranked.
+
+    Attributes:
+        outcome: one of the words above, but `FINISHED`.
+        log: the last lines that the program wrote, if there was one.
+    """
+
+    def __init__(self, outcome: str, message: str, log: str = "") -> None:
+        super().__init__(f"{message}\n{log}" if log else message)
+        self.outcome, self.log = outcome, log or message
 
 
 @dataclass(frozen=True)
@@ -135,3 +168,79 @@ def words_of(name: str, value: object) -> tuple[str, ...]:
             if mark not in PLACES:
                 raise ValueError(f"{name} has {mark} in {word!r}; allowed: {', '.join(PLACES)}")
     return tuple(value)
+
+
+def environment(venv: str | None) -> dict[str, str]:
+    """Return this process's variables without what would lead a program to its packages."""
+    variables = {name: value for name, value in os.environ.items() if name not in HIDDEN}
+    if venv is not None:
+        folder = Path(venv).resolve()
+        variables["VIRTUAL_ENV"] = str(folder)
+        variables["PATH"] = f"{folder / 'bin'}{os.pathsep}{variables.get('PATH', os.defpath)}"
+    return variables
+
+
+def run(command: Sequence[str], folder: Path, variables: Mapping[str, str], timeout: float) -> None:
+    """Run a command to its end, in its own process group; its output goes to log.txt.
+
+    Args:
+        command: program and arguments; no shell reads them.
+        folder: where it runs, and where the log is.
+        variables: its environment.
+        timeout: seconds, after which its processes are killed.
+
+    Raises:
+        Unfinished: for a timeout, full memory, or another exit code than zero.
+    """
+    with (folder / LOG).open("ab") as log:
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            env=dict(variables),
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        try:
+            code = process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            code = None
+        finally:
+            kill(process.pid)  # with whatever it started and left
+            process.wait()
+    if code is None:
+        raise Unfinished(TIMEOUT, f"{command[0]} was stopped after its time", tail(folder))
+    if code:
+        said = tail(folder)
+        raise Unfinished(*ended(command[0], code, said), said)
+
+
+def tail(folder: Path, since: int = 0) -> str:
+    """Return the last lines of the log, of those from some byte on."""
+    with (folder / LOG).open("rb") as file:
+        file.seek(max(file.seek(0, os.SEEK_END) - TAIL_BYTES, since))
+        text = file.read().decode("utf-8", errors="replace")
+    lines = text.replace("\r", "\n").splitlines()
+    return "\n".join([line for line in lines if line.strip()][-TAIL:])
+
+
+def ended(program: str, code: int, log: str) -> tuple[str, str]:
+    """Describe a program that ended with an exit code, or by a signal below zero.
+
+    Returns:
+        The outcome, and a sentence.
+    """
+    if FULL.search(log):
+        return MEMORY, f"{program} ended with exit code {code}, out of memory"
+    if code == -signal.SIGKILL:
+        return MEMORY, f"{program} was killed, as the system does for memory"
+    return FAILED, f"{program} ended with exit code {code}"
+
+
+def kill(group: int) -> None:
+    """End the processes of a group."""
+    try:
+        os.killpg(group, signal.SIGKILL)
+    except ProcessLookupError:
+        return

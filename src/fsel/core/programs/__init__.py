@@ -1,1 +1,0 @@
-"""Programs of other people, or of one's own: their settings, how they are run, and how they end."""
