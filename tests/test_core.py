@@ -27,12 +27,12 @@ COMMANDS = """
 from pathlib import Path
 from fsel.cli import main
 from fsel.cli.console import Console
-from fsel.cli.posing import locked
+from fsel.captures.opening import locked
 
 Console.silent = False  # bars are shown at terminals alone, and need tqdm
 for line in [
     "select ring -k 6 -o chosen --targets every:8",
-    "select ring -k auto -o few --memory 300kB",
+    "select ring -k auto -o few --vram 8GB --trainer gsplat",
     "info ring --json",
     "compare ring -k 4 --methods fsel,nearest,dpp -o compared",
     "reconstruct ring --frames chosen/frames.txt -o ring.ply",

@@ -23,7 +23,7 @@ del os.sched_getaffinity, signal.pthread_sigmask
 
 from pathlib import Path
 from fsel.cli import main
-from fsel.cli.posing import locked
+from fsel.captures.opening import locked
 
 for line in [
     "select ring -k 5 --targets every:8 -o chosen",

@@ -21,7 +21,6 @@ TYPE_CHECKING = False  # what `typing` has, which takes longer to import than al
 if TYPE_CHECKING:  # the same names, for type checkers and editors
     from typing import Any
 
-    from fsel.calls import Selection, select
     from fsel.captures.layouts import LAYOUTS
     from fsel.captures.quality.examination import bad_frames
     from fsel.captures.read import read_capture
@@ -29,8 +28,9 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from fsel.evaluation.methods import METHODS
     from fsel.metrics import REGISTERED as METRICS
     from fsel.reconstruct import RECONSTRUCTORS
-    from fsel.selection.api import evaluate, fit
+    from fsel.selection.api import evaluate, fit, select
     from fsel.selection.budget import Auto
+    from fsel.selection.outcome import Selection
     from fsel.selection.validation import TimeBudget
 
 _HOMES = {
@@ -39,8 +39,8 @@ _HOMES = {
     "Views": "fsel.core.capture",
     "bad_frames": "fsel.captures.quality.examination",
     "LAYOUTS": "fsel.captures.layouts",
-    "select": "fsel.calls",
-    "Selection": "fsel.calls",
+    "select": "fsel.selection.api",
+    "Selection": "fsel.selection.outcome",
     "Auto": "fsel.selection.budget",
     "TimeBudget": "fsel.selection.validation",
     "fit": "fsel.selection.api",

@@ -15,7 +15,8 @@ from fsel.cli.optimising import WRITE_PLY
 from fsel.cli.scoring import file_names
 from fsel.metrics import REGISTERED, Metric
 from fsel.reconstruct import RECONSTRUCTORS, gaussians
-from fsel.reconstruct.gaussians import GaussianModel, quality
+from fsel.reconstruct.gaussians import GaussianModel
+from fsel.reconstruct.gaussians import settings as quality
 from fsel.reconstruct.gaussians.training import Training
 
 SIDE = 32

@@ -1,6 +1,5 @@
 """`fsel poses`, and commands on what has no poses yet: a video, photos."""
 
-import argparse
 import json
 import re
 import shlex
@@ -15,11 +14,13 @@ import pycolmap
 import pytest
 from small_captures import record_of, state_orientation
 
+from fsel.captures import opening
 from fsel.captures.colmap.estimator import Estimator
 from fsel.captures.images import files as image_files
 from fsel.captures.images.video import Sampling
+from fsel.captures.opening import Opening
 from fsel.captures.taking import Source
-from fsel.cli import main, posing
+from fsel.cli import main
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "captures"))
 
@@ -106,18 +107,18 @@ def test_a_video_is_placed_once_and_selected_from(shots, cache, tmp_path, capsys
 def test_the_hint_is_a_rate_where_a_video_has_more_frames():
     shots = [{"name": f"frame_{i:05d}.jpg", "index": i, "seconds": i / 30} for i in (0, 90, 180)]
     found = {"placed": ["a", "b"], "frames": 3, "video": shots}  # six seconds
-    args = argparse.Namespace(capture="walk.mp4", k=30)
+    walk = Opening((Path("walk.mp4"),), wanted=30)
     with pytest.raises(
         ValueError, match=r"k is 30, .* 2 of 3 frames; .*Hint: --rate 15 takes more"
     ):
-        posing._check_number(args, found)
+        opening._check_number(walk, found)
     shots = [
         {"name": f"frame_{i:05d}.jpg", "index": i, "seconds": i / 30} for i in range(0, 181, 2)
     ]
     found |= {"frames": 91, "video": shots}
     with pytest.raises(ValueError, match=r"Hint: --rate 31 takes more"):  # twice what was taken
-        posing._check_number(args, found)
-    posing._check_number(argparse.Namespace(capture="walk.mp4", k="auto"), found)
+        opening._check_number(walk, found)
+    opening._check_number(Opening((Path("walk.mp4"),)), found)
 
 
 def test_a_source_is_given_once(tmp_path, capsys):
@@ -161,7 +162,7 @@ def test_what_cannot_be_posed_is_refused(cache, tmp_path, capsys):
 def test_photos_that_cannot_be_read_are_skipped_where_asked(cache, tmp_path, capsys, monkeypatch):
     photos, posed = tmp_path / "photos", []
     monkeypatch.setattr(
-        posing, "_find", lambda sources, *_: posed.append(sources[0].photos) or 1 / 0
+        opening, "_find", lambda sources, *_: posed.append(sources[0].photos) or 1 / 0
     )
     image_files.write(np.zeros((4, 24, 32, 3), np.uint8), photos, [f"{x}.jpg" for x in "abcd"])
     (photos / "b.jpg").write_bytes((photos / "b.jpg").read_bytes()[:50])
@@ -289,9 +290,9 @@ def test_photos_are_turned_upright_before_they_are_matched(shots, cache, tmp_pat
 def test_doubtful_poses_are_told_with_and_without_frames_that_were_not_placed():
     found = {"placed": list("abc"), "not_placed": [], "lost": []}
     found["repeated"] = {"placed": 3, "degrees": 40.0}
-    (said,) = posing.notes(found)
+    (said,) = opening.notes(found)
     assert "may be wrong: with another seed COLMAP's poses differ by 40 degrees" in said
-    assert posing.notes(found | {"not_placed": ["d"]}) == ["1 frame not placed: d", said]
+    assert opening.notes(found | {"not_placed": ["d"]}) == ["1 frame not placed: d", said]
 
 
 def test_settings_and_files_tell_one_cache_from_another(tmp_path):
@@ -301,14 +302,14 @@ def test_settings_and_files_tell_one_cache_from_another(tmp_path):
     wide, close = Sampling(10), Sampling(20)
     asked = [([one], wide), ([one], close), ([other], wide), ([one, other], wide)]
     keys = [
-        posing._digest([Source(path) for path in paths], how, None, "sift") for paths, how in asked
+        opening._digest([Source(path) for path in paths], how, None, "sift") for paths, how in asked
     ]
-    keys += [posing._digest([Source(one)], wide, Estimator(by=[word]), "sift") for word in "ab"]
-    keys.append(posing._digest([Source(one)], wide, None, "xfeat"))
+    keys += [opening._digest([Source(one)], wide, Estimator(by=[word]), "sift") for word in "ab"]
+    keys.append(opening._digest([Source(one)], wide, None, "xfeat"))
     assert len(set(keys)) == 7
-    assert posing._digest([Source(one)], Sampling(10), None, "sift") == keys[0]
+    assert opening._digest([Source(one)], Sampling(10), None, "sift") == keys[0]
     one.write_bytes(b"another video")
-    assert posing._digest([Source(one)], wide, None, "sift") != keys[0]
+    assert opening._digest([Source(one)], wide, None, "sift") != keys[0]
 
 
 def test_a_demonstration_is_a_capture_and_its_video(cache, tmp_path, capsys, monkeypatch):

@@ -50,7 +50,6 @@ def test_weights_of_one_s_own_pick_and_are_recorded(capture, tmp_path, capsys):
     assert content["scorer"] == scorer.provenance
     assert content["settings"]["method"] == "less_is_more"
     assert content["settings"]["weights"] == str(mine)
-    assert content["settings"]["appearance"] == "lab_hog"
     assert all(isinstance(entry["score"], float) for entry in content["frames"])
     arguments = ("-k", 6, "--weights", mine, "--method", "fsel", "-o", tmp_path / "no")
     assert select(capture, *arguments) == 1

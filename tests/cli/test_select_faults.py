@@ -91,19 +91,6 @@ def unknown_name(folder, tmp_path):
         (lambda *_: ["--targets", "every:1"], ["'every:1'", "every:N"]),
         (lambda *_: ["--targets", "nowhere.json"], ["nowhere.json", "no such file"]),
         (lambda *_: ["--method", "best"], ["'best'", "allowed: fsel"]),
-        (lambda *_: ["--appearance", "dinov2"], ["fsel does not compare frames by appearance"]),
-        (
-            lambda *_: ["--method", "dpp", "--appearance", "dinov2", "--appearance-weights", "no"],
-            [
-                "--appearance-weights is 'no', not a file",
-                "or set --appearance to",
-                "https://huggingface.co/timm/",
-            ],
-        ),
-        (
-            lambda *_: ["--method", "dpp", "--appearance", "vgg"],
-            ["'vgg'", "allowed: dinov2, lab_hog"],
-        ),
         (lambda *_: ["--layout", "kitti"], ["'kitti'", "allowed: auto"]),
     ],
 )
@@ -125,7 +112,7 @@ def test_an_algebra_without_an_answer_names_the_capture(
     def fail(*_args, **_keywords):
         raise np.linalg.LinAlgError(said)
 
-    monkeypatch.setattr("fsel.selection.api.select", fail)
+    monkeypatch.setattr("fsel.cli.select.select_frames", fail)
     assert select(capture, "-k", 3, "-o", tmp_path / "out") == 1
     assert capsys.readouterr().err == (
         f"fsel: {capture}: its cameras' poses leave the computation no answer ({said})\n"

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from small_captures import write_ring
 
-from fsel.captures.lazy import open_capture
-from fsel.cli import main, posing
-from fsel.cli.selected import as_written, record_of
+from fsel.captures import lazy
+from fsel.cli import main, open_capture
+from fsel.cli.open_capture import as_written, record_of
 from fsel.pages.viewer import bundle
 from fsel.reconstruct import ply
 
@@ -34,7 +34,7 @@ def opened(picked, monkeypatch):
     record["capture"]["opened"] |= {"poses": "colmap", "rate": 2.0}
     record["capture"]["beside"] = [str(picked.parent / "second.mp4")]
     file.write_text(json.dumps(record))
-    monkeypatch.setattr(posing, "opened", lambda args, *_: given.append(args) or 1 / 0)
+    monkeypatch.setattr(open_capture, "opened", lambda args, *_: given.append(args) or 1 / 0)
     return given
 
 
@@ -71,9 +71,9 @@ def test_the_frames_of_another_capture_say_nothing_of_how_this_one_is_opened(pic
 
 
 def test_a_page_shows_the_world_that_was_written(picked):
-    written = open_capture(picked).with_all_points()
+    written = lazy.open_capture(picked).with_all_points()
     record = record_of(picked)
-    whole = as_written(open_capture(picked.parent / "ring").with_all_points(), record)
+    whole = as_written(lazy.open_capture(picked.parent / "ring").with_all_points(), record)
     frames = [whole.names.index(name) for name in written.names]
     np.testing.assert_allclose(written.world_to_camera, whole.world_to_camera[frames], atol=1e-9)
     apart = written.points.xyz[:, None] - whole.points.xyz
@@ -83,7 +83,7 @@ def test_a_page_shows_the_world_that_was_written(picked):
 
 def test_a_view_is_rendered_in_the_world_of_its_selection(picked):
     """A frame of the capture that was chosen from, which the selection turned."""
-    one, name = np.ones((1, 3)), open_capture(picked.parent / "ring").capture.names[2]
+    one, name = np.ones((1, 3)), lazy.open_capture(picked.parent / "ring").capture.names[2]
     ply.write_round(picked.parent / "model.ply", one, one, one[:, 0], one[:, 0])
     (picked.parent / "names.txt").write_text(f"{name}\n")
     drawn = []

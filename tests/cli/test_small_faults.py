@@ -37,10 +37,9 @@ def test_words_between_commas_are_read_as_people_write_them():
     ("given", "option", "value"),
     [
         (["-k", "ten"], "-k", "'ten'"),
-        (["-k", "3", "--seed", "x"], "--seed", "'x'"),
-        (["-k", "3", "--threshold", "x"], "--threshold", "'x'"),
-        (["-k", "auto", "--memory", "8X"], "--memory", "8GB"),
-        (["-k", "3", "--link", "--downscale", "2"], "--downscale", "--link"),
+        (["-k", "3", "--rate", "x"], "--rate", "'x'"),
+        (["-k", "auto", "--vram", "8X"], "--vram", "8GB"),
+        (["-k", "3", "--link", "--long-side", "32"], "--long-side", "--link"),
     ],
 )
 def test_values_of_options_are_refused_by_name(given, option, value, capsys):

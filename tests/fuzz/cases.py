@@ -14,9 +14,9 @@ from . import changes, mutators, originals
 from .outcomes import command, faults, outcome
 
 LINES = [
-    ["-k", "{}"], ["--long-side", "{}"], ["--seed", "{}"], ["--threshold", "{}"],
+    ["-k", "{}"], ["--long-side", "{}"],
     ["--method", "{}"],
-    ["--memory", "{}GB"], ["--memory", "{}"], ["--targets", "{}"], ["--targets", "every:{}"],
+    ["--vram", "{}GB"], ["--vram", "{}"], ["--targets", "{}"], ["--targets", "every:{}"],
     ["--max-error", "{}"], ["--layout", "{}"], ["--masks", "{}"], ["-o", "{}"],
     ["--box", "{}", "0", "0", "1", "1", "1"], ["--patience", "{}"],
 ]  # fmt: skip

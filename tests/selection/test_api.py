@@ -20,8 +20,9 @@ from fsel.captures.images import previews
 from fsel.captures.images.sharpness import sharpness
 from fsel.captures.lazy import open_capture
 from fsel.experiments.studies.hard_cases.worlds import random_weights
-from fsel.selection import api, budget
+from fsel.selection import budget
 from fsel.selection import select as selection
+from fsel.selection.request import method_of
 from fsel.selection.targets import targets_of
 from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.policies import POLICIES
@@ -165,8 +166,8 @@ def test_images_are_not_opened_for_a_method_that_reads_none(folder, monkeypatch)
     assert fsel.select(capture, 6, patience=0).names == first.names
     fsel.select(capture, 6, method="sharpest")
     assert measured == [24]
-    assert api.method_of("fsel").reads == ()
-    assert api.method_of("dpp").reads == ("appearance",)
+    assert method_of("fsel").reads == ()
+    assert method_of("dpp").reads == ("appearance",)
 
 
 @pytest.mark.parametrize("largest", [0, 10_000])
@@ -301,4 +302,4 @@ def test_weights_that_are_no_scorer_are_refused(
 def test_ours_says_its_name_of_today():
     for weights in (None, "mine.safetensors"):
         with pytest.raises(ValueError, match="'ours' is named 'less_is_more' now"):
-            api.method_of("ours", weights)
+            method_of("ours", weights)

@@ -12,12 +12,12 @@ import numpy as np
 
 from fsel.captures.images.previews import jpeg, sharpness_among
 from fsel.captures.images.video import captioned
+from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality.findings import BLURRED
-from fsel.cli import posing
+from fsel.cli import open_capture
 from fsel.cli.console import Console
-from fsel.cli.health import without_bad
+from fsel.cli.open_capture import inputs_of
 from fsel.cli.optimising import bound, checked
-from fsel.cli.request import focus_of, inputs_of, outlines
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
 from fsel.core.capture import Capture, Views
 from fsel.core.outputs import staged
@@ -29,9 +29,11 @@ from fsel.evaluation.measuring import Run, picks_at, runs
 from fsel.metrics import Metrics
 from fsel.pages.compare import Cell, Compared, comparison, differences, verdict
 from fsel.reconstruct import Model, Reconstructor
-from fsel.selection import api
-from fsel.selection.focus import Focus
-from fsel.selection.problem import request_problem
+from fsel.selection.cover import served
+from fsel.selection.focus import Focus, focus_of, outlines
+from fsel.selection.problem import measured, request_problem
+from fsel.selection.request import ALL_FRAMES, SelectionRequest, checked_request, method_of
+from fsel.selection.select import examined_targets
 from fsel.selection.targets import Targets
 
 SHEETS = 6  # held-out frames that have a picture of their own in renders
@@ -58,24 +60,28 @@ def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     checked(args)
     metrics = metrics_of(args, console)
-    methods = [api.method_of(name) for name in args.methods]
+    methods = [method_of(name) for name in args.methods]
     with staged(args.out, inputs_of(args), args.force) as stage:
-        opened = posing.opened(args, console, args.long_side)
-        focus = focus_of(args, opened)
-        targets = _checked(args, opened.capture, methods, focus)
-        held_out, masks = outlines(args, opened.capture, targets.frames, focus)
+        opened = open_capture.opened(args, console, args.long_side)
+        focus = focus_of(args.box if args.masks is None else args.masks, opened)
+        targets = _checked(args, opened, methods, focus)
+        held_out, masks = outlines(opened.capture, targets.frames, focus)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
         if masks is not None:
             shown = counted(len(held_out), "held-out frame")
             console.say("object", f"in {shown}, compared inside of it alone")
         capture = opened.loaded(np.arange(len(opened.capture)), console.bar("images"))
         with console.clock("selecting"):
-            targets, health = without_bad(args, console, opened, targets, max(args.k))
-            bad = np.empty(0) if health is None else health.of_kind(BLURRED)
+            bad = np.empty(0)
+            if not args.keep_bad:
+                targets, health = examined_targets(
+                    opened, targets, max(args.k), console, matching=args.check_poses
+                )
+                bad = health.of_kind(BLURRED)
             unsharp = np.isin(held_out, bad)
             bar = console.bar("sharpness")
             sharpness_of = sharpness_among(opened.raw.images, opened.longest, bar)
-            sharpness, descriptors = api.measured(methods, capture, sharpness_of)
+            sharpness, descriptors = measured(methods, capture, sharpness_of)
             problem = request_problem(capture, targets, sharpness, focus, descriptors)
             picks = _picks(args, problem, methods)
         drawn = evenly(len(held_out), max(SHEETS, PICTURES // len(picks)))
@@ -83,7 +89,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
         scores = _scores(args, keeping, (held_out, masks), picks, metrics, console)
         compared = _compared(args, keeping, (held_out, unsharp), picks, scores, metrics)
         (stage / "compare.html").write_text(comparison(compared), encoding="utf-8")
-        rows = _rows(capture, compared, picks, api.served(problem, picks, SEEN))
+        rows = _rows(capture, compared, picks, served(problem, picks, SEEN))
         content = _content(args, compared, rows)
         (stage / "compare.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
         table = _table(compared, rows)
@@ -112,7 +118,7 @@ def _content(args: argparse.Namespace, compared: Compared, rows: list[dict]) -> 
 
 
 def _checked(
-    args: argparse.Namespace, capture: Capture, methods: Sequence[Method], focus: Focus | None
+    args: argparse.Namespace, opened: LazyCapture, methods: Sequence[Method], focus: Focus | None
 ) -> Targets:
     """Refuse every budget and method that cannot be served, before any image is opened."""
     for method in methods:
@@ -120,8 +126,9 @@ def _checked(
             if k < 2:
                 raise ValueError(f"k is {k}; a reconstruction needs at least two frames")
             # what takes every frame is compared as such, whatever k is
-            named = api.method_of() if method.name == api.ALL_FRAMES else method
-            targets = api.checked_request(capture, k, args.targets, named, focus)
+            named = method_of() if method.name == ALL_FRAMES else method
+            request = SelectionRequest(opened, k, args.targets, named, focus=focus)
+            targets = checked_request(request).targets
     if not len(targets.frames):
         raise ValueError(
             f"targets are {args.targets!r}: there is no truth to compare with; allowed: every:N, "
@@ -138,8 +145,8 @@ def _picks(args: argparse.Namespace, problem: Problem, methods: Sequence[Method]
 
     picks: Picks = {}
     for run in runs(methods):
-        if run.method.name == api.ALL_FRAMES:
-            picks |= {(k, api.ALL_FRAMES): [problem.observed] for k in args.k}
+        if run.method.name == ALL_FRAMES:
+            picks |= {(k, ALL_FRAMES): [problem.observed] for k in args.k}
             continue
         for made in picks_at(problem, run, args.k, chance):
             picks.setdefault((made.k, run.method.name), []).append(made.frames)

@@ -13,24 +13,25 @@ from fsel.captures.layouts import bare
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality import Health
 from fsel.captures.quality.examination import examined
-from fsel.cli import posing
+from fsel.cli import open_capture
 from fsel.cli.console import Console
-from fsel.cli.health import say
-from fsel.cli.request import reasons
+from fsel.cli.open_capture import reasons
 from fsel.core.capture import Capture
 from fsel.core.geometry import lengths
 from fsel.core.names import natural
 from fsel.core.wording import counted
-from fsel.selection import api
-from fsel.selection.export.record import bad_frames, reason
+from fsel.selection import bad_frames
+from fsel.selection.api import select
+from fsel.selection.export.record import reason
 from fsel.selection.focus import scene_bounds
 from fsel.selection.paths import attention
+from fsel.selection.request import AUTO, LEAST_FRAMES
 from fsel.selection.scene_depth import viewing_distance
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
-    opened = posing.opened(args, console)
+    opened = open_capture.opened(args, console)
     health = examined(opened, console.bar("health"), matching=args.check_poses)
     with console.clock("points"):
         capture = opened.with_points()
@@ -58,7 +59,8 @@ def run(args: argparse.Namespace, console: Console) -> None:
         place = " ".join(f"{x:.4g}" for x in result["looked_at"])
         console.say("looked at", f"{place} (the point closest to all optical axes)")
     console.say("agree", str(opened.agreement))
-    say(console, health, capture.names)
+    for line in bad_frames.in_words(health, capture.names):
+        console.say(*line)
     if not health.findings:
         console.say("bad", "none of the frames")
     console.say("keep", f"{result['enough']} (fsel select -k auto)")
@@ -90,7 +92,7 @@ def described(opened: LazyCapture, capture: Capture, health: Health) -> dict:
         "distance": float(np.median(distance)),
         "bounds": scene_bounds(capture).tolist(),
         "looked_at": _looked_at(capture),
-        "bad": bad_frames(health, capture.names),
+        "bad": bad_frames.entries(health, capture.names),
         "worth_keeping": keep,
         "enough": enough,
     }
@@ -106,10 +108,10 @@ def _looked_at(capture: Capture) -> list[float] | None:
 
 def _worth_keeping(capture: Capture, health: Health) -> tuple[list[str], str]:
     """Names of the frames that `fsel select -k auto` keeps, and why so many."""
-    if len(capture) < api.LEAST_FRAMES:
+    if len(capture) < LEAST_FRAMES:
         return list(capture.names), f"all {len(capture)} frames, which are too few to select from"
     bad = health.leaving_out(np.arange(len(capture)), len(capture) - 2).left_out
-    chosen = api.select(capture, api.AUTO, never=bad if len(bad) else None)
+    chosen = select(capture, AUTO, never=bad if len(bad) else None)
     budget = chosen.budget
     return sorted(chosen.names, key=natural), "" if budget is None else reason(budget)
 

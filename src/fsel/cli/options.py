@@ -131,7 +131,7 @@ def add_captures(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("capture", type=Path, nargs="+", action=Captures, help=text)
 
 
-def add_reading(command: argparse.ArgumentParser) -> None:
+def add_reading(command: argparse._ActionsContainer) -> None:
     """Add options of how a folder is read."""
     command.add_argument(
         "--layout",
@@ -149,7 +149,7 @@ def add_reading(command: argparse.ArgumentParser) -> None:
     add_skipping(command)
 
 
-def add_skipping(command: argparse.ArgumentParser) -> None:
+def add_skipping(command: argparse._ActionsContainer) -> None:
     command.add_argument(
         "--skip-unreadable",
         action="store_true",
@@ -191,19 +191,6 @@ def add_output(command: argparse.ArgumentParser, text: str):
     return place
 
 
-def add_request(command: argparse.ArgumentParser) -> None:
-    """Add options of what is to be rendered."""
-    command.add_argument(
-        "--targets",
-        metavar="WHAT",
-        help="the views to be rendered: path.json (a camera path), names.txt (frames, one a line, "
-        "held out), every:N (every N-th frame, held out), orbit, or trajectory; without it, "
-        "anything that the capture saw",
-    )
-    add_keeping(command)
-    add_object(command, "targets that see the object, and features measured around it")
-
-
 def add_checking(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--check-poses",
@@ -223,8 +210,8 @@ def add_keeping(command: argparse.ArgumentParser) -> None:
     add_checking(command)
 
 
-def add_object(command: argparse.ArgumentParser, what: str) -> None:
-    """An object of interest, and the seed, which methods take beside it."""
+def add_object(command: argparse._ActionsContainer, what: str) -> None:
+    """Add an object of interest."""
     thing = command.add_mutually_exclusive_group()
     thing.add_argument(
         "--masks",
@@ -239,4 +226,3 @@ def add_object(command: argparse.ArgumentParser, what: str) -> None:
         metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
         help="the same for a box in world units",
     )
-    command.add_argument("--seed", type=whole(0), default=0, help="of methods that draw at random")

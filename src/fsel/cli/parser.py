@@ -120,6 +120,7 @@ def _add_compare(commands) -> None:
     )
     add_keeping(command)
     add_object(command, "frames that see the object, compared inside of their masks")
+    command.add_argument("--seed", type=whole(0), default=0, help="of methods that draw at random")
     _add_reconstructor(command)
     _add_metrics(command)
     _add_size(command, default=192)

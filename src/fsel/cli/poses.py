@@ -5,16 +5,16 @@ from __future__ import annotations
 import argparse
 import shutil
 
+from fsel.captures.opening import CAPTURE, FOUND, found_poses
 from fsel.cli.console import Console
-from fsel.cli.posing import CAPTURE, FOUND, found_poses
-from fsel.cli.request import inputs_of
+from fsel.cli.open_capture import inputs_of, opening_of
 from fsel.core.outputs import staged
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     with staged(args.out, inputs_of(args), args.force) as stage:
-        place, _ = found_poses(args, console)
+        place, _ = found_poses(opening_of(args), console)
         with console.clock("writing"):
             for part in ("images", "sparse"):
                 shutil.copytree(place / CAPTURE / part, stage / part)

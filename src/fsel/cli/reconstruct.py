@@ -11,11 +11,10 @@ import cv2
 import numpy as np
 
 from fsel.captures.images.video import captioned, levels
-from fsel.cli import posing
+from fsel.cli import open_capture
 from fsel.cli.console import Console
+from fsel.cli.open_capture import inputs_of, open_as, record_of
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
-from fsel.cli.request import inputs_of
-from fsel.cli.selected import open_as, record_of
 from fsel.core.capture import Capture
 from fsel.core.files import atomic
 from fsel.core.outputs import refuse_overlap, staged
@@ -51,7 +50,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     if args.frames is not None:
         open_as(args, record_of(args.frames.parent))
     with staged(args.out, inputs_of(args), args.force, folder=False) as stage:
-        opened = posing.opened(args, console, args.long_side)
+        opened = open_capture.opened(args, console, args.long_side)
         frames = np.arange(len(opened.capture))
         if args.frames is not None:
             frames = named_in(args.frames, opened.capture)

@@ -14,11 +14,10 @@ import numpy as np
 
 from fsel.captures.images.video import captioned, levels, write_video
 from fsel.captures.lazy import LazyCapture
-from fsel.cli import posing
+from fsel.cli import open_capture
 from fsel.cli.console import Console
-from fsel.cli.request import inputs_of
+from fsel.cli.open_capture import as_written, inputs_of, of_selection
 from fsel.cli.scoring import columns, file_names, heading, metrics_of
-from fsel.cli.selected import as_written, of_selection
 from fsel.core.capture import Views
 from fsel.core.names import distinct
 from fsel.core.outputs import staged
@@ -44,7 +43,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     with staged(args.out, read, args.force) as stage:
         model = GaussianModel.read_ply(args.model)
         console.say("model", f"{model.primitives} Gaussians, harmonics of degree {model.degree}")
-        opened = posing.opened(args, console, args.long_side or LONG_SIDE)
+        opened = open_capture.opened(args, console, args.long_side or LONG_SIDE)
         opened = replace(opened, capture=as_written(opened.capture, record))
         targets = targets_of(opened.capture, args.targets)
         console.say("capture", f"{len(opened.capture)} frames, {opened.layout}; {targets.kind}")
@@ -130,7 +129,7 @@ def render_video(args: argparse.Namespace, console: Console, record: dict) -> No
     with staged(args.video, [*inputs_of(args), *files], args.force, folder=False) as stage:
         names = distinct([file.stem for file in files])
         models = dict(zip(names, map(GaussianModel.read_ply, files), strict=True))
-        capture = as_written(posing.opened(args, console).capture, record)
+        capture = as_written(open_capture.opened(args, console).capture, record)
         count, long_side = max(round(args.seconds * RATE), 1), args.long_side or VIDEO_SIDE
         views = flight(capture, args.targets, count, long_side)
         started = time.perf_counter()

@@ -12,7 +12,7 @@ LISTS = {"--always": 1, "--never": 1, "--force": 0}
 AGAINST = {
     "-k": 1,
     **dict.fromkeys(("--cover", "--cover-share", "--method"), 1),
-    **dict.fromkeys(("--threshold", "--memory", "--vram", "--trainer", "--patience"), 1),
+    **dict.fromkeys(("--vram", "--trainer", "--patience"), 1),
 }
 """Options that do not go with frames to keep, and how many values each takes."""
 

@@ -5,191 +5,181 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
-import cv2
 import numpy as np
 
-from fsel.captures.images.previews import check_pixels, sharpness_of_files, thumbnails
-from fsel.captures.lazy import LONG_SIDE, LazyCapture
-from fsel.cli import health as frame_health
-from fsel.cli import posing
+from fsel.captures.images.previews import check_pixels, thumbnails
+from fsel.captures.lazy import LazyCapture
+from fsel.captures.opening import notes
 from fsel.cli.console import Console
-from fsel.cli.request import focus_of, inputs_of, reasons
+from fsel.cli.open_capture import inputs_of, opened, reasons
+from fsel.cli.optimising import stopped_by_interrupt
+from fsel.cli.options import OPENING
 from fsel.cli.rerun_command import commands
-from fsel.cli.select_content import selection_content
-from fsel.cli.select_limits import (
-    budget_of,
-    check_budget,
-    form_of,
-    patience_of,
-)
-from fsel.cli.trying import trying
-from fsel.core.capture import Capture
+from fsel.cli.select_options import RECORDED, UNTURNED
+from fsel.core.geometry import upright
 from fsel.core.outputs import staged
-from fsel.core.problem import Method
 from fsel.core.wording import counted
-from fsel.features.appearance import DINOV2_SIDE, LAB_HOG, descriptors
-from fsel.features.appearance import check as check_appearance
 from fsel.pages.report import REPORT, page
 from fsel.pages.shown import ReportContent, frames_shown, picture_side
-from fsel.selection import api
+from fsel.selection import bad_frames
 from fsel.selection.budget import Auto
 from fsel.selection.export import record, subset
-from fsel.selection.focus import Focus
+from fsel.selection.outcome import Outcome
+from fsel.selection.request import (
+    AUTO,
+    CheckedRequest,
+    SelectionRequest,
+    checked_request,
+    method_of,
+)
 from fsel.selection.scene_depth import behind
-from fsel.selection.targets import ALL, ORBIT, Targets
+from fsel.selection.select import select_frames
+from fsel.selection.targets import ALL, ORBIT
+from fsel.selection.validation import TimeBudget
 
-SIDES = {LAB_HOG: LONG_SIDE, "dinov2": DINOV2_SIDE}  # of images that are described
+TRIED = "interrupted: what was tried so far decides; again to give up"
 
 
 def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     started = time.perf_counter()
-    check_budget(args)
-    method = api.method_of(args.method, args.weights)
-    _check_appearance(args, method)
+    if (args.vram is None) != (args.trainer is None) or (args.vram and args.k != AUTO):
+        raise ValueError(
+            "--vram and --trainer go together, with -k auto, as --vram 8GB --trainer gsplat"
+        )
+    method_of(args.method, args.weights)  # refused before anything is opened
     with staged(args.out, inputs_of(args), args.force) as stage:
-        opened = posing.opened(args, console, SIDES[args.appearance])
+        source = opened(args, console)
         seconds = {"read": time.perf_counter() - started}
-        outcome = _select(args, console, opened, method, seconds)
+        form = _form(args, source)
+        subset.check_cameras(source.raw, form.undistort)
+        checked = checked_request(_request(args, source, form))
+        _say_request(args, console, checked, source)
+        with _trying(checked.patience, console) as patience:
+            outcome = select_frames(replace(checked, patience=patience), console)
         written = time.perf_counter()
-        picks, health = outcome.selection.indices, outcome.health
-        held_out = outcome.targets.frames
-        pictures = _pictures(args, opened, outcome)
-        form = form_of(args, opened)
-        with console.clock("writing"):
-            points = subset.write(stage, opened, picks, held_out, form)
-        used = np.union1d(picks, held_out)
-        seen = points.seen_from(np.searchsorted(used, picks), len(used))
-        outcome = replace(outcome, seen=seen)
-        entries = record.picked(outcome)
-        left = record.left(outcome) + record.unplaced(opened.found)
-        wishes = commands(args, len(picks))
-        shown = ReportContent(outcome, entries, left, pictures, wishes, posing.notes(opened.found))
+        outcome = _write(stage, source, outcome, form, console)
+        content = record.content(outcome, source, form, _stated(args))
+        shown = _shown(args, source, outcome, content)
         (stage / REPORT).write_text(page(shown), encoding="utf-8")
-        if args.sheet:
-            from fsel.pages.sheet import sheet  # here: few ask for it, and it draws with Pillow
-
-            cv2.imwrite(str(stage / "sheet.png"), sheet(shown)[..., ::-1])
-        names = "".join(f"{name}\n" for name in outcome.selection.names)
-        (stage / "frames.txt").write_text(names, encoding="utf-8")
-        if health is not None:
-            frame_health.write(health, opened.capture.names, stage / frame_health.BAD)
-        seconds["write"] = time.perf_counter() - written
+        seconds |= outcome.seconds | {"write": time.perf_counter() - written}
         seconds["total"] = time.perf_counter() - started
-        content = selection_content(args, opened, outcome, method, seconds) | {
-            "turn": None if form.turn is None else form.turn.tolist(),
-            "frames": entries,
-            "left": left,
-            "bad": None if health is None else record.bad_frames(health, opened.capture.names),
-        }
+        content["seconds"] = {name: round(value, 4) for name, value in seconds.items()}
         text = json.dumps(content, indent=1, ensure_ascii=False)
         (stage / record.RECORD).write_text(text, encoding="utf-8")
-    _say_outcome(console, outcome, method)
+    _say_outcome(console, outcome)
     console.say("written", f"{args.out} after {seconds['total']:.2f} s")
     console.give(content)
 
 
-def _say_outcome(console: Console, outcome: record.Outcome, method: Method) -> None:
-    """Say why so many frames, what was changed after they were picked, and how well they serve."""
-    reached = outcome.service.curve[-1]
-    if outcome.selection.budget is not None:
-        console.say("k", record.reason(outcome.selection.budget))
-    tried = outcome.selection.tried
-    if tried is not None:
-        console.say("tried", record.trials(tried))
-    if outcome.selection.cover is not None:
-        console.say("cover", record.covered(outcome.selection.cover))
-    picked = len(outcome.selection.names)
-    name = method.name if tried is None else tried.kept
-    console.say("picked", f"{counted(picked, 'frame')} by {name}, service {reached:.1%}")
+def _request(args: argparse.Namespace, source: LazyCapture, form: subset.Form) -> SelectionRequest:
+    """Return what the command line asks for."""
+    k = args.k
+    if k == AUTO:
+        camera = source.raw.cameras[0]
+        scale = (form.long_side or source.longest) / source.longest
+        size = (max(1, round(camera.width * scale)), max(1, round(camera.height * scale)))
+        k = Auto(memory=args.vram, size=size, **({"trainer": args.trainer} if args.trainer else {}))
+    return SelectionRequest(
+        source=source,
+        k=k,
+        targets=args.targets,
+        method=args.method,
+        weights=args.weights,
+        patience=args.patience,
+        cover=args.cover,
+        cover_share=args.cover_share,
+        focus=args.box if args.masks is None else args.masks,
+        always=args.always,
+        never=args.never,
+        keep_bad=args.keep_bad,
+        images=not args.geometry_only,
+    )
 
 
-def _checked(
-    args: argparse.Namespace, console: Console, opened: LazyCapture, method: Method
-) -> tuple[int | Auto | None, Focus | None, Targets]:
-    """Number of frames, object and targets of the command line.
+def _form(args: argparse.Namespace, source: LazyCapture) -> subset.Form:
+    """Return the form in which the subset is written."""
+    side = args.long_side
+    turn = None if args.up == UNTURNED else upright(source.capture.world_to_camera)
+    return subset.Form(
+        args.link,
+        None if side is None or side >= source.longest else side,
+        matched=not args.geometry_only,
+        shapes=args.masks,
+        undistort=args.undistort,
+        turn=turn,
+    )
 
-    What cannot be done is refused here, before any image is opened.
-    """
-    capture = opened.capture
-    width, height = opened.raw.cameras[0].width, opened.raw.cameras[0].height
-    console.say("capture", f"{len(capture)} frames of {width}x{height}, {opened.layout}")
-    if gone := opened.left_out:
+
+def _stated(args: argparse.Namespace) -> dict[str, dict]:
+    """Return what selection.json repeats of the command line."""
+    given = {name: getattr(args, name) for name in RECORDED}
+    if args.weights:
+        given["weights"] = args.weights.resolve()
+    capture = {
+        "folder": str(Path(args.capture).resolve()),
+        "beside": [str(path.resolve()) for path in args.beside],
+        "opened": {name: getattr(args, name) for name in OPENING},
+    }
+    settings = {k: str(value) if isinstance(value, Path) else value for k, value in given.items()}
+    return {"capture": capture, "settings": settings}
+
+
+def _write(
+    stage: Path, source: LazyCapture, outcome: Outcome, form: subset.Form, console: Console
+) -> Outcome:
+    """Write all but the pages; return the outcome with the points that the picks see."""
+    picks, held_out = outcome.selection.indices, outcome.targets.frames
+    # every frame that is written is decoded, so that none without pixels is handed on
+    used = np.union1d(picks, held_out)
+    check_pixels([source.raw.images[i] for i in [*picks, *held_out]])
+    with console.clock("writing"):
+        points = subset.write(stage, source, picks, held_out, form)
+    if outcome.health is not None:
+        bad_frames.write(outcome.health, source.capture.names, stage / bad_frames.TABLE)
+    return replace(outcome, seen=points.seen_from(np.searchsorted(used, picks), len(used)))
+
+
+def _shown(
+    args: argparse.Namespace, source: LazyCapture, outcome: Outcome, content: dict
+) -> ReportContent:
+    """Return what the report shows; pictures where images are looked at."""
+    frames = frames_shown(outcome)
+    pictures: dict[int, bytes] = {}
+    if not args.geometry_only:
+        side = picture_side(len(frames))
+        made = thumbnails([source.raw.images[i] for i in frames], source.longest, side)
+        pictures = {int(i): jpeg for i, jpeg in zip(frames, made, strict=True) if jpeg}
+    again = commands(args, len(outcome.selection))
+    return ReportContent(
+        outcome, content["frames"], content["left"], pictures, again, notes(source.found)
+    )
+
+
+def _say_request(
+    args: argparse.Namespace, console: Console, checked: CheckedRequest, source: LazyCapture
+) -> None:
+    """Say what is selected from, and for which views."""
+    camera, targets = source.raw.cameras[0], checked.targets
+    frames = counted(len(source.capture), "frame")
+    console.say("capture", f"{frames} of {camera.width}x{camera.height}, {source.layout}")
+    if gone := source.left_out:
         console.warn(f"{counted(len(gone), 'frame')} left out: {reasons(gone)}")
-    subset.check_cameras(opened.raw, args.undistort)
-    focus = focus_of(args, opened)
-    k = budget_of(args, opened)
-    targets = api.checked_request(capture, k, args.targets, method, focus, args.always, args.never)
-    api.check_cover(args.cover, args.cover_share, k, targets, method)
     what = f"{targets.kind}, by {counted(len(targets.views), 'view')}"
     if targets.kind == ALL:
-        what += "" if focus else " and as many beside them"
+        what += "" if checked.focus else " and as many beside them"
         what += " (--targets says otherwise)"
     console.say("targets", what)
-    if targets.far.any():
-        console.warn(
-            f"{targets.far.sum()} of {len(targets.views)} target views lie far from every camera"
-        )
-    _warn_of_walls(args, console, opened, targets)
-    return k, focus, targets
-
-
-def _select(
-    args: argparse.Namespace,
-    console: Console,
-    opened: LazyCapture,
-    method: Method,
-    seconds: dict[str, float],
-) -> record.Outcome:
-    """Select as the command line asks."""
-    k, focus, targets = _checked(args, console, opened, method)
-    patience = patience_of(args, k, targets, method, focus)
-    began, images = time.perf_counter(), not args.geometry_only
-    targets, health = frame_health.without_bad(args, console, opened, targets, k, images=images)
-    sharpness = np.zeros(len(opened.capture))
-    if images and "sharpness" in method.reads:
-        files, bar = opened.raw.images, console.bar("sharpness")
-        sharpness = sharpness_of_files(files, opened.longest, bar)
-    seconds["health"] = time.perf_counter() - began
-    capture = api.as_read(
-        opened,
-        method,
-        args.k,
-        patience,
-        args.cover,
-        bar=console.bar("images"),
-        clock=console.clock("points"),
-    )
-    with trying(patience, console) as trials:
-        selection = api.select(
-            capture,
-            k,
-            targets,
-            method,
-            args.seed,
-            patience=trials,
-            cover=args.cover,
-            cover_share=args.cover_share,
-            sharpness=sharpness,
-            focus=focus,
-            descriptors=_describing(args, seconds),
-        )
-    seconds["select"] = selection.seconds
-    return record.Outcome(capture, targets, selection, method, health, focus)
-
-
-def _warn_of_walls(
-    args: argparse.Namespace, console: Console, opened: LazyCapture, targets: Targets
-) -> None:
-    """Say how many views of an orbit lie behind what the cameras saw."""
-    if args.targets != ORBIT:
-        return
-    capture = opened.with_points()
-    if capture.points is not None:
-        count = int(behind(targets.views, capture.views, capture.points).sum())
+    if far := targets.far.sum():
+        console.warn(f"{far} of {len(targets.views)} target views lie far from every camera")
+    points = source.with_points().points if args.targets == ORBIT else None
+    if points is not None:
+        count = int(behind(targets.views, source.capture.views, points).sum())
         if count:
             console.warn(
                 f"{count} of {len(targets.views)} views of the orbit lie behind surfaces that the "
@@ -197,44 +187,31 @@ def _warn_of_walls(
             )
 
 
-def _check_appearance(args: argparse.Namespace, method: Method) -> None:
-    """Refuse a descriptor that cannot be made, or that the method would not look at."""
-    if (args.appearance, args.appearance_weights) == (LAB_HOG, None):
+def _say_outcome(console: Console, outcome: Outcome) -> None:
+    """Say why so many frames, what was tried, and how close the picks are to the views."""
+    selection = outcome.selection
+    if selection.budget is not None:
+        console.say("k", record.reason(selection.budget))
+    if selection.tried is not None:
+        console.say("tried", record.trials(selection.tried))
+    if selection.cover is not None:
+        console.say("cover", record.covered(selection.cover))
+    name = outcome.method.name if selection.tried is None else selection.tried.kept
+    picked = f"{counted(len(selection), 'frame')} by {name}"
+    console.say("picked", f"{picked}, service {outcome.service.curve[-1]:.1%}")
+
+
+@contextmanager
+def _trying(patience: TimeBudget, console: Console) -> Iterator[TimeBudget]:
+    """Show the progress of trying selections; Ctrl-C keeps what is best."""
+    if not patience.seconds:
+        yield patience
         return
-    if "appearance" not in method.reads:
-        raise ValueError(
-            f"--appearance is {args.appearance}, and {method.name} does not compare frames by "
-            "appearance. Hint: leave it out, or --method kmedoids"
-        )
-    options = ("--appearance", "--appearance-weights")
-    check_appearance(args.appearance, args.appearance_weights, options)
+    shown = console.seconds("trying", patience.seconds)
+    with shown as show, stopped_by_interrupt(console, TRIED) as stop:
 
+        def progress(made: int, planned: int, gone: float) -> bool:
+            show(gone, f"{made} of {planned} fits")
+            return not stop()
 
-def _describing(
-    args: argparse.Namespace, seconds: dict[str, float]
-) -> Callable[[Capture], np.ndarray]:
-    """Description of every frame's appearance, which notes the time that it takes."""
-
-    def timed(capture: Capture) -> np.ndarray:
-        started = time.perf_counter()
-        images = np.asarray(capture.images)
-        appearance = descriptors(images, args.appearance, args.appearance_weights)
-        seconds["appearance"] = time.perf_counter() - started
-        return appearance
-
-    return timed
-
-
-def _pictures(
-    args: argparse.Namespace, opened: LazyCapture, outcome: record.Outcome
-) -> dict[int, bytes]:
-    """Pictures of the frames that the report shows, where images are looked at.
-
-    Every frame that is written is decoded, so that none without pixels is handed on.
-    """
-    files, frames = opened.raw.images, frames_shown(outcome)
-    check_pixels([files[i] for i in [*outcome.selection.indices, *outcome.targets.frames]])
-    if args.geometry_only:
-        return {}
-    made = thumbnails([files[i] for i in frames], opened.longest, picture_side(len(frames)))
-    return {int(frame): jpeg for frame, jpeg in zip(frames, made, strict=True) if jpeg}
+        yield TimeBudget(patience.seconds, progress)

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from fsel.captures.images.previews import in_turn, jpeg, reduced
-from fsel.cli import posing
+from fsel.cli import open_capture
 from fsel.cli.console import Console
-from fsel.cli.selected import as_written, open_as, record_of
+from fsel.cli.open_capture import as_written, open_as, record_of
 from fsel.core.outputs import staged
 from fsel.core.wording import counted
 from fsel.pages import viewer
@@ -100,7 +100,7 @@ def _scene(
         return viewer.scene(None, [], cloud, url=url), cloud
     args.capture = sources.capture
     open_as(args, sources.record)
-    opened = posing.opened(args, console, args.long_side)
+    opened = open_capture.opened(args, console, args.long_side)
     capture = opened.capture if cloud is not None else opened.with_all_points()
     capture = as_written(capture, sources.record)
     side = args.long_side * picture_side(len(capture)) // SIDE  # many would make a page too large

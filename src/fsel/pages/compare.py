@@ -14,7 +14,7 @@ from fsel.evaluation.statistics import Interval, of_places
 from fsel.metrics import REGISTERED
 from fsel.pages.drawings import Line, legend, line_chart
 from fsel.pages.shell import choices, document, source
-from fsel.selection.api import ALL_FRAMES
+from fsel.selection.request import ALL_FRAMES
 
 LEAST = 3  # frames of an interval: of two it is thirteen times as wide as their difference
 

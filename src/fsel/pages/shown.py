@@ -12,7 +12,7 @@ from fsel.captures.quality.findings import ALONE
 from fsel.core.geometry import plane_basis, upwards
 from fsel.core.points import SparsePoints
 from fsel.core.subsets import evenly
-from fsel.selection.export.outcome import Outcome
+from fsel.selection.outcome import Outcome
 
 SHOWN = 3000  # frames of a page at most, beside the picks: 50,000 would take 12 MB
 SIDE, LARGE, LEAST = 240, 300, 48  # pixels of a picture where so many are shown; with more, fewer

@@ -1,38 +1,238 @@
-"""The library's face: select frames, fit a reconstruction to them, evaluate it."""
+"""The Python calls: select frames, fit a reconstruction to them, evaluate it."""
 
-from fsel.selection.cover import check_cover, served
-from fsel.selection.problem import as_read, described, measured
-from fsel.selection.reconstruction import evaluate, fit
-from fsel.selection.request import (
-    ALL_FRAMES,
-    AUTO,
-    LEAST_FRAMES,
-    checked_request,
-    method_of,
-    number_of,
-    patience_of,
-    stated_beside,
-    without_bad,
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
+
+import numpy as np
+
+from fsel.captures import opening
+from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.images import video
+from fsel.captures.layouts import colmap, nerfstudio
+from fsel.captures.lazy import LazyCapture, open_capture, opened, posed
+from fsel.core.capture import Capture
+from fsel.core.problem import Method
+from fsel.core.wording import unexpected
+from fsel.selection.budget import Auto
+from fsel.selection.focus import Focus
+from fsel.selection.frames import Wish, frames_of
+from fsel.selection.outcome import Selection
+from fsel.selection.request import Describe, SelectionRequest, SharpnessOf, checked_request
+from fsel.selection.select import select_frames
+from fsel.selection.targets import Request
+from fsel.selection.validation import TimeBudget
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from fsel.metrics import Metrics
+    from fsel.reconstruct import Model
+    from fsel.reconstruct.splats.reconstructor import SplatModel
+
+ACCEPTED = (
+    "a folder, a video, a Capture (fsel.read_capture), a pycolmap.Reconstruction, or the content "
+    "of a transforms.json"
 )
-from fsel.selection.select import Selection, select
+Source: TypeAlias = Capture | str | Path | Mapping[str, Any] | pycolmap.Reconstruction
 
-__all__ = [
-    "ALL_FRAMES",
-    "AUTO",
-    "LEAST_FRAMES",
-    "Selection",
-    "as_read",
-    "check_cover",
-    "checked_request",
-    "described",
-    "evaluate",
-    "fit",
-    "measured",
-    "method_of",
-    "number_of",
-    "patience_of",
-    "select",
-    "served",
-    "stated_beside",
-    "without_bad",
-]
+
+def select(
+    capture: Source,
+    k: int | str | Auto | None,
+    targets: Request = None,
+    method: str | Method | None = None,
+    seed: int = 0,
+    *,
+    weights: str | Path | None = None,
+    patience: float | TimeBudget | None = None,
+    cover: int = 0,
+    cover_share: float = 1.0,
+    sharpness: np.ndarray | SharpnessOf | None = None,
+    focus: Focus | str | Path | Sequence[float] | None = None,
+    descriptors: np.ndarray | Describe | None = None,
+    always: Wish = None,
+    never: Wish = None,
+    keep_bad: bool = False,
+) -> Selection:
+    """Choose the k frames that best serve the views to be rendered.
+
+    Args:
+        capture: a folder, a video (COLMAP finds its poses), a `Capture` (`fsel.read_capture`), a
+            `pycolmap.Reconstruction`, or the content of a transforms.json. The last two, whose
+            images are sought from the current folder, are selected from by poses and points alone
+            where they are not there.
+        k: how many frames. `auto`, or `fsel.Auto` with a threshold and a memory of your own: found
+            among the first picks of a nested method, see `fsel.selection.budget`. None: as `cover`
+            says.
+        targets: what will be rendered. None: anything that the capture saw. `every:8`: the frames
+            0, 8, 16, ..., which are then never selected; so are frames given by name or number, or
+            by a .txt file of names. `orbit`, `trajectory`: a path made from the cameras. A .json
+            camera path. `fsel.Views`, or (T, 3, 4) numbers: poses, world to camera with OpenCV
+            axes.
+        method: a key of `METHODS`, or a method of your own; None for `fsel`, or what `weights` were
+            trained for.
+        seed: of methods that draw at random.
+        weights: a scorer that the workflow made, in place of one that comes with
+            the package.
+        patience: seconds in which selections are tried on the capture's own frames, see
+            `fsel.selection.halving`; 0 for the rule alone. None: ten where nothing but k is stated,
+            neither targets nor a method, an object or frames; else 0. Beside targets that are
+            frames, their images are looked at, and score. The same picks are kept on every machine
+            that makes the planned reconstructions in that time. Or `fsel.TimeBudget`, to watch
+            or end them.
+        cover: how often each sparse point that so many frames see is to be seen by the picks, see
+            `fsel.selection.multicover`. With k, what is left of it is picked by the method; k of
+            None for as few as needed.
+        cover_share: of these points. All of them often take nearly all frames, since many points
+            are seen by hardly more frames than that.
+        sharpness: (N,) of every frame, where it is known already, or what measures it of some;
+            else it is measured of the capture's images; for methods that read it.
+        descriptors: (N, D) of every frame, where they are known already, or what measures them of
+            a capture; else measured by `lab_hog`, which needs no weights; for methods that read
+            them.
+        focus: an object that targets must see, see `fsel.selection.focus`.
+        always, never: names or numbers of frames that are selected first, by methods that score
+            frames, and of frames that are not selected; or a file with a name a line.
+        keep_bad: whether bad frames may be picked. Else those of a folder, a video or poses are
+            left out, as `fsel.bad_frames` names them; a `Capture` is taken as it is.
+
+    Raises:
+        ValueError: for a capture of fewer than three frames, k beyond the frames that may be
+            selected (with a focus: that see it), an unknown method, weights that are no scorer or
+            of another method, a method whose picks are not nested where k is to be found, a memory
+            that two frames do not fit, or targets that make no sense for this capture.
+        TypeError: for an argument of a type that is none of these.
+
+    Example:
+        >>> chosen = fsel.select("captures/garden", 20, targets="every:8")
+        >>> chosen.export("garden20")
+    """
+    request = SelectionRequest(
+        source=captured(capture),
+        k=k,
+        targets=targets,
+        method=method,
+        seed=seed,
+        weights=weights,
+        patience=patience,
+        cover=cover,
+        cover_share=cover_share,
+        sharpness=sharpness,
+        focus=focus,
+        descriptors=descriptors,
+        always=always,
+        never=never,
+        keep_bad=keep_bad,
+    )
+    return select_frames(checked_request(request)).selection
+
+
+def captured(source: Source) -> Capture | LazyCapture:
+    """Open what holds a capture.
+
+    Raises:
+        TypeError: for anything else.
+        ValueError, FileNotFoundError: as `fsel.read_capture`.
+    """
+    if isinstance(source, Capture):
+        return source
+    if isinstance(source, str | Path):
+        path = Path(source)
+        return (
+            opening.opened(opening.Opening((path,))) if video.is_video(path) else open_capture(path)
+        )
+    if isinstance(source, Mapping):
+        name, layout = "transforms.json", nerfstudio.LAYOUT
+        raw = nerfstudio.from_json(Path(name), Path(), content=dict(source))
+    elif isinstance(source, pycolmap.Reconstruction):
+        name, layout = "reconstruction", colmap.LAYOUT
+        raw = colmap.from_model(source, Path(), Path(name))
+    else:
+        raise unexpected("capture", source, ACCEPTED)
+    if any(Path(str(file)).is_file() for file in raw.images):
+        return opened(layout, raw, Path())
+    return posed(name, raw)
+
+
+@overload
+def fit(
+    capture: Capture,
+    frames: ArrayLike,
+    reconstructor: Literal["splats"] = "splats",
+    **settings: Any,
+) -> SplatModel: ...
+
+
+@overload
+def fit(capture: Capture, frames: ArrayLike, reconstructor: str, **settings: Any) -> Model: ...
+
+
+def fit(
+    capture: Capture, frames: ArrayLike, reconstructor: str = "splats", **settings: Any
+) -> Model:
+    """Reconstruct a capture's scene from some of its frames.
+
+    Args:
+        capture: at the size to reconstruct at: the `long_side` of `fsel.read_capture`.
+        frames: numbers or names of two or more distinct frames.
+        reconstructor: a key of `RECONSTRUCTORS`.
+        settings: of the reconstructor.
+
+    Returns:
+        A model: `render(views)` gives (T, h, w, 3) float32 images; that of `splats` also has
+        `export_ply(path)`, which writes standard Gaussian splats.
+
+    Raises:
+        ValueError: for an unknown reconstructor, fewer than two frames, repeated ones, or such that
+            the capture does not have.
+        TypeError: for what is no capture, or no frames.
+        ImportError: when the reconstructor needs a package that is not installed.
+    """
+    from fsel.reconstruct import RECONSTRUCTORS
+
+    factory, chosen = RECONSTRUCTORS.checked(reconstructor), _frames(capture, frames)
+    return factory(capture, **settings).fit(chosen)
+
+
+def evaluate(
+    capture: Capture, model: Model, targets: ArrayLike, metrics: Metrics | None = None
+) -> dict[str, np.ndarray]:
+    """Compare a model's renderings with frames that it was not made from.
+
+    Args:
+        capture: what the model was made from, at the same size.
+        model: what `fit` returns.
+        targets: numbers or names of T held-out frames.
+        metrics: keys of `fsel.metrics.REGISTERED`, or key -> settings, as
+            `{"psnr": {}, "lpips": {"net": "alex", "weights": path}}`; None for `psnr` in dB, `ssim`
+            and `gmsd` (lower is better).
+
+    Returns:
+        Metric -> (T,) float64.
+
+    Raises:
+        ValueError, FileNotFoundError, ImportError: for an unknown metric, or what one refuses.
+        TypeError: for what is no capture, no model or no frames.
+    """
+    from fsel.metrics import METRICS, checked, score_views
+
+    if not hasattr(model, "render"):
+        raise unexpected("model", model, "what fsel.fit returned")
+    chosen = METRICS if metrics is None else checked(metrics)
+    frames = _frames(capture, targets)
+    truth = np.asarray(capture.images[frames])
+    scores = score_views(model.render(capture.view(frames)), truth, None, chosen)
+    return dict(zip(chosen, scores.T, strict=True))
+
+
+def _frames(capture: Capture, frames: ArrayLike) -> np.ndarray:
+    """(n,) int64 distinct frames by name or number, of what must be a capture."""
+    if not isinstance(capture, Capture):
+        raise unexpected("capture", capture, "a Capture. Hint: fsel.read_capture(folder)")
+    found = frames_of(capture, frames)
+    if len(found) < np.size(frames) and np.asarray(frames).dtype != bool:
+        raise ValueError(f"frames are repeated: {np.size(frames)} are named, {len(found)} distinct")
+    return found

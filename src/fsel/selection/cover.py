@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from fsel.core.problem import Method, Problem
+from fsel.core.problem import Problem
 from fsel.core.subsets import evenly
 from fsel.core.wording import counted
 from fsel.selection.budget import Auto
-from fsel.selection.targets import Targets
-from fsel.selectors.policies import ScoringMethod
 
 if TYPE_CHECKING:
     from fsel.selectors.baselines.covisibility import Tracks
@@ -40,48 +38,6 @@ class Cover:
     points: int
     picks: tuple[int, ...]
     even: tuple[int, ...]
-
-
-def check_cover(
-    cover: int,
-    share: float,
-    k: int | str | Auto | None,
-    targets: Targets,
-    method: Method,
-) -> None:
-    """Refuse a cover that cannot be, or that something else would break.
-
-    Args:
-        cover: how often points are to be seen; 0 for no cover.
-        share: of these points.
-        k, targets, method: as of `fsel.select`.
-
-    Raises:
-        ValueError: for a cover below zero, a share of nothing or of more than all, or beside
-            frames that are always to be selected, a number that is to be found, or a method that
-            does not score frames; for neither a cover nor a number of frames.
-    """
-    if cover < 0:
-        raise ValueError(f"cover is {cover}; allowed: 1 or more, how often a point is to be seen")
-    if not 0 < share <= 1:
-        raise ValueError(f"the share of a cover is {share:g}; allowed: above 0 and up to 1")
-    if not cover:
-        if share < 1:
-            raise ValueError(f"{share:g} of the points are to be seen, and no cover is stated")
-        if k is None:
-            raise ValueError("neither a number of frames nor a cover is stated. Hint: -k 30")
-        return
-    against = (
-        ("frames that are always to be selected", len(targets.always) > 0),
-        ("a number of frames that is to be found", isinstance(k, str | Auto)),
-        (
-            f"the method {method.name}, which does not score frames",
-            not isinstance(method, ScoringMethod),
-        ),
-    )
-    for what, there in against:
-        if there:
-            raise ValueError(f"cover is {cover}, which does not go with {what}")
 
 
 def seeing_all(problem: Problem, k: int | Auto | None, times: int, share: float) -> Problem:

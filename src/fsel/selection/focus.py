@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from fsel.captures.images import files as image_files
+from fsel.captures.lazy import LazyCapture
 from fsel.core.capture import Capture
 from fsel.core.geometry import directions, line_equations
 from fsel.core.wording import counted
@@ -30,11 +31,30 @@ class Focus:
         center: (3,) its centre.
         corners: (C, 3) points that stand for it where a view either sees it or not.
         kind: where it was given, in words.
+        masks: the folder of its masks, where it was given by them.
     """
 
     center: np.ndarray
     corners: np.ndarray
     kind: str
+    masks: Path | None = None
+
+
+def focus_of(
+    source: Focus | str | Path | Sequence[float] | None, opened: LazyCapture | Capture
+) -> Focus | None:
+    """Return the object of a folder of masks, or of the six numbers of a box in the scene.
+
+    Raises:
+        ValueError, FileNotFoundError: see `from_masks`, `from_box`, `check_within`.
+    """
+    if source is None or isinstance(source, Focus):
+        return source
+    if isinstance(source, str | Path):
+        return from_masks(opened if isinstance(opened, Capture) else opened.capture, source)
+    box = from_box(np.asarray(source))
+    check_within(box, scene_bounds(opened if isinstance(opened, Capture) else opened.with_points()))
+    return box
 
 
 def from_box(values: np.ndarray) -> Focus:
@@ -108,7 +128,8 @@ def from_masks(capture: Capture, folder: str | Path) -> Focus:
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: no such folder of masks")
     hint = f"they are named like the frames, for instance {Path(capture.names[0]).stem}.png"
-    return _seen_in(capture, _opened(folder, capture.names), str(folder), hint)
+    found = _seen_in(capture, _opened(folder, capture.names), str(folder), hint)
+    return replace(found, masks=folder)
 
 
 def _opened(folder: Path, names: Sequence[str]) -> Iterator[tuple[int, np.ndarray]]:
@@ -191,6 +212,29 @@ def _closest_point(origins: np.ndarray, bearings: np.ndarray) -> np.ndarray:
         gap = np.linalg.norm(np.einsum("nij,nj->ni", across, point - origins), axis=1)
         weight = 1 / np.maximum(gap, 1e-6 * (1 + gap.max()))
     return point
+
+
+def outlines(
+    capture: Capture, frames: np.ndarray, focus: Focus | None
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the frames that show an object, and (n, h, w) where; or all of them and None.
+
+    Raises:
+        ValueError: when none of the frames shows it.
+    """
+    if focus is None:
+        return frames, None
+    from fsel.metrics import inside  # here: numba takes longer to import than a selection takes
+
+    masks = focus.masks
+    shown = boxed(capture, frames, focus) if masks is None else masked(capture, frames, masks)
+    kept = inside(shown) > 0
+    if not kept.any():
+        raise ValueError(
+            f"none of {counted(len(frames), 'held-out frame')} shows the object ({focus.kind}): "
+            "there is nothing to compare. Hint: hold out other frames with --targets"
+        )
+    return frames[kept], shown[kept]
 
 
 def masked(capture: Capture, frames: np.ndarray, folder: Path) -> np.ndarray:

@@ -1,23 +1,18 @@
-"""What a selection reads of a capture, and the selection problem that a request makes of it."""
+"""The selection problem of a request, and what methods read of images."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterable
 
 import numpy as np
 
-from fsel.captures.images.previews import Progress, in_silence
-from fsel.captures.lazy import LazyCapture
 from fsel.core.capture import Capture
 from fsel.core.geometry import pose_distance
 from fsel.core.problem import Method, Problem
-from fsel.selection.budget import Auto
 from fsel.selection.focus import Focus
 from fsel.selection.paths import with_views_beside
-from fsel.selection.request import AUTO
+from fsel.selection.request import Describe, SharpnessOf
 from fsel.selection.targets import ALL, Targets
-from fsel.selection.validation import TimeBudget
 
 
 def request_problem(
@@ -35,7 +30,7 @@ def request_problem(
 
     Args:
         capture: the capture.
-        targets: what `checked_request` returned.
+        targets: of a checked request.
         sharpness: (N,) of every frame.
         focus: an object that targets must see.
         descriptors: (N, D) appearance of every frame; None where no method reads it.
@@ -55,12 +50,6 @@ def request_problem(
         fixed_picks=targets.always,
         targets_unknown=whole,
     )
-
-
-Describe = Callable[[Capture], np.ndarray]
-"""capture -> (N, D) float32 appearance descriptors of every frame."""
-SharpnessOf = Callable[[np.ndarray], np.ndarray]
-"""(n,) int64 frames -> (n,) sharpness of each, comparable within a call."""
 
 
 def described(capture: Capture) -> np.ndarray:
@@ -95,33 +84,3 @@ def measured(
     if descriptors is None or callable(descriptors):
         descriptors = (descriptors or described)(capture)
     return sharpness, descriptors
-
-
-def as_read(
-    opened: LazyCapture,
-    method: Method,
-    k: int | str | Auto | None,
-    patience: TimeBudget,
-    cover: int,
-    *,
-    bar: Progress = in_silence,
-    clock: AbstractContextManager[None] | None = None,
-) -> Capture:
-    """The capture with what a selection reads of it.
-
-    Methods that compare frames by appearance look at all pixels. Some methods look at points, and
-    so does trying selections, which opens the images that it needs itself; finding a number of
-    frames takes some points, for the depth that they tell.
-
-    Args:
-        opened: the capture.
-        method, k, patience, cover: of the selection.
-        bar: wraps the loop over the images.
-        clock: lasts while points are read.
-    """
-    if "appearance" in method.reads:
-        return opened.loaded(np.arange(len(opened.capture)), bar)
-    with clock or nullcontext():
-        if method.tracks or patience.seconds or cover:
-            return opened.with_all_points()
-        return opened.with_points() if k == AUTO or isinstance(k, Auto) else opened.capture

@@ -1,20 +1,22 @@
-"""Arguments of a call: number of frames, method, targets; what is wrong is refused at once."""
+"""What a person asks for, validated in one place before any image is opened."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
 from types import NoneType
 
 import numpy as np
 
+from fsel.captures.lazy import LazyCapture
 from fsel.captures.quality import Health
 from fsel.core.capture import Capture
 from fsel.core.problem import Method
 from fsel.core.wording import check_type, counted, unexpected
 from fsel.selection.budget import Auto, within
-from fsel.selection.focus import Focus
+from fsel.selection.focus import Focus, focus_of
 from fsel.selection.frames import Wish
 from fsel.selection.targets import ALL, Request, Targets, check_count, targets_of
 from fsel.selection.validation import LEAST_TARGETS, TimeBudget
@@ -25,9 +27,106 @@ LEAST_FRAMES = 3
 AUTO = "auto"
 ALL_FRAMES = "all"  # the method that takes the whole sequence
 
+Describe = Callable[[Capture], np.ndarray]
+"""capture -> (N, D) float32 appearance descriptors of every frame."""
+SharpnessOf = Callable[[np.ndarray], np.ndarray]
+"""(n,) int64 frames -> (n,) sharpness of each, comparable within a call."""
+
+
+@dataclass(frozen=True)
+class SelectionRequest:
+    """A selection as it is asked for; `checked_request` says whether it can be made.
+
+    Attributes:
+        source: what is selected from. Bad frames of a `LazyCapture` are left out; a `Capture` is
+            taken as it is.
+        k, targets, method, seed, weights, patience, cover, cover_share, sharpness, focus,
+            descriptors, always, never, keep_bad: see `fsel.select`.
+        images: whether images are looked at; without, nothing is tried and nothing measured.
+    """
+
+    source: Capture | LazyCapture
+    k: int | str | Auto | None
+    targets: Request = None
+    method: str | Method | None = None
+    seed: int = 0
+    weights: str | Path | None = None
+    patience: float | TimeBudget | None = None
+    cover: int = 0
+    cover_share: float = 1.0
+    sharpness: np.ndarray | SharpnessOf | None = None
+    focus: Focus | str | Path | Sequence[float] | None = None
+    descriptors: np.ndarray | Describe | None = None
+    always: Wish = None
+    never: Wish = None
+    keep_bad: bool = False
+    images: bool = True
+
+    @property
+    def opened(self) -> LazyCapture | None:
+        """The capture with its files, where it was opened from files."""
+        return self.source if isinstance(self.source, LazyCapture) else None
+
+    @property
+    def pictured(self) -> bool:
+        """Whether there are images, and they may be looked at."""
+        return self.images and (self.opened is None or self.opened.pictured)
+
+
+@dataclass(frozen=True)
+class CheckedRequest:
+    """A request that can be served, and what its words stand for.
+
+    Attributes:
+        request: as it was asked for.
+        capture: its capture, with unopened images where it was opened from files.
+        k: how many frames, how that is to be found, or None for as many as a cover takes.
+        targets: the views, and the frames that may not be picked.
+        method: that picks.
+        focus: the object that targets see.
+        patience: how long selections are tried.
+    """
+
+    request: SelectionRequest
+    capture: Capture
+    k: int | Auto | None
+    targets: Targets
+    method: Method
+    focus: Focus | None
+    patience: TimeBudget
+
+
+def checked_request(request: SelectionRequest) -> CheckedRequest:
+    """Resolve a request; all that a selection may refuse is refused here, before work.
+
+    Raises:
+        ValueError, TypeError, FileNotFoundError: see `fsel.select`.
+    """
+    check_type("seed", request.seed, Integral, "a whole number")
+    method = method_of(request.method, request.weights)
+    opened = request.opened
+    capture = request.source if isinstance(request.source, Capture) else request.source.capture
+    if opened is not None and not opened.pictured and "sharpness" in method.reads:
+        capture.images[0]  # refused
+    k = None if request.k is None else number_of(request.k)
+    if len(capture) < LEAST_FRAMES:
+        raise ValueError(
+            f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; "
+            f"at least {LEAST_FRAMES} are needed"
+        )
+    focus = focus_of(request.focus, capture if opened is None else opened)
+    targets = targets_of(capture, request.targets)
+    if focus is not None:
+        targets = targets.seeing(focus.corners, capture)
+    targets = targets.wished(capture, request.always, request.never)
+    checked = CheckedRequest(request, capture, k, targets, method, focus, TimeBudget(0))
+    _check_number(checked)
+    _check_cover(checked)
+    return replace(checked, patience=_time_budget(checked))
+
 
 def number_of(k: int | str | Auto) -> int | Auto:
-    """The number of frames, or how it is to be found.
+    """Return the number of frames, or how it is to be found.
 
     Raises:
         ValueError: for another word than `auto`.
@@ -43,7 +142,7 @@ def number_of(k: int | str | Auto) -> int | Auto:
 
 
 def method_of(method: str | Method | None = None, weights: str | Path | None = None) -> Method:
-    """Find the method; arguments and errors are those of `select`."""
+    """Find a method; arguments and errors are those of `fsel.select`."""
     if isinstance(method, Method):
         if weights is not None:
             raise ValueError(f"{weights}: weights go with the name of a method, not with {method}")
@@ -60,66 +159,39 @@ def method_of(method: str | Method | None = None, weights: str | Path | None = N
     return METHODS.checked(name)
 
 
-def checked_request(
-    capture: Capture,
-    k: int | str | Auto | None,
-    request: Request,
-    method: Method,
-    focus: Focus | None = None,
-    always: Wish = None,
-    never: Wish = None,
-) -> Targets:
-    """Resolve a request; all that `select` may refuse is refused here, before images are read.
-
-    Arguments and errors are those of `select`; the method is what `method_of` returned.
-    """
-    number = None if k is None else number_of(k)
-    if len(capture) < LEAST_FRAMES:
-        raise ValueError(
-            f"{capture.source}: {counted(len(capture), 'frame')} would leave nothing to select; "
-            f"at least {LEAST_FRAMES} are needed"
-        )
-    targets = targets_of(capture, request)
-    if focus is not None:
-        targets = targets.seeing(focus.corners, capture)
-    targets = targets.wished(capture, always, never)
-    if len(targets.always) and (isinstance(number, Auto) or not isinstance(method, ScoringMethod)):
-        said = AUTO if isinstance(number, Auto) else number
-        raise ValueError(
-            "frames that are always to be selected go with a number of frames, and with a method "
-            f"that scores them ({', '.join(pretrained.FILES)}); k is {said}, and the method "
-            f"{method.name}"
-        )
-    if isinstance(number, Auto):
-        _check_auto(number, method, capture)
-        return targets
-    if number is None:
-        return targets
-    check_count(number, targets, capture, everything=method.name == ALL_FRAMES)
-    return targets
-
-
-def without_bad(
-    targets: Targets, health: Health, capture: Capture, k: int | str | Auto | None
+def leaving_out_bad(
+    targets: Targets, health: Health, capture: Capture, k: int | Auto | None
 ) -> tuple[Targets, Health]:
     """Leave bad frames out of the pool of targets, where enough others remain.
 
     Args:
-        targets: what `checked_request` returned.
+        targets: of a checked request.
         health: of the capture's frames.
         capture: the capture.
         k: as many frames remain at least, two where it is to be found; of bad ones the least bad.
     """
     pool = np.setdiff1d(targets.pool(capture), targets.always)
-    least = max(int(k) if isinstance(k, Integral) else 0, 2)
+    least = max(k if isinstance(k, int) else 0, 2)
     health = health.leaving_out(pool, max(0, len(pool) + len(targets.always) - least))
     return replace(targets, bad=np.sort(health.left_out)), health
 
 
-def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
-    """Refuse a memory that nothing fits, and methods whose picks are not nested."""
-    if auto.memory is not None:
-        within(auto.memory, auto.size or capture.size, auto.trainer)
+def _check_number(checked: CheckedRequest) -> None:
+    """Refuse numbers of frames that cannot be, and what does not go with finding one."""
+    k, targets, method, capture = checked.k, checked.targets, checked.method, checked.capture
+    auto = isinstance(k, Auto)
+    if len(targets.always) and (auto or not isinstance(method, ScoringMethod)):
+        raise ValueError(
+            "frames that are always to be selected go with a number of frames, and with a method "
+            f"that scores them ({', '.join(pretrained.FILES)}); k is {AUTO if auto else k}, and "
+            f"the method {method.name}"
+        )
+    if isinstance(k, int):
+        check_count(k, targets, capture, everything=method.name == ALL_FRAMES)
+    if not isinstance(k, Auto):
+        return
+    if k.memory is not None:
+        within(k.memory, k.size or capture.size, k.trainer)
     if not method.nested:
         from fsel.evaluation.methods import METHODS
 
@@ -130,61 +202,69 @@ def _check_auto(auto: Auto, method: Method, capture: Capture) -> None:
         )
 
 
-def patience_of(
-    patience: float | TimeBudget | None,
-    k: int | str | Auto | None,
-    targets: Targets,
-    method: Method,
-    focus: Focus | None = None,
-    cover: int = 0,
-    *,
-    named: bool,
-) -> TimeBudget:
-    """Return how long selections are tried on the capture's own frames.
+def _check_cover(checked: CheckedRequest) -> None:
+    """Refuse a cover that cannot be, or that something else would break."""
+    cover, share = checked.request.cover, checked.request.cover_share
+    if cover < 0:
+        raise ValueError(f"cover is {cover}; allowed: 1 or more, how often a point is to be seen")
+    if not 0 < share <= 1:
+        raise ValueError(f"the share of a cover is {share:g}; allowed: above 0 and up to 1")
+    if not cover:
+        if share < 1:
+            raise ValueError(f"{share:g} of the points are to be seen, and no cover is stated")
+        if checked.k is None:
+            raise ValueError("neither a number of frames nor a cover is stated. Hint: -k 30")
+        return
+    name = checked.method.name
+    against = (
+        ("frames that are always to be selected", len(checked.targets.always) > 0),
+        ("a number of frames that is to be found", isinstance(checked.k, Auto)),
+        (
+            f"the method {name}, which does not score frames",
+            not isinstance(checked.method, ScoringMethod),
+        ),
+    )
+    for what, there in against:
+        if there:
+            raise ValueError(f"cover is {cover}, which does not go with {what}")
 
-    Args:
-        patience: seconds, or None for what is usual: ten where nothing but a number of frames is
-            stated, else none.
-        k, targets, method, focus, cover: see `select`.
-        named: whether the method or its weights were stated.
 
-    Raises:
-        ValueError: for a patience below zero, or one where something is stated that leaves nothing
-            to try.
-    """
-    if patience is None:
-        stated = stated_beside(k, targets, method, focus, cover)
-        return TimeBudget(0) if named or stated else TimeBudget()
-    allowed = patience if isinstance(patience, TimeBudget) else TimeBudget(patience)
-    shown = len(targets.frames) >= LEAST_TARGETS
-    stated = stated_beside(k, targets, method, focus, cover, but_targets=shown)
-    if allowed.seconds and stated:
+def _time_budget(checked: CheckedRequest) -> TimeBudget:
+    """Return how long selections are tried; refuse a time where there is nothing to try."""
+    request = checked.request
+    if request.patience is None:
+        named = not (request.method is None and request.weights is None)
+        usual = not (named or _stated_beside(checked)) and request.pictured
+        return TimeBudget() if usual else TimeBudget(0)
+    stated = request.patience
+    patience = stated if isinstance(stated, TimeBudget) else TimeBudget(stated)
+    if not patience.seconds:
+        return patience
+    if not request.pictured:
         raise ValueError(
-            f"patience is {allowed.seconds:g} s, and {stated}; selections are tried where nothing "
+            "--patience reconstructs from images, which --geometry-only leaves unopened"
+        )
+    shown = len(checked.targets.frames) >= LEAST_TARGETS
+    if beside := _stated_beside(checked, but_targets=shown):
+        raise ValueError(
+            f"patience is {patience.seconds:g} s, and {beside}; selections are tried where nothing "
             f"but a number of frames is stated, and targets that are {LEAST_TARGETS} frames or more"
             ". Hint: leave one of the two out"
         )
-    return allowed
+    return patience
 
 
-def stated_beside(
-    k: int | str | Auto | None,
-    targets: Targets,
-    method: Method,
-    focus: Focus | None = None,
-    cover: int = 0,
-    *,
-    but_targets: bool = False,
-) -> str:
+def _stated_beside(checked: CheckedRequest, *, but_targets: bool = False) -> str:
     """Name what is stated beside a number of frames, in words; empty where nothing is."""
-    if method.name != pretrained.DEFAULT:
-        return f"the method is {method.name}"
-    if focus is not None:
+    targets = checked.targets
+    if checked.method.name != pretrained.DEFAULT:
+        return f"the method is {checked.method.name}"
+    if checked.focus is not None:
         return "an object is stated"
     if targets.kind != ALL and not but_targets:
         return f"the views to be rendered are stated ({targets.kind})"
     if len(targets.always):
         return "frames are stated that are always to be selected"
-    if cover or k is None:
+    if checked.request.cover or checked.k is None:
         return "a cover of the points is stated"
-    return "the number of frames is to be found" if isinstance(number_of(k), Auto) else ""
+    return "the number of frames is to be found" if isinstance(checked.k, Auto) else ""

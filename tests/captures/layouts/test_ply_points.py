@@ -5,8 +5,9 @@ import json
 import numpy as np
 import pytest
 from plyfile import PlyData, PlyElement
-from small_captures import record_of, ring, select, write_ring
+from small_captures import ring, write_ring
 
+import fsel
 from fsel.captures.layouts.nerfstudio import NEW_APPLIED_TRANSFORM
 from fsel.captures.layouts.ply_points import read
 from fsel.captures.read import read_capture
@@ -54,8 +55,7 @@ def test_points_are_brought_to_the_world_of_the_poses(capture):
 @pytest.mark.parametrize(("asked", "count"), [("seen", 2), ("all", 3)])
 def test_a_selection_has_the_points_that_two_picks_hold(asked, count, capture, tmp_path):
     out = tmp_path / "out"
-    assert select(capture, "-k", 6, "--points", asked, "-o", out) == 0
-    assert len(record_of(out)["frames"]) == 6
+    fsel.select(capture, 6, patience=0).export(out, points=asked)
     again = read_capture(out)
     np.testing.assert_allclose(again.points.xyz, XYZ[:count], atol=1e-6)
     vertices = PlyData.read(str(out / "sparse_pc.ply"))["vertex"]

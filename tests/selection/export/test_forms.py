@@ -11,6 +11,7 @@ import pytest
 from plyfile import PlyData
 from small_captures import record_of, select, write_ring
 
+import fsel
 from fsel.captures.images import files as image_files
 from fsel.captures.images.sharpness import LUMA
 from fsel.captures.read import read_capture
@@ -43,7 +44,7 @@ def test_test_frames_come_with_the_points_that_the_picks_see(capture, tmp_path):
 @pytest.mark.parametrize(("points", "count"), [("all", 80), ("none", 0)])
 def test_points_are_all_or_none_when_asked_for(points, count, capture, tmp_path):
     out = tmp_path / "out"
-    assert select(capture, "-k", 3, "--points", points, "-o", out) == 0
+    fsel.select(capture, 3, patience=0).export(out, points=points)
     assert len(model_of(out).points3D) == count
     assert (out / "sparse_pc.ply").exists() == (count > 0)
     content = json.loads((out / "transforms.json").read_text())
@@ -69,11 +70,10 @@ def test_points_are_triangulated_where_a_capture_has_none(tmp_path):
     assert not model_of(unopened).points3D
 
 
-@pytest.mark.parametrize("asked", [["--long-side", 32], ["--downscale", 2]])
-def test_images_and_cameras_are_reduced_together(asked, tmp_path):
+def test_images_and_cameras_are_reduced_together(tmp_path):
     write_ring(tmp_path / "capture", model="OPENCV")
     out = tmp_path / "out"
-    assert select(tmp_path / "capture", "-k", 4, *asked, "-o", out) == 0
+    assert select(tmp_path / "capture", "-k", 4, "--long-side", 32, "-o", out) == 0
     content = json.loads((out / "transforms.json").read_text())
     assert [content[key] for key in ("w", "h", "fl_x", "fl_y", "cx", "cy")] == [
         *(32, 24),
@@ -237,7 +237,7 @@ def test_points_keep_their_errors_in_pixels_of_the_images_that_are_written(captu
         point.error = key / 10
     model.write_binary(str(capture / "sparse" / "0"))
     errors = {tuple(point.xyz): point.error for point in model.points3D.values()}
-    for scale, asked in ((1.0, []), (0.5, ["--downscale", 2])):
+    for scale, asked in ((1.0, []), (0.5, ["--long-side", 32])):
         out = tmp_path / str(scale)
         assert select(capture, "-k", 6, *asked, "-o", out) == 0
         for point in model_of(out).points3D.values():

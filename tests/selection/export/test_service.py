@@ -5,7 +5,7 @@ import pytest
 from selection_problems import around, capture_of
 from small_captures import ring
 
-from fsel.selection.export.outcome import proximity_of
+from fsel.selection.outcome import proximity_of
 
 
 @pytest.fixture

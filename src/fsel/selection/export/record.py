@@ -3,22 +3,71 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 
 from fsel.captures.colmap.estimator import found_by
-from fsel.captures.quality.findings import BLURRED, DUPLICATE, Health
+from fsel.captures.lazy import LazyCapture
+from fsel.captures.quality.findings import BLURRED, DUPLICATE
+from fsel.core.problem import Method
 from fsel.core.wording import counted
+from fsel.selection import bad_frames
 from fsel.selection.budget import Budget
 from fsel.selection.cover import Cover
-from fsel.selection.export.outcome import Outcome, closest_pick
+from fsel.selection.export.subset import Form
+from fsel.selection.outcome import Outcome, closest_pick
 from fsel.selection.targets import ALL
-from fsel.selection.validation import ValidationResult
+from fsel.selection.validation import CandidateScore, ValidationResult
+from fsel.selectors.policies import ScoringMethod
+from fsel.selectors.scorer import Linear
 
 RECORD = "selection.json"
 PACKAGES = ("fsel", "numpy", "pycolmap")
+
+
+def content(
+    outcome: Outcome, opened: LazyCapture, form: Form, stated: dict[str, Any]
+) -> dict[str, Any]:
+    """Return the content of selection.json; its seconds are those of selecting.
+
+    Args:
+        outcome: the selection.
+        opened: the capture that it was made from.
+        form: in which it was written.
+        stated: `capture` says where the capture is and how it was opened, `settings` what was
+            asked for.
+    """
+    selection, targets, health = outcome.selection, outcome.targets, outcome.health
+    budget, names = selection.budget, opened.capture.names
+    return {
+        "capture": stated["capture"]
+        | {
+            "layout": opened.layout,
+            "frames": len(opened.capture),
+            "dropped": opened.raw.dropped,
+            "placed": _placed(opened.found),
+        },
+        "targets": {
+            "kind": targets.kind,
+            "views": len(targets.views),
+            "held_out": [names[i] for i in targets.frames],
+            "far": int(targets.far.sum()),
+        },
+        "settings": stated["settings"] | {"method": outcome.method.name},
+        "tried": None if selection.tried is None else _validation(selection.tried),
+        "cover": None if selection.cover is None else asdict(selection.cover),
+        "budget": None if budget is None else asdict(budget) | {"reason": reason(budget)},
+        "scorer": _scorer(outcome.method),
+        "versions": {"python": platform.python_version()} | {p: version(p) for p in PACKAGES},
+        "seconds": outcome.seconds,
+        "turn": None if form.turn is None else form.turn.tolist(),
+        "frames": picked(outcome),
+        "left": left(outcome) + unplaced(opened.found),
+        "bad": None if health is None else bad_frames.entries(health, names),
+    }
 
 
 def picked(outcome: Outcome) -> list[dict]:
@@ -120,27 +169,6 @@ def _by_another(outcome: Outcome) -> str:
     return f"the picks of {name} were kept"
 
 
-def bad_frames(health: Health, names: Sequence[str]) -> list[dict]:
-    """One entry a finding: name, kind, value, threshold, what is counted, whether it is left out.
-
-    A bad frame that is not left out alone shows a part of the scene (`alone`), or is wanted, held
-    out, or needed to have enough frames. Duplicates may be picked.
-    """
-    gone, alone = set(health.left_out.tolist()), set(health.alone.tolist())
-    return [
-        {
-            "name": names[finding.frame],
-            "kind": finding.kind,
-            "value": float(f"{finding.value:.4g}"),
-            "threshold": float(f"{finding.threshold:.4g}"),
-            "measure": finding.measure,
-            "left_out": finding.kind != DUPLICATE and finding.frame in gone,
-            "alone": finding.kind != DUPLICATE and finding.frame in alone,
-        }
-        for finding in health.findings
-    ]
-
-
 def _left_out(outcome: Outcome, frame: int) -> str:
     """Reason why a frame is not one of those that may be selected."""
     targets = outcome.targets
@@ -201,6 +229,31 @@ def covered(cover: Cover) -> str:
     )
 
 
-def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that picks depend on."""
-    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+def _placed(found: dict | None) -> dict | None:
+    """Return frames of a video or photos that were placed and not, and the times that were lost."""
+    if found is None:
+        return None
+    rest = {key: found.get(key) for key in ("not_placed", "lost", "still", "repeated")}
+    return {"frames": found["frames"], "placed": len(found["placed"])} | rest
+
+
+def _validation(tried: ValidationResult) -> dict:
+    """Describe what was tried on the capture's own frames, over the first selection."""
+    own = {name: getattr(tried, name) for name in ("kept", "fits", "cut", "on_targets")}
+    return own | {"selections": [_scores(score) for score in tried.trials]}
+
+
+def _scores(trial: CandidateScore) -> dict:
+    """Describe a selection that was compared with the first; numbers as JSON knows them."""
+    values = {name: getattr(trial, name) for name in ("gain", "least", "error", "ssim")}
+    known = {name: round(v, 4) if np.isfinite(v) else None for name, v in values.items()}
+    return {"name": trial.name, **known, "validation": trial.validation, "fits": trial.fits}
+
+
+def _scorer(method: Method) -> dict | None:
+    """Return the scorer's provenance, and the coefficients of a linear rule."""
+    if not isinstance(method, ScoringMethod):
+        return None
+    rule = method.scorer
+    coefficients = {"coefficients": rule.coefficients} if isinstance(rule, Linear) else {}
+    return coefficients | dict(rule.provenance)

@@ -68,7 +68,7 @@ def check_cameras(raw: RawCapture, undistort: bool) -> None:
 def write(
     stage: Path, opened: LazyCapture, picks: np.ndarray, held: np.ndarray, form: Form
 ) -> SparsePoints:
-    """Write the picks as a capture; with held-out frames, `train` and `test`, a capture each.
+    """Write frames.txt, and a capture of the picks; with held-out frames, `train` and `test` each.
 
     Trainers that hold frames out by themselves, or that ignore the lists of transforms.json, then
     cannot train on what is held out. Both have the points that the picks see. Where there are
@@ -88,6 +88,8 @@ def write(
     Raises:
         ValueError: for a frame whose name leads out of the folder, or an unreadable image.
     """
+    names = "".join(f"{opened.capture.names[i]}\n" for i in picks)
+    (stage / "frames.txt").write_text(names, encoding="utf-8")
     train, kept_back = np.sort(picks).tolist(), np.sort(held).tolist()
     used = sorted(train + kept_back)
     cameras = dict(zip(used, true_cameras(opened.raw, used, form), strict=True))

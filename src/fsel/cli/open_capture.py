@@ -1,18 +1,55 @@
-"""A folder that `fsel select` wrote: its record, and its capture as the selection opened it."""
+"""The capture that a command line names, and the files that it reads; also of a selection."""
 
 from __future__ import annotations
 
 import argparse
 import json
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from fsel.captures.lazy import LONG_SIDE, LazyCapture
+from fsel.captures.opening import Opening
+from fsel.captures.opening import opened as open_source
+from fsel.cli.console import Console
 from fsel.cli.options import OPENING
 from fsel.core.capture import Capture
 from fsel.core.geometry import turned
 from fsel.selection.export.record import RECORD
+
+READ = ("capture", "masks", "frames", "targets", "weights", "always", "never")
+
+
+def opening_of(args: argparse.Namespace) -> Opening:
+    """Return what a command line says of opening its capture."""
+    k = getattr(args, "k", None)
+    numbers = [n for n in (k if isinstance(k, list) else [k]) if isinstance(n, int)]
+    stated: dict[str, Any] = {n: getattr(args, n, usual) for n, usual in OPENING.items()}
+    return Opening(
+        paths=(args.capture, *args.beside),
+        by=tuple(args.by or ()),
+        wanted=max(numbers, default=0),
+        **stated,
+    )
+
+
+def opened(args: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> LazyCapture:
+    """Open the capture of a command line; see `fsel.captures.opening.opened`."""
+    return open_source(opening_of(args), console, long_side)
+
+
+def inputs_of(args: argparse.Namespace) -> list[Path]:
+    """Return the files and folders that a command line names to be read."""
+    named = [*(getattr(args, name, None) for name in READ), *getattr(args, "beside", ())]
+    return [Path(name) for name in named if name is not None and Path(name).exists()]
+
+
+def reasons(dropped: dict[str, str]) -> str:
+    """Return the reasons why frames were left out, and how many for each."""
+    return ", ".join(f"{reason} ({count})" for reason, count in Counter(dropped.values()).items())
 
 
 def record_of(folder: Path) -> dict:

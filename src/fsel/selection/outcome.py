@@ -2,27 +2,109 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
+from fsel.captures.lazy import unread
 from fsel.captures.quality.findings import Health
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import pose_distance
+from fsel.core.outputs import staged
 from fsel.core.points import SparsePoints
 from fsel.core.problem import Method
 from fsel.core.subsets import evenly
+from fsel.core.wording import counted, listed
 from fsel.features.conditioned import closeness, look_distance
-from fsel.selection.api import Selection
+from fsel.selection.budget import Budget
+from fsel.selection.cover import Cover
 from fsel.selection.focus import Focus
 from fsel.selection.problem import request_problem
 from fsel.selection.targets import ALL, MOST_VIEWS, Targets
+from fsel.selection.validation import ValidationResult
 from fsel.selectors.rollout import RejectionScores, explain_rejections
 
 RANKS = 8  # closest frames that count for a view
 SHARES = 0.5 ** np.arange(RANKS)
 WELL = 2  # picks that see a point before it is seen well: its depth takes two
+
+
+@dataclass(frozen=True, repr=False)
+class Selection:
+    """Picked frames, best first: the first j are the selection at budget j for nested methods.
+
+    Attributes:
+        names: k frame names in pick order.
+        indices: (k,) int64 their numbers in the capture.
+        scores: (k,) float64 the scorer's value when each was picked; NaN for methods without one.
+        seconds: spent selecting, features and what was tried included, images and their sharpness
+            excluded.
+        capture: that was selected from.
+        budget: how k was found, where it was to be found.
+        tried: what was tried on the capture's own frames, or on the targets' images.
+        cover: how often the picks see the sparse points, where a cover was stated.
+        held_out: (F,) int64 frames that are targets, and were never to be selected.
+    """
+
+    names: tuple[str, ...]
+    indices: np.ndarray
+    scores: np.ndarray
+    seconds: float
+    capture: Capture
+    budget: Budget | None = None
+    tried: ValidationResult | None = None
+    cover: Cover | None = None
+    held_out: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+
+    def __repr__(self) -> str:
+        picked = f"{counted(len(self.names), 'frame')}: {listed(self.names)}"
+        held_out = f"; {len(self.held_out)} held out" if len(self.held_out) else ""
+        return f"Selection({picked}{held_out})"
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def export(
+        self,
+        folder: str | Path,
+        *,
+        link: bool = False,
+        long_side: int | None = None,
+        points: str = "seen",
+        force: bool = False,
+    ) -> Path:
+        """Write the picks as captures that trainers read, and frames.txt, as `fsel select` does.
+
+        Args:
+            folder: to write; it appears whole or not at all.
+            link: whether images are hard links.
+            long_side: pixels that the images are reduced to; None as they are.
+            points: `seen` by two picks, `all` or `none`.
+            force: whether what is there is replaced.
+
+        Returns:
+            The folder.
+
+        Raises:
+            ValueError: for a capture that has no image files.
+            FileExistsError: for a folder that is there already.
+        """
+        from fsel.selection.export import subset  # here: most selections are not written
+
+        if self.capture.files is None:
+            raise ValueError(
+                f"{self.capture!r}: was not read from image files, which an export is made of. "
+                "Hint: fsel.select(folder, ...)"
+            )
+        layout = self.capture.source.partition(" at ")[0]
+        source = unread(layout, self.capture.files, self.capture)
+        subset.check_cameras(source.raw, undistort=False)
+        form = subset.Form(link=link, long_side=long_side, points=points)
+        with staged(Path(folder), [], force) as stage:
+            subset.write(stage, source, self.indices, self.held_out, form)
+        return Path(folder)
 
 
 @dataclass(frozen=True)
@@ -95,6 +177,7 @@ class Outcome:
         method: that was asked for.
         health: what is wrong with which frames; None where it was not looked for.
         focus: the object that targets must see.
+        seconds: of each step.
         seen: sparse points that the picks see, whose tracks number the picks in their order; None
             without points.
     """
@@ -104,7 +187,8 @@ class Outcome:
     selection: Selection
     method: Method
     health: Health | None
-    focus: Focus | None = None
+    focus: Focus | None
+    seconds: dict[str, float]
     seen: SparsePoints | None = None
 
     @cached_property

@@ -1,17 +1,17 @@
-"""Captures whose poses must be found first: a video, or photos, through COLMAP; kept for later."""
+"""Opening of what holds a capture; poses of a video or of photos are found by COLMAP and kept."""
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import math
 import shlex
 import shutil
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
-from dataclasses import asdict, replace
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 from fsel.captures.colmap import features
 from fsel.captures.colmap.camera import pycolmap
@@ -19,15 +19,14 @@ from fsel.captures.colmap.estimator import Estimator, checked, found_by
 from fsel.captures.colmap.runs import MIN_PLACED, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
-from fsel.captures.images.previews import check_pixels
+from fsel.captures.images.previews import Progress, check_pixels, in_silence
 from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.captures.poses import placement
 from fsel.captures.poses.placement import doubt
 from fsel.captures.taking import Source
-from fsel.cli.console import Console
 from fsel.core.files import cache, write_text
-from fsel.core.limits import cores
+from fsel.core.limits import MAX_ERROR, cores
 from fsel.core.names import distinct
 from fsel.core.wording import counted
 
@@ -39,58 +38,116 @@ KEPT = "what was found so far is kept, and the same command goes on from there"
 MADE = 4  # of what is kept: counted up where the same files are placed otherwise than before
 
 
-def opened(args: argparse.Namespace, console: Console, long_side: int = LONG_SIDE) -> LazyCapture:
-    """The capture of a command line, or the one that COLMAP makes of its video or photos.
+class Reporter(Protocol):
+    """What tells a person of progress: the command's console, or `SILENT`."""
+
+    def say(self, label: str, text: str) -> None: ...
+
+    def warn(self, text: str) -> None: ...
+
+    def bar(self, label: str) -> Progress: ...
+
+    def clock(self, label: str) -> AbstractContextManager[None]: ...
+
+
+class _Silent:
+    def say(self, label: str, text: str) -> None: ...
+
+    def warn(self, text: str) -> None: ...
+
+    def bar(self, label: str) -> Progress:
+        return in_silence
+
+    def clock(self, label: str) -> AbstractContextManager[None]:
+        return nullcontext()
+
+
+SILENT: Reporter = _Silent()
+
+
+@dataclass(frozen=True)
+class Opening:
+    """What holds a capture, and how it becomes one.
+
+    Attributes:
+        paths: a capture's folder; or videos and folders of photos of one scene.
+        poses: `layout` for the capture's own, or `colmap` to find them from its images alone.
+        features: what COLMAP matches; None for SIFT.
+        by: commands of the program that finds poses; empty for COLMAP.
+        video_frames, rate: how a video is thinned: to so many frames, or frames a second.
+        layout: of the folder, or `auto`.
+        max_error: see `fsel.captures.validate.validated`.
+        skip_unreadable: leave out frames whose image cannot be read.
+        wanted: the most frames that are to be picked; 0 where no number is stated.
+    """
+
+    paths: tuple[Path, ...]
+    poses: str = "layout"
+    features: str | None = None
+    by: tuple[str, ...] = ()
+    video_frames: int | None = None
+    rate: float | None = None
+    layout: str = "auto"
+    max_error: float = MAX_ERROR
+    skip_unreadable: bool = False
+    wanted: int = 0
+
+
+def opened(
+    opening: Opening, reporter: Reporter = SILENT, long_side: int = LONG_SIDE
+) -> LazyCapture:
+    """Open a capture, or the one that COLMAP makes of a video or photos.
 
     Args:
-        args: the parsed command line.
-        console: prints what is done.
+        opening: what is opened.
+        reporter: is told what is done.
         long_side: pixels of the longer side of images that are opened later.
 
     Raises:
         ValueError: for a video or photos that cannot be placed, options that do not fit, and all
             that `open_capture` refuses.
     """
-    if not needed(args):
-        with console.clock("reading"):
+    if not needs_poses(opening):
+        with reporter.clock("reading"):
             capture = open_capture(
-                args.capture,
-                args.layout,
+                opening.paths[0],
+                opening.layout,
                 long_side,
-                args.max_error,
-                skip_unreadable=args.skip_unreadable,
+                opening.max_error,
+                skip_unreadable=opening.skip_unreadable,
             )
-        warn_of(capture.skipped, console)
+        warn_of(capture.skipped, reporter)
         return capture
-    place, found = found_poses(args, console)
-    _check_number(args, found)
-    capture = open_capture(place / CAPTURE, "colmap", long_side, args.max_error)
+    place, found = found_poses(opening, reporter)
+    _check_number(opening, found)
+    capture = open_capture(place / CAPTURE, "colmap", long_side, opening.max_error)
     # as a person knows it, not as the cache does
-    known = f"colmap at {', '.join(str(path) for path in _paths(args))}"
+    known = f"colmap at {', '.join(str(path) for path in opening.paths)}"
     known_capture = replace(capture.capture, source=known)
     return replace(capture, capture=known_capture, found=found)
 
 
-def warn_of(skipped: dict[str, str], console: Console) -> None:
+def warn_of(skipped: dict[str, str], reporter: Reporter) -> None:
     """Name the frames whose images cannot be read."""
     if skipped:
         named = [f"{name} ({why})" for name, why in skipped.items()]
         more = f", and {len(named) - SHOWN} more" if len(named) > SHOWN else ""
-        console.warn(f"{counted(len(named), 'image')} skipped: {', '.join(named[:SHOWN])}{more}")
+        reporter.warn(f"{counted(len(named), 'image')} skipped: {', '.join(named[:SHOWN])}{more}")
 
 
-def needed(args: argparse.Namespace) -> bool:
+def needs_poses(opening: Opening) -> bool:
     """Check whether poses are to be found; refuse options that would have no effect."""
-    filmed = any(video.is_video(path) for path in _paths(args))
-    sought = filmed or args.poses == "colmap" or bool(args.beside)
-    if not filmed and (args.video_frames is not None or args.rate is not None):
-        raise ValueError(f"{args.capture}: is no video, which --video-frames and --rate are for")
-    if args.features and not sought:
-        raise ValueError(f"{args.capture}: has poses, and --features is for COLMAP's to be found")
+    first = opening.paths[0]
+    filmed = any(video.is_video(path) for path in opening.paths)
+    sought = filmed or opening.poses == "colmap" or len(opening.paths) > 1
+    if not filmed and (opening.video_frames is not None or opening.rate is not None):
+        raise ValueError(f"{first}: is no video, which --video-frames and --rate are for")
+    if opening.features and not sought:
+        raise ValueError(f"{first}: has poses, and --features is for COLMAP's to be found")
     return sought
 
 
-def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]:
+def found_poses(opening: Opening, reporter: Reporter) -> tuple[Path, dict]:
     """A folder with `capture`, a COLMAP capture, and `poses.json`; and what that says.
 
     It lies in the user's cache, under a digest of the files and settings: the second time nothing
@@ -100,29 +157,29 @@ def found_poses(args: argparse.Namespace, console: Console) -> tuple[Path, dict]
         ValueError: when the source holds too few images, or one that cannot be read, or fewer than
             three can be placed.
     """
-    by, kind = estimator(args), args.features or features.SIFT
-    sources = _sources(args, console)
+    by, kind = estimator(opening), opening.features or features.SIFT
+    sources = _sources(opening, reporter)
     films = sum(source.filmed for source in sources)
-    sampling = video.Sampling(args.video_frames, args.rate)
-    if args.video_frames is None and args.rate is None and films:
-        least = -(-max(video.LEAST, TIMES * _wanted(args)) // films)
+    sampling = video.Sampling(opening.video_frames, opening.rate)
+    if opening.video_frames is None and opening.rate is None and films:
+        least = -(-max(video.LEAST, TIMES * opening.wanted) // films)
         sampling = video.Sampling(least=least)
     place = cache() / _digest(sources, sampling, by, kind)
     place.mkdir(parents=True, exist_ok=True)
     with locked(place / "lock"):
         if not (place / FOUND).is_file():
             if not features.fetched(kind):
-                console.say("features", f"fetching the weights of {kind}, once")
+                reporter.say("features", f"fetching the weights of {kind}, once")
             features.check(kind)
-            work = Work(place / "matching", cores(), watch=console.bar, by=by, features=kind)
-            _find(sources, sampling, place, console, work)
+            work = Work(place / "matching", cores(), watch=reporter.bar, by=by, features=kind)
+            _find(sources, sampling, place, reporter, work)
     report = json.loads((place / FOUND).read_text(encoding="utf-8"))
-    console.say(
+    reporter.say(
         "poses", f"{found_by(report)} placed {len(report['placed'])} of {report['frames']} frames"
     )
     for note in notes(report):
         hint = "" if by or kind != features.SIFT else ". Hint: --features aliked may do better"
-        console.warn(note + hint)
+        reporter.warn(note + hint)
     return place, report
 
 
@@ -147,31 +204,25 @@ def notes(found: dict | None) -> list[str]:
     return [f"{said}; lost: {times}", *doubts]
 
 
-def estimator(args: argparse.Namespace) -> Estimator | None:
+def estimator(opening: Opening) -> Estimator | None:
     """The program that `--by` names; None for COLMAP.
 
     Raises:
         ValueError: for what is no command.
         MissingRequirement: for a program that is not here.
     """
-    if not args.by:
+    if not opening.by:
         return None
     try:
-        words = [shlex.split(line) for line in args.by]
+        words = [shlex.split(line) for line in opening.by]
     except ValueError as error:
-        raise ValueError(f"--by {' '.join(args.by)}: {error}") from error
+        raise ValueError(f"--by {' '.join(opening.by)}: {error}") from error
     return checked({"by": words})
 
 
-def _wanted(args: argparse.Namespace) -> int:
-    """The most frames that the command is to pick; 0 where it says no number."""
-    k = getattr(args, "k", None)
-    return max((n for n in (k if isinstance(k, list) else [k]) if isinstance(n, int)), default=0)
-
-
-def _check_number(args: argparse.Namespace, found: dict) -> None:
+def _check_number(opening: Opening, found: dict) -> None:
     """Refuse to pick more frames than were placed, with the rate that would give enough."""
-    wanted, placed = _wanted(args), len(found["placed"])
+    wanted, placed = opening.wanted, len(found["placed"])
     if wanted < placed:
         return
     hint = "more photos" if not found["video"] else "a longer video, or one of a slower walk"
@@ -181,39 +232,35 @@ def _check_number(args: argparse.Namespace, found: dict) -> None:
         rate = math.ceil(max(TIMES * wanted, 2 * len(found["video"])) / lasts)
         hint = f"--rate {rate} takes more of the video"
     raise ValueError(
-        f"{args.capture}: k is {wanted}, and {found_by(found)} placed {placed} of "
+        f"{opening.paths[0]}: k is {wanted}, and {found_by(found)} placed {placed} of "
         f"{found['frames']} frames; allowed: up to {placed - 1}. Hint: {hint}"
     )
 
 
-def _sources(args: argparse.Namespace, console: Console) -> list[Source]:
+def _sources(opening: Opening, reporter: Reporter) -> list[Source]:
     """The videos and the folders of photos that are placed together."""
-    paths = _paths(args)
+    paths = opening.paths
     if len({path.resolve() for path in paths}) < len(paths):
-        raise ValueError(f"{args.capture}: a video or folder is given twice")
+        raise ValueError(f"{paths[0]}: a video or folder is given twice")
     names = [""] if len(paths) == 1 else distinct([path.stem for path in paths])
     return [
         Source(path, name)
         if video.is_video(path)
-        else Source(path, name, tuple(_photos(path, args, console)))
+        else Source(path, name, tuple(_photos(path, opening, reporter)))
         for path, name in zip(paths, names, strict=True)
     ]
 
 
-def _paths(args: argparse.Namespace) -> list[Path]:
-    return [args.capture, *args.beside]
-
-
-def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Path]:
+def _photos(source: Path, opening: Opening, reporter: Reporter) -> list[Path]:
     """The photos of a folder; without `--skip-unreadable` all must be sound."""
     if not source.is_dir():
         why = "is neither a video nor a folder of photos" if source.exists() else "no such folder"
         raise ValueError(f"{source}: {why}")
     readable = (*bare.ENDINGS, *image_files.HEIC) if image_files.reads_heic() else bare.ENDINGS
     files = bare.find(source, readable)
-    if args.skip_unreadable:
+    if opening.skip_unreadable:
         faults = {file.name: image_files.fault(file) for file in files}
-        warn_of({name: why for name, why in faults.items() if why}, console)
+        warn_of({name: why for name, why in faults.items() if why}, reporter)
         files = [file for file in files if not faults[file.name]]
     there = [file for file in source.iterdir() if file.suffix.lower() not in readable]
     if other := sorted(file.name for file in there if file.suffix.lower() in UNREAD):
@@ -222,17 +269,17 @@ def _photos(source: Path, args: argparse.Namespace, console: Console) -> list[Pa
             if any(image_files.is_heic(Path(name)) for name in other)
             else ""
         )
-        console.warn(
+        reporter.warn(
             f"{counted(len(other), 'photo')} not read until converted to JPEG or PNG: "
             f"{', '.join(other[:SHOWN])}{hint}"
         )
-    least = 1 if args.beside else MIN_PLACED
+    least = 1 if len(opening.paths) > 1 else MIN_PLACED
     if len(files) < least:
         raise ValueError(
             f"{source}: {counted(len(files), 'photo')} ({', '.join(readable)}) in it, in "
             f"images or in input; at least {least} are needed"
         )
-    if not args.skip_unreadable:
+    if not opening.skip_unreadable:
         check_pixels(files)
     return files
 
@@ -252,14 +299,14 @@ def _find(
     sources: Sequence[Source],
     sampling: video.Sampling,
     place: Path,
-    console: Console,
+    reporter: Reporter,
     work: Work,
 ) -> None:
     """Fill a folder of the cache; `poses.json` comes last."""
     try:
-        found = placement.place(sources, sampling, place / CAPTURE, work, console.say)
+        found = placement.place(sources, sampling, place / CAPTURE, work, reporter.say)
     except KeyboardInterrupt:
-        console.warn(KEPT)
+        reporter.warn(KEPT)
         raise
     paths = [str(source.path) for source in sources]
     asked = {"sources": paths, "settings": asdict(sampling)}

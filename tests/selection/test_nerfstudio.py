@@ -75,9 +75,9 @@ def plugin(monkeypatch):
         module = ModuleType(name)
         vars(module).update(names.get(name, {}))
         monkeypatch.setitem(sys.modules, name, module)
-    monkeypatch.delitem(sys.modules, "fsel.calls.nerfstudio", raising=False)
-    yield importlib.import_module("fsel.calls.nerfstudio")
-    sys.modules.pop("fsel.calls.nerfstudio", None)
+    monkeypatch.delitem(sys.modules, "fsel.selection.nerfstudio", raising=False)
+    yield importlib.import_module("fsel.selection.nerfstudio")
+    sys.modules.pop("fsel.selection.nerfstudio", None)
 
 
 @pytest.fixture
@@ -116,7 +116,7 @@ def test_nerfstudio_s_own_configuration_takes_it(ring, tmp_path):
     paths = (str(Path(fsel.__file__).parent.parent), os.environ.get("PYTHONPATH", ""))
     known = {
         "PYTHONPATH": os.pathsep.join(filter(None, paths)),
-        "NERFSTUDIO_DATAPARSER_CONFIGS": "fsel-data=fsel.calls.nerfstudio:SPECIFICATION",
+        "NERFSTUDIO_DATAPARSER_CONFIGS": "fsel-data=fsel.selection.nerfstudio:SPECIFICATION",
     }
     line = ["fsel-data", "--data", ring, "--k", "6"]
     told = subprocess.run(

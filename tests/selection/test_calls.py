@@ -13,10 +13,11 @@ import pytest
 from small_captures import write_ring
 
 import fsel
-from fsel.calls import captured
+from fsel.captures import opening
 from fsel.captures.layouts.nerfstudio import matrix_of
 from fsel.cli import main
 from fsel.core.names import natural
+from fsel.selection.api import captured
 
 EVERY = "every:6"
 STRAIGHT = np.eye(4)[:3]
@@ -111,14 +112,9 @@ def test_a_json_whose_images_are_here_is_selected_from_with_them(ring, content, 
 def test_a_video_has_its_poses_found_as_by_the_command(ring, monkeypatch, tmp_path):
     asked = []
     (tmp_path / "walk.mp4").touch()
-
-    def opened(args, console, long_side=0):
-        asked.append((args.capture, console.quiet))
-        return captured(ring)
-
-    monkeypatch.setattr("fsel.cli.posing.opened", opened)
+    monkeypatch.setattr(opening, "opened", lambda how: asked.append(how) or captured(ring))
     chosen = fsel.select(tmp_path / "walk.mp4", 5, EVERY)
-    assert asked == [(tmp_path / "walk.mp4", True)]
+    assert asked == [opening.Opening((tmp_path / "walk.mp4",))]
     assert len(chosen) == 5
 
 

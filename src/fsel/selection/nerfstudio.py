@@ -19,9 +19,9 @@ from nerfstudio.data.dataparsers.nerfstudio_dataparser import (
 )
 from nerfstudio.plugins.registry_dataparser import DataParserSpecification
 
-from fsel.calls import select
-from fsel.cli.posing import locked
+from fsel.captures.opening import locked
 from fsel.core.files import cache, digest
+from fsel.selection.api import select
 from fsel.selection.export.subset import SPLIT
 
 
