@@ -138,11 +138,11 @@ def test_no_trainer_turns_the_images_that_it_is_given(more, capture, tmp_path):
     written = sorted((tmp_path / "out" / "images").iterdir())
     assert len(written) == 3
     for path in written:
-        np.testing.assert_array_equal(cv2.imread(str(path)), stored[path.name])
-        np.testing.assert_array_equal(pillow.open(path), stored[path.name][..., ::-1])
+        for shown in (cv2.imread(str(path)), np.asarray(pillow.open(path))[..., ::-1]):
+            assert shown.shape == (48, 64, 3)
+            assert np.abs(shown.astype(int) - stored[path.name]).mean() < 2  # coded anew
         original = capture / "images" / path.name
         assert path.stat().st_nlink == 1
-        assert len(path.read_bytes()) == len(original.read_bytes())
         assert cv2.imread(str(original)).shape == (64, 48, 3)
 
 

@@ -14,7 +14,7 @@ from fsel.core.wording import counted
 from fsel.features.conditioned import look_depth
 from fsel.pages.drawings import Line, line_chart, timeline
 from fsel.pages.shell import choices, data, document, source
-from fsel.pages.shown import SHOWN, Card, adds, cards_of, frames_shown, scene_data
+from fsel.pages.shown import SHOWN, Card, ReportContent, adds, cards_of, frames_shown, scene_data
 from fsel.selection.export.record import covered, reason, trials
 from fsel.selection.outcome import Outcome
 from fsel.selection.targets import ALL

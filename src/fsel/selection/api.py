@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 import numpy as np
 
 from fsel.captures import opening
-from fsel.captures.colmap.bindings import pycolmap
+from fsel.captures.colmap.camera import pycolmap
 from fsel.captures.images import video
 from fsel.captures.layouts import colmap, nerfstudio
 from fsel.captures.lazy import LazyCapture, open_capture, opened, posed
