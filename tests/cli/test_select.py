@@ -140,7 +140,7 @@ def test_no_trainer_turns_the_images_that_it_is_given(more, capture, tmp_path):
     for path in written:
         for shown in (cv2.imread(str(path)), np.asarray(pillow.open(path))[..., ::-1]):
             assert shown.shape == (48, 64, 3)
-            assert np.abs(shown.astype(int) - stored[path.name]).mean() < 2  # coded anew
+            assert np.abs(shown.astype(int) - stored[path.name]).mean() < 5  # coded anew
         original = capture / "images" / path.name
         assert path.stat().st_nlink == 1
         assert cv2.imread(str(original)).shape == (64, 48, 3)
