@@ -22,8 +22,7 @@ class Library:
 
     Args:
         folder: of the package.
-        store: JSON file that keeps what each source refers to; a source that has changed is read
-            again.
+        store: JSON file that keeps what each source refers to, until the source changes.
         aside: prefix of modules that are left out.
     """
 
@@ -40,12 +39,7 @@ class Library:
         Args:
             module: its dotted name.
             unused: entries of registries, `package.module:name`, that are not followed.
-
-        Raises:
-            ValueError: for a module that is not there.
         """
-        if module not in self.modules:
-            raise ValueError(f"there is no module {module} in {self.folder}")
         found, data, left = set[str](), set[str](), [module]
         while left:
             name = left.pop()
