@@ -1,8 +1,8 @@
-"""The compiled greedy loops, linear and of a network: z-scores, the score, the argmax.
+"""The compiled greedy loops of a linear scorer and of a network.
 
 All of it is float64, but for a network's first look: every row is scored in float32 with a
-polynomial GELU, and those that could still be the best again in float64 with the exact one, so that
-neither rounding nor the processor's vector width decides a pick.
+polynomial GELU, and those that could be the best again in float64 with the exact one, so that
+neither rounding nor the processor decides a pick. Slow twin: `fsel.selectors.reference_loop`.
 """
 
 from __future__ import annotations
@@ -34,13 +34,10 @@ _P = np.array(
 _P0, _P1, _P2, _P3, _P4, _P5, _P6, _P7, _P8, _P9, _P10, _P11 = _P
 _FIVE, _HALF, _ONE, _SQUARE = (np.float32(v) for v in (5, 0.5, 1, 2 / 25))
 
-_f32 = np.float32
-
 
 @exact
 def _scale(column, selectable):
-    """Mean of a column over the rows still selectable, and what its z-scores are multiplied by:
-    one over the population deviation, or zero where the column is flat."""
+    """Mean of a column over the rows still selectable, and one over its deviation, 0 if flat."""
     total, scale, count = 0.0, 0.0, 0
     for i in range(len(column)):
         if selectable[i]:
@@ -58,8 +55,7 @@ def _scale(column, selectable):
 
 @exact
 def standardise_rows(raw, selectable, out):
-    """Write z-scores over the rows still selectable of all (5, n) columns but the target gain,
-    which is copied, to `out` (n, 5) float64. A row that was picked becomes zero."""
+    """Write z-scores of (5, n) columns, the target gain as it is, to (n, 5) `out`; picks: zero."""
     for i in range(len(selectable)):
         out[i, GAIN] = raw[GAIN, i] if selectable[i] else 0.0
     for c in range(GAIN):
@@ -130,14 +126,14 @@ def _score_block(block, base, inputs, narrow, hidden, product, out):
     first, second, second_bias, third = narrow
     for i in range(len(block)):
         row = block[i]
-        a, b, c = _f32(inputs[row, 0]), _f32(inputs[row, 1]), _f32(inputs[row, 2])
-        d, e = _f32(inputs[row, 3]), _f32(inputs[row, 4])
+        a, b, c = np.float32(inputs[row, 0]), np.float32(inputs[row, 1]), np.float32(inputs[row, 2])
+        d, e = np.float32(inputs[row, 3]), np.float32(inputs[row, 4])
         for j in range(WIDTH):
             z = base[row, j] + a * first[0, j] + b * first[1, j]
             hidden[i, j] = _gelu(z + c * first[2, j] + d * first[3, j] + e * first[4, j])
     np.dot(hidden[: len(block)], second, product[: len(block)])
     for i in range(len(block)):
-        total = _f32(0)
+        total = np.float32(0)
         for j in range(WIDTH):
             total += third[j] * _gelu(product[i, j] + second_bias[j])
         out[block[i]] = total

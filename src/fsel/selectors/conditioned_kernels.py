@@ -1,4 +1,7 @@
-"""The columns that follow the picks, compiled: updated by each pick, in float64."""
+"""The selection-conditioned columns, compiled: updated by each pick, in float64.
+
+Their slow twin is `fsel.selectors.reference_loop`.
+"""
 
 from __future__ import annotations
 
@@ -38,11 +41,7 @@ class Memory(NamedTuple):
 
 @exact
 def begin(rows):
-    """The raw columns that follow the selection, (5, n), and the memory, before the first pick.
-
-    Args:
-        rows: see `fsel.selectors.greedy.Rows`.
-    """
+    """Return the raw columns, (5, n), and the memory before the first pick."""
     n, views = rows.closeness.shape
     used, plain = (n, 0) if views > 0 else (0, n)
     nearest, seen = rows.visible
@@ -64,14 +63,13 @@ def begin(rows):
 
 @exact
 def update(row, selectable, rows, memory, raw):
-    """Update what follows the selection by one pick.
+    """Update the memory and the (5, n) raw columns by one pick.
 
     Args:
         row: the pick.
         selectable: (n,) bool, False for the picks, `row` among them.
         rows: see `fsel.selectors.greedy.Rows`.
-        memory: see `Memory`; changed.
-        raw: (5, n) raw columns; changed.
+        memory, raw: changed.
     """
     count = len(selectable) - selectable.sum()
     if rows.descriptors.shape[1] > 0:
