@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import fsel
-from fsel.captures.images.sharpness import sharpness
+from fsel.captures.images.previews import sharpness
 from fsel.core.geometry import pairwise_distances, pose_distance
 from fsel.core.problem import Problem, checked_select
 from fsel.core.split import evaluation_split

@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap
-from fsel.captures.poses.sfm import estimate, neighbours
+from fsel.captures.poses.sfm import neighbours
 from fsel.captures.read import read_capture, read_folder
-from fsel.core.capture import Capture
 from fsel.core.geometry import OPENGL_TO_OPENCV
 
 SIZE = (320, 240)
@@ -109,24 +108,6 @@ def test_poses_are_found_from_images_alone(tmp_path):
     assert found.agreement.kind == "reprojection"
     assert found.agreement.median < 1
     assert len(found.capture.points.xyz) > 100
-
-
-def test_estimated_poses_serve_the_images_as_they_are():
-    truth = np.concatenate([poses(), poses()[:1]])
-    frames = render(truth)
-    frames[4] = 99  # shows nothing
-    given = np.tile([300.0, 300, 160.5, 120.5], (11, 1))
-    wrong = np.tile(np.eye(3, 4), (11, 1, 1))  # is not looked at
-    capture = Capture(tuple("abcdefghijk"), wrong, given, frames, ("s",) * 11)
-    kept, found, points = estimate(capture)
-    assert kept.tolist() == [0, 1, 2, 3, 5, 6, 7, 8, 9, 10]
-    assert aligned_error(found, truth[kept]) < 0.01
-    # points lie inside the images of the frames that see them, by the capture's own pinhole
-    seen, point = points.track_frame, points.xyz[points.track_point]
-    local = np.einsum("nij,nj->ni", found[seen][:, :, :3], point) + found[seen][:, :, 3]
-    pixels = 300 * local[:, :2] / local[:, 2:] + [160.5, 120.5]
-    assert ((pixels > 0) & (pixels < SIZE)).all()
-    assert len(points.xyz) > 100
 
 
 def test_images_without_poses_say_what_to_do(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import convolve, gaussian_filter
 
-from fsel.captures.images.sharpness import sharpness
+from fsel.captures.images.previews import sharpness
 from fsel.features import appearance
 from fsel.features.appearance import descriptors
 

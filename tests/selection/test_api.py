@@ -17,7 +17,7 @@ from small_captures import write_ring
 import fsel
 from fsel.captures import validate
 from fsel.captures.images import previews
-from fsel.captures.images.sharpness import sharpness
+from fsel.captures.images.previews import sharpness
 from fsel.captures.lazy import open_capture
 from fsel.experiments.studies.hard_cases.worlds import random_weights
 from fsel.selection import budget

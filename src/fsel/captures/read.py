@@ -124,7 +124,7 @@ def read_folder(
     source = f"{known.name} at {folder}"
     raw = _thinned(raw, every)
     if poses == "colmap" or not isinstance(poses, str):
-        raw = sfm.reconstruct(raw, work=work)
+        raw = sfm.reconstruct(raw, work)
     elif poses == "file":
         if not model:
             raise ValueError(f"{folder}: poses are from a file, but `model` names no folder")

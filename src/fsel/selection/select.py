@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from fsel.captures.images.previews import sharpness as measure_sharpness
 from fsel.captures.images.previews import sharpness_among
-from fsel.captures.images.sharpness import sharpness as measure_sharpness
 from fsel.captures.lazy import LazyCapture
 from fsel.captures.opening import SILENT, Reporter
 from fsel.captures.quality import Health

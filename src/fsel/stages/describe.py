@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsel.captures.images.sharpness import sharpness
+from fsel.captures.images.previews import sharpness
 from fsel.core.capture import Capture
 from fsel.core.files import File, write_table
 from fsel.features import appearance

@@ -15,43 +15,6 @@ from fsel.captures.poses import sfm
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-# hloc's modules as far as the recipe calls them; the model has all images but the last
-HLOC = """
-from pathlib import Path
-from types import SimpleNamespace as Module
-import numpy as np, pycolmap
-
-def described(conf, images, work):
-    assert conf["output"].startswith("feats-superpoint") and images.name == "images"
-    return work / conf["output"]
-
-def paired(output, image_list):
-    output.write_text(" ".join(image_list))
-
-def matched(conf, pairs, features, work):
-    assert conf == "lightglue" and pairs.is_file() and features == "feats-superpoint-max"
-    return work / "matches"
-
-class Model:
-    def write(self, folder):
-        assert Path(folder).is_dir()
-        lines = [f"{at + 1} 1 0 0 0 {at} 0 0 1 {name}\\n" for at, name in enumerate(self.names)]
-        Path(folder, "cameras.txt").write_text("1 PINHOLE 32 24 30 30 16 12\\n")
-        Path(folder, "images.txt").write_text("\\n".join(lines) + "\\n")
-        Path(folder, "points3D.txt").write_text("")
-
-def reconstructed(place, images, pairs, features, matches):
-    model = Model()
-    model.names = pairs.read_text().split()[:-1]
-    return model if len(model.names) > 3 else None
-
-superpoint = {"superpoint_max": {"output": "feats-superpoint-max"}}
-extract_features = Module(confs=superpoint, main=described)
-match_features = Module(confs={"superpoint+lightglue": "lightglue"}, main=matched)
-pairs_from_exhaustive, pairs_from_retrieval = Module(main=paired), None
-reconstruction = Module(main=reconstructed)
-"""
-
 # MASt3R's modules, by path: cameras of a ring, as they are in images made smaller and cut
 MAST3R = {
     "mast3r/utils/path_to_dust3r.py": "",
@@ -100,7 +63,7 @@ def photos(tmp_path):
 
 def placed(raw, folder, *words, **settings):
     estimator = Estimator(by=[sys.executable, *words], **settings)
-    return sfm.reconstruct(raw, work=Work(folder, by=estimator))
+    return sfm.reconstruct(raw, Work(folder, by=estimator))
 
 
 def test_glomap_places_the_frames_of_textured_planes(tmp_path):
@@ -114,17 +77,6 @@ def test_glomap_places_the_frames_of_textured_planes(tmp_path):
     assert found.names == names
     assert aligned_error(found.world_to_camera, poses(8)) < 0.05
     assert len(found.points(range(8)).xyz) > 50
-
-
-def test_hloc_is_called_as_it_is_published(photos, tmp_path):
-    (tmp_path / "hloc.py").write_text(HLOC)
-    recipe, mine = "{recipes}/superpoint_lightglue.py", ("env", f"PYTHONPATH={tmp_path}")
-    found = placed(photos, tmp_path / "w", recipe, "{folder}", prefix=mine)
-    assert found.names == [f"{row}.png" for row in range(5)]
-    np.testing.assert_array_equal(found.world_to_camera[:, 0, 3], range(5))
-    few = photos.subset([0, 1, 2], "")
-    with pytest.raises(ValueError, match=r"poses by superpoint_lightglue.*\nhloc built no model"):
-        placed(few, tmp_path / "few", recipe, "{folder}", prefix=mine)
 
 
 def test_cameras_of_mast3r_are_of_the_whole_images(photos, tmp_path):

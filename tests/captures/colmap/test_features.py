@@ -68,11 +68,11 @@ def test_what_was_found_is_kept_and_gone_on_with(seen, tmp_path, monkeypatch):
         files = sorted(seen.iterdir())
         names = runs.linked(files, folder / "images", work.parts)
         database = folder / "database.db"
-        runs.extract(database, folder / "images", names[:5], work, one_camera=True)
-        runs.extract(database, folder / "images", names, work, one_camera=True)
+        runs.extract(database, folder / "images", names[:5], work)
+        runs.extract(database, folder / "images", names, work)
         runs.match(database, names, work)
         monkeypatch.setattr(features, "network", lambda kind: pytest.fail("was found again"))
-        runs.extract(database, folder / "images", names, work, one_camera=True)
+        runs.extract(database, folder / "images", names, work)
         monkeypatch.setattr(features, "matched", lambda *_: pytest.fail("matched again"))
         runs.match(database, names, work)
     with pycolmap.Database.open(str(database)) as stored:
@@ -128,7 +128,7 @@ def test_sift_sees_in_the_dark(tmp_path):
     assert shares == [1, 1 / 4, 1 / 16]
     assert runs._contrast(tmp_path / "none.png") == 1
     database = tmp_path / "database.db"
-    runs.extract(database, tmp_path, names, Work(), one_camera=True)
+    runs.extract(database, tmp_path, names, Work())
     with pycolmap.Database.open(str(database)) as stored:
         counts = {
             image.name: stored.num_keypoints_for_image(image.image_id)

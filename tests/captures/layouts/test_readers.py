@@ -12,7 +12,7 @@ from layout_recordings import OPENCV, PINHOLE, full, recording, write_colmap
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import LAYOUTS, colmap
-from fsel.captures.layouts.nerfstudio_cameras import camera_of, intrinsics_of
+from fsel.captures.layouts.nerfstudio import camera_of, intrinsics_of
 from fsel.captures.read import read_capture, read_raw, recognise
 from fsel.core.geometry import OPENGL_TO_OPENCV
 

@@ -13,7 +13,7 @@ from small_captures import record_of, select, write_ring
 
 import fsel
 from fsel.captures.images import files as image_files
-from fsel.captures.images.sharpness import LUMA
+from fsel.captures.images.previews import LUMA
 from fsel.captures.read import read_capture
 from fsel.selection.export import placing
 

@@ -120,7 +120,7 @@ def linked(files: Sequence[image_files.Image], folder: Path, parts: Sequence[Par
 
 
 def extract(
-    database: Path, folder: Path, names: Sequence[str], work: Work, *, one_camera: bool
+    database: Path, folder: Path, names: Sequence[str], work: Work, *, camera_each: bool = False
 ) -> None:
     """Features of the images that the database does not have yet.
 
@@ -129,16 +129,16 @@ def extract(
         folder: of the images.
         names: below it.
         work: how.
-        one_camera: all images of one part and size are of one camera; else each has its own.
+        camera_each: every image has its own camera; else all images of one part and size have one.
     """
-    mode = pycolmap.CameraMode.SINGLE if one_camera else pycolmap.CameraMode.PER_IMAGE
+    mode = pycolmap.CameraMode.PER_IMAGE if camera_each else pycolmap.CameraMode.SINGLE
     with pycolmap.Database.open(str(database)) as stored:
         there = stored.read_all_images()
         known = {image.name for image in there if stored.exists_keypoints(image.image_id)}
     wanted = [name for name in names if name not in known]
     groups: dict[tuple, list[str]] = {}
     for name in wanted:
-        kind = (_part_of(name), _size(folder / name)) if one_camera else None
+        kind = None if camera_each else (_part_of(name), _size(folder / name))
         groups.setdefault((kind, _contrast(folder / name)), []).append(name)
     most = IMAGES if work.folder is not None else len(names)
     batches = [(*key, part) for key, group in groups.items() for part in _batches(group, most)]
@@ -251,21 +251,16 @@ def build(
     count: int,
     work: Work,
     *,
-    refine: bool,
-    start: Path | None,
+    start: Path | None = None,
     seed: int = SEED,
 ) -> dict[int, pycolmap.Reconstruction]:
-    """COLMAP's models, or the one that `start` becomes; cameras are refined where `refine` says."""
+    """Return COLMAP's models, or the one that `start` becomes; cameras are refined."""
     options = pycolmap.IncrementalPipelineOptions(
         num_threads=work.threads,
         random_seed=seed,
         min_num_matches=features.INLIERS[work.features],
         min_model_size=MIN_PLACED,
-        ba_refine_focal_length=refine,
-        ba_refine_extra_params=refine,
     )
-    options.mapper.abs_pose_refine_focal_length = refine
-    options.mapper.abs_pose_refine_extra_params = refine
     placed = iter(work.watch("poses")(itertools.count(), count))
     output = folder / "models"
     output.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""Reduced images of many files: decoded at reduced size where the format allows, in parallel."""
+"""Sharpness of images, and reduced images of many files, decoded at that size where possible."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 
 from fsel.captures.images import files as image_files
-from fsel.captures.images.sharpness import variance_of_laplacian
 from fsel.core.limits import cores
 
+LUMA = np.array([0.299, 0.587, 0.114])
 SHARPNESS_SIDE = 480  # pixels at least: half a 4K frame's motion blur is still seen there
 MANY = 10_000  # files from which on half that size is enough: decoding is all that takes time
 GREY = {
@@ -30,10 +30,27 @@ def in_silence(items: Iterable, count: int) -> Iterable:
     return items
 
 
+def sharpness(images: np.ndarray) -> np.ndarray:
+    """Variance of the four-neighbour Laplacian of each image's luma, in float64.
+
+    Args:
+        images: (N, h, w, 3) uint8 RGB.
+
+    Returns:
+        (N,) float64, squared grey levels; 0 for a uniform image.
+    """
+    return np.array([variance_of_laplacian(np.asarray(image) @ LUMA) for image in images])
+
+
+def variance_of_laplacian(grey: np.ndarray) -> float:
+    """Sharpness of one (h, w) grey image, uint8 or float64."""
+    return float(cv2.Laplacian(grey, cv2.CV_64F).var())
+
+
 def sharpness_of_files(
     files: Sequence[image_files.Image], longest: int, progress: Progress = in_silence
 ) -> np.ndarray:
-    """Variance of the Laplacian of each file's grey image, see `fsel.captures.images.sharpness`.
+    """Variance of the Laplacian of each file's grey image, see `fsel.captures.images.previews`.
 
     Args:
         files: N images of one camera, so that all are reduced alike.

@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 
 from fsel.captures.images import files as image_files
-from fsel.captures.images.previews import Progress, in_silence
-from fsel.captures.images.sharpness import variance_of_laplacian
+from fsel.captures.images.previews import Progress, in_silence, variance_of_laplacian
 
 ENDINGS = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".3gp")
 MOST = 300  # frames that a video is thinned to by default

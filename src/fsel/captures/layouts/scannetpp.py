@@ -11,7 +11,7 @@ import numpy as np
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts import colmap, nerfstudio
 from fsel.captures.layouts.contract import Layout, RawCapture, Recording
-from fsel.captures.layouts.nerfstudio_cameras import intrinsics_of
+from fsel.captures.layouts.nerfstudio import intrinsics_of
 from fsel.captures.parsing import member, numbers, read_json, text
 from fsel.core.geometry import invert_pose
 

@@ -68,7 +68,7 @@ def _placed(
         raw, parts = _raw(sources, taken, folder)
         before = len(placed)
         try:
-            model = sfm.place(raw, work=replace(work, parts=parts), start=model)
+            model = sfm.place(raw, replace(work, parts=parts), model)
         except sfm.NotPlaced as error:
             in_vain = rounds == ROUNDS or bool(error.cause)
             if in_vain or not _denser(sources, taken, placed, folder, work):
@@ -183,7 +183,7 @@ def repeated(model: pycolmap.Reconstruction, work: Work) -> dict | None:
         return None
     quiet = replace(work, watch=lambda label: work.watch(f"{label} again"))
     database = work.folder / DATABASE
-    found = build(database, work.folder, count, quiet, refine=True, start=None, seed=SEED + 1)
+    found = build(database, work.folder, count, quiet, seed=SEED + 1)
     second = max(found.values(), key=lambda m: m.num_reg_images(), default=None)
     if second is None:
         return {"placed": 0, "degrees": None}

@@ -13,7 +13,7 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera, pycolmap
 from fsel.captures.colmap.failures import SLIDES, cause, slides, slides_at_once
-from fsel.captures.colmap.model import observed, points_of, write_binary
+from fsel.captures.colmap.model import observed, points_of, rigid_of, write_binary
 from fsel.captures.colmap.runs import (
     MIN_PLACED,
     SEED,
@@ -64,9 +64,10 @@ def triangulate(capture: Capture) -> SparsePoints | None:
     """
     with TemporaryDirectory() as name:
         folder = Path(name)
-        names = _export(capture.images, folder / "images")
+        names = [f"{i:06d}.png" for i in range(len(capture))]
+        image_files.write(capture.images, folder / "images", names)
         database = folder / DATABASE
-        extract(database, folder / "images", names, Work(), one_camera=False)
+        extract(database, folder / "images", names, Work(), camera_each=True)
         model = _posed_model(capture, names, database)
         pairs = [(names[i], names[j]) for i, j in neighbours(capture)]
         match_pairs(database, pairs, THREADS)
@@ -101,12 +102,6 @@ def neighbours(capture: Capture) -> list[tuple[int, int]]:
     return sorted(pairs)
 
 
-def _export(frames: np.ndarray, folder: Path) -> list[str]:
-    names = [f"{i:06d}.png" for i in range(len(frames))]
-    image_files.write(frames, folder, names)
-    return names
-
-
 def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap.Reconstruction:
     """A model of the capture's poses without points, numbered as the database is.
 
@@ -121,71 +116,30 @@ def _posed_model(capture: Capture, names: list[str], database: Path) -> pycolmap
             lens.camera_id = image.camera_id
             stored.update_camera(lens)
             model.add_camera_with_trivial_rig(lens)
-            pose = capture.world_to_camera[i]
-            rigid = pycolmap.Rigid3d(pycolmap.Rotation3d(pose[:, :3]), pose[:, 3])
             posed = pycolmap.Image(
                 image_id=image.image_id, name=image.name, camera_id=image.camera_id
             )
-            model.add_image_with_trivial_frame(posed, rigid)
+            model.add_image_with_trivial_frame(posed, rigid_of(capture.world_to_camera[i]))
     return model
 
 
-def estimate(capture: Capture) -> tuple[np.ndarray, np.ndarray, SparsePoints]:
-    """Poses and points from a capture's images and intrinsics; see `reconstruct`.
-
-    Args:
-        capture: undistorted; matching wants some 500 to 1000 pixels.
-
-    Returns:
-        (n,) frames that were placed, ascending; their (n, 3, 4) world-to-camera; and points whose
-        tracks number those n frames.
-    """
-    with TemporaryDirectory() as name:
-        folder = Path(name)
-        files = [folder / file for file in _export(capture.images, folder)]
-        cameras = [Camera("PINHOLE", *capture.size, tuple(k)) for k in capture.intrinsics]
-        raw = RawCapture(
-            list(capture.names), files, capture.world_to_camera, cameras, list(capture.sequences)
-        )
-        placed = reconstruct(raw, known_cameras=True)
-        points = placed.sparse()
-    if points is None:
-        raise ValueError(f"{capture.source}: COLMAP made no points")
-    rows = {name: i for i, name in enumerate(capture.names)}
-    kept = np.array([rows[name] for name in placed.names])
-    return kept, placed.world_to_camera, points.without_pixels()
-
-
-def reconstruct(
-    raw: RawCapture, *, known_cameras: bool = False, work: Work | None = None
-) -> RawCapture:
-    """Poses, cameras and points from the images alone; see `place`.
-
-    Returns:
-        The frames that were placed; the others are dropped.
-    """
-    work = work or Work()
-    model = place(raw, known_cameras=known_cameras, work=work)
+def reconstruct(raw: RawCapture, work: Work) -> RawCapture:
+    """Return a capture's placed frames, with poses, cameras and points from the images alone."""
+    model = place(raw, work)
     return with_model(raw, model, f"not placed by {work.who}")
 
 
 def place(
-    raw: RawCapture,
-    *,
-    known_cameras: bool = False,
-    work: Work | None = None,
-    start: pycolmap.Reconstruction | None = None,
+    raw: RawCapture, work: Work, start: pycolmap.Reconstruction | None = None
 ) -> pycolmap.Reconstruction:
-    """The largest model that is built from a capture's images, its images named as the frames.
+    """Return the largest model built from a capture's images, its images named as the frames.
 
     The world is COLMAP's, or the program's, own; nothing is aligned to poses that the capture came
     with.
 
     Args:
         raw: of which names and images are used.
-        known_cameras: whether its cameras are used too, and fixed, by COLMAP; without, it
-            estimates one for all frames.
-        work: how; in one thread and in silence, forgetting everything, if None.
+        work: how.
         start: a model of some of the images that was made in the same folder, for COLMAP to go on
             with; programs start anew.
 
@@ -193,13 +147,12 @@ def place(
         NotPlaced: when fewer than three frames could be placed.
         ValueError: when a program fails, or leaves no model of the images.
     """
-    work = work or Work()
     with work.place() as folder:
         names = linked(raw.images, folder / "images", work.parts)
         if work.by is not None:
             models = [colmap.load_model(path) for path in work.by.models(folder)]
         else:
-            models = _mapped(raw, names, folder, work, known_cameras, start)
+            models = _mapped(raw, names, folder, work, start)
         placed = max((model.num_reg_images() for model in models), default=0)
         log.info("%s placed %d of %d frames", work.who, placed, len(names))
         if placed < MIN_PLACED:
@@ -220,7 +173,6 @@ def _mapped(
     names: Sequence[str],
     folder: Path,
     work: Work,
-    known_cameras: bool,
     start: pycolmap.Reconstruction | None,
 ) -> list[pycolmap.Reconstruction]:
     """The models that COLMAP's incremental mapper builds in a folder."""
@@ -228,17 +180,12 @@ def _mapped(
     said = f"COLMAP cannot place its {len(names)} frames"
     if len(work.parts) == 1 and work.parts[0].ordered and slides_at_once(raw.images):
         raise NotPlaced(raw.images[0], said, SLIDES)
-    extract(database, folder / "images", names, work, one_camera=not known_cameras)
-    if known_cameras:
-        _state(dict(zip(names, raw.cameras, strict=True)), database)
+    extract(database, folder / "images", names, work)
     match(database, names, work)
     if slides(database):
         raise NotPlaced(raw.images[0], said, SLIDES)
     begun = start and _put(start, dict(zip(raw.names, names, strict=True)), folder / "begun")
-    models = build(
-        database, folder, len(names), work, refine=not known_cameras, start=begun or None
-    )
-    return list(models.values())
+    return list(build(database, folder, len(names), work, start=begun or None).values())
 
 
 def _put(model: pycolmap.Reconstruction, names: dict[str, str], folder: Path) -> Path:
@@ -248,16 +195,6 @@ def _put(model: pycolmap.Reconstruction, names: dict[str, str], folder: Path) ->
         image.name = names[image.name]
     write_binary(renamed, folder)
     return folder
-
-
-def _state(cameras: dict[str, Camera], database: Path) -> None:
-    """Replace the database's cameras, guessed from the images, by the known ones."""
-    with pycolmap.Database.open(str(database)) as stored:
-        for image in stored.read_all_images():
-            lens = cameras[image.name].colmap
-            lens.camera_id = image.camera_id
-            lens.has_prior_focal_length = True
-            stored.update_camera(lens)
 
 
 def with_model(raw: RawCapture, model: pycolmap.Reconstruction, reason: str) -> RawCapture:

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation, Slerp
 
-from fsel.captures.images.sharpness import sharpness
+from fsel.captures.images.previews import sharpness
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
 from fsel.core.geometry import poses_at

@@ -11,8 +11,7 @@ import numpy as np
 
 from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.model import build_model, write_capture_model
-from fsel.captures.layouts.nerfstudio import matrix_of
-from fsel.captures.layouts.nerfstudio_cameras import STRAIGHT, intrinsics_of
+from fsel.captures.layouts.nerfstudio import STRAIGHT, intrinsics_of, matrix_of
 from fsel.core.points import RawPoints, grouped_rows
 
 CLOUD, TRANSFORMS = "sparse_pc.ply", "transforms.json"

@@ -13,7 +13,7 @@ from fsel.captures.colmap.camera import Camera
 from fsel.captures.colmap.undistortion import Lens, is_straight, straight
 from fsel.captures.images import files as image_files
 from fsel.captures.layouts.contract import RawCapture
-from fsel.captures.layouts.nerfstudio_cameras import COEFFICIENTS
+from fsel.captures.layouts.nerfstudio import COEFFICIENTS
 from fsel.captures.lazy import LazyCapture
 from fsel.core.geometry import turned
 from fsel.core.points import RawPoints, SparsePoints

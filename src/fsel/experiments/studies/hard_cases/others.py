@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from fsel.captures.images.sharpness import sharpness
+from fsel.captures.images.previews import sharpness
 from fsel.core.capture import Capture
 from fsel.core.geometry import pixel_rays
 from fsel.core.points import SparsePoints

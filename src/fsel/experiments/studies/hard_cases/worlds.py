@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fsel.captures.images.sharpness import sharpness
+from fsel.captures.images.previews import sharpness
 from fsel.core.capture import Capture, Views
 from fsel.core.geometry import directions, pixel_rays, pose_matrices, poses_at
 from fsel.core.problem import Problem
