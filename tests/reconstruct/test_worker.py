@@ -334,8 +334,9 @@ def test_what_a_program_does_wrong_with_the_helper_is_said(capture, call, said):
 
 
 def test_what_a_worker_prints_is_no_answer(capture):
-    settings = mean("print('step 1'); os.system('echo from a child')")
-    reconstructor = External(capture, **settings)
+    text = MEAN.replace("fits = []", "fits = []; print('loading', flush=True)")
+    text = text.replace("WRONG", "print('step 1'); os.system('echo from a child')")
+    reconstructor = External(capture, **worker(text))
     model = reconstructor.fit(FRAMES)
     np.testing.assert_allclose(model.render(capture.view(TARGETS)), expected(capture), atol=1e-6)
     assert "from a child" in tail(reconstructor.worker.folder)

@@ -9,8 +9,8 @@
     def render(model, views): ...                # returns (T, h, w, 3), float in [0, 1] or uint8
 
 Needs Python 3.8 and NumPy. `fsel` puts the folder of this file on the program's path; it may be
-copied as well. What the program prints goes to the log, never among the answers. The protocol is
-worker.schema.json.
+copied as well. What the program prints once it has imported this goes to the log, never among the
+answers. The protocol is worker.schema.json.
 """
 
 import json
@@ -31,6 +31,9 @@ ARRAYS = (
 STATED = ("primitives", "bytes", "device", "peak_bytes", "seconds")  # of a model, where it has them
 FULL = ("out of memory", "OutOfMemoryError", "Cannot allocate memory")
 POLL = 1.0  # seconds between looks for the parent process
+# whatever prints from now on, libraries too, prints into the log
+ANSWERS_TO = os.dup(1)
+os.dup2(2, 1)
 
 
 class Frames:
@@ -99,8 +102,7 @@ def serve(fit, render, bind=None, name="", version="", device="cpu", needs=(), p
     for value, allowed in ((set(needs) - set(NEEDS), [set()]), (pixels, ("float32", "uint8"))):
         if value not in allowed:
             raise ValueError(f"serve does not know {value}; allowed: {NEEDS}, float32, uint8")
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8", newline="\n")
-    os.dup2(2, 1)  # whatever prints from now on, libraries too, prints into the log
+    answers = os.fdopen(ANSWERS_TO, "w", encoding="utf-8", newline="\n")
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     stated = {"protocol": PROTOCOL, "name": name or os.path.basename(sys.argv[0])}
     stated.update(version=str(version), device=device, needs=list(needs), pixels=pixels)

@@ -1,41 +1,18 @@
 """Published feed-forward models of 3D Gaussians through the package `ffgs`, as a worker.
 
-    python ffgs.py MODEL [WEIGHTS]
+    python ffgs.py MODEL
 
-Run in an environment with ffgs, gsplat and a GPU. MODEL is a name in the zoo of ffgs, or a folder
-that its `save_pretrained` wrote; WEIGHTS is a file of a zoo model's weights, by default that in the
-cache of Hugging Face: nothing is downloaded. A model that predicts cameras is placed by the
-similarity from those that it predicts for the selected frames to the given ones.
+Run in an environment with ffgs, gsplat and a GPU. MODEL is a name in the zoo of ffgs, whose weights
+must be in the cache of Hugging Face, since nothing is downloaded; or a folder that
+`save_pretrained` wrote. A model that predicts cameras is placed by the similarity from those that
+it predicts for the selected frames to the given ones.
 """
 
-import os
 import sys
 
 import numpy as np
 import torch
 from fsel_worker import camera_to_world, serve
-
-
-def pipeline_of(ffgs, model, weights, device):
-    """The model on its device, its weights compared with the sha256 that the zoo states."""
-    if os.path.isdir(model):
-        return ffgs.GSPipeline.from_pretrained(model, device=device)
-    from huggingface_hub import try_to_load_from_cache
-    from safetensors.torch import load_file
-
-    entry = ffgs.zoo.get_entry(model)
-    pinned, spec = entry.weights, ffgs.get_model_spec(entry.model_type)
-    file = weights or try_to_load_from_cache(pinned.repo, pinned.file, revision=pinned.revision)
-    how = f"`hf download {pinned.repo} {pinned.file} --revision {pinned.revision}` fetches them"
-    if not isinstance(file, str) or not os.path.isfile(file):
-        sys.exit(f"{model}: no weights; {how} (licence: {entry.license})")
-    if ffgs.zoo.sha256_file(file) != pinned.sha256:
-        sys.exit(f"{file}: sha256 is not {pinned.sha256}, of {model}; {how}")
-    state = load_file(file) if file.endswith(".safetensors") else torch.load(file, "cpu")
-    network = spec.model_cls(**entry.model)
-    network.load_state_dict(spec.convert_state_dict(state) if spec.convert_state_dict else state)
-    processor = spec.processor_cls(entry.processor)
-    return ffgs.GSPipeline(network, processor, entry.model_type).to(device)
 
 
 def world_of(poses, processor):
@@ -49,14 +26,13 @@ def world_of(poses, processor):
     return middle, unit or 1.0
 
 
-def main(model, weights=None):
+def main(model):
     """Serve it."""
     del sys.path[0]  # this file has the package's name
     import ffgs
-    import ffgs.zoo
 
     device = "cuda" if torch.cuda.is_available() else "cpu"
-    pipeline = pipeline_of(ffgs, model, weights, device)
+    pipeline = ffgs.GSPipeline.from_pretrained(model, device=device, local_files_only=True)
 
     def cameras(views, size, middle, unit):
         poses = camera_to_world(views.world_to_camera)
