@@ -114,7 +114,6 @@ def test_commands_in_the_docs_run(tmp_path, monkeypatch):
         "compare",
         "reconstruct",
         "render",
-        "train",
         "view",
     }
     write_ring(tmp_path / "captures" / "garden", frames=60)

@@ -11,7 +11,7 @@ from small_captures import write_ring
 import fsel
 from fsel.captures.layouts.nerfstudio import matrix_of
 from fsel.captures.parsing import inside, slashed
-from fsel.reconstruct import memory
+from fsel.reconstruct import configured
 
 WINDOWS_LACKS = ("fcntl", "grp", "pwd", "resource", "termios")
 COMMANDS = f"""
@@ -49,7 +49,7 @@ def test_commands_run_without_what_windows_lacks(tmp_path):
 def test_memory_is_not_counted_where_the_system_has_no_call_for_it(monkeypatch):
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setitem(sys.modules, "resource", None)
-    assert memory._highest() == 0
+    assert configured._highest() == 0
 
 
 def as_windows_wrote_it(folder):
