@@ -8,12 +8,11 @@ from snakemake.utils import min_version
 min_version("9.19.0")
 sys.path.insert(0, str(Path(workflow.basedir, "src")))
 
-from fsel.experiments import TABLES
-from fsel.workflow import inputs, requirements
-from fsel.workflow.experiment import Experiment
+from fsel.workflow import cases, inputs, scenes
+from fsel.workflow.experiment import Experiment, gpus_of
 from fsel.workflow.machine import prepare
+from fsel.workflow.paper import Paper
 from fsel.workflow.resources import Size
-from fsel.workflow.rules import Tables, report_labels
 
 prepare(verbose=workflow.is_main_process)
 # the settings are not there where the rules are only read
@@ -42,10 +41,9 @@ if "datasets" not in config:
 experiment = Experiment.load(config, Path(workflow.basedir)).with_obtainable_metrics(
     ask=workflow.is_main_process
 )
-tables = Tables(TABLES, experiment, asks=workflow.is_main_process)
-config["captions"] = tables.captions()
+paper = Paper(experiment, asks=workflow.is_main_process)
 if workflow.is_main_process:
-    requirements.check(experiment, tables, workflow.configfiles)
+    paper.check(workflow.configfiles)
 experiment.check()
 
 
@@ -62,6 +60,7 @@ wildcard_constraints:
 
 
 # the experiment, stage by stage
+include: "workflow/rules/common.smk"
 include: "workflow/rules/stage.smk"
 include: "workflow/rules/captures.smk"
 
@@ -73,8 +72,9 @@ if experiment.labelled:
 
 
 include: "workflow/rules/evaluation.smk"
-# when asked for: other tables and figures, by name or all of the paper's by `paper`
-include: "workflow/rules/tables.smk"
+# when asked for: other tables and figures by their paths, or all of the paper's by `paper`
+include: "workflow/rules/paper.smk"
+include: "workflow/rules/studies.smk"
 
 
 onstart:

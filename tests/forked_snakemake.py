@@ -27,10 +27,7 @@ LIBRARIES = (
     "smart_open",
     "yte",
 )
-PARTS = (
-    "fsel.workflow.machine",
-    "fsel.workflow.requirements",
-)
+PARTS = ("fsel.workflow.cases", "fsel.workflow.machine", "fsel.workflow.paper")
 
 
 def import_library() -> None:
@@ -38,8 +35,6 @@ def import_library() -> None:
     sys.path.insert(0, str(ROOT / "src"))
     for name in (*LIBRARIES, *PARTS):
         import_module(name)
-    tables = import_module("fsel.experiments").TABLES
-    assert all(tables[name] for name in tables)
     sys.path.pop(0)
 
 

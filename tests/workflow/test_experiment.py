@@ -9,7 +9,7 @@ import yaml
 from dry_runs import SMOKE, dry_run, experiment, planned, with_dataset
 
 from fsel.evaluation import captions
-from fsel.workflow import inputs
+from fsel.workflow import inputs, scenes
 from fsel.workflow.refusal import Refusal
 from fsel.workflow.resources import Size
 
@@ -51,7 +51,7 @@ def test_without_scenes_to_train_on_the_shipped_scorers_are_measured(tmp_path):
     assert names == [*own, "fsel.json", "fsel_rule.json"]
     assert (made.trained, made.labelled, made.refinement_scenes) == ("mine", {}, [])
     with pytest.raises(Refusal, match="no dataset has `train` scenes"):
-        inputs.label_files(made)
+        scenes.with_labels(made)
     named = {"weights": {"less_is_more": ["own.safetensors"]}}
     made = experiment(datasets=mine, training=named)
     assert made.weights("less_is_more") == ["own.safetensors"]
@@ -169,32 +169,6 @@ def test_rules_depend_on_the_reconstructor_that_they_use(tmp_path, monkeypatch):
         "captures/layouts/co3d" in path
         for path in experiment(datasets={"dl3dv": SMOKE["datasets"]["dl3dv"]}).library("ingest")
     )
-
-
-def test_rooms_are_filmed_in_several_passes():
-    made = experiment()
-    assert inputs.rooms(made) == [("seven_scenes", "evaluation00")]
-    named = experiment(crosscapture={"held_out": {"dl3dv": {"evaluation00": ["a"]}}})
-    assert inputs.rooms(named) == [("dl3dv", "evaluation00")]
-    assert inputs.passes(named, SCENE) == ["a"]
-    unknown = experiment(crosscapture={"held_out": {"dl3dv": {"x": ["a"]}}})
-    with pytest.raises(Refusal, match=r"\['dl3dv/x'\] are no evaluation scenes"):
-        inputs.rooms(unknown)
-    alone = {name: SMOKE["datasets"][name] for name in ("dl3dv", "co3d")}
-    with pytest.raises(Refusal, match="no dataset with evaluation scenes was filmed"):
-        inputs.rooms(experiment(datasets=alone))
-
-
-@pytest.mark.parametrize(
-    ("changes", "part"),
-    [
-        ({"search": SMOKE["search"] | {"k": 7}}, r"search.k is 7, .* budgets \[5, 10\]"),
-        ({"oracle": {"draws": 0}}, "oracle.draws is 0"),
-    ],
-)
-def test_a_comparison_with_a_search_that_is_not_run_is_refused(changes, part):
-    with pytest.raises(Refusal, match=part):
-        inputs.held_out_problems(experiment(**changes))
 
 
 def test_finding_poses_takes_longer_than_reading_them_and_may_take_a_gpu(tmp_path):

@@ -12,7 +12,9 @@ from snakemake.iocontainers import Namedlist
 
 import fsel
 from fsel.core.files import digest
-from fsel.workflow.job import arguments, function_of, job, run
+from fsel.experiments.paper.learned import handsign
+from fsel.workflow.functions import LISTED, function_of
+from fsel.workflow.job import arguments, job, run
 
 
 def named(unnamed=(), **items) -> Namedlist:
@@ -115,13 +117,13 @@ def test_a_job_logs_and_digests_its_parameters(tmp_path):
     assert "ValueError: wrong" in log.read_text()
 
 
-def test_a_rule_s_function_is_the_stage_of_its_name_or_the_one_that_it_names():
+def test_a_rule_s_function_is_the_stage_of_its_name_or_a_listed_one():
     for rule in ("select", "search_oracle", "train_no_appearance", "features_labelled"):
         stage = function_of(rule)
         assert rule.startswith(stage.__name__)
         assert stage.__module__ == f"fsel.stages.{stage.__name__}"
-    assert function_of("any", f"{__name__}:taste") is taste
-    with pytest.raises(ValueError, match="rule taste: there is no stage of this name"):
+    assert function_of("handsign") is handsign
+    with pytest.raises(ValueError, match="rule taste: neither listed nor named as a stage"):
         function_of("taste")
 
 
@@ -129,14 +131,14 @@ def noted(k, config, path):
     Path(path).write_text(f"{k} {config}")
 
 
-def test_a_function_runs_as_a_job_and_its_refusal_is_logged(tmp_path):
-    """The param that names the function is no argument, and not in the digest."""
+def test_a_function_runs_as_a_job_and_its_refusal_is_logged(tmp_path, monkeypatch):
     log, seen = tmp_path / "a.log", tmp_path / "seen"
-    params, home = {"k": 3, "path": str(seen)}, f"{__name__}:noted"
-    run(rule(params=named(job=home, **params), log=[str(log)]))
+    monkeypatch.setitem(LISTED, "taste", f"{__name__}:noted")
+    params = {"k": 3, "path": str(seen)}
+    run(rule(params=named(**params), log=[str(log)]))
     assert seen.read_text() == f"3 {digest(params)}"
     with pytest.raises(TypeError, match="'k' has no value"):
-        run(rule(params=named(job=home), log=[str(log)]))
+        run(rule(params=named(), log=[str(log)]))
     assert "'k' has no value" in log.read_text()
 
 

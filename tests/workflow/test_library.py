@@ -11,6 +11,8 @@ import pytest
 import yaml
 from dry_runs import ROOT, forked
 
+from fsel.workflow.functions import home_of
+
 WRITTEN, MADE, EDITED = 1_400_000_000, 1_500_000_000, 1_600_000_000
 RULES = re.compile(r"^(?:use rule \w+ as (\w+) with:)(.*?)(?=^\S|\Z)", re.M | re.S)
 LATE = {"evaluate", "ksweep", "heatmap"}
@@ -22,13 +24,12 @@ def test_every_rule_depends_on_the_sources_of_its_function():
     found = {}
     for path in (ROOT / "workflow" / "rules").glob("*.smk"):
         for name, text in RULES.findall(path.read_text()):
-            called = re.search(r'experiment\.library\(\s*"(\w+)"', text)
-            home = re.search(r'job="fsel\.stages\.(\w+):', text)
+            called = re.search(r'(?:experiment|paper)\.library\(\s*"(\w+)"', text)
             if "    input:" in text or name in free:
-                found[home[1] if home else name] = called and called[1]
-    assert len(found) > 12
-    for name, stage in found.items():
-        assert stage is None if name in free else name.startswith(stage), name
+                found[name] = called and called[1]
+    assert len(found) > 40
+    for name, called in found.items():
+        assert called is None if name in free else home_of(called) == home_of(name), name
 
 
 def snakemake(folder: Path, *arguments: str) -> subprocess.CompletedProcess:

@@ -4,8 +4,8 @@ import pytest
 from dry_runs import ROOT, SMOKE, experiment, with_dataset
 
 from fsel.workflow import requirements
+from fsel.workflow.paper import Paper
 from fsel.workflow.refusal import Refusal
-from fsel.workflow.rules import Tables
 
 SHIPPED = ROOT / "src" / "fsel" / "selectors" / "weights"
 FIRST = {"name": "splats", "long_side": 48}
@@ -13,8 +13,7 @@ SECOND = {"name": "gaussians", "long_side": 32, "settings": {"steps": 3}}
 
 
 def check(**changes) -> None:
-    made = experiment(**changes)
-    requirements.check(made, Tables({}, made), ["config.yaml"])
+    Paper(experiment(**changes)).check(["config.yaml"])
 
 
 def refused(**changes) -> str:
@@ -78,7 +77,7 @@ def test_without_the_labelled_dataset_nothing_is_made():
         ({"settings": {"colour": 1}}, ["reconstruction, splats: reconstructor 'splats'", "colour"]),
         (
             [FIRST, SECOND | {"settings": {"steps": -1}}],
-            ["reconstruction, gaussians", "steps must be an integer of at least 0, got -1"],
+            ["reconstruction, gaussians", "steps", "got -1"],
         ),
     ],
 )

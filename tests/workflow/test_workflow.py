@@ -85,7 +85,7 @@ def test_its_tables_lie_in_a_folder_of_its_name(tmp_path):
     wanted = ["g.2/ksweep.tex", "gaussians/handsign.tex", "g.2/candidate_pools.tex"]
     asked = planned(dry_run(tmp_path, config, *(f"results/smoke/tables/{w}" for w in wanted)))
     assert asked["evaluate"] == 4
-    assert asked["handsign_further"] == asked["candidate_pools_further"] == asked["ksweep"] == 1
+    assert asked["handsign"] == asked["candidate_pools"] == asked["ksweep"] == 1
     assert asked["evaluate_candidate_pools"] == 2
     unknown = dry_run(tmp_path, config, "results/smoke/tables/other/ksweep.tex")
     assert "MissingRuleException" in unknown.stdout + unknown.stderr
@@ -167,4 +167,6 @@ def test_the_library_imports_no_snakemake():
 
 def test_rules_files_declare_rules_and_define_nothing():
     for path in (ROOT / "workflow" / "rules").glob("*.smk"):
+        if path.name == "common.smk":
+            continue
         assert not re.search(r"^(?:def|class|import|from) ", path.read_text(), re.M), path

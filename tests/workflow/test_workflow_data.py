@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from dry_runs import dry_run, forked, planned, refusal
+from dry_runs import dry_run, experiment, forked, planned, refusal
 from layout_recordings import recording
 from snakemake.utils import update_config
 
 from fsel.captures.layouts import LAYOUTS
-from fsel.experiments import TABLES
+from fsel.workflow.paper import Paper
 
 ROOT = Path(__file__).parents[2]
 CAPTURES = ROOT.parent / "shared" / "captures"
@@ -217,8 +217,7 @@ def test_the_paper_s_config_plans_every_table(tmp_path):
     jobs = planned(result)
     text = result.stdout + result.stderr
     assert "can be made" not in text
-    papers = {name for name, table in TABLES.items() if table.category == "Paper"}
-    assert papers <= set(jobs)
+    assert set(Paper(experiment()).needs()) <= set(jobs)
     assert jobs["select_crosscapture"] == 6
     assert jobs["select_objects"] == 20
     assert jobs["select_paired"] == jobs["evaluate_paired"] == 21

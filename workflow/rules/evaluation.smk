@@ -81,7 +81,7 @@ use rule stage as search_oracle with:
         "Searching {wildcards.dataset}/{wildcards.scene}, draw {wildcards.draw}, to compare with"
 
 
-use rule stage as ksweep with:
+use rule table as ksweep with:
     input:
         evaluations=inputs.of_problems(
             experiment.problems(), "{reconstructor}evaluation.parquet"
@@ -91,28 +91,14 @@ use rule stage as ksweep with:
         ),
         lib=experiment.library("ksweep"),
     output:
-        table=report(
-            "<tables>/{reconstructor}ksweep.tex",
-            caption="../report/ksweep.rst",
-            category="Tables",
-            labels=report_labels("Input budget sweep", "table"),
-        ),
-        numbers=report(
-            "<tables>/{reconstructor}ksweep.csv",
-            caption="../report/ksweep.rst",
-            category="Tables",
-            labels=report_labels("Input budget sweep", "numbers"),
-        ),
-        differences=report(
-            "<tables>/{reconstructor}ksweep_differences.csv",
-            caption="../report/ksweep.rst",
-            category="Tables",
-            labels=report_labels("Input budget sweep", "differences"),
+        **shown(
+            "ksweep",
+            "Input budget sweep",
+            "Tables",
+            differences="<tables>/{reconstructor}ksweep_differences.csv",
         ),
     log:
         "<results>/logs/{reconstructor}ksweep.log",
-    benchmark:
-        "<results>/benchmarks/{reconstructor}ksweep.jsonl"
     params:
         problems=experiment.problems(),
         searched=experiment.searched_by,
@@ -120,30 +106,24 @@ use rule stage as ksweep with:
         budgets=experiment.config["budgets"],
         metrics=experiment.metrics,
         facts=experiment.facts_of,
-    message:
-        "Writing the budget sweep"
 
 
-use rule stage as heatmap with:
+use rule table as heatmap with:
     input:
         numbers="<tables>/{reconstructor}ksweep.csv",
         differences="<tables>/{reconstructor}ksweep_differences.csv",
         lib=experiment.library("heatmap"),
     output:
-        figures=report(
-            multiext("<figures>/{reconstructor}heatmap", ".pdf", ".png"),
-            caption="../report/heatmap.rst",
-            category="Heatmaps",
-            labels=report_labels("Gain over the strongest baseline", "figures"),
+        **shown(
+            "heatmap",
+            "Gain over the strongest baseline",
+            "Heatmaps",
+            figures=inputs.figure_files("{reconstructor}heatmap"),
+            cells="<tables>/{reconstructor}heatmap.csv",
         ),
-        cells="<tables>/{reconstructor}heatmap.csv",
     log:
         "<results>/logs/{reconstructor}heatmap.log",
-    benchmark:
-        "<results>/benchmarks/{reconstructor}heatmap.jsonl"
     params:
         datasets=experiment.labels(),
         budgets=experiment.config["budgets"],
         reconstructor=lambda wildcards: wildcards.reconstructor.rstrip("/"),
-    message:
-        "Drawing the gain over the strongest baseline"

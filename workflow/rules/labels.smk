@@ -67,12 +67,12 @@ use rule stage as label with:
 
 
 # all but the last of the jobs that label a scene, where there are several
-use rule stage as label_part with:
+use rule label as label_part with:
     input:
         **inputs.capture(inputs.DESCRIBED, LABELLED_SCENE),
         splits="<results>/labels/{scene}/splits.parquet",
         known=inputs.part_before,
-        lib=experiment.library("label", experiment.labeller),
+        lib=experiment.library("label_part", experiment.labeller),
     output:
         evaluated=inputs.LABEL_PART,
     log:
@@ -81,16 +81,8 @@ use rule stage as label_part with:
         "<results>/benchmarks/label_part/{scene}/{part}.jsonl"
     wildcard_constraints:
         part=r"\d+",
-    resources:
-        **experiment.resources(Size(4000, 120, "reconstruction"), experiment.labeller),
     params:
-        coverages=experiment.config["coverages"],
-        search=experiment.config["search"],
-        reconstruction=experiment.labeller,
-        fitness=experiment.fitness,
-        seed=experiment.training_seed,
         most=experiment.label_subsets,
-        job="fsel.stages.label:label_part",
     message:
         "Searching for good subsets of {wildcards.scene}, part {wildcards.part}"
 

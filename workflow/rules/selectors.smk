@@ -78,7 +78,7 @@ use rule stage as budget_curves with:
     input:
         **inputs.capture(inputs.DESCRIBED),
         weights=experiment.fsel[:1],
-        lib=experiment.library("fit_budget", experiment.reconstruction),
+        lib=experiment.library("budget_curves", experiment.reconstruction),
     output:
         curves="<results>/{dataset}/{scene}/budget_curves.parquet",
     log:
@@ -93,7 +93,6 @@ use rule stage as budget_curves with:
         coverages=experiment.config["coverages"],
         seed=lambda wildcards: experiment.scene_seed(wildcards, "budget"),
         reconstruction=experiment.reconstruction,
-        job="fsel.stages.fit_budget:budget_curves",
     message:
         "Measuring {wildcards.dataset}/{wildcards.scene} at several numbers of frames"
 

@@ -1,4 +1,4 @@
-"""What every rule of a stage has: each says `use rule stage as ... with` its files."""
+"""What rules share: each says `use rule stage as ... with`, or `table`, its files."""
 
 
 rule stage:
@@ -10,3 +10,29 @@ rule stage:
         **experiment.resources(Size()),
     script:
         "../scripts/run.py"
+
+
+use rule stage as table with:
+    message:
+        "Making {output[0]}"
+
+
+# every method's picks for the trials of an experiment, see `fsel.experiments.scheme`
+use rule stage as select_trials with:
+    resources:
+        **experiment.resources(Size(4000, 60, "capture")),
+    message:
+        "Selecting on {wildcards.dataset}/{wildcards.scene}, {rule}"
+
+
+# what those picks are worth
+use rule stage as evaluate_trials with:
+    resources:
+        **experiment.resources(
+            Size(4000, 60, "reconstruction"), experiment.reconstruction_of
+        ),
+    params:
+        reconstruction=experiment.reconstruction_of,
+        metrics=experiment.metrics,
+    message:
+        "Reconstructing {wildcards.dataset}/{wildcards.scene}, {rule}"

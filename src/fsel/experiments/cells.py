@@ -10,9 +10,10 @@ from fsel.core.files import Files, read_table
 from fsel.evaluation.latex import number
 from fsel.evaluation.summary import differences, draw_means, leaders, summarise
 from fsel.evaluation.sweep import place_of
-from fsel.experiments.specs import Scenes
 from fsel.metrics import Metrics
 
+Scenes = Sequence[tuple[str, str]]
+"""Dataset and scene of each."""
 KEYS = ["dataset", "method", "k", "metric"]
 GAP = ["difference", "difference_low", "difference_high"]
 

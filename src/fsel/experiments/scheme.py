@@ -1,15 +1,14 @@
 """The scheme of an experiment: its trials, every method's picks for them, and what those are worth.
 
 An experiment says which selection problems it has (`Trials.of`); `select` and `evaluate` are the
-same for all, and so is the way from what they write to a table's cells and to its rules.
+same for all.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -32,14 +31,8 @@ from fsel.evaluation.measuring import (
     runs,
     select,
 )
-from fsel.experiments import specs
-from fsel.experiments.specs import Scenes, Values
 from fsel.metrics import Metrics
 from fsel.selectors.baselines import METHODS
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job, Table, nothing
 
 logger = logging.getLogger(__name__)
 
@@ -84,42 +77,22 @@ def every_draw(
 
 @dataclass(frozen=True)
 class Trials:
-    """The trials of an experiment, and the rules `select_NAME` and `evaluate_NAME` that they take.
+    """The trials of an experiment: what its rules `select_NAME` and `evaluate_NAME` run.
 
     Attributes:
-        home: `module:NAME` of this object.
-        name: of the rules and of the files.
-        of: captures, splits where it takes them, and `settings` as keywords -> trials.
-        settings: experiment -> name -> value, or a function of the wildcards that returns it.
+        of: captures, splits where the rules have them, and `settings` as keywords -> trials.
         methods: those without training, keys of `fsel.selectors.baselines.METHODS`.
-        weights: experiment -> scorers of the learned methods.
-        picks: experiment -> files of picks that another rule makes; None for `select`.
-        read: those files -> picks with the trials' columns, which the files have without it.
+        read: files of picks that another rule makes -> picks with the trials' columns; None for
+            those of `select`.
         by: columns that tell one selection of a trial from another.
-        captures: folders of the captures within the scene's, with a slash at their end; the first
-            holds descriptors, and the files are written to it or above it.
-        folder: where the files are written, within the scene's, with a slash at its end.
-        draws: experiment -> the draws whose splits `of` takes; None where it takes none.
         masked: whether metrics are taken inside the masks alone.
-        metrics: experiment -> metrics.
-        minutes: of an evaluation.
     """
 
-    home: str
-    name: str
     of: Callable[..., Iterator[Trial]]
-    settings: Callable[[Experiment], Mapping[str, Any]] = nothing
     methods: Sequence[str] = ()
-    weights: Callable[[Experiment], list[str]] = attrgetter("scorers")
-    picks: Callable[[Experiment], list[str]] | None = None
     read: Callable[[Files], pd.DataFrame] | None = None
     by: Sequence[str] = SELECTION
-    captures: Sequence[str] = ("",)
-    folder: str = ""
-    draws: Callable[[Experiment], Iterable[int]] | None = None
     masked: bool = False
-    metrics: Callable[[Experiment], Metrics] = attrgetter("metrics")
-    minutes: int = 60
 
     def select(
         self,
@@ -191,100 +164,5 @@ class Trials:
 
     def _trials(self, folders: Files, splits: Files, settings: Mapping) -> Iterator[Trial]:
         loaded = [Capture.load(folder) for folder in folders]
-        drawn = [[Split.load(path) for path in splits]] if self.draws else []
+        drawn = [[Split.load(path) for path in splits]] if splits else []
         return self.of(*loaded, *drawn, **settings)
-
-    @property
-    def files(self) -> dict[str, str]:
-        """The picks and the evaluation of a scene."""
-        place = f"{inputs.SCENE}/{self.folder}"
-        measured = f"{place}{{reconstructor}}{self.name}.parquet"
-        return {"picks": f"{place}{self.name}_picks.parquet", "evaluation": measured}
-
-    @property
-    def jobs(self) -> list[Job]:
-        """The rules that select, unless another one does, and evaluate."""
-        picked = Job(
-            self.select,
-            name=f"select_{self.name}",
-            home=f"{self.home}.select",
-            outputs={"picks": self.files["picks"]},
-            message=f"Selecting on {{wildcards.dataset}}/{{wildcards.scene}} for {self.name}",
-            inputs=lambda experiment: {
-                **self._read(experiment),
-                "described": f"{inputs.SCENE}/{self.captures[0]}{inputs.FILES['descriptors']}",
-                "weights": self.weights(experiment),
-            },
-            params=lambda experiment: {"settings": self._settings(experiment)},
-            size=Size(4000, 60, "capture"),
-        )
-        measured = Job(
-            self.evaluate,
-            name=f"evaluate_{self.name}",
-            home=f"{self.home}.evaluate",
-            outputs={"evaluation": self.files["evaluation"]},
-            message=f"Reconstructing {{wildcards.dataset}}/{{wildcards.scene}} for {self.name}",
-            inputs=lambda experiment: {
-                **self._read(experiment),
-                "picks": self.picks(experiment) if self.picks else [self.files["picks"]],
-            },
-            params=lambda experiment: {
-                "settings": self._settings(experiment),
-                "reconstruction": experiment.reconstruction_of,
-                "metrics": self.metrics(experiment),
-            },
-            size=Size(4000, self.minutes, "reconstruction"),
-        )
-        return [measured] if self.picks else [picked, measured]
-
-    def _read(self, experiment: Experiment) -> Values:
-        kinds = [*inputs.CAPTURE, "masks"] if self.masked else inputs.CAPTURE
-        draws: Values = {}
-        if self.draws:
-            draws["splits"] = inputs.of_draws(experiment, "split.parquet", self.draws(experiment))
-        names = {kind: inputs.FILES[kind] for kind in kinds}
-        scene = inputs.SCENE
-        return draws | {k: [f"{scene}/{at}{n}" for at in self.captures] for k, n in names.items()}
-
-    def _settings(self, experiment: Experiment) -> Callable[[Any], Values]:
-        values = self.settings(experiment)
-        return lambda wildcards: {
-            name: value(wildcards) if callable(value) else value for name, value in values.items()
-        }
-
-    def measured(self, scenes: Scenes) -> list[str]:
-        """The evaluations of scenes."""
-        name = self.files["evaluation"].removeprefix(f"{inputs.SCENE}/")
-        return inputs.of_scenes(scenes, name)
-
-
-def table_of(
-    function: Callable[..., None],
-    trials: Trials,
-    *,
-    scenes: Callable[[Experiment], Scenes],
-    params: Callable[[Experiment], Mapping[str, Any]] = nothing,
-    jobs: Sequence[Job] = (),
-    **words: Any,
-) -> Table:
-    """The rule that makes a table of trials' evaluations, and the rules before it.
-
-    Args:
-        function: of the table, which the files are named by.
-        trials: whose evaluations it takes.
-        scenes: experiment -> the scenes.
-        params: of the function besides `scenes` and `facts`.
-        jobs: rules before those of the trials.
-        words: title, caption and category of `Table`.
-    """
-    return Table(
-        function,
-        **words,
-        inputs=lambda experiment: {"evaluations": trials.measured(scenes(experiment))},
-        params=lambda experiment: {
-            "scenes": scenes(experiment),
-            "facts": specs.facts_about(experiment, specs.datasets_of(scenes(experiment))),
-            **params(experiment),
-        },
-        jobs=[*jobs, *trials.jobs],
-    )

@@ -6,7 +6,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +19,7 @@ from fsel.reconstruct import RECONSTRUCTORS, needs_gpu
 from fsel.workflow import reconstructors
 from fsel.workflow.datasets import Section, kinds_of
 from fsel.workflow.dependencies import Library
+from fsel.workflow.functions import home_of
 from fsel.workflow.refusal import refuse
 from fsel.workflow.resources import Resource, Size
 from fsel.workflow.settings import TRAINED, Settings, shipped
@@ -174,32 +175,28 @@ class Experiment(Settings):
         return resources
 
     def library(
-        self,
-        module: str,
-        reconstruction: Section | Choice | None = None,
-        apart: Collection[str] = (),
+        self, rule: str, reconstruction: Section | Choice | None = None
     ) -> list[str] | Choice:
         """List the files of the library that a rule depends on, or return a function that does.
 
         Args:
-            module: the function's; a name without a dot is a stage.
+            rule: its name.
             reconstruction: see `resources`; without it, the first reconstructor's.
-            apart: entries of registries, `module:name`, that it does without.
         """
-        name = module if "." in module else f"fsel.stages.{module}"
+        module = home_of(rule).partition(":")[0]
         if callable(reconstruction):
             choose = reconstruction
-            return lambda wildcards: self._needed(name, choose(wildcards)["name"], apart)
-        return self._needed(name, (reconstruction or self.reconstruction)["name"], apart)
+            return lambda wildcards: self._needed(module, choose(wildcards)["name"])
+        return self._needed(module, (reconstruction or self.reconstruction)["name"])
 
-    def _needed(self, module: str, reconstructor: str, apart: Collection[str]) -> list[str]:
+    def _needed(self, module: str, reconstructor: str) -> list[str]:
         layouts = {entry["layout"] for entry in self.datasets.entries.values()}
         used = {reconstructor, "psnr", "ssim", "gmsd", *self.metrics, *layouts}
         homes = RECONSTRUCTORS.homes | REGISTERED.homes
         if "auto" not in layouts:
             homes |= LAYOUTS.homes
         unused = [home for name, home in homes.items() if name not in used]
-        return self._library.needed(module, [*unused, *apart])
+        return self._library.needed(module, unused)
 
     @cached_property
     def _library(self) -> Library:

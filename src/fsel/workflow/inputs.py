@@ -5,12 +5,12 @@ Paths begin with `<results>`, `<tables>`, `<figures>` or `<downloads>`, which Sn
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import product
 from typing import Any
 
+from fsel.workflow.datasets import kinds_of
 from fsel.workflow.experiment import Experiment
-from fsel.workflow.refusal import refuse
 from fsel.workflow.settings import Scene
 
 SCENE = "<results>/{dataset}/{scene}"
@@ -25,6 +25,8 @@ LABEL_PART = "<results>/labels/{scene}/part{part}.jsonl"
 BARE = ("frames", "images")
 CAPTURE = ("frames", "points", "images")
 DESCRIBED = (*CAPTURE, "descriptors")
+
+SHOWN = ("table", "numbers", "differences", "figures")  # outputs that the report shows
 
 Paths = dict[str, Any]
 
@@ -73,6 +75,19 @@ def captures(scenes: Iterable[str], kinds: Sequence[str] = CAPTURE, prefix: str 
     return {f"{prefix}{kind}": [f"<results>/{n}/{FILES[kind]}" for n in names] for kind in kinds}
 
 
+def chosen(files: Callable[[Any], Paths], *names: str) -> Paths:
+    """Files of some names that only the wildcards decide, or that may be refused.
+
+    Args:
+        files: wildcards -> name -> file or files.
+    """
+
+    def of(name: str) -> Callable[[Any], Any]:
+        return lambda wildcards: files(wildcards)[name]
+
+    return {name: of(name) for name in names}
+
+
 def of_draws(experiment: Experiment, name: str, draws: Iterable[int] | None = None) -> list[str]:
     """A file of every draw of the scene in the wildcards, or of some draws."""
     chosen = range(experiment.config["draws"]) if draws is None else draws
@@ -95,26 +110,16 @@ def joined(scenes: Iterable[Scene]) -> list[str]:
     return [f"{dataset}/{scene}" for dataset, scene in scenes]
 
 
-def with_labels(experiment: Experiment) -> list[str]:
-    """The labelled scenes, at least one."""
-    if not experiment.labelled:
-        refuse(
-            "no dataset has `train` scenes",
-            "this is made of labels; name scenes to train on, docs/datasets.md",
-        )
-    return list(experiment.labelled)
-
-
 def labelled(experiment: Experiment) -> list[str]:
     """List dataset/scene of every labelled scene."""
-    return [f"{experiment.trained}/{scene}" for scene in with_labels(experiment)]
+    return [f"{experiment.trained}/{scene}" for scene in experiment.labelled]
 
 
 def label_files(experiment: Experiment, scenes: Iterable[str] | None = None) -> list[str]:
     """The searched subsets of every labelled scene and coverage, or of some scenes."""
     return expanded(
         "<results>/labels/{scene}/p{coverage}.parquet",
-        scene=with_labels(experiment) if scenes is None else scenes,
+        scene=experiment.labelled if scenes is None else scenes,
         coverage=experiment.config["coverages"],
     )
 
@@ -134,7 +139,7 @@ def part_before(wildcards: Any) -> list[str]:
 
 def of_labelled(experiment: Experiment, name: str) -> list[str]:
     """`splits` or `features` of every labelled scene, at all coverages."""
-    return [f"<results>/labels/{scene}/{name}.parquet" for scene in with_labels(experiment)]
+    return [f"<results>/labels/{scene}/{name}.parquet" for scene in experiment.labelled]
 
 
 def embedded(experiment: Experiment) -> Paths:
@@ -179,12 +184,17 @@ def ingested(experiment: Experiment, long_side: int) -> Paths:
 
 def scorer_files(experiment: Experiment, policy: str) -> Paths:
     """Scorers of a policy that are trained here, one a seed, with a log beside each."""
-    with_labels(experiment)
     folder = experiment.scorer_folder(policy)
     return {
         "weights": [f"{folder}/seed{seed}.safetensors" for seed in experiment.seeds],
         "logs": [f"{folder}/seed{seed}.parquet" for seed in experiment.seeds],
     }
+
+
+def first_scorers(experiment: Experiment) -> list[str]:
+    """The first seed of ours, and of each variant that is denied some features."""
+    policies = ("less_is_more", "less_is_more_no_appearance", "less_is_more_geometry")
+    return [scorer_files(experiment, policy)["weights"][0] for policy in policies]
 
 
 def training(experiment: Experiment, policy: str) -> Paths:
@@ -194,79 +204,31 @@ def training(experiment: Experiment, policy: str) -> Paths:
     return {"policy": policy, "scenes": list(experiment.labelled), **settings}
 
 
-def held_out_scenes(experiment: Experiment) -> list[Scene]:
-    """Evaluation scenes of the labelled dataset, at least one."""
-    trained = experiment.trained
-    scenes = experiment.scenes(trained, "evaluation")
-    if not scenes:
-        refuse(
-            f"{trained} has no evaluation scenes",
-            "this experiment is made on evaluation scenes of training.dataset",
-        )
-    return [(trained, scene) for scene in scenes]
+def filmed_anew(experiment: Experiment, folder: str) -> Callable[[Any], str]:
+    """The scene in the wildcards with large images: embedded ones are filmed anew into a folder."""
+
+    def source(wildcards: Any) -> str:
+        dataset, scene = wildcards.dataset, wildcards.scene
+        if kinds_of(experiment.datasets.entries[dataset]) == ["embedded"]:
+            return f"<results>/{dataset}/{scene}/{folder}"
+        return experiment.datasets.raw_capture(dataset, scene)
+
+    return source
 
 
-def held_out_problems(experiment: Experiment) -> list[str]:
-    """Problems on which selections are compared with the search, at least one."""
-    problems, config = experiment.searched_problems(), experiment.config
-    if not problems:
-        refuse(
-            f"{experiment.trained} has no evaluation scenes, or oracle.draws is 0",
-            "the comparison with the search is made on evaluation scenes of training.dataset",
-        )
-    if config["search"]["k"] not in config["budgets"]:
-        refuse(
-            f"search.k is {config['search']['k']}, which is not among budgets {config['budgets']}",
-            "selections are compared with the search at its own budget",
-        )
-    return problems
+def report_labels(title: str, output: str) -> Callable[[Any], dict[str, str]]:
+    """What the report prints beside an output of `SHOWN`.
 
+    Args:
+        title: of the table or figure; the name of a further reconstructor is added.
+        output: its name.
+    """
+    kind = "figure" if output == "figures" else "table"
+    form = {} if output == "figures" else {"form": "LaTeX" if output == "table" else "numbers"}
+    differences = ", differences" if output == "differences" else ""
 
-def rooms(experiment: Experiment) -> list[Scene]:
-    """The evaluation scenes filmed in several passes, at least one."""
-    held_out: Mapping[str, Mapping[str, list[str]]] = experiment.config["crosscapture"]["held_out"]
-    entries = experiment.datasets.entries
+    def labels(wildcards: Any) -> dict[str, str]:
+        folder = getattr(wildcards, "reconstructor", "").rstrip("/")
+        return {kind: f"{title}{differences}" + (f", {folder}" if folder else ""), **form}
 
-    def in_passes(dataset: str, scene: str) -> bool:
-        if held_out:
-            return scene in held_out.get(dataset, {})
-        entry = entries[dataset]
-        return bool(entry.get("passes", entry["layout"] == "seven_scenes"))
-
-    scenes = [scene for scene in experiment.evaluation_scenes if in_passes(*scene)]
-    named = {(d, s) for d in held_out for s in held_out[d] if d in entries}
-    if unknown := sorted(joined(named - set(scenes))):
-        refuse(
-            f"crosscapture.held_out: {unknown} are no evaluation scenes",
-            "it names datasets, their scenes, and passes of each",
-        )
-    if not scenes:
-        refuse(
-            "no dataset with evaluation scenes was filmed in several passes",
-            "the cross-capture experiment needs layout seven_scenes, a dataset with `passes: "
-            "true`, or crosscapture.held_out",
-        )
-    return scenes
-
-
-def passes(experiment: Experiment, wildcards: Any) -> list[str]:
-    """The passes of a room that are held out in turn; none for each of all."""
-    named = experiment.config["crosscapture"]["held_out"].get(wildcards.dataset, {})
-    found: list[str] = named.get(wildcards.scene, [])
-    return found
-
-
-def object_scenes(experiment: Experiment) -> list[Scene]:
-    """The captures that are about an object, at least one."""
-    scenes = experiment.with_role("object")
-    if not scenes:
-        refuse(
-            "no dataset has `object` scenes",
-            "the object-centric experiment needs captures with masks of an object",
-        )
-    return scenes
-
-
-def first_scenes(experiment: Experiment) -> list[Scene]:
-    """Every dataset's first evaluation scene."""
-    return [(d, experiment.scenes(d, "evaluation")[0]) for d in experiment.labels()]
+    return labels

@@ -13,20 +13,16 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import import_module
-from importlib.util import find_spec
-from operator import attrgetter
 from pathlib import Path
 from typing import Any, NoReturn
 
 import cv2
 
 from fsel.core.files import digest
+from fsel.workflow.functions import function_of
 
 CAPTURE = ("frames", "points", "images", "masks", "descriptors")  # files of a canonical capture
 LIBRARY = "lib"  # the input that holds the sources of a rule's function
-JOB = "job"  # the param that names a rule's function
-STAGES = "fsel.stages"
 
 logger = logging.getLogger("fsel")
 
@@ -52,7 +48,7 @@ def job(snakemake: Any) -> Iterator[str]:
     cv2.setNumThreads(snakemake.threads)
     previous = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     try:
-        yield digest({k: v for k, v in snakemake.params.items() if k != JOB})
+        yield digest(dict(snakemake.params.items()))
     except BaseException:
         logger.exception("failed")
         raise
@@ -74,7 +70,7 @@ def run(snakemake: Any) -> None:
     """
     with job(snakemake) as config:
         gc.disable()  # little that is made while importing is garbage
-        function = function_of(snakemake.rule, snakemake.params.get(JOB))
+        function = function_of(snakemake.rule)
         gc.freeze()
         gc.enable()
         function(**arguments(snakemake, function, config))
@@ -90,28 +86,6 @@ def leave() -> NoReturn:
     os._exit(0)
 
 
-def function_of(rule: str, home: str | None = None) -> Callable[..., None]:
-    """Return the function of a rule: its own, or that of the stage of its name.
-
-    Args:
-        rule: name of a stage; words after it name a variant, as in `train_no_appearance`.
-        home: `module:function`, where the rule says which.
-
-    Raises:
-        ValueError: when there is no stage of the name.
-    """
-    if home:
-        module, _, name = home.partition(":")
-        found: Callable[..., None] = attrgetter(name)(import_module(module))
-        return found
-    words = rule.split("_")
-    for n in range(len(words), 0, -1):
-        stage = "_".join(words[:n])
-        if find_spec(f"{STAGES}.{stage}"):
-            return function_of(rule, f"{STAGES}.{stage}:{stage}")
-    raise ValueError(f"rule {rule}: there is no stage of this name in {STAGES}")
-
-
 def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dict[str, object]:
     """Collect what a rule has for each parameter of a function, as it is: nothing is converted.
 
@@ -123,7 +97,7 @@ def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dic
     - `inputs`: every input file; `threads`; `config`: the digest of the rule's params;
     - a wildcard.
 
-    The inputs `lib`, sources that the rule depends on, and the param `job` are no arguments.
+    The input `lib`, sources that the rule depends on, is no argument.
 
     Raises:
         TypeError: for a parameter without a value, and for an input, output or param that no
@@ -131,8 +105,7 @@ def arguments(snakemake: Any, function: Callable[..., None], config: str) -> dic
     """
     where = f"rule {snakemake.rule}, function {function.__qualname__}"
     parts = (snakemake.input, snakemake.output, snakemake.params)
-    given = {name: value for part in parts for name, value in part.items()}
-    given = {name: value for name, value in given.items() if name not in (LIBRARY, JOB)}
+    given = {name: value for part in parts for name, value in part.items() if name != LIBRARY}
     folders = _folders(snakemake, where)
     further = {"inputs": list(snakemake.input), "threads": snakemake.threads, "config": config}
     further = dict(snakemake.wildcards.items()) | further

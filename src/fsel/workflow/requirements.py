@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.util import find_spec
-from pathlib import Path
 
 from fsel.captures.colmap.runs import work_of
 from fsel.core.programs import MissingRequirement
@@ -18,51 +16,7 @@ from fsel.selectors import pretrained
 from fsel.workflow.datasets import Section
 from fsel.workflow.experiment import Experiment
 from fsel.workflow.refusal import MissingProgram, refuse
-from fsel.workflow.rules import Tables
 from fsel.workflow.settings import PAGE
-
-STAND_INS = Path("config", "stand_ins.yaml")
-
-
-def check(experiment: Experiment, tables: Tables, configfiles: Sequence[str]) -> None:
-    """Refuse a run that needs what is not here, with one page of all of it.
-
-    Args:
-        experiment: the run's.
-        tables: the paper's, for what can be made without.
-        configfiles: those that the run was given.
-
-    Raises:
-        Refusal: for a dataset that is not there, unless `allow_missing` is true or the labelled one
-            is among them; for anything else that is not there; for what is wrong in itself.
-    """
-    others = missing_programs(experiment)
-    check_scorers(experiment)
-    datasets = experiment.datasets
-    needed = experiment.trained in datasets.missing or not datasets.entries
-    refused = datasets.missing and (needed or not experiment.config["allow_missing"])
-    if others or refused:
-        others += tables.missing_programs()
-    if refused:
-        count = len(datasets.missing) + len(datasets.entries)
-        lines = [f"  {reason}" for reason in datasets.missing.values()]
-        if others:
-            lines += [f"and {len(others)} of what else is named is not here:"]
-            lines += [f"  {line}" for line in others]
-            lines += _without(experiment, tables, configfiles)
-        refuse(
-            f"no folders (from {Path.cwd()}) for {len(datasets.missing)} of {count} datasets:\n"
-            + "\n".join(lines),
-            "put each dataset there, correct the path, or leave its entry out; `allow_missing: "
-            "true` makes what can be made without, and captions name what is missing",
-        )
-    if others:
-        lines = [*(f"  {line}" for line in others), *_without(experiment, tables, configfiles)]
-        refuse(
-            f"{len(others)} of what is named is not here:\n" + "\n".join(lines),
-            "get each as it says; paths are from the folder of the run. docs/reconstructors.md "
-            "has the licences",
-        )
 
 
 def check_reconstructors(named: Mapping[str, Section], where: str) -> None:
@@ -147,19 +101,3 @@ def _lacking(where: str, check: Callable[..., object]) -> list[str]:
     except ValueError as error:
         refuse(f"{where}: {error}", PAGE)
     return []
-
-
-def _without(experiment: Experiment, tables: Tables, configfiles: Sequence[str]) -> list[str]:
-    """Describe how a run goes without what is not here, and what it makes then."""
-    files = [*map(Path, configfiles), experiment.folder / STAND_INS]
-    given = " ".join(os.path.relpath(path) for path in files)
-    allowed = " --config allow_missing=True" if experiment.datasets.missing else ""
-    lines = [
-        "without: `splats`, GMSD and `lab_hog` in the place of what is missing, by",
-        f"  snakemake paper --cores 2 --configfile {given}{allowed}",
-    ]
-    if experiment.trained in experiment.datasets.missing:
-        return [*lines, "  once the dataset of training.dataset is there"]
-    made, left_out = tables.possible()
-    names = ", ".join(path.rsplit("/")[-1] for path in made)
-    return [*lines, f"  which makes {names}", *left_out]

@@ -1,4 +1,4 @@
-"""Two sources of poses: what is paired, what is compared, what is refused."""
+"""Two sources of poses: what is paired, what is compared."""
 
 from dataclasses import replace
 
@@ -7,14 +7,12 @@ import pandas as pd
 import pose_program
 import pytest
 from described_scene import filmed, save_described
-from dry_runs import experiment, with_dataset
 
 from fsel.captures.images import files as image_files
 from fsel.core.capture import Capture
 from fsel.core.files import write_table
 from fsel.evaluation.numbers import read_csv
-from fsel.experiments.paper.pose_sources import TRIALS, pair_poses, pose_sources, posed_twice
-from fsel.workflow.refusal import Refusal
+from fsel.experiments.paper.pose_sources import TRIALS, pair_poses, pose_sources
 
 FACTS = {
     "embedded": [],
@@ -94,24 +92,3 @@ def test_two_programs_are_compared_on_the_frames_that_both_place(tmp_path):
     assert not np.allclose(given.world_to_camera, other.world_to_camera)
     with pytest.raises(ValueError, match="both sources place 4 of 5 frames, 5 are needed"):
         pair_poses(photos, *places, poses=second, reading=reading, **kept | {"at_least": 5})
-
-
-def test_a_second_source_of_poses_is_a_folder_in_each_scene(tmp_path):
-    (tmp_path / "a").mkdir()
-    datasets = with_dataset(root=str(tmp_path), scenes=["a"])
-
-    def scenes(**settings):
-        return posed_twice(experiment(datasets=datasets, pose_sources=settings))
-
-    for settings, part in (
-        ({}, "pose_sources.dataset is None"),
-        ({"dataset": "dl3dv"}, "'dl3dv', no dataset with a `root`"),
-        ({"dataset": "mine"}, "no folder in 1 of 1 scenes of mine"),
-        ({"dataset": "dl3dv", "poses": "colmap"}, "whose images are generated and small"),
-        ({"dataset": "mine", "poses": {"by": ["nothing"]}}, "poses: .*no program 'nothing' in"),
-    ):
-        with pytest.raises(Refusal, match=part):
-            scenes(**settings)
-    assert scenes(dataset="mine", poses={"by": ["true"]}) == [("mine", "a")]
-    (tmp_path / "a" / "vggt").mkdir()
-    assert scenes(dataset="mine") == [("mine", "a")]

@@ -16,14 +16,9 @@ from fsel.core.programs import FINISHED, Unfinished
 from fsel.core.split import Split
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
 from fsel.evaluation.summary import ALL_FRAMES
-from fsel.experiments import specs
 from fsel.experiments.studies.footprint import measure_alone
 from fsel.experiments.studies.selection_time import descriptor_seconds, select_once, timed
 from fsel.metrics import Metrics
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
@@ -123,28 +118,3 @@ def selection_seconds(
             select_once(problem, run, k)  # compiles
             rows.append((name, k, before + timed(partial(select_once, problem, run, k))))
     return pd.DataFrame(rows, columns=["variant", "k", "seconds"])
-
-
-def _first_scorers(experiment: Experiment) -> list[str]:
-    """The first seed of each variant that is trained here."""
-    return [inputs.scorer_files(experiment, name)["weights"][0] for name in VARIANTS]
-
-
-MEASURED = Job(
-    measure_costs,
-    outputs={
-        "costs": f"{inputs.SCENE}/{{reconstructor}}costs.parquet",
-        "times": f"{inputs.SCENE}/{{reconstructor}}times.parquet",
-    },
-    message="Measuring time and memory on {wildcards.dataset}/{wildcards.scene}",
-    inputs=lambda experiment: {
-        **specs.of_draw("split", draw="draw0", kinds=inputs.DESCRIBED),
-        "weights": _first_scorers(experiment),
-    },
-    params=lambda experiment: {
-        "budgets": experiment.config["budgets"],
-        "appearance": experiment.config["appearance"],
-        "reconstruction": experiment.reconstruction_of,
-    },
-    size=Size(4000, 30, "reconstruction"),
-)

@@ -17,12 +17,9 @@ from fsel.evaluation.latex import plain_table
 from fsel.evaluation.measuring import Chance, Run
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.sweep import LABELS, LEARNED
-from fsel.experiments import scheme, specs
-from fsel.experiments.cells import cells_of, led_rows, with_leads
-from fsel.experiments.specs import Scenes
+from fsel.experiments.cells import Scenes, cells_of, led_rows, with_leads
+from fsel.experiments.scheme import Trial, Trials
 from fsel.metrics import Metrics, headings
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
 
 BASELINES = ("random", "uniform", "fvs", "nerf_director", "dpp", "kmedoids", "cover")
 SHOWN = {name: LABELS[name] for name in (*BASELINES, *LEARNED)}
@@ -89,7 +86,7 @@ def trials(
     draws: int,
     budgets: Sequence[int],
     seed: int,
-) -> Iterator[scheme.Trial]:
+) -> Iterator[Trial]:
     """Yield the trials of a room: every held-out pass, and every draw of targets where drawn.
 
     Args:
@@ -115,7 +112,7 @@ def trials(
                 rng = np.random.default_rng([seed, 3, name_seed(name), draw])
             split = cross_split(capture, name, others=held_out, targets=targets, rng=rng)
             key, chance = {"held_out": name, "draw": draw}, _chance(seed, name, draw)
-            yield scheme.Trial(key, capture, split, budgets, chance, frames=kept)
+            yield Trial(key, capture, split, budgets, chance, frames=kept)
 
 
 def _chance(seed: int, held_out: str, draw: int) -> Chance:
@@ -157,32 +154,4 @@ def crosscapture(
     write_text(made, table)
 
 
-def budgets_of(experiment: Experiment) -> list[int]:
-    """The budgets near 30 and 40, the table's columns."""
-    return sorted({experiment.budget_near(30), experiment.budget_near(40)})
-
-
-TRIALS = scheme.Trials(
-    f"{__name__}:TRIALS",
-    "crosscapture",
-    trials,
-    settings=lambda experiment: {
-        **{key: experiment.config["crosscapture"][key] for key in ("every", "targets")},
-        "draws": experiment.config["draws"],
-        "held_out": lambda wildcards: inputs.passes(experiment, wildcards),
-        "budgets": budgets_of(experiment),
-        "seed": specs.scene_seed(experiment, "crosscapture"),
-    },
-    methods=BASELINES,
-)
-
-TABLE = scheme.table_of(
-    crosscapture,
-    TRIALS,
-    scenes=inputs.rooms,
-    params=lambda experiment: {"budgets": budgets_of(experiment), "metrics": experiment.metrics},
-    category="Paper",
-    title="Cross-capture",
-    caption="Every method where the targets come from a held-out pass of a room and the frames "
-    "from its others.",
-)
+TRIALS = Trials(trials, methods=BASELINES)

@@ -11,12 +11,8 @@ from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import MISSING, difference, number, plain_table
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.sweep import named, of_scenes, sweep_cells
-from fsel.experiments import scheme, specs
-from fsel.experiments.cells import GAP, against
-from fsel.experiments.specs import Scenes, Values
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.tables import Table
+from fsel.experiments.cells import GAP, Scenes, against
+from fsel.experiments.scheme import Trials, every_draw
 
 SEARCH = "search"
 PROBLEM = ["dataset", "scene", "draw"]
@@ -126,43 +122,4 @@ def _rows(result: pd.DataFrame) -> list[list[str]]:
     return rows
 
 
-def _draws(experiment: Experiment) -> range:
-    """The draws that are searched."""
-    return range(experiment.config["oracle"]["draws"])
-
-
-TRIALS = scheme.Trials(
-    f"{__name__}:TRIALS",
-    "searched",
-    scheme.every_draw,
-    picks=lambda experiment: inputs.of_draws(experiment, "subsets.parquet", _draws(experiment)),
-    read=searched_subsets,
-    by=SUBSET,
-    draws=_draws,
-    metrics=lambda experiment: ("psnr",),
-)
-
-
-def _compared(experiment: Experiment) -> Values:
-    problems = inputs.held_out_problems(experiment)
-    return {
-        "evaluations": inputs.of_problems(problems, "{reconstructor}evaluation.parquet"),
-        "searched": TRIALS.measured(inputs.held_out_scenes(experiment)),
-    }
-
-
-TABLE = Table(
-    ga_vs_learned,
-    inputs=_compared,
-    params=lambda experiment: {
-        "problems": inputs.held_out_problems(experiment),
-        "scenes": inputs.held_out_scenes(experiment),
-        "k": experiment.config["search"]["k"],
-        "facts": specs.facts_of_trained(experiment),
-    },
-    category="Paper",
-    title="Comparison with the search",
-    caption="The selectors beside the genetic search, random search of equal budget and the "
-    "searches' average subsets, all scored on the held-out targets.",
-    jobs=TRIALS.jobs,
-)
+TRIALS = Trials(every_draw, read=searched_subsets, by=SUBSET)

@@ -12,8 +12,6 @@ from fsel.evaluation.latex import MISSING, dataset_table, difference
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.summary import ALL_FRAMES, differences, seed_spread, summarise
 from fsel.evaluation.sweep import BASELINES, named, sweep_cells
-from fsel.experiments import specs
-from fsel.workflow.tables import Table
 
 LEARNED, UNTRAINED = "less_is_more", "untrained"
 
@@ -120,23 +118,3 @@ def _write(
     write_csv(values, numbers)
     counts = values.groupby("dataset")["n"].first()
     write_text(dataset_table(texts, counts, *shown, caption=caption, label=label), table)
-
-
-HANDSIGN = Table(
-    handsign,
-    inputs=specs.sweep_evaluations,
-    params=specs.sweep_settings,
-    category="Paper",
-    title="Learned versus untrained",
-    caption="PSNR of the learned scorer minus that of the untrained sum of the same features, with "
-    "paired 95% intervals.",
-)
-
-SEEDVAR = Table(
-    seedvar,
-    inputs=specs.sweep_evaluations,
-    params=specs.sweep_settings,
-    category="Paper",
-    title="Seed variability",
-    caption="Standard deviation of each dataset's mean PSNR over the training seeds.",
-)

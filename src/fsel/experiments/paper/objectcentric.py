@@ -17,13 +17,11 @@ from fsel.evaluation.latex import plain_table, tex
 from fsel.evaluation.measuring import draw_chance
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.sweep import LABELS
-from fsel.experiments import scheme, specs
-from fsel.experiments.cells import cells_of, led_rows, with_leads
+from fsel.experiments.cells import Scenes, cells_of, led_rows, with_leads
 from fsel.experiments.paper.crosscapture import BASELINES
-from fsel.experiments.specs import Scenes
+from fsel.experiments.scheme import Trial, Trials
 from fsel.metrics import Metrics, headings, inside
 from fsel.selection.focus import from_capture
-from fsel.workflow import inputs
 
 UNTRAINED = (*BASELINES, "nearest")
 TRAINED = ("less_is_more", "fsel")
@@ -68,7 +66,7 @@ def around_object(capture: Capture, split: Split, described: pd.DataFrame) -> Pr
 
 def trials(
     capture: Capture, *, k: int, draws: int, targets: int, seed: int, long_side: int
-) -> Iterator[scheme.Trial]:
+) -> Iterator[Trial]:
     """Yield a trial a draw of targets.
 
     Args:
@@ -78,7 +76,7 @@ def trials(
     small = capture.resized(long_side)
     for draw in range(draws):
         split, chance = object_split(small, draw, seed, targets), draw_chance(seed, draw)
-        yield scheme.Trial({"draw": draw}, capture, split, [k], chance, problem=around_object)
+        yield Trial({"draw": draw}, capture, split, [k], chance, problem=around_object)
 
 
 def objectcentric(
@@ -116,31 +114,4 @@ def objectcentric(
     write_text(made, table)
 
 
-TRIALS = scheme.Trials(
-    f"{__name__}:TRIALS",
-    "objects",
-    trials,
-    settings=lambda experiment: {
-        **{key: experiment.config[key] for key in ("draws", "targets")},
-        "k": experiment.budget_near(30),
-        "long_side": experiment.reconstruction["long_side"],
-        "seed": specs.scene_seed(experiment, "objects"),
-    },
-    methods=UNTRAINED,
-    weights=lambda experiment: [*experiment.weights("less_is_more"), *experiment.fsel],
-    masked=True,
-)
-
-TABLE = scheme.table_of(
-    objectcentric,
-    TRIALS,
-    scenes=inputs.object_scenes,
-    params=lambda experiment: {
-        "datasets": experiment.labels(specs.datasets_of(inputs.object_scenes(experiment))),
-        "metrics": experiment.metrics,
-    },
-    category="Paper",
-    title="Object-centric",
-    caption="Every method where one object is to be seen: targets show it, metrics are taken "
-    "inside its masks.",
-)
+TRIALS = Trials(trials, methods=UNTRAINED, masked=True)

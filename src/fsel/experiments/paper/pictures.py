@@ -13,27 +13,18 @@ from fsel.core.subsets import evenly
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.plan import plan_positions
 from fsel.evaluation.views import Shown, draw
-from fsel.experiments import specs
-from fsel.experiments.specs import Values
 from fsel.experiments.studies.footprint import fit_and_render
 from fsel.metrics import METRICS, score_views
 from fsel.reconstruct import needs_gpu, reconstructor_of
 from fsel.selection.frames import frames_of
 from fsel.selectors.baselines import METHODS, PAPER
 from fsel.selectors.policies import POLICIES
-from fsel.stages.generate import generate
-from fsel.stages.ingest import ingest
-from fsel.workflow import inputs, reconstructors
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.reconstructors import Section
-from fsel.workflow.requirements import check_reconstructors
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job
 
 LABELS = {name: m.label for name, m in METHODS.items()} | {
     name: policy.label for name, policy in POLICIES.items()
 }
 STRONGEST = "strongest"  # stands for a method that `strongest_baseline` names
+VIEWED = ("all", "uniform", STRONGEST, "less_is_more", "fsel")
 WARM_FRAMES, WARM_SIDE = 4, 32  # of a reconstruction that only compiles
 
 
@@ -65,11 +56,11 @@ def draw_views(
     figures: Files,
     numbers: File,
     *,
-    methods: Sequence[str],
     views: int,
     k: int,
     reconstruction: Mapping,
     note: str,
+    methods: Sequence[str],
 ) -> None:
     """Targets rendered from each selection, its cameras from above below them.
 
@@ -155,9 +146,6 @@ def _table(
     return table.assign(**head)[columns]
 
 
-VIEWED = ("all", "uniform", STRONGEST, "less_is_more", "fsel")
-
-
 def picks_of(picked: pd.DataFrame, method: str, k: int) -> list[str]:
     """Names of a method's frames at a budget; of one that takes every frame, all of them.
 
@@ -168,61 +156,3 @@ def picks_of(picked: pd.DataFrame, method: str, k: int) -> list[str]:
     part = picked[picked["method"] == method]
     part = part if method == "all" else part[part["k"] == k]
     return part.sort_values("order")["name"].tolist()
-
-
-def section(experiment: Experiment) -> Section:
-    """The reconstructor of the pictures."""
-    return reconstructors.without_name(experiment.config["pictures"])
-
-
-def check(experiment: Experiment) -> None:
-    """Refuse a reconstructor of the pictures that cannot work here."""
-    check_reconstructors({section(experiment)["name"]: section(experiment)}, "pictures")
-
-
-def settings(experiment: Experiment, views: int, k: int) -> Values:
-    """Return the settings that every figure of views takes.
-
-    Args:
-        experiment: the run's.
-        views: targets drawn.
-        k: frames.
-    """
-    return {"methods": VIEWED, "views": views, "k": k, "reconstruction": section(experiment)}
-
-
-def facts(experiment: Experiment, names: Sequence[str]) -> Values:
-    """Return what the line under a figure tells of some datasets and of the reconstructor."""
-    own = section(experiment)
-    return {**experiment.facts(names), **reconstructors.described(own["name"], own)}
-
-
-def _filmed_size(experiment: Experiment) -> Values:
-    """Width and height of embedded captures that are filmed anew."""
-    size = {side: experiment.config["embedded"][side] for side in ("width", "height")}
-    scale = section(experiment)["long_side"] / max(size.values())
-    return {side: round(scale * pixels) for side, pixels in size.items()}
-
-
-FOLDER = f"{inputs.SCENE}/pictures"
-FILMED = Job(
-    generate,
-    name="generate_pictures",
-    outputs={"folder": f"{FOLDER}/data"},
-    message="Generating {wildcards.dataset}/{wildcards.scene} with images for pictures",
-    params=lambda experiment: {**inputs.embedded(experiment), **_filmed_size(experiment)},
-    size=Size(2000),
-)
-
-READ = Job(
-    ingest,
-    name="ingest_pictures",
-    outputs=inputs.capture(folder=FOLDER),
-    message="Reading {wildcards.dataset}/{wildcards.scene} with images for pictures",
-    inputs=lambda experiment: {"source": specs.filmed_anew(experiment, "pictures/data")},
-    params=lambda experiment: inputs.ingested(experiment, section(experiment)["long_side"]),
-    size=Size(2000, 240),
-)
-
-JOBS = (FILMED, READ)
-SIZE = Size(4000, 60, "capture")

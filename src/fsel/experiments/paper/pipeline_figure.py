@@ -14,12 +14,7 @@ from fsel.evaluation import curves
 from fsel.evaluation.captions import note
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.plan import plan_positions
-from fsel.experiments.specs import Values
 from fsel.training.search import fittest_so_far
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Table
 
 
 def pipeline_figure(
@@ -76,36 +71,3 @@ def met_until(subsets: pd.DataFrame) -> pd.DataFrame:
     table = subsets[["generation", "psnr", "fitness"]].reset_index(drop=True)
     fittest = fittest_so_far(table["fitness"].to_numpy())
     return table.assign(best=table["psnr"].to_numpy()[fittest])
-
-
-def _drawn(experiment: Experiment) -> str:
-    """The scene whose search is drawn: the first labelled one."""
-    return inputs.with_labels(experiment)[0]
-
-
-def _files(experiment: Experiment) -> Values:
-    scene = _drawn(experiment)
-    folder = f"<results>/{experiment.trained}/{scene}"
-    return {
-        **inputs.capture(inputs.BARE, folder),
-        "splits": f"<results>/labels/{scene}/splits.parquet",
-        "labels": inputs.label_files(experiment, [scene]),
-        "trajectories": "<results>/trajectories.parquet",
-    }
-
-
-TABLE = Table(
-    pipeline_figure,
-    outputs={"figures": inputs.figure_files("pipeline"), "numbers": "<figures>/pipeline.csv"},
-    inputs=_files,
-    params=lambda experiment: {
-        "coverages": experiment.config["coverages"],
-        "scene": _drawn(experiment),
-        "facts": experiment.facts([experiment.trained]),
-    },
-    size=Size(1000, 10, "capture"),
-    category="Paper",
-    title="Search and labels",
-    caption="Every subset that the genetic search met on one training scene, by generation; and "
-    "the fittest subset at three coverage levels from above, in the order of its label.",
-)

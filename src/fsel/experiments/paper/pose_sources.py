@@ -10,7 +10,6 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
-from fsel.captures.colmap.estimator import source_of
 from fsel.captures.read import read_folder
 from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
@@ -20,20 +19,10 @@ from fsel.evaluation.latex import difference, number, plain_table, tex
 from fsel.evaluation.measuring import draw_chance
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.summary import differences, summarise
-from fsel.experiments import scheme, specs
-from fsel.experiments.cells import cells_of
-from fsel.experiments.specs import Scenes, Values
+from fsel.experiments.cells import Scenes, cells_of
+from fsel.experiments.scheme import Trial, Trials
 from fsel.metrics import Metrics, headings
 from fsel.selectors.baselines import FURTHER, PAPER
-from fsel.stages.describe import describe
-from fsel.workflow import inputs
-from fsel.workflow.datasets import kinds_of
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.refusal import refuse
-from fsel.workflow.requirements import check_poses
-from fsel.workflow.resources import Size
-from fsel.workflow.settings import Scene
-from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
@@ -95,7 +84,7 @@ def trials(
     targets: int,
     seed: int,
     split_seed: int,
-) -> Iterator[scheme.Trial]:
+) -> Iterator[Trial]:
     """Yield every draw with both sources of poses, to select and to reconstruct by.
 
     Args:
@@ -108,7 +97,7 @@ def trials(
         for source, capture in ((GIVEN, given), (OTHER, other)):
             split = evaluation_split(capture, draw, split_seed, targets)
             key = {"draw": draw, "source": source}
-            yield scheme.Trial(key, capture, split, budgets, draw_chance(seed, draw))
+            yield Trial(key, capture, split, budgets, draw_chance(seed, draw))
 
 
 def pose_sources(
@@ -158,107 +147,4 @@ def _cells(scenes: Scenes, evaluations: Files, metrics: Metrics, facts: Mapping)
     return cells.assign(dataset=cells["method"], method=cells["source"])
 
 
-def posed_twice(experiment: Experiment) -> list[Scene]:
-    """Evaluation scenes with a second source of poses, at least one."""
-    config = experiment.config["pose_sources"]
-    named, model = config["dataset"], config["model"]
-    entry = experiment.datasets.entries.get(named, {})
-    if named is None or named in experiment.datasets.missing:
-        refuse(
-            f"pose_sources.dataset is {named}" + (", which is not there" if named else ""),
-            "name a dataset on disk, and in `poses` what estimates them, or in `model` the folder "
-            "of a COLMAP model inside each scene",
-        )
-    scenes = experiment.scenes(named, "evaluation")
-    if config["poses"] != "file":
-        if "embedded" in kinds_of(entry):
-            refuse(
-                f"pose_sources.dataset is {named!r}, whose images are generated and small",
-                "name a dataset with a `root` or `fetch`: poses are found in its images",
-            )
-        check_poses("pose_sources.poses", config["poses"])
-        return [(named, scene) for scene in scenes]
-    if entry.get("root") is None:
-        refuse(
-            f"pose_sources.dataset is {named!r}, no dataset with a `root`",
-            "a second source of poses is a folder inside each scene; or name it in `poses`",
-        )
-    if missing := [s for s in scenes if not Path(entry["root"], s, model).is_dir()]:
-        refuse(
-            f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(scenes)} scenes "
-            f"of {named}: {missing[:3]}",
-            "export the second source's poses as a COLMAP model there, or name it in `poses`",
-        )
-    return [(named, scene) for scene in scenes]
-
-
-def _names(experiment: Experiment) -> list[str]:
-    """The two sources as the table prints them."""
-    (dataset,) = specs.datasets_of(posed_twice(experiment))
-    (label,) = experiment.labels([dataset]).values()
-    entry, other = experiment.datasets.entries[dataset], experiment.config["pose_sources"]
-    first = source_of(entry["poses"], entry.get("model", ""))
-    return [f"{label}, {first}", other["label"] or source_of(other["poses"], other["model"])]
-
-
-def _source(experiment: Experiment) -> Values:
-    raw = experiment.datasets.raw_capture
-    return {"source": lambda wildcards: raw(wildcards.dataset, wildcards.scene)}
-
-
-FOLDER = f"{inputs.SCENE}/sources"
-
-PAIRED = Job(
-    pair_poses,
-    outputs=inputs.capture(folder=f"{FOLDER}/given", prefix="given_")
-    | inputs.capture(folder=f"{FOLDER}/estimated", prefix="estimated_"),
-    message="Reading two sources of poses of {wildcards.dataset}/{wildcards.scene}",
-    inputs=_source,
-    params=lambda experiment: {
-        **inputs.ingested(experiment, experiment.config["long_side"]),
-        **{key: experiment.config["pose_sources"][key] for key in ("poses", "model")},
-        "at_least": experiment.frames_needed("evaluation"),
-    },
-    size=Size(4000, 240),
-)
-
-DESCRIBED = Job(
-    describe,
-    name="describe_paired",
-    outputs={"descriptors": f"{FOLDER}/given/descriptors.parquet"},
-    message="Describing {wildcards.dataset}/{wildcards.scene}, both sources of poses",
-    inputs=lambda experiment: inputs.capture(inputs.BARE, f"{FOLDER}/given"),
-    params=lambda experiment: experiment.config["appearance"],
-    size=Size(2000, 30, "capture"),
-)
-
-TRIALS = scheme.Trials(
-    f"{__name__}:TRIALS",
-    "paired",
-    trials,
-    settings=lambda experiment: {
-        **{key: experiment.config[key] for key in ("draws", "budgets", "targets")},
-        "split_seed": specs.scene_seed(experiment, "split"),
-        "seed": specs.scene_seed(experiment, "sources"),
-    },
-    methods=[*PAPER, *FURTHER],
-    captures=["sources/given/", "sources/estimated/"],
-    folder="sources/",
-)
-
-TABLE = scheme.table_of(
-    pose_sources,
-    TRIALS,
-    scenes=posed_twice,
-    params=lambda experiment: {
-        **specs.budgets(experiment),
-        "names": _names(experiment),
-        "metrics": experiment.metrics,
-    },
-    category="Paper",
-    title="Two sources of poses",
-    caption="The learned selector with two sources of poses for the same images, such as COLMAP's "
-    "and a network's; both the selector and the reconstruction have them. Every other selector is "
-    "in the csv.",
-    jobs=[PAIRED, DESCRIBED],
-)
+TRIALS = Trials(trials, methods=[*PAPER, *FURTHER])

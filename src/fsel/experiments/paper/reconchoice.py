@@ -13,14 +13,9 @@ from fsel.evaluation.captions import captures_of, printed
 from fsel.evaluation.latex import number, plain_table, tex
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.summary import ALL_FRAMES
-from fsel.experiments import specs
-from fsel.experiments.paper import compared
 from fsel.experiments.paper.costs import UNITS, cost_means, costs_alone
+from fsel.experiments.paper.transfer import of_each
 from fsel.metrics import Metrics, headings, units
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job, Table
 
 METHOD = "less_is_more"
 SEED = 0
@@ -74,7 +69,7 @@ def reconchoice(
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of columns each.
         memory: bytes that one reconstruction may take.
     """
-    each = compared.of_each(evaluations, reconstructors)
+    each = of_each(evaluations, reconstructors)
     parts = {name: cost_means(own, metrics) for name, own in each.items()}
     means = pd.concat(parts, names=["reconstructor"]).reset_index()
     scenes = means["n"].max()
@@ -118,41 +113,3 @@ def _cells(means: pd.DataFrame, name: str, k: int, metrics: Metrics) -> list[str
         return [rf"\textit{{{row['outcome']}}}", "", ""]
     quality = "/".join(number(row[metric], metric) for metric in metrics)
     return [quality, f"{row['seconds']:.1f}", f"{row['peak_mb']:.0f}"]
-
-
-def _memory(experiment: Experiment) -> int:
-    return int(experiment.config["transfer"]["memory"])
-
-
-EVALUATED = Job(
-    evaluate_reconchoice,
-    outputs={"evaluation": f"{inputs.SCENE}/draw{{draw}}/{{compared}}/reconchoice.parquet"},
-    message="Measuring {wildcards.compared} on {wildcards.dataset}/{wildcards.scene}",
-    inputs=lambda experiment: specs.of_draw("split", "selections"),
-    params=lambda experiment: {
-        "reconstruction": compared.of_wildcard(experiment, compared.CHOICE),
-        "metrics": experiment.metrics,
-        "budgets": compared.budgets(experiment, "inputs"),
-        "memory": _memory(experiment),
-    },
-    size=lambda experiment: Size(_memory(experiment) // 1_000_000, 60),
-)
-
-TABLE = Table(
-    reconchoice,
-    outputs=inputs.table_files("reconchoice"),
-    inputs=lambda experiment: {"evaluations": compared.files(experiment, compared.CHOICE, [0])},
-    params=lambda experiment: {
-        "reconstructors": compared.described(experiment, compared.CHOICE),
-        "metrics": experiment.metrics,
-        "memory": _memory(experiment),
-        "facts": experiment.facts([experiment.trained]),
-    },
-    category="Paper",
-    title="Reconstructors",
-    caption="Quality, processor seconds and peak memory of each reconstructor with selected frames "
-    "and with all.",
-    jobs=[EVALUATED],
-    needs=[lambda experiment: compared.budgets(experiment, "inputs")],
-    programs=compared.programs(compared.CHOICE),
-)

@@ -18,13 +18,9 @@ from fsel.evaluation.latex import MISSING, number, plain_table
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.summary import ALL_FRAMES, differences, summarise
 from fsel.evaluation.sweep import named, sweep_cells
-from fsel.experiments import scheme, specs
-from fsel.experiments.cells import cells_of
-from fsel.experiments.paper.costs import MEASURED, cost_means
-from fsel.experiments.specs import Scenes, Values
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.tables import Table
+from fsel.experiments.cells import Scenes, cells_of
+from fsel.experiments.paper.costs import cost_means
+from fsel.experiments.scheme import Trials, every_draw
 
 ALL = "all"
 VARIANTS = {
@@ -147,47 +143,4 @@ def from_candidates(capture: Capture, split: Split, described: pd.DataFrame) -> 
     return replace(Problem.of(capture, split, described), proxies_free=False)
 
 
-TRIALS = scheme.Trials(
-    f"{__name__}:TRIALS",
-    "geometry",
-    partial(scheme.every_draw, problem=from_candidates),
-    settings=specs.budgets,
-    methods=[ALL],
-    weights=lambda experiment: inputs.scorer_files(experiment, "less_is_more_geometry")["weights"],
-    draws=specs.draws,
-    metrics=lambda experiment: ("psnr",),
-    minutes=180,
-)
-
-
-def _measured(experiment: Experiment) -> Values:
-    scenes, draws = inputs.held_out_scenes(experiment), specs.draws(experiment)
-    return {
-        "evaluations": inputs.of_scenes(scenes, "{reconstructor}evaluation.parquet", draws),
-        "variant": TRIALS.measured(scenes),
-        "costs": inputs.of_scenes(scenes, "{reconstructor}costs.parquet"),
-        "times": inputs.of_scenes(scenes, "{reconstructor}times.parquet"),
-    }
-
-
-def _settings(experiment: Experiment) -> Values:
-    scenes = inputs.held_out_scenes(experiment)
-    return {
-        "problems": [f"{d}/{s}/draw{n}" for d, s in scenes for n in specs.draws(experiment)],
-        "scenes": scenes,
-        "facts": specs.facts_of_trained(experiment),
-        **specs.budgets(experiment),
-    }
-
-
-TABLE = Table(
-    time_quality,
-    inputs=_measured,
-    params=_settings,
-    category="Paper",
-    title="Quality, runtime and memory",
-    caption="PSNR, selection and reconstruction seconds and measured peak memory of ours, without "
-    "appearance, and without appearance and sharpness, at every budget and with all frames.",
-    jobs=[*TRIALS.jobs, MEASURED],
-    needs=[inputs.with_labels],
-)
+TRIALS = Trials(partial(every_draw, problem=from_candidates), methods=[ALL])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -14,19 +14,51 @@ from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.summary import OUTCOME, summarise
 from fsel.evaluation.summary import differences as paired
 from fsel.evaluation.sweep import LABELS, named, sweep_cells
-from fsel.experiments.paper import compared, crosscapture
-from fsel.experiments.specs import Values
+from fsel.experiments.paper import crosscapture
 from fsel.metrics import Metrics, headings
 from fsel.stages.evaluate import evaluate
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job, Table
 
 BASELINES = (*crosscapture.BASELINES, "nearest")
 OURS = ("less_is_more", "fsel")
 SHOWN = {name: LABELS[name] for name in (*BASELINES, *OURS)}
 SEED = 0  # the one seed whose picks are reconstructed
+
+
+def evaluate_transfer(
+    folder: File,
+    splits: Files,
+    selections: Files,
+    evaluations: Files,
+    *,
+    reconstruction: Mapping,
+    metrics: Metrics,
+    budgets: Sequence[int],
+    config: str,
+) -> None:
+    """Reconstruct a capture from the picks that the table shows.
+
+    Args:
+        folder, splits, selections, evaluations, reconstruction, metrics: see
+            `fsel.stages.evaluate`.
+        budgets: whose picks are reconstructed.
+    """
+    evaluate(
+        folder,
+        splits,
+        selections,
+        evaluations,
+        reconstruction=reconstruction,
+        metrics=metrics,
+        only={"method": list(SHOWN), "k": budgets, "seed": [SEED]},
+        config=config,
+    )
+
+
+def of_each(evaluations: Files, names: Iterable[str]) -> dict[str, Files]:
+    """Name -> its part of the evaluations."""
+    every = list(names)
+    count = len(evaluations) // len(every)
+    return {name: evaluations[at * count :][:count] for at, name in enumerate(every)}
 
 
 def transfer(
@@ -44,7 +76,7 @@ def transfer(
     """The table "Cross-reconstructor transfer of selected views".
 
     Args:
-        evaluations: what `evaluate` wrote of the picks shown: all problems of the first
+        evaluations: what `evaluate_transfer` wrote: all problems of the first
             reconstructor, then of the next.
         table, numbers: receive LaTeX, and reconstructor, method, k, metric, mean, ci_low, ci_high.
         differences: receives ours and fsel minus every other method, paired, with intervals.
@@ -52,7 +84,7 @@ def transfer(
         reconstructors: name -> `reconstructor` and `long_side` to print, one block of rows each.
         budgets: one group of columns each.
     """
-    each = compared.of_each(evaluations, reconstructors)
+    each = of_each(evaluations, reconstructors)
     cells = {
         name: sweep_cells(named(problems, own), metrics, facts=facts) for name, own in each.items()
     }
@@ -109,64 +141,3 @@ def caption(reconstructors: Mapping[str, Mapping], problems: Sequence[str], fact
         f"exclude zero. Means over {scenes} scenes, {len(problems)} draws of targets in all, and "
         f"one seed of the methods that have several. Captures: {captures_of(facts)}."
     )
-
-
-def _picked(experiment: Experiment) -> Values:
-    draws = compared.draws(experiment)
-    files = {"splits": "split.parquet", "selections": "selections.parquet"}
-    return {
-        **inputs.capture(),
-        **{key: inputs.of_draws(experiment, name, draws) for key, name in files.items()},
-    }
-
-
-def _settings(experiment: Experiment) -> Values:
-    scenes = inputs.joined(inputs.held_out_scenes(experiment))
-    return {
-        "problems": [f"{scene}/draw{n}" for scene in scenes for n in compared.draws(experiment)],
-        "reconstructors": compared.described(experiment, compared.TRANSFER),
-        "budgets": compared.budgets(experiment, "budgets"),
-        "metrics": experiment.metrics,
-        "facts": experiment.facts([experiment.trained]),
-    }
-
-
-EVALUATED = Job(
-    evaluate,
-    name="evaluate_transfer",
-    outputs=lambda experiment: {
-        "evaluations": inputs.of_draws(
-            experiment, "{compared}/transfer.parquet", compared.draws(experiment)
-        )
-    },
-    message="Reconstructing {wildcards.dataset}/{wildcards.scene} by {wildcards.compared}",
-    inputs=_picked,
-    params=lambda experiment: {
-        "reconstruction": compared.of_wildcard(experiment, compared.TRANSFER),
-        "metrics": experiment.metrics,
-        "only": {
-            "method": list(SHOWN),
-            "k": compared.budgets(experiment, "budgets"),
-            "seed": [SEED],
-        },
-    },
-    size=Size(4000, 120, "reconstruction"),
-)
-
-TABLE = Table(
-    transfer,
-    outputs={
-        **inputs.table_files("transfer"),
-        "differences": "<tables>/transfer_differences.csv",
-    },
-    inputs=lambda experiment: {
-        "evaluations": compared.files(experiment, compared.TRANSFER, compared.draws(experiment))
-    },
-    params=_settings,
-    category="Paper",
-    title="Other reconstructors",
-    caption="The same picks under other reconstructors: PSNR, SSIM and the perceptual metric, and "
-    "paired differences of ours and of fsel to every other selector.",
-    jobs=[EVALUATED],
-    programs=compared.programs(compared.TRANSFER),
-)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from operator import attrgetter
 from typing import cast
 
 import pandas as pd
@@ -19,10 +18,8 @@ from fsel.evaluation.measuring import Run, chance, runs
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.summary import differences, summarise
 from fsel.evaluation.sweep import LABELS
-from fsel.experiments import scheme, specs
-from fsel.experiments.cells import cells_of
-from fsel.experiments.specs import Scenes
-from fsel.metrics import METRICS
+from fsel.experiments.cells import Scenes, cells_of
+from fsel.experiments.scheme import Trial, Trials
 from fsel.selectors.baselines import METHODS, PAPER
 from fsel.selectors.policies import POLICIES, ScoringMethod
 
@@ -42,11 +39,11 @@ POLICY = {
 
 def trials(
     capture: Capture, splits: Sequence[Split], *, budgets: Sequence[int], seeds: Sequence[int]
-) -> Iterator[scheme.Trial]:
+) -> Iterator[Trial]:
     """Yield every draw under every setting: from P, from P and O, and with target poses."""
     for draw, (split, seed) in enumerate(zip(splits, seeds, strict=True)):
         for setting in SETTINGS:
-            yield scheme.Trial(
+            yield Trial(
                 {"draw": draw, "setting": setting},
                 capture,
                 split,
@@ -132,25 +129,4 @@ def _block(
     return [*rows, [labels[OURS.name], *own]]
 
 
-TRIALS = scheme.Trials(
-    f"{__name__}:TRIALS",
-    "candidate_pools",
-    trials,
-    settings=lambda experiment: {**specs.budgets(experiment), "seeds": experiment.draw_seeds},
-    weights=lambda experiment: [*experiment.weights("less_is_more"), *experiment.fsel],
-    draws=specs.draws,
-    metrics=lambda experiment: METRICS,
-    minutes=120,
-)
-
-TABLE = scheme.table_of(
-    candidate_pools,
-    TRIALS,
-    scenes=attrgetter("evaluation_scenes"),
-    params=specs.budgets,
-    category="Paper",
-    title="Equal candidate pools",
-    caption="PSNR of the same weights of ours and of the paper's baselines with equal candidate "
-    "pools: picking from P, from P and O, and knowing the targets' poses. Means over all "
-    "evaluation scenes; differences in the csv.",
-)
+TRIALS = Trials(trials)

@@ -14,7 +14,6 @@ from fsel.core.capture import Capture
 from fsel.core.files import File, Files, write_text
 from fsel.evaluation.latex import MISSING, plain_table
 from fsel.evaluation.numbers import write_csv
-from fsel.experiments import specs
 from fsel.experiments.studies.bench import (
     Bench,
     benches,
@@ -25,9 +24,6 @@ from fsel.experiments.studies.bench import (
 from fsel.experiments.studies.selection_time import descriptor_seconds, timed
 from fsel.features.appearance import descriptors
 from fsel.reconstruct.splats import SplatSettings
-from fsel.workflow import inputs
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Table
 
 logger = logging.getLogger(__name__)
 
@@ -136,19 +132,3 @@ def _table(means: pd.DataFrame, k: int) -> str:
         "sharpness alone.",
         label="tab:economy",
     )
-
-
-TABLE = Table(
-    economy,
-    outputs=inputs.table_files("economy"),
-    inputs=specs.evaluated_problems,
-    params=lambda experiment: {
-        **specs.benched(experiment),
-        "appearance": experiment.config["appearance"],
-    },
-    size=Size(4000, 60, "reconstruction"),
-    category="Speed",
-    title="Modelling only what a scene needs",
-    caption="What is saved by modelling only what a scene needs, each saving switched off and on: "
-    "splats, kilobytes, milliseconds, and the PSNR that it costs.",
-)

@@ -24,13 +24,8 @@ from fsel.evaluation.latex import plain_table, tex
 from fsel.evaluation.measuring import Run, chance, learned_runs, picks_at
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.sweep import BASELINES, LABELS
-from fsel.experiments.specs import Values
 from fsel.features.appearance import descriptors
 from fsel.selectors.baselines import METHODS
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Table
 
 logger = logging.getLogger(__name__)
 
@@ -214,24 +209,3 @@ def _milliseconds(*seconds: float) -> str:
             digits = max(0, 1 - int(np.floor(np.log10(1e3 * value))))
             texts.append(f"{1e3 * value:,.{digits}f}")
     return " + ".join(texts)
-
-
-def _files(experiment: Experiment) -> Values:
-    scene = inputs.joined(experiment.evaluation_scenes)[0]
-    return {**inputs.capture(folder=f"<results>/{scene}"), "weights": experiment.scorers}
-
-
-TABLE = Table(
-    selection_time,
-    outputs=inputs.table_files("selection_time"),
-    inputs=_files,
-    params=lambda experiment: {
-        **{key: experiment.config["timing"][key] for key in ("pools", "k")},
-        **{key: experiment.config[key] for key in ("targets", "appearance")},
-    },
-    size=Size(4000, 60, "capture"),
-    title="Selection time",
-    caption="Seconds on one thread of every method over pools of several sizes: descriptors of the "
-    "whole pool, where a method reads them, and the selection itself, with the reconstructions "
-    "that it makes.",
-)

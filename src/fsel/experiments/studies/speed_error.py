@@ -12,13 +12,8 @@ from fsel.evaluation import speed
 from fsel.evaluation.latex import MISSING, plain_table
 from fsel.evaluation.numbers import write_csv
 from fsel.evaluation.sweep import LABELS, PLAIN, named, sweep_cells
-from fsel.experiments.specs import Values
-from fsel.experiments.studies import speed_settings
 from fsel.selectors.policies import POLICIES
 from fsel.training.search import fittest_so_far
-from fsel.workflow import inputs
-from fsel.workflow.experiment import Experiment
-from fsel.workflow.tables import Table
 
 COUNTS = (40, 100, 200, 300, 400)  # evaluations in the table
 STEP = 10  # evaluations between points of a curve
@@ -162,37 +157,3 @@ def _setting_row(row) -> list[str]:
 
 def _at(gaps: pd.Series, count: int) -> str:
     return f"{gaps[count]:.2f}" if count in gaps.index else MISSING
-
-
-def _files(experiment: Experiment) -> Values:
-    problems = inputs.held_out_problems(experiment)
-    return {
-        "times": "<tables>/selection_time.csv",
-        "settings": "<results>/speed_settings.csv",
-        "evaluations": inputs.of_problems(problems, "evaluation.parquet"),
-        "oracles": inputs.of_problems(problems, "oracle.parquet"),
-        "subsets": inputs.of_problems(problems, "subsets.parquet"),
-        "labels": inputs.label_files(experiment),
-    }
-
-
-TABLE = Table(
-    speed_error,
-    outputs={
-        **inputs.table_files("speed_error"),
-        "figures": inputs.figure_files("speed_error"),
-    },
-    inputs=_files,
-    params=lambda experiment: {
-        "problems": inputs.held_out_problems(experiment),
-        "k": experiment.config["search"]["k"],
-    },
-    category="Speed",
-    title="Speed against error",
-    caption="Speed against error. (a) Seconds of every method on the smallest timed pool against "
-    "the PSNR that the genetic search, which reconstructs hundreds of subsets, would still gain "
-    "over it. (b) The reconstructor with one setting changed at a time: depth error against exact "
-    "depth, and PSNR, both at held-out targets; the star is the default. (c) What a search lacks "
-    "to its own end after fewer evaluations.",
-    jobs=[speed_settings.JOB],
-)

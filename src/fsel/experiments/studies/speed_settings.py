@@ -10,7 +10,6 @@ import pandas as pd
 
 from fsel.core.files import File, Files
 from fsel.evaluation.numbers import write_csv
-from fsel.experiments import specs
 from fsel.experiments.studies.bench import (
     benches,
     halved,
@@ -19,8 +18,6 @@ from fsel.experiments.studies.bench import (
     measure_splats,
 )
 from fsel.reconstruct.splats import SplatSettings
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Job
 
 logger = logging.getLogger(__name__)
 
@@ -83,13 +80,3 @@ def settings_of(
         if side <= max(size):
             yield "resolution", str(side), share == 1, {"long_side": side}
     yield "precision", "float32", True, {}
-
-
-JOB = Job(
-    speed_settings,
-    outputs={"numbers": "<results>/speed_settings.csv"},
-    message="Measuring the reconstructor's settings",
-    inputs=specs.evaluated_problems,
-    params=specs.benched,
-    size=Size(4000, 60, "reconstruction"),
-)

@@ -11,9 +11,6 @@ from fsel.core.files import File, write_text
 from fsel.evaluation.latex import plain_table, tex
 from fsel.evaluation.numbers import write_csv
 from fsel.experiments.studies.hard_cases import Case, observe, others, selection
-from fsel.workflow import inputs
-from fsel.workflow.resources import Size
-from fsel.workflow.tables import Table
 
 logger = logging.getLogger(__name__)
 
@@ -58,14 +55,3 @@ def _table(result: pd.DataFrame) -> str:
         label="tab:stability",
         columns=r"p{.17\linewidth}p{.24\linewidth}p{.35\linewidth}rr",
     )
-
-
-TABLE = Table(
-    stability,
-    outputs=inputs.table_files("stability"),
-    size=Size(2000),
-    category="Numerics",
-    title="Hard cases",
-    caption="Hard cases: what is expected of each, what is observed, and the error against the "
-    "float64 or exact answer.",
-)

@@ -14,7 +14,6 @@ from evaluation_files import FACTS
 from fsel.core.split import Split, coverage_split
 from fsel.evaluation.evaluator import Evaluator
 from fsel.experiments.cells import cells_of
-from fsel.experiments.paper.ablation import cases
 from fsel.experiments.paper.ablation.architectures import MODULES
 from fsel.experiments.paper.ablation.extras import EXTRAS
 from fsel.experiments.paper.ablation.tables import (
@@ -23,7 +22,7 @@ from fsel.experiments.paper.ablation.tables import (
     feature_sweep,
     scorer_arch,
 )
-from fsel.experiments.paper.ablation.trials import trial_case
+from fsel.experiments.paper.ablation.trials import TRIALS, trial_case
 from fsel.features.columns import FEATURES
 from fsel.metrics import METRICS
 from fsel.reconstruct import reconstructor_of
@@ -199,8 +198,7 @@ def test_picks_are_measured_on_their_own_draws_targets(labelled, tmp_path):
         paths[name] = tmp_path / f"{name}.parquet"
         tried(labelled, paths[name], seeds=1)
     output = tmp_path / "measured.parquet"
-    every = cases.SCORER_ARCH.trials
-    every.evaluate(
+    TRIALS.evaluate(
         [folder], [*paths.values()], output, splits=splits, config="x", metrics=METRICS,
         settings={"dataset": "d", "scene": "v"}, reconstruction=RECONSTRUCTION,
     )  # fmt: skip

@@ -10,12 +10,9 @@ from fsel.core.files import File, Files, read_table, write_text
 from fsel.evaluation.captions import made_by
 from fsel.evaluation.latex import difference, plain_table, tex
 from fsel.evaluation.numbers import write_csv
-from fsel.experiments.cells import GAP, against, cells_of
-from fsel.experiments.paper.ablation import cases
+from fsel.experiments.cells import GAP, Scenes, against, cells_of
 from fsel.experiments.paper.ablation.extras import EXTRAS
-from fsel.experiments.specs import Scenes
 from fsel.features.columns import FEATURES
-from fsel.workflow.tables import Table
 
 OURS = "less_is_more"  # the scorer that others are compared with
 VALIDATION = "validation"  # all scenes together, whatever their dataset
@@ -160,33 +157,3 @@ def _protocol(result: pd.DataFrame, reference: str, facts: Mapping) -> str:
         "intervals over scenes and draws, each for its row alone; bold where they exclude zero "
         f"(${sure}$ of ${len(result) - 1}$). {made_by(facts)}"
     )
-
-
-FEATURE_SWEEP = Table(
-    feature_sweep,
-    inputs=cases.FEATURE_SWEEP.inputs,
-    params=lambda experiment: {
-        "cases": cases.feature_cases(experiment),
-        **cases.FEATURE_SWEEP.told(experiment),
-    },
-    category="Paper",
-    title="Tested features",
-    caption="PSNR on validation scenes of the paper's scorer trained on every feature "
-    "configuration that the paper lists, minus that with all 18 features, with paired 95% "
-    "intervals.",
-    jobs=cases.FEATURE_SWEEP.jobs,
-)
-
-SCORER_ARCH = Table(
-    scorer_arch,
-    inputs=cases.SCORER_ARCH.inputs,
-    params=lambda experiment: {
-        "labels": cases.scorer_labels(experiment),
-        **cases.SCORER_ARCH.told(experiment),
-    },
-    category="Paper",
-    title="Scorer architectures",
-    caption="PSNR on validation scenes of every scorer architecture that the paper lists, minus "
-    "that of its own perceptron, with paired 95% intervals; and numbers of parameters.",
-    jobs=cases.SCORER_ARCH.jobs,
-)

@@ -13,6 +13,7 @@ import pandas as pd
 from fsel.core.files import File, Files, read_table, write_table
 from fsel.core.problem import Problem
 from fsel.experiments.paper.ablation.extras import EXTRAS, Extra, Relations, relations
+from fsel.experiments.scheme import Trials, every_draw
 from fsel.features.columns import NAMES
 from fsel.selectors.greedy import Prepared, standardise
 from fsel.selectors.policies import POLICIES
@@ -208,3 +209,6 @@ def _cost(network: torch.nn.Module, steps: Steps) -> tuple[torch.Tensor, torch.T
     from fsel.training.imitation import imitation
 
     return imitation(network(steps), steps.selectable, steps.picks)
+
+
+TRIALS = Trials(every_draw)

@@ -1,0 +1,106 @@
+"""The cases that the tables of features and scorers compare: `config/feature_sweep.csv` and
+`config/scorers.yaml`."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fsel.workflow import inputs, scenes
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.schema import complete, read_schema
+
+HINT = "scorers are in config/scorers.yaml, configurations in config/feature_sweep.csv"
+
+
+@cache
+def _lists(folder: Path) -> Mapping[str, Any]:
+    """The scorers and the feature configurations of a folder's `config`, checked."""
+    with (folder / "config" / "feature_sweep.csv").open(encoding="utf-8", newline="") as file:
+        configurations = list(csv.DictReader(file))
+    with (folder / "config" / "scorers.yaml").open(encoding="utf-8") as file:
+        scorers = yaml.safe_load(file)
+    lists = {"scorers": scorers, "configurations": configurations}
+    complete(lists, read_schema(folder / "workflow" / "schemas" / "cases.schema.yaml"), HINT)
+    return lists
+
+
+def scorer_labels(experiment: Experiment) -> dict[str, str]:
+    """Name -> printed label of every scorer, in the table's order."""
+    scorers = _lists(experiment.folder)["scorers"]
+    return {name: scorer["label"] for name, scorer in scorers.items()}
+
+
+def feature_cases(experiment: Experiment) -> dict[str, dict[str, Any]]:
+    """Number -> the paper's scorer with other features, in the table's order."""
+    lists = _lists(experiment.folder)
+    ours = {key: lists["scorers"]["less_is_more"][key] for key in ("module", "settings")}
+    return {
+        row["number"]: {
+            "added": row["added"] or None,
+            "shown": [n for n, mark in row.items() if mark and n not in ("number", "added")],
+            **ours,
+        }
+        for row in lists["configurations"]
+    }
+
+
+def scorer_cases(experiment: Experiment) -> dict[str, dict[str, Any]]:
+    """Name -> a scorer with all features, in the table's order."""
+    every = next(iter(feature_cases(experiment).values()))
+    return {
+        name: every | {key: scorer[key] for key in ("module", "settings")}
+        for name, scorer in _lists(experiment.folder)["scorers"].items()
+    }
+
+
+def files(experiment: Experiment, table: str) -> dict[str, Any]:
+    """What a case is trained on: labels, and the validation scenes that it selects on.
+
+    Args:
+        table: `feature_sweep` or `scorer_arch`, whose scenes they are.
+    """
+
+    def validation(name: str) -> Any:
+        return lambda wildcards: inputs.of_scenes(scenes.tried(experiment, table), name)
+
+    draws = range(experiment.config["draws"])
+    return {
+        **inputs.captures(inputs.labelled(experiment), ["frames", "descriptors"]),
+        "splits": inputs.of_labelled(experiment, "splits"),
+        "trajectories": lambda wildcards: scenes.from_labels(
+            experiment, "<results>/trajectories.parquet"
+        ),
+        "validation_frames": validation("frames.parquet"),
+        "validation_descriptors": validation("descriptors.parquet"),
+        "validation_splits": lambda wildcards: inputs.of_scenes(
+            scenes.tried(experiment, table), "split.parquet", draws
+        ),
+    }
+
+
+def training(experiment: Experiment, table: str) -> dict[str, Any]:
+    """How the cases of a table are trained, and the names of what they are given."""
+    config = experiment.config
+    return {
+        "scenes": list(experiment.labelled),
+        "problems": lambda wildcards: [
+            f"{dataset}/{scene}/draw{draw}"
+            for dataset, scene in scenes.tried(experiment, table)
+            for draw in range(config["draws"])
+        ],
+        "learning_rate": config["training"]["learning_rate"],
+        **{key: config["trials"][key] for key in ("seeds", "epochs")},
+    }
+
+
+def of_table(experiment: Experiment, table: str) -> dict[str, Any]:
+    """Params of a table: its `scenes`, and the `facts` that its caption says of them."""
+    params = scenes.of_table(experiment, lambda made: scenes.tried(made, table))
+    epochs = {"epochs": experiment.config["trials"]["epochs"]}
+    return {**params, "facts": lambda wildcards: params["facts"](wildcards) | epochs}

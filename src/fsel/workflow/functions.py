@@ -1,0 +1,86 @@
+"""The function of every rule: the stage of its name, or one that is listed here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
+from operator import attrgetter
+
+STAGES, PAPER = "fsel.stages", "fsel.experiments.paper"
+STUDIES, ABLATION = "fsel.experiments.studies", f"{PAPER}.ablation"
+
+LISTED = {
+    "label_part": f"{STAGES}.label:label_part",
+    "budget_curves": f"{STAGES}.fit_budget:budget_curves",
+    "handsign": f"{PAPER}.learned:handsign",
+    "seedvar": f"{PAPER}.learned:seedvar",
+    "evaluate_searched": f"{PAPER}.ga_vs_learned:TRIALS.evaluate",
+    "ga_vs_learned": f"{PAPER}.ga_vs_learned:ga_vs_learned",
+    "select_geometry": f"{PAPER}.time_quality:TRIALS.select",
+    "evaluate_geometry": f"{PAPER}.time_quality:TRIALS.evaluate",
+    "measure_costs": f"{PAPER}.costs:measure_costs",
+    "time_quality": f"{PAPER}.time_quality:time_quality",
+    "select_crosscapture": f"{PAPER}.crosscapture:TRIALS.select",
+    "evaluate_crosscapture": f"{PAPER}.crosscapture:TRIALS.evaluate",
+    "crosscapture": f"{PAPER}.crosscapture:crosscapture",
+    "select_objects": f"{PAPER}.objectcentric:TRIALS.select",
+    "evaluate_objects": f"{PAPER}.objectcentric:TRIALS.evaluate",
+    "objectcentric": f"{PAPER}.objectcentric:objectcentric",
+    "trial_feature_sweep": f"{ABLATION}.trials:trial_case",
+    "trial_scorer_arch": f"{ABLATION}.trials:trial_case",
+    "evaluate_feature_sweep": f"{ABLATION}.trials:TRIALS.evaluate",
+    "evaluate_scorer_arch": f"{ABLATION}.trials:TRIALS.evaluate",
+    "feature_sweep": f"{ABLATION}.tables:feature_sweep",
+    "scorer_arch": f"{ABLATION}.tables:scorer_arch",
+    "pair_poses": f"{PAPER}.pose_sources:pair_poses",
+    "select_paired": f"{PAPER}.pose_sources:TRIALS.select",
+    "evaluate_paired": f"{PAPER}.pose_sources:TRIALS.evaluate",
+    "pose_sources": f"{PAPER}.pose_sources:pose_sources",
+    "evaluate_transfer": f"{PAPER}.transfer:evaluate_transfer",
+    "transfer": f"{PAPER}.transfer:transfer",
+    "evaluate_reconchoice": f"{PAPER}.reconchoice:evaluate_reconchoice",
+    "reconchoice": f"{PAPER}.reconchoice:reconchoice",
+    "pipeline_figure": f"{PAPER}.pipeline_figure:pipeline_figure",
+    "teaser": f"{PAPER}.views:qualitative",
+    "qualitative": f"{PAPER}.views:qualitative",
+    "real_world": f"{PAPER}.views:real_world",
+    "select_candidate_pools": f"{STUDIES}.candidate_pools:TRIALS.select",
+    "evaluate_candidate_pools": f"{STUDIES}.candidate_pools:TRIALS.evaluate",
+    "candidate_pools": f"{STUDIES}.candidate_pools:candidate_pools",
+    "selection_time": f"{STUDIES}.selection_time:selection_time",
+    "speed_settings": f"{STUDIES}.speed_settings:speed_settings",
+    "speed_error": f"{STUDIES}.speed_error:speed_error",
+    "economy": f"{STUDIES}.economy:economy",
+    "stability": f"{STUDIES}.stability:stability",
+}
+
+
+def home_of(rule: str) -> str:
+    """`module:function` of a rule.
+
+    Args:
+        rule: its name; words after that of a stage name a variant, as in `train_no_appearance`.
+
+    Raises:
+        ValueError: when there is no stage of the name.
+    """
+    if rule in LISTED:
+        return LISTED[rule]
+    words = rule.split("_")
+    for n in range(len(words), 0, -1):
+        stage = "_".join(words[:n])
+        if find_spec(f"{STAGES}.{stage}"):
+            return f"{STAGES}.{stage}:{stage}"
+    raise ValueError(f"rule {rule}: neither listed nor named as a stage in {STAGES}")
+
+
+def function_of(rule: str) -> Callable[..., None]:
+    """The function that a rule runs.
+
+    Raises:
+        ValueError: as `home_of`.
+    """
+    module, _, name = home_of(rule).partition(":")
+    found: Callable[..., None] = attrgetter(name)(import_module(module))
+    return found

@@ -1,0 +1,303 @@
+"""What of the paper a configuration can make, and the reconstructors that its tables name."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from fsel.captures.colmap.estimator import source_of
+from fsel.workflow import inputs, reconstructors, requirements, scenes
+from fsel.workflow.datasets import Section
+from fsel.workflow.experiment import Choice, Experiment
+from fsel.workflow.refusal import MissingProgram, Refusal, refuse
+from fsel.workflow.settings import PAGE
+
+TRANSFER, CHOICE, PICTURES = "transfer", "reconchoice", "pictures"  # sections with reconstructors
+STAND_INS = Path("config", "stand_ins.yaml")
+
+
+@dataclass(frozen=True)
+class Paper:
+    """The paper's tables and figures in one configuration.
+
+    Attributes:
+        experiment: the run's.
+        asks: whether programs must be here; the jobs of a run need not ask again.
+    """
+
+    experiment: Experiment
+    asks: bool = True
+
+    def targets(self) -> list[str]:
+        """Paths of the tables and figures that can be made; prints what cannot, and why.
+
+        Raises:
+            Refusal: for programs that are named and not here.
+        """
+        if lines := self.missing_programs():
+            refuse("\n".join(["tables of the paper name what is not here:", *lines]), PAGE)
+        made, said = self.possible()
+        if said:
+            count = len(self.needs())
+            head = f"paper: of {count} tables and figures, these cannot be made or are of less"
+            print("\n".join([f"{head}:", *said]), file=sys.stderr)
+        return made
+
+    def possible(self) -> tuple[list[str], list[str]]:
+        """Paths that stand-ins can make here, and lines that say what cannot be made."""
+        made: list[str] = []
+        said = [f"  left out: {reason}" for reason in self.experiment.datasets.missing.values()]
+        for name, needs in self.needs().items():
+            try:
+                for need in needs:
+                    need()
+            except Refusal as refusal:
+                reason = str(refusal).removeprefix("config: ").splitlines()[0]
+                said.append(f"  not made: {name}: {reason}")
+            else:
+                made += self._paths(name)
+        return made, said
+
+    def needs(self) -> dict[str, Sequence[Callable[[], object]]]:
+        """Table or figure -> functions that refuse a configuration which cannot make it."""
+        made = self.experiment
+        labels = partial(scenes.with_labels, made)
+        return {
+            "handsign": (),
+            "seedvar": (),
+            "candidate_pools": (),
+            "ga_vs_learned": (partial(scenes.held_out_problems, made),),
+            "time_quality": (partial(scenes.held_out, made), labels),
+            "crosscapture": (partial(scenes.rooms, made),),
+            "objectcentric": (partial(scenes.of_objects, made),),
+            "feature_sweep": (partial(scenes.tried, made, "feature_sweep"), labels),
+            "scorer_arch": (partial(scenes.tried, made, "scorer_arch"), labels),
+            "pose_sources": (partial(scenes.posed_twice, made),),
+            "transfer": (
+                partial(self.evaluations, TRANSFER, self.draws),
+                partial(self.budgets, "budgets"),
+            ),
+            "reconchoice": (
+                partial(self.evaluations, CHOICE, [0]),
+                partial(self.budgets, "inputs"),
+            ),
+            "pipeline_figure": (labels,),
+            "teaser": (),
+            "qualitative": (),
+            "real_world": (partial(scenes.rooms, made),),
+        }
+
+    def _paths(self, name: str) -> list[str]:
+        if name == "qualitative":
+            return [f"<figures>/qualitative_{d}.pdf" for d in self.experiment.labels()]
+        if name in ("pipeline_figure", "teaser", "real_world"):
+            return [f"<figures>/{name.removesuffix('_figure')}.pdf"]
+        return [f"<tables>/{name}.tex"]
+
+    def missing_programs(self) -> list[str]:
+        """List what the reconstructors of the tables need and is not here."""
+        lines: list[str] = []
+        for section in (TRANSFER, CHOICE, PICTURES) if self.asks else ():
+            try:
+                self._check_programs(section)
+            except MissingProgram as missing:
+                lines += missing.lines
+        return list(dict.fromkeys(lines))
+
+    def _check_programs(self, section: str) -> None:
+        if section == PICTURES:
+            own = self.pictured
+            requirements.check_reconstructors({own["name"]: own}, section)
+            return
+        checked = self.experiment.reconstructors.values()
+        sections = self.compared(section).items()
+        further = {name: part for name, part in sections if part not in checked}
+        requirements.check_reconstructors(further, f"{section}.reconstructions")
+
+    def library(self, rule: str, section: str) -> Choice:
+        """The sources of a rule, which refuse a section whose programs are not here."""
+        own = self.pictured if section == PICTURES else None
+        files = self.experiment.library(rule, own)
+
+        def asked(wildcards: Any) -> Any:
+            if self.asks:
+                self._check_programs(section)
+            return files
+
+        return asked
+
+    def check(self, configfiles: Sequence[str]) -> None:
+        """Refuse a run that needs what is not here, with one page of all of it.
+
+        Args:
+            configfiles: those that the run was given.
+
+        Raises:
+            Refusal: for a dataset that is not there, unless `allow_missing` is true or the labelled
+                one is among them; for anything else that is not there; for what is wrong in itself.
+        """
+        experiment, datasets = self.experiment, self.experiment.datasets
+        others = requirements.missing_programs(experiment)
+        requirements.check_scorers(experiment)
+        needed = experiment.trained in datasets.missing or not datasets.entries
+        refused = datasets.missing and (needed or not experiment.config["allow_missing"])
+        if not others and not refused:
+            return
+        others += self.missing_programs()
+        lines = [f"  {line}" for line in others]
+        if not refused:
+            refuse(
+                "\n".join([f"{len(others)} of what is named is not here:", *lines])
+                + "\n"
+                + "\n".join(self._without(configfiles)),
+                "get each as it says; paths are from the folder of the run. docs/reconstructors.md "
+                "has the licences",
+            )
+        if others:
+            lines = [f"and {len(others)} of what else is named is not here:", *lines]
+            lines += self._without(configfiles)
+        count = len(datasets.missing) + len(datasets.entries)
+        head = f"no folders (from {Path.cwd()}) for {len(datasets.missing)} of {count} datasets:"
+        reasons = [f"  {reason}" for reason in datasets.missing.values()]
+        refuse(
+            "\n".join([head, *reasons, *lines]),
+            "put each dataset there, correct the path, or leave its entry out; `allow_missing: "
+            "true` makes what can be made without, and captions name what is missing",
+        )
+
+    def _without(self, configfiles: Sequence[str]) -> list[str]:
+        """Describe how a run goes without what is not here, and what it makes then."""
+        experiment = self.experiment
+        files = [*map(Path, configfiles), experiment.folder / STAND_INS]
+        given = " ".join(os.path.relpath(path) for path in files)
+        allowed = " --config allow_missing=True" if experiment.datasets.missing else ""
+        lines = [
+            "without: `splats`, GMSD and `lab_hog` in the place of what is missing, by",
+            f"  snakemake paper --cores 2 --configfile {given}{allowed}",
+        ]
+        if experiment.trained in experiment.datasets.missing:
+            return [*lines, "  once the dataset of training.dataset is there"]
+        made, left_out = self.possible()
+        names = ", ".join(path.rsplit("/")[-1] for path in made)
+        return [*lines, f"  which makes {names}", *left_out]
+
+    def compared(self, table: str) -> dict[str, Section]:
+        """Name -> section of each reconstructor of a table.
+
+        `reconchoice` has those of `transfer` unless it names its own.
+        """
+        own = self.experiment.config[table]["reconstructions"]
+        given = self.experiment.config[TRANSFER]["reconstructions"] if own is None else own
+        return reconstructors.named(given, f"{table}.reconstructions")
+
+    def reconstruction(self, table: str) -> Choice:
+        """The section of the wildcard `compared` among the reconstructors of a table."""
+
+        def section(wildcards: Any) -> Section:
+            sections = self.compared(table)
+            if wildcards.compared not in sections:
+                refuse(
+                    f"{table}.reconstructions has no {wildcards.compared!r}",
+                    f"its names are {list(sections)}",
+                )
+            return sections[wildcards.compared]
+
+        return section
+
+    def budgets(self, key: str) -> list[int]:
+        """`budgets` or `inputs` of the section `transfer`, refused where no picks exist."""
+        chosen: list[int] = self.experiment.config[TRANSFER][key]
+        swept = self.experiment.config["budgets"]
+        if missing := [k for k in chosen if k not in swept]:
+            refuse(
+                f"transfer.{key} has {missing}, which are not among budgets {swept}",
+                "nothing is selected for these tables; picks of the sweep are taken",
+            )
+        return chosen
+
+    @property
+    def pass_budgets(self) -> list[int]:
+        """The budgets near 30 and 40, columns of `crosscapture`."""
+        return sorted({self.experiment.budget_near(30), self.experiment.budget_near(40)})
+
+    @property
+    def draws(self) -> range:
+        """The draws that every reconstructor of `transfer` measures."""
+        config = self.experiment.config
+        return range(min(config["draws"], config[TRANSFER]["draws"]))
+
+    def evaluations(self, table: str, draws: Sequence[int]) -> list[str]:
+        """What each reconstructor of a table makes of the held-out scenes, one after the other."""
+        return [
+            path
+            for name in self.compared(table)
+            for path in inputs.of_scenes(
+                scenes.held_out(self.experiment), f"{name}/{table}.parquet", draws
+            )
+        ]
+
+    def described(self, table: str) -> dict[str, dict[str, Any]]:
+        """Name -> what a caption says of each reconstructor of a table."""
+        sections = self.compared(table).items()
+        return {name: reconstructors.described(name, section) for name, section in sections}
+
+    def pose_labels(self) -> list[str]:
+        """The two sources of poses as `pose_sources` prints them."""
+        (dataset,) = scenes.datasets_of(scenes.posed_twice(self.experiment))
+        (label,) = self.experiment.labels([dataset]).values()
+        entry = self.experiment.datasets.entries[dataset]
+        other = self.experiment.config["pose_sources"]
+        first = source_of(entry["poses"], entry.get("model", ""))
+        return [f"{label}, {first}", other["label"] or source_of(other["poses"], other["model"])]
+
+    def searched_scene(self, wildcards: Any = None) -> inputs.Paths:
+        """The first labelled scene, whose search and labels `pipeline_figure` draws."""
+        scene = scenes.with_labels(self.experiment)[0]
+        return {
+            **inputs.capture(inputs.BARE, f"<results>/{self.experiment.trained}/{scene}"),
+            "splits": f"<results>/labels/{scene}/splits.parquet",
+            "labels": inputs.label_files(self.experiment, [scene]),
+            "trajectories": "<results>/trajectories.parquet",
+        }
+
+    def pictured_scene(self, dataset: str) -> inputs.Paths:
+        """The first evaluation scene of a dataset, whose views are drawn."""
+        scene = self.experiment.scenes(dataset, "evaluation")[0]
+        folder, draws = f"<results>/{dataset}/{scene}", range(self.experiment.config["draws"])
+        return {
+            **inputs.capture(folder=f"{folder}/pictures"),
+            "split": f"{folder}/draw0/split.parquet",
+            "selections": f"{folder}/draw0/selections.parquet",
+            "evaluations": [f"{folder}/draw{n}/evaluation.parquet" for n in draws],
+        }
+
+    def pictured_room(self, wildcards: Any = None) -> inputs.Paths:
+        """The first place that was filmed in several passes, whose views are drawn."""
+        folder = f"<results>/{inputs.joined(scenes.rooms(self.experiment))[0]}"
+        return {
+            **inputs.capture(folder=f"{folder}/pictures"),
+            "selected_from": f"{folder}/frames.parquet",
+            "picks": f"{folder}/crosscapture_picks.parquet",
+            "evaluation": f"{folder}/crosscapture.parquet",
+        }
+
+    @property
+    def pictured(self) -> Section:
+        """The reconstructor of the pictures."""
+        return reconstructors.without_name(self.experiment.config[PICTURES])
+
+    def picture_facts(self, dataset: str) -> dict[str, Any]:
+        """What the line under a figure of views says of a dataset and of the reconstructor."""
+        own = self.pictured
+        return self.experiment.facts([dataset]) | reconstructors.described(own["name"], own)
+
+    def picture_size(self) -> dict[str, int]:
+        """Width and height of embedded captures that are filmed anew for pictures."""
+        size = {side: self.experiment.config["embedded"][side] for side in ("width", "height")}
+        scale = self.pictured["long_side"] / max(size.values())
+        return {side: round(scale * pixels) for side, pixels in size.items()}

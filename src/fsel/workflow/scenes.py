@@ -1,0 +1,179 @@
+"""The scenes that tables are made of; a configuration without them is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from fsel.workflow.datasets import kinds_of
+from fsel.workflow.experiment import Experiment
+from fsel.workflow.inputs import joined
+from fsel.workflow.refusal import refuse
+from fsel.workflow.requirements import check_poses
+from fsel.workflow.settings import Scene
+
+Scenes = list[Scene]
+
+
+def of_table(experiment: Experiment, chosen: Callable[[Experiment], Scenes]) -> dict[str, Any]:
+    """Params of a table: its `scenes`, and the `facts` that its caption says of them."""
+
+    def facts(wildcards: Any) -> dict[str, Any]:
+        return experiment.facts(datasets_of(chosen(experiment)), wildcards.reconstructor)
+
+    return {"scenes": lambda wildcards: chosen(experiment), "facts": facts}
+
+
+def datasets_of(scenes: Scenes) -> list[str]:
+    """The datasets of scenes, each once, in order."""
+    return list(dict.fromkeys(dataset for dataset, _ in scenes))
+
+
+def with_labels(experiment: Experiment) -> list[str]:
+    """The labelled scenes, at least one."""
+    if not experiment.labelled:
+        refuse(
+            "no dataset has `train` scenes",
+            "this is made of labels; name scenes to train on, docs/datasets.md",
+        )
+    return list(experiment.labelled)
+
+
+def from_labels(experiment: Experiment, files: Any) -> Any:
+    """Files that are made of labels."""
+    with_labels(experiment)
+    return files
+
+
+def evaluated(experiment: Experiment) -> Scenes:
+    """The evaluation scenes of all datasets."""
+    return experiment.evaluation_scenes
+
+
+def held_out(experiment: Experiment) -> Scenes:
+    """Evaluation scenes of the labelled dataset, at least one."""
+    trained = experiment.trained
+    scenes = experiment.scenes(trained, "evaluation")
+    if not scenes:
+        refuse(
+            f"{trained} has no evaluation scenes",
+            "this experiment is made on evaluation scenes of training.dataset",
+        )
+    return [(trained, scene) for scene in scenes]
+
+
+def held_out_problems(experiment: Experiment) -> list[str]:
+    """Problems on which selections are compared with the search, at least one."""
+    problems, config = experiment.searched_problems(), experiment.config
+    if not problems:
+        refuse(
+            f"{experiment.trained} has no evaluation scenes, or oracle.draws is 0",
+            "the comparison with the search is made on evaluation scenes of training.dataset",
+        )
+    if config["search"]["k"] not in config["budgets"]:
+        refuse(
+            f"search.k is {config['search']['k']}, which is not among budgets {config['budgets']}",
+            "selections are compared with the search at its own budget",
+        )
+    return problems
+
+
+def rooms(experiment: Experiment) -> Scenes:
+    """The evaluation scenes filmed in several passes, at least one."""
+    held: Mapping[str, Mapping[str, list[str]]] = experiment.config["crosscapture"]["held_out"]
+    entries = experiment.datasets.entries
+
+    def in_passes(dataset: str, scene: str) -> bool:
+        if held:
+            return scene in held.get(dataset, {})
+        entry = entries[dataset]
+        return bool(entry.get("passes", entry["layout"] == "seven_scenes"))
+
+    scenes = [scene for scene in experiment.evaluation_scenes if in_passes(*scene)]
+    named = {(d, s) for d in held for s in held[d] if d in entries}
+    if unknown := sorted(joined(named - set(scenes))):
+        refuse(
+            f"crosscapture.held_out: {unknown} are no evaluation scenes",
+            "it names datasets, their scenes, and passes of each",
+        )
+    if not scenes:
+        refuse(
+            "no dataset with evaluation scenes was filmed in several passes",
+            "the cross-capture experiment needs layout seven_scenes, a dataset with `passes: "
+            "true`, or crosscapture.held_out",
+        )
+    return scenes
+
+
+def passes(experiment: Experiment, wildcards: Any) -> list[str]:
+    """The passes of the room in the wildcards that are held out in turn; none for each of all."""
+    named = experiment.config["crosscapture"]["held_out"].get(wildcards.dataset, {})
+    found: list[str] = named.get(wildcards.scene, [])
+    return found
+
+
+def of_objects(experiment: Experiment) -> Scenes:
+    """The captures that are about an object, at least one."""
+    scenes = experiment.with_role("object")
+    if not scenes:
+        refuse(
+            "no dataset has `object` scenes",
+            "the object-centric experiment needs captures with masks of an object",
+        )
+    return scenes
+
+
+def tried(experiment: Experiment, table: str) -> Scenes:
+    """The scenes that rows of `feature_sweep` or `scorer_arch` are compared on, at least one."""
+    named = experiment.config["trials"]["scenes"][table]
+    if named:
+        there = {d: role for d, role in named.items() if d in experiment.datasets.entries}
+        chosen = [(d, s) for d, role in there.items() for s in experiment.scenes(d, role)]
+        if not chosen:
+            refuse(
+                f"trials.scenes.{table} is {named}, of which no scene is there",
+                "leave it out for the validation scenes of all datasets",
+            )
+        return chosen
+    every = experiment.with_role("validation")
+    if not every:
+        refuse(
+            "no dataset has validation scenes",
+            "features and scorers are compared on them unless trials.scenes says otherwise",
+        )
+    return every
+
+
+def posed_twice(experiment: Experiment) -> Scenes:
+    """Evaluation scenes with a second source of poses, at least one."""
+    config = experiment.config["pose_sources"]
+    named, model = config["dataset"], config["model"]
+    entry = experiment.datasets.entries.get(named, {})
+    if named is None or named in experiment.datasets.missing:
+        refuse(
+            f"pose_sources.dataset is {named}" + (", which is not there" if named else ""),
+            "name a dataset on disk, and in `poses` what estimates them, or in `model` the folder "
+            "of a COLMAP model inside each scene",
+        )
+    scenes = experiment.scenes(named, "evaluation")
+    if config["poses"] != "file":
+        if "embedded" in kinds_of(entry):
+            refuse(
+                f"pose_sources.dataset is {named!r}, whose images are generated and small",
+                "name a dataset with a `root` or `fetch`: poses are found in its images",
+            )
+        check_poses("pose_sources.poses", config["poses"])
+        return [(named, scene) for scene in scenes]
+    if entry.get("root") is None:
+        refuse(
+            f"pose_sources.dataset is {named!r}, no dataset with a `root`",
+            "a second source of poses is a folder inside each scene; or name it in `poses`",
+        )
+    if missing := [s for s in scenes if not Path(entry["root"], s, model).is_dir()]:
+        refuse(
+            f"pose_sources.model is {model!r}, no folder in {len(missing)} of {len(scenes)} scenes "
+            f"of {named}: {missing[:3]}",
+            "export the second source's poses as a COLMAP model there, or name it in `poses`",
+        )
+    return [(named, scene) for scene in scenes]
