@@ -17,7 +17,7 @@ from fsel.cli.open_capture import inputs_of, open_as, record_of
 from fsel.cli.optimising import WRITE_PLY, bound, checked, fitted
 from fsel.core.capture import Capture
 from fsel.core.files import atomic
-from fsel.core.outputs import refuse_overlap, staged
+from fsel.core.outputs import staged
 from fsel.core.wording import counted
 from fsel.reconstruct.gaussians.model import GaussianModel
 from fsel.reconstruct.gaussians.settings import QUALITIES, Quality
@@ -35,16 +35,7 @@ def run(args: argparse.Namespace, console: Console) -> None:
     """Carry the command out."""
     quality = _quality_of(args)
     settings = {} if quality is None else quality.settings
-    checked(args, **settings)
-    if args.reconstructor not in WRITE_PLY:
-        raise ValueError(
-            f"reconstructor {args.reconstructor!r} has no .ply to write; allowed: "
-            f"{', '.join(WRITE_PLY)}"
-        )
-    if args.out.suffix.lower() != ENDING:
-        raise ValueError(f"{args.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
-    if args.preview is not None:
-        _check_preview(args)
+    _check(args, settings)
     if args.frames is None and (args.capture / TRAIN / TRANSFORMS).is_file():
         args.capture /= TRAIN  # of a selection that holds frames out
     if args.frames is not None:
@@ -64,6 +55,10 @@ def run(args: argparse.Namespace, console: Console) -> None:
         reconstructor = bound(args, loaded, **settings)
         model: Any = fitted(reconstructor, np.arange(len(frames)), console, watch)
         model.export_ply(stage)
+    steps = {"steps": model.steps} if hasattr(model, "steps") else {}
+    said = "".join(f" in {counted(count, 'step')}" for count in steps.values())
+    fit = f"{model.primitives} Gaussians, fitted{said} in {model.seconds:.1f} s"
+    console.say("written", f"{args.out}: {fit}")
     content = {
         "reconstructor": args.reconstructor,
         "frames": list(loaded.names),
@@ -73,19 +68,31 @@ def run(args: argparse.Namespace, console: Console) -> None:
         "peak_bytes": model.peak_bytes,
         "device": model.device,
     }
-    steps = ""
-    if hasattr(model, "steps"):
-        content["steps"] = model.steps
-        steps = f" in {counted(model.steps, 'step')}"
-    console.say(
-        "written",
-        f"{args.out}: {model.primitives} Gaussians, fitted{steps} in {model.seconds:.1f} s",
-    )
-    console.give(content)
+    console.give(content | steps)
+
+
+def _check(args: argparse.Namespace, settings: dict[str, int]) -> None:
+    """Refuse a reconstructor without a model to write, and names with other endings."""
+    checked(args, **settings)
+    if args.reconstructor not in WRITE_PLY:
+        raise ValueError(
+            f"reconstructor {args.reconstructor!r} has no .ply to write; allowed: "
+            f"{', '.join(WRITE_PLY)}"
+        )
+    if args.out.suffix.lower() != ENDING:
+        raise ValueError(f"{args.out}: a model is written as {ENDING}. Hint: -o NAME{ENDING}")
+    if args.preview is None:
+        return
+    if args.reconstructor != FINE:
+        raise ValueError(f"--preview shows {FINE} as they train. Hint: --reconstructor {FINE}")
+    if args.preview.suffix.lower() not in PICTURES:
+        raise ValueError(f"{args.preview}: a preview ends in {', '.join(PICTURES)}")
+    if args.preview.exists() and not args.force:
+        raise FileExistsError(f"{args.preview}: exists already. Hint: --force replaces it")
 
 
 def _quality_of(args: argparse.Namespace) -> Quality | None:
-    """The quality that is asked for, with the reconstructor and the size that belong to it.
+    """Return the quality of --quality, and set the reconstructor and the size that belong to it.
 
     Raises:
         ValueError: for options that it stands for.
@@ -103,19 +110,8 @@ def _quality_of(args: argparse.Namespace) -> Quality | None:
     return quality
 
 
-def _check_preview(args: argparse.Namespace) -> None:
-    """Refuse a preview that nothing would be written to, or that would replace a file."""
-    if args.reconstructor != FINE:
-        raise ValueError(f"--preview shows {FINE} as they train. Hint: --reconstructor {FINE}")
-    if args.preview.suffix.lower() not in PICTURES:
-        raise ValueError(f"{args.preview}: a preview ends in {', '.join(PICTURES)}")
-    if args.preview.exists() and not args.force:
-        raise FileExistsError(f"{args.preview}: exists already. Hint: --force replaces it")
-    refuse_overlap(args.preview, inputs_of(args))
-
-
 def _painter(capture: Capture, path: Path) -> Callable[[GaussianModel], None]:
-    """A function that paints the middle frame beside a model's rendering of it."""
+    """Return a function that paints the middle frame beside a model's rendering of it."""
     middle = np.array([len(capture) // 2])
     photo = np.asarray(capture.images[middle[0]])
 

@@ -30,7 +30,7 @@ def staged(
         FileExistsError: when `out` exists, at the start or at the end, and not `force`.
         ValueError: when `out` is, holds or lies in an input.
     """
-    refuse_overlap(out, inputs)
+    _refuse_overlap(out, inputs)
     _refuse_existing(out, force)
     place = Path(os.path.realpath(out))
     stage = unfinished(place)
@@ -44,12 +44,8 @@ def staged(
         _remove(stage)
 
 
-def refuse_overlap(out: Path, inputs: Iterable[Path]) -> None:
-    """Refuse an output that is, holds or lies in what is read, whatever links lead there.
-
-    Raises:
-        ValueError: naming both.
-    """
+def _refuse_overlap(out: Path, inputs: Iterable[Path]) -> None:
+    """Refuse an output that is, holds or lies in what is read, whatever links lead there."""
     place = Path(os.path.realpath(out))
     for path in inputs:
         source = Path(os.path.realpath(path))
