@@ -1,23 +1,29 @@
 """Both greedy loops pick what a loop over plain numbers picks, by networks and linear rules alike,
 and training sees their inputs."""
 
-import dataclasses
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
-from selection_problems import capture_of, random_problem
+from selection_problems import random_problem
 from slow_selector import POLICIES, random_scorer, slow_inputs, spelled
 
-from fsel.core.problem import checked_select
-from fsel.experiments.studies.hard_cases.worlds import moved, random_weights
-from fsel.features.columns import CONDITIONED_INPUTS, INPUTS, NAMES, TARGET_GAIN, TARGET_GAIN_INPUT
+from fsel.experiments.studies.hard_cases.worlds import random_weights
+from fsel.features.columns import (
+    APPEARANCE,
+    INPUTS,
+    NAMES,
+    SHARPNESS,
+    TARGET_GAIN,
+    TARGET_GAIN_INPUT,
+    positions,
+)
 from fsel.selectors import pretrained, reference_loop
 from fsel.selectors.greedy import greedy, standardise
+from fsel.selectors.policies import GEOMETRY
 from fsel.selectors.policies import POLICIES as SHIPPED
 from fsel.selectors.rollout import Rollout, follow, pick
-from fsel.selectors.scorer import Linear, Network, Scorer
+from fsel.selectors.scorer import Linear, Network
 
 LOOPS = {"compiled": greedy, "plain": reference_loop.greedy}
 loops = pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
@@ -36,9 +42,9 @@ def slow_greedy(problem, scorer, k, policy):
 
 @loops
 @policies
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_picks_against_the_slow_loop(loop, policy, seed):
-    problem = random_problem(20 + 3 * seed, seed)
+    problem = random_problem(20 + 6 * seed, seed)
     scorer = random_scorer(policy, seed, gain=(0.3, 1.0, 3.0)[seed % 3])
     rows, scores = loop(policy.prepare(problem), scorer, 8)
     want_rows, want_scores = slow_greedy(problem, scorer, 8, policy)
@@ -109,25 +115,10 @@ def test_picking_by_any_score_is_the_same_loop(policy):
     np.testing.assert_array_equal(rows, greedy(prepared, scorer, 12)[0])
 
 
-def test_the_first_step_has_no_selection_conditioned_input():
-    prepared = POLICIES["every"].prepare(random_problem(30))
-    features, _ = follow(Rollout(prepared), np.array([4, 2]))
-    np.testing.assert_array_equal(features[0][:, CONDITIONED_INPUTS], 0)
-    assert (features[1][:, CONDITIONED_INPUTS].std(axis=0) > 0.5).all()
-
-
 @policies
 def test_the_target_gain_is_zero_where_it_is_not_read(policy):
     features, _ = follow(Rollout(policy.prepare(random_problem(30))), np.array([4, 2]))
     assert features[..., TARGET_GAIN_INPUT].any() == (TARGET_GAIN in policy.inputs)
-
-
-@policies
-def test_budgets_are_nested(policy):
-    prepared, scorer = policy.prepare(random_problem(40, 9)), random_scorer(policy, 9)
-    whole, _ = greedy(prepared, scorer, 20)
-    for k in (1, 7, 19):
-        np.testing.assert_array_equal(greedy(prepared, scorer, k)[0], whole[:k])
 
 
 @loops
@@ -153,17 +144,6 @@ def test_rounding_never_decides_between_near_ties(loop, make):
     np.testing.assert_array_equal(rows, [41, 3, 30])
 
 
-def test_weights_read_from_a_file_pick_the_same(tmp_path):
-    prepared, scorer = (
-        POLICIES["less_is_more"].prepare(random_problem(40)),
-        Network(random_weights(4)),
-    )
-    scorer.save(tmp_path / "s.safetensors")
-    again = greedy(prepared, Scorer.load(tmp_path / "s.safetensors"), 10)
-    for got, want in zip(again, greedy(prepared, scorer, 10), strict=True):
-        np.testing.assert_array_equal(got, want)
-
-
 @loops
 @policies
 def test_of_equal_frames_the_lowest_goes_first(loop, policy):
@@ -183,31 +163,6 @@ def test_of_equal_frames_the_lowest_goes_first(loop, policy):
         assert row == equal[0]
 
 
-@loops
-@policies
-def test_cameras_in_one_place_are_no_trouble(loop, policy):
-    problem = random_problem(24, 3)
-    capture = capture_of(np.zeros((24, 3)), np.tile(np.eye(3), (24, 1, 1)))
-    one = replace(problem, capture=capture, targets=capture.view(np.arange(4)))
-    prepared = policy.prepare(one)
-    assert np.isfinite(prepared.static).all()
-    rows, scores = loop(prepared, random_scorer(policy, 3), len(prepared.pool))
-    np.testing.assert_array_equal(np.sort(rows), np.arange(len(prepared.pool)))
-    assert np.isfinite(scores).all()
-
-
-@policies
-def test_picks_do_not_depend_on_the_worlds_frame_or_scale(policy):
-    for seed in range(5):
-        problem = random_problem(40, seed)
-        rng = np.random.default_rng(seed)
-        rotation = Rotation.random(rng=rng).as_matrix()
-        other = moved(problem, rotation, rng.normal(scale=50, size=3), 10.0 ** rng.uniform(-3, 3))
-        first = greedy(policy.prepare(problem), random_scorer(policy, seed), 15)[0]
-        second = greedy(policy.prepare(other), random_scorer(policy, seed), 15)[0]
-        np.testing.assert_array_equal(first, second)
-
-
 def test_z_scores_by_hand():
     columns = np.array([[1.0, 5, 1e9], [2, 5, 1e9 + 1e-3], [3, 5, 1e9]])
     got = standardise(columns)
@@ -223,25 +178,14 @@ def test_an_impossible_budget_is_refused(loop, k):
         loop(prepared, Network(random_weights(0)), k)
 
 
-@policies
-def test_the_method_of_a_policy_keeps_the_contract(policy):
-    problem = random_problem(40)
-    method = policy.method(random_scorer(policy, 0))
-    rng = np.random.default_rng(0)
-    for k in (1, 10, len(problem.pool(policy.pool))):
-        picks = checked_select(method, problem, k, rng)
-        np.testing.assert_array_equal(picks, checked_select(method, problem, k, rng))
-
-
 def test_a_policy_takes_scorers_of_its_kind_and_inputs_only():
-    with pytest.raises(ValueError, match="fsel has a scorer of the kind Linear, not Network"):
-        SHIPPED["fsel"].method(Network(random_weights(0)))
-    with pytest.raises(
-        ValueError, match="less_is_more has a scorer of the kind Network, not Linear"
+    for name, scorer, said in (
+        ("fsel", Network(random_weights(0)), "Network"),
+        ("less_is_more", pretrained.method().scorer, "Linear"),
+        ("fsel", Linear({"d_min_s": 1.0, "sharpness": 1.0}), "sharpness"),
     ):
-        SHIPPED["less_is_more"].method(pretrained.method().scorer)
-    with pytest.raises(ValueError, match="fsel does not read sharpness; allowed: d_min_s"):
-        SHIPPED["fsel"].method(Linear({"d_min_s": 1.0, "sharpness": 1.0}))
+        with pytest.raises(ValueError, match=said):
+            SHIPPED[name].method(scorer)
 
 
 @policies
@@ -260,8 +204,7 @@ def test_views_that_stand_for_a_capture_count_less_after_seven_picks():
     problem = random_problem(60, 5, targets=9)
     rule = Linear({"target_gain": 1.0})
     told, whole = (
-        SHIPPED["fsel"].prepare(dataclasses.replace(problem, targets_unknown=flag))
-        for flag in (False, True)
+        SHIPPED["fsel"].prepare(replace(problem, targets_unknown=flag)) for flag in (False, True)
     )
     for prepared in (told, whole):
         prepared.static[:] = 0
@@ -278,9 +221,20 @@ def test_given_rows_come_first_and_the_rest_is_chosen_beside_them():
     problem = random_problem(60, 5, targets=9)
     first = problem.pool("observed")[[40, 7]]
     method = pretrained.method()
-    picks = method.ranked(dataclasses.replace(problem, fixed_picks=first), 9)[0]
+    picks = method.ranked(replace(problem, fixed_picks=first), 9)[0]
     assert picks[:2].tolist() == first.tolist()
     assert len(set(picks.tolist())) == 9
     free = method.ranked(problem, 9)[0]
-    again = method.ranked(dataclasses.replace(problem, fixed_picks=free[:4]), 9)[0]
+    again = method.ranked(replace(problem, fixed_picks=free[:4]), 9)[0]
     np.testing.assert_array_equal(again, free)
+
+
+def test_inputs_that_a_policy_does_not_read_are_zero_and_the_others_as_they_are():
+    problem = random_problem(40)
+    full, few = (p.prepare(problem).static for p in (SHIPPED["less_is_more"], GEOMETRY))
+    gone = positions((*APPEARANCE, SHARPNESS))
+    assert full[:, gone[:-2]].any(axis=0).all()
+    assert full[:, gone[-1]].any()
+    assert not few[:, gone].any()
+    kept = np.setdiff1d(np.arange(len(NAMES)), gone)
+    np.testing.assert_array_equal(few[:, kept], full[:, kept])

@@ -62,29 +62,6 @@ def test_saved_and_loaded_is_the_same(tmp_path):
         np.testing.assert_array_equal(again.weights[name], scorer.weights[name])
 
 
-def test_another_network_is_refused(tmp_path):
-    weights = random_weights(4) | {"layer2.weight": np.zeros((WIDTH, 32), np.float32)}
-    save_file(weights, tmp_path / "other.safetensors")
-    with pytest.raises(ValueError, match=r"\(64, 32\).*\(64, 64\)"):
-        Scorer.load(tmp_path / "other.safetensors")
-
-
-def test_missing_and_extra_arrays_are_refused():
-    weights = random_weights(5)
-    with pytest.raises(ValueError, match="extra"):
-        Network(weights | {"extra": np.zeros(1, np.float32)})
-    del weights["layer3.bias"]
-    with pytest.raises(ValueError, match=r"layer3\.bias"):
-        Network(weights)
-
-
-def test_values_that_are_not_finite_are_refused():
-    weights = random_weights(6)
-    weights["layer1.bias"][0] = np.nan
-    with pytest.raises(ValueError, match=r"layer1\.bias"):
-        Network(weights)
-
-
 def test_a_linear_rule_by_hand():
     rule = Linear({"phi_nov": 0.5, "d_min_s": -2, "target_gain": 10.0})
     inputs = np.zeros((2, INPUTS))
@@ -107,14 +84,14 @@ def test_a_saved_linear_rule_is_readable_and_the_same(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('{"coefficients": {"d_min": 1}, "provenance": {}}', "coefficients of d_min; allowed: d_"),
-        ('{"coefficients": {}, "provenance": {}}', "coefficients of no input"),
-        ('{"coefficients": {"d_min_s": NaN}, "provenance": {}}', "of d_min_s is nan, not finite"),
-        ('{"coefficients": {"d_min_s": "1"}, "provenance": {}}', "of d_min_s is '1', not a number"),
-        ('{"coefficients": {"d_min_s": true}, "provenance": {}}', "is True, not a number"),
+        ('{"coefficients": {"d_min": 1}, "provenance": {}}', "d_min"),
+        ('{"coefficients": {}, "provenance": {}}', "no input"),
+        ('{"coefficients": {"d_min_s": NaN}, "provenance": {}}', "d_min_s.*nan"),
+        ('{"coefficients": {"d_min_s": "1"}, "provenance": {}}', "d_min_s.*'1'"),
+        ('{"coefficients": {"d_min_s": true}, "provenance": {}}', "True"),
         ('{"coefficients": {"d_min_s": 1}}', "provenance"),
-        ('["d_min_s"]', "not a linear scorer"),
-        ("{", "not a linear scorer"),
+        ('["d_min_s"]', "rule.json"),
+        ("{", "rule.json"),
     ],
 )
 def test_another_linear_rule_is_refused(text, said, tmp_path):
@@ -123,9 +100,22 @@ def test_another_linear_rule_is_refused(text, said, tmp_path):
         Scorer.load(tmp_path / "rule.json")
 
 
-def test_other_files_are_refused(tmp_path):
-    (tmp_path / "net.safetensors").write_bytes(b"no tensors")
-    with pytest.raises(ValueError, match="not a network"):
-        Scorer.load(tmp_path / "net.safetensors")
-    with pytest.raises(ValueError, match=r"net.pt: not a scorer; allowed: .json .*safetensors"):
-        Scorer.load(tmp_path / "net.pt")
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"layer2.weight": np.zeros((WIDTH, 32), np.float32)}, r"\(64, 32\)"),
+        ({"extra": np.zeros(1, np.float32)}, "extra"),
+        ({"layer1.bias": np.full(WIDTH, np.nan, np.float32)}, "layer1.bias"),
+    ],
+)
+def test_another_network_is_refused(change, said, tmp_path):
+    save_file(random_weights(4) | change, tmp_path / "other.safetensors")
+    with pytest.raises(ValueError, match=f"other.safetensors.*{said}"):
+        Scorer.load(tmp_path / "other.safetensors")
+
+
+@pytest.mark.parametrize("name", ["net.safetensors", "net.pt"])
+def test_other_files_are_refused(name, tmp_path):
+    (tmp_path / name).write_bytes(b"no tensors")
+    with pytest.raises(ValueError, match=name):
+        Scorer.load(tmp_path / name)

@@ -142,14 +142,6 @@ def test_information_by_hand():
     np.testing.assert_allclose(criterion.scores(), [1 / 1.5, 0.5 / 1.5 + 0.5 / 2.5, 2 / 2.5])
 
 
-def test_heavy_damping_asks_for_the_fullest_view_whatever_is_known():
-    blends = by_hand([[(0, 1, 1)], [(1, 1, 0.9)]])
-    criteria = [Information(blends, damping) for damping in (1e-6, 1e6)]
-    for criterion in criteria:
-        criterion.add(0)
-    assert [int(np.argmax(criterion.scores())) for criterion in criteria] == [1, 0]
-
-
 def plain_coverage(blends, rows):
     """Coverage scores from counts of all views added, splat by splat."""
     directions = fibonacci_sphere(BINS).astype(float)
@@ -196,15 +188,6 @@ def test_the_unseen_comes_first_and_the_empty_last():
     scores = criterion.scores()
     assert scores[2] < scores[0] < scores[3] < 0
     assert scores[0] == pytest.approx(-1, abs=0.02)
-
-
-def test_directions_are_even_on_the_sphere():
-    directions = fibonacci_sphere(BINS)
-    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1, atol=1e-6)
-    angle = np.degrees(np.arccos(np.clip(directions @ directions.T, -1, 1)))
-    np.fill_diagonal(angle, 180)
-    assert angle.min(axis=1).min() > 14
-    assert angle.min(axis=1).max() < 22
 
 
 @pytest.fixture(scope="module")
@@ -255,23 +238,6 @@ def test_picks_of_a_filmed_scene_follow_neither_the_world_nor_the_order(filmed, 
     np.testing.assert_array_equal(picks, select(name, other, 14))
     order = np.random.default_rng(2).permutation(len(filmed.capture))
     np.testing.assert_array_equal(picks, order[select(name, permuted(filmed, order), 14)])
-
-
-def test_the_two_criteria_share_their_start_alone(filmed):
-    one, other = (select(name, filmed, 14) for name in ("fisher_rf", "cover"))
-    np.testing.assert_array_equal(one[:START], other[:START])
-    assert set(one) != set(other)
-
-
-@both
-def test_every_frame_twice_is_no_trouble(filmed, name):
-    twins = np.arange(len(filmed.capture)) // 2 * 2
-    capture = replace(
-        filmed.capture,
-        world_to_camera=filmed.capture.world_to_camera[twins],
-        images=filmed.capture.images[twins],
-    )
-    assert len(select(name, replace(filmed, capture=capture), 20)) == 20
 
 
 def test_fits_are_made_anew_whenever_the_picks_have_doubled():
