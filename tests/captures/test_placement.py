@@ -10,20 +10,20 @@ import pycolmap
 import pytest
 from small_captures import ring
 
-from fsel.captures import taking
+from fsel.captures import sampling
 from fsel.captures.colmap import failures
 from fsel.captures.colmap.runs import Part, Work
 from fsel.captures.images import files as image_files
 from fsel.captures.images import video
-from fsel.captures.images.video import Kept, Sampling
+from fsel.captures.images.video import SampledFrame, Sampling
 from fsel.captures.poses import placement, sfm
-from fsel.captures.taking import Source
+from fsel.captures.sampling import Source
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 
 def shots(*indices):
-    return [Kept(i, i / 10, 1.0) for i in indices]
+    return [SampledFrame(i, i / 10, 1.0) for i in indices]
 
 
 def model_of(names):
@@ -56,7 +56,7 @@ def scripted(monkeypatch):
             image_files.write(np.zeros((1, 8, 8, 3), np.uint8), folder, [shot.name])
         return found
 
-    def place(raw, *, work, start=None):
+    def place(raw, work, start=None):
         assert [n for part in work.parts for n in part.numbers]
         given.append((raw.names, start and start.num_images()))
         keep = placing.pop(0)
@@ -66,7 +66,7 @@ def scripted(monkeypatch):
 
     monkeypatch.setattr(video, "thin", thin)
     monkeypatch.setattr(Sampling, "pace", lambda self, path: 1.0)
-    monkeypatch.setattr(taking, "duplicates", lambda small: np.ones(len(small), bool))
+    monkeypatch.setattr(sampling, "duplicates", lambda small: np.ones(len(small), bool))
     monkeypatch.setattr(sfm, "place", place)
     return placing, given
 
@@ -111,7 +111,7 @@ def test_the_end_of_a_video_that_stays_unplaced_is_told(scripted, tmp_path):
 def test_what_is_like_the_last_frame_is_lost_with_it(scripted, tmp_path, monkeypatch):
     """The end is black: of its frames, at 7, 8 and 9 s, the first alone is taken."""
     placing, _ = scripted
-    monkeypatch.setattr(taking, "duplicates", lambda small: np.arange(len(small)) < 8)
+    monkeypatch.setattr(sampling, "duplicates", lambda small: np.arange(len(small)) < 8)
     placing += [lambda name: number(name) < 70]
     sources = [Source(tmp_path / "walk.mp4")]
     found = placement.place(sources, Sampling(), tmp_path, Work(), lambda *_: None)
@@ -151,12 +151,12 @@ def test_a_pause_is_thinned_and_a_film_that_stands_is_refused(scripted, tmp_path
     placing, given = scripted
     placing += [lambda name: True]
     sources = [Source(tmp_path / "walk.mp4")]
-    monkeypatch.setattr(taking, "duplicates", lambda small: np.arange(len(small)) % 10 < 4)
+    monkeypatch.setattr(sampling, "duplicates", lambda small: np.arange(len(small)) % 10 < 4)
     found = placement.place(sources, Sampling(), tmp_path / "a", Work(), lambda *_: None)
     assert found["still"] == 6
     assert [number(name) for name in given[0][0]] == [0, 10, 20, 30]
     assert len(list((tmp_path / "a" / "images").iterdir())) == 4
-    monkeypatch.setattr(taking, "duplicates", lambda small: np.arange(len(small)) < 1)
+    monkeypatch.setattr(sampling, "duplicates", lambda small: np.arange(len(small)) < 1)
     with pytest.raises(ValueError, match=r"9 of 10 frames show the same.*camera does not move"):
         placement.place(sources, Sampling(), tmp_path / "b", Work(), lambda *_: None)
 

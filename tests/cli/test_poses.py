@@ -19,7 +19,7 @@ from fsel.captures.colmap.estimator import Estimator
 from fsel.captures.images import files as image_files
 from fsel.captures.images.video import Sampling
 from fsel.captures.opening import Opening
-from fsel.captures.taking import Source
+from fsel.captures.sampling import Source
 from fsel.cli import main
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "captures"))

@@ -39,7 +39,7 @@ def ingest(
     lazy: bool = False,
     store: Path | None = None,
 ) -> Capture:
-    """Open, undistort and resize every image of a raw capture, one by one.
+    """Return a raw capture with every image opened, undistorted and resized, one by one.
 
     Args:
         raw: what the layout's reader found.
@@ -55,10 +55,10 @@ def ingest(
         ValueError: for an unreadable image, sizes that contradict the camera, or a bad pose; the
             message names the file.
     """
-    source = f"{layout.name} at {folder}"
+    source, points, masks = f"{layout.name} at {folder}", None, None
     raw = in_order(raw, source)
     if lazy:
-        points, (frames, intrinsics), masks = None, _unopened(raw, source, long_side), None
+        frames, intrinsics = _unopened(raw, source, long_side)
     else:
         points = raw.sparse()
         frames, intrinsics, masks = _opened(raw, source, long_side, store)
@@ -75,11 +75,6 @@ def ingest(
     )
 
 
-def natural_order(raw: RawCapture) -> list[int]:
-    """Rows of a raw capture in the canonical order: natural order of the names."""
-    return sorted(range(len(raw.names)), key=lambda i: natural(raw.names[i]))
-
-
 def in_order(raw: RawCapture, source: str) -> RawCapture:
     """The frames in natural order of their names, with poses that are rotations.
 
@@ -92,8 +87,8 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
         raise ValueError(f"{source}: duplicate frame names {twice[:3]}")
     if not raw.names:
         raise ValueError(f"{source}: no frame is left; left out {len(raw.dropped)}")
-    for name in raw.names:
-        if not _plain(name):
+    for name in raw.names:  # each stands on a line of a list, and leads to its file
+        if not name.isprintable() or name != name.strip() or name != posixpath.normpath(name):
             raise ValueError(
                 f"{source}: frame name {name!r} is no plain path; allowed: no `.` or `..` between "
                 "slashes, no control character, no space at either end"
@@ -103,7 +98,7 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
             f"{source}: images without poses. Hint: `poses: colmap` finds them, `poses: file` "
             "reads them from a COLMAP model"
         )
-    raw = raw.subset(natural_order(raw))
+    raw = raw.subset(sorted(range(len(raw.names)), key=lambda i: natural(raw.names[i])))
     raw = replace(raw, world_to_camera=rigid(raw.world_to_camera))
     check_poses(raw.names, raw.world_to_camera, source)
     for camera, name in dict(zip(raw.cameras, raw.names, strict=True)).items():
@@ -114,11 +109,6 @@ def in_order(raw: RawCapture, source: str) -> RawCapture:
                 f"{camera}"
             )
     return raw
-
-
-def _plain(name: str) -> bool:
-    """Check whether a name can stand on a line of a list, and leads to its file without detours."""
-    return name.isprintable() and name == name.strip() and name == posixpath.normpath(name)
 
 
 def _possible(camera: Camera) -> bool:

@@ -24,7 +24,7 @@ from fsel.captures.layouts import bare
 from fsel.captures.lazy import LONG_SIDE, LazyCapture, open_capture
 from fsel.captures.poses import placement
 from fsel.captures.poses.placement import doubt
-from fsel.captures.taking import Source
+from fsel.captures.sampling import Source
 from fsel.core.files import cache, write_text
 from fsel.core.limits import MAX_ERROR, cores
 from fsel.core.names import distinct

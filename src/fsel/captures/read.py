@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fsel.captures.canonical import check_same_size, in_order, ingest, natural_order
+from fsel.captures.canonical import check_same_size, in_order, ingest
 from fsel.captures.colmap.runs import Work, work_of
 from fsel.captures.colmap.undistortion import common_frame, working_size
 from fsel.captures.images import files as image_files
@@ -23,6 +23,7 @@ from fsel.captures.poses import sfm
 from fsel.captures.poses.agreement import Agreement, measure
 from fsel.core.capture import Capture
 from fsel.core.limits import MAX_ERROR
+from fsel.core.names import natural
 from fsel.core.subsets import evenly
 from fsel.core.wording import check_type, counted
 
@@ -30,8 +31,6 @@ log = logging.getLogger(__name__)
 
 POSES = ("layout", "colmap", "file")
 POINTS = ("layout", "triangulate")
-# folders inside of captures, which somebody may give in place of the capture
-PARTS = ("sparse", "0", "images", "color", "rgb", "pose", "intrinsic", "dslr", "iphone", "colmap")
 TRIANGULATION_LONG_SIDE = 800
 
 
@@ -153,15 +152,17 @@ def _layout_of(folder: Path, layout: str) -> Layout:
     names = recognise(folder)
     pictured = any((folder / name).is_dir() for name in colmap.IMAGE_FOLDERS)
     if not names or (names[0] == colmap.LAYOUT.name and not pictured):
-        near = folder.resolve().parents[:2] if folder.resolve().name in PARTS else ()
-        around = next((outer for outer in near if recognise(outer)), None)
-        if around is not None:
-            raise ValueError(f"{folder}: is part of the capture {around}, give that folder")
-    if not names:
         inner = [child.name for child in sorted(folder.iterdir()) if child.is_dir()]
         scenes = [name for name in inner if recognise(folder / name)]
-        hint = f"; its folders {scenes[:3]} are captures, give one of them" if scenes else ""
-        if not scenes and bare.find(folder):
+        around = next((outer for outer in folder.resolve().parents[:2] if recognise(outer)), None)
+        hint = ""
+        if scenes:
+            hint = f"; its folders {scenes[:3]} are captures, give one of them"
+        elif around is not None:
+            hint = f"; it is part of the capture {around}, give that folder"
+        elif names:
+            return LAYOUTS[names[0]]  # its reader says that the images are missing
+        elif bare.find(folder):
             hint = (
                 "; its images have no poses. Hint: --poses colmap finds them (in a config "
                 "`poses: colmap` or a program, or `poses: file` reads them)"
@@ -177,7 +178,7 @@ def _thinned(raw: RawCapture, every: int) -> RawCapture:
     if every == 1:
         return raw
     rows: dict[str, list[int]] = {}
-    for i in natural_order(raw):
+    for i in sorted(range(len(raw.names)), key=lambda i: natural(raw.names[i])):
         rows.setdefault(raw.sequences[i], []).append(i)
     kept = sorted(i for row in rows.values() for i in row[::every])
     return raw.subset(kept, f"not one of every {every}")

@@ -89,7 +89,10 @@ def test_stretches_are_of_time_where_the_rate_varies(tmp_path, monkeypatch):
     def slowed(*arguments):
         for shot, image in real(*arguments):
             late = max(shot.index - 20, 0)
-            yield video.Kept(shot.index, (min(shot.index, 20) + 10 * late) / 110, 1.0), image
+            yield (
+                video.SampledFrame(shot.index, (min(shot.index, 20) + 10 * late) / 110, 1.0),
+                image,
+            )
 
     monkeypatch.setattr(video, "_shots", slowed)
     kept = video.thin(path, tmp_path / "images", 11.0)

@@ -32,8 +32,8 @@ Spans = Sequence[tuple[float, float]]
 
 
 @dataclass(frozen=True)
-class Kept:
-    """A frame of a video that was kept.
+class SampledFrame:
+    """A frame of a video.
 
     Attributes:
         index: of the video's frames, from 0.
@@ -98,7 +98,7 @@ def thin(
     *,
     within: Spans = ((0.0, math.inf),),
     progress: Progress = in_silence,
-) -> list[Kept]:
+) -> list[SampledFrame]:
     """Write the sharpest frame of each of many equal stretches of a video, as JPEG.
 
     Stretches are of equal time, not of equal numbers of frames, so that videos of variable rate
@@ -119,8 +119,8 @@ def thin(
     """
     film = _opened(path)
     count, per_second = int(film.get(cv2.CAP_PROP_FRAME_COUNT)), film.get(cv2.CAP_PROP_FPS)
-    kept: list[Kept] = []
-    best: tuple[Kept, np.ndarray] | None = None
+    kept: list[SampledFrame] = []
+    best: tuple[SampledFrame, np.ndarray] | None = None
     stretch = -1
     for shot, image in progress(_shots(film, per_second, within), max(count, 0)):
         if stretch < 0 and is_panorama(image):
@@ -158,7 +158,7 @@ def is_panorama(image: np.ndarray) -> bool:
 
 def _shots(
     film: cv2.VideoCapture, per_second: float, within: Spans
-) -> Iterator[tuple[Kept, np.ndarray]]:
+) -> Iterator[tuple[SampledFrame, np.ndarray]]:
     """Frames with their times and sharpness; (h, w, 3) uint8 BGR, upright."""
     index, last = 0, -1.0
     while film.grab():
@@ -169,7 +169,7 @@ def _shots(
         if any(start <= seconds <= end for start, end in within):
             done, image = film.retrieve()
             if done:
-                yield Kept(index, seconds, _sharpness(image)), image
+                yield SampledFrame(index, seconds, _sharpness(image)), image
         index += 1
 
 
@@ -181,7 +181,7 @@ def _sharpness(image: np.ndarray) -> float:
     return variance_of_laplacian(grey)
 
 
-def _written(best: tuple[Kept, np.ndarray], folder: Path) -> Kept:
+def _written(best: tuple[SampledFrame, np.ndarray], folder: Path) -> SampledFrame:
     kept, image = best
     image_files.write(image[None, ..., ::-1], folder, [kept.name])
     return kept

@@ -16,7 +16,7 @@ FOLDERS = ("images", "input", ".")
 
 
 def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
-    """The image files of the first of images/, input/ and the folder itself that has any."""
+    """Return the image files of the first of images/, input/ and the folder itself that has any."""
     for name in FOLDERS:
         inside = (folder / name).glob("*")
         files = [path for path in inside if path.suffix.lower() in endings and path.is_file()]
@@ -26,7 +26,7 @@ def find(folder: Path, endings: tuple[str, ...] = ENDINGS) -> list[Path]:
 
 
 def read(folder: Path) -> RawCapture:
-    """Names and files; poses are not finite and the focal length a guess until placed."""
+    """Return names and files; poses are not finite and the focal length a guess until placed."""
     files = find(folder)
     if not files:
         raise FileNotFoundError(f"{folder}: no images in it, in images or in input")
@@ -34,8 +34,8 @@ def read(folder: Path) -> RawCapture:
 
 
 def of_files(names: list[str], files: list[Path]) -> RawCapture:
-    """The same of some images by their names."""
-    height, width = image_files.load(files[0]).shape[:2]
+    """Return the same of some images by their names."""
+    width, height = image_files.size_of(files[0])
     guess = Camera("SIMPLE_PINHOLE", width, height, (max(width, height), width / 2, height / 2))
     return RawCapture(
         names=names,

@@ -32,7 +32,7 @@ def _annotations(folder: Path) -> Path | None:
 
 
 def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
-    """A sequence's frames in order of `frame_number`; the object's masks count.
+    """Read a sequence's frames in order of `frame_number`; the object's masks count.
 
     Args:
         folder: <category>/<sequence>, or a dataset that holds one sequence.
@@ -45,11 +45,11 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
     path = _annotations(folder)
     if path is None:
         raise FileNotFoundError(f"{folder}: no {FRAMES} in the category's folder, {folder.parent}")
-    root = path.parent.parent
-    frames = _read_list(path)
+    root, frames = path.parent.parent, _read_list(path)
     names = {str(member(frame, "sequence_name", path)) for frame in frames}
-    name = folder.name if path.parent == folder.parent else next(iter(names), "")
-    if name not in names or (path.parent != folder.parent and len(names) > 1):
+    inner = path.parent != folder.parent  # a dataset's folder, not that of a sequence
+    name = next(iter(names), "") if inner else folder.name
+    if name not in names or (inner and len(names) > 1):
         raise ValueError(
             f"{path}: {len(names)} sequences, and {name!r} is not the only or wanted one"
         )
@@ -58,25 +58,33 @@ def read(folder: Path, min_quality: float = 0.5) -> RawCapture:
         (frame for frame in frames if frame["sequence_name"] == name),
         key=lambda frame: number(frame.get("frame_number"), path, "frame_number"),
     )
-    files = [text(member(frame, "image", path), "path", path, "image") for frame in own]
-    dropped = {file: _missing(frame, root, path) for frame, file in zip(own, files, strict=True)}
-    kept = [frame for frame, file in zip(own, files, strict=True) if not dropped[file]]
+    kept, dropped = [], {}
+    for frame in own:
+        file = text(member(frame, "image", path), "path", path, "image")
+        if not frame.get("viewpoint"):
+            dropped[file] = "no viewpoint"
+        elif not inside(root, file, path).is_file():
+            dropped[file] = "image hidden or not downloaded"
+        else:
+            kept.append(frame)
     if not kept:
         raise ValueError(f"{path}: no frame of {name} has an image and a viewpoint")
-    return _capture(kept, root, path, {at: why for at, why in dropped.items() if why})
+    return _capture(kept, root, path, dropped)
 
 
 def _capture(frames: list[dict], root: Path, path: Path, dropped: dict[str, str]) -> RawCapture:
-    masked = [frame for frame in frames if frame.get("mask")]
+    masks = [
+        inside(root, text(frame["mask"], "path", path, "mask"), path)
+        for frame in frames
+        if frame.get("mask")
+    ]
     return RawCapture(
         names=[f"{int(frame['frame_number']):06d}" for frame in frames],
         images=[inside(root, frame["image"]["path"], path) for frame in frames],
         world_to_camera=np.array([_pose(frame, path) for frame in frames]),
         cameras=[_camera(frame, path) for frame in frames],
         sequences=[frames[0]["sequence_name"]] * len(frames),
-        masks=[inside(root, text(frame["mask"], "path", path, "mask"), path) for frame in frames]
-        if len(masked) == len(frames)
-        else None,
+        masks=masks if len(masks) == len(frames) else None,
         mask_values=(FOREGROUND, 255),
         dropped=dropped,
     )
@@ -103,14 +111,6 @@ def _check_quality(path: Path, name: str, least: float) -> None:
             f"{path}: viewpoint_quality_score of {name} is {quality}, at least {least:g} is asked "
             "for. Hint: choose another sequence, or lower `reading.min_quality`"
         )
-
-
-def _missing(frame: dict, root: Path, path: Path) -> str:
-    """Reason why a frame cannot be used, or nothing."""
-    if not frame.get("viewpoint"):
-        return "no viewpoint"
-    file = inside(root, frame["image"]["path"], path)
-    return "" if file.is_file() else "image hidden or not downloaded"
 
 
 def _pose(frame: dict, path: Path) -> np.ndarray:
@@ -141,21 +141,18 @@ def write(recording: Recording, folder: Path) -> None:
     """Write a recording as a dataset of one sequence; frames whose pose was lost lack one."""
     category, sequence = "object", "1_1_1"
     home = f"{category}/{sequence}"
-    image_files.write(
-        recording.images, folder, [f"{home}/images/{name}.jpg" for name in recording.names]
-    )
+    names = [f"{home}/images/{name}.jpg" for name in recording.names]
+    image_files.write(recording.images, folder, names)
     if recording.masks is not None:
         names = [f"{home}/masks/{name}.png" for name in recording.names]
         image_files.write(recording.masks.astype(np.uint8) * 255, folder, names)
     frames = []
     for at, name in enumerate(recording.names):
+        size = [recording.camera.height, recording.camera.width]
         frame = {
             "sequence_name": sequence,
             "frame_number": at,
-            "image": {
-                "path": f"{home}/images/{name}.jpg",
-                "size": [recording.camera.height, recording.camera.width],
-            },
+            "image": {"path": f"{home}/images/{name}.jpg", "size": size},
             "viewpoint": None if recording.lost[at] else _viewpoint(recording, at),
         }
         if recording.masks is not None:

@@ -50,35 +50,20 @@ def load_model(model: Path) -> pycolmap.Reconstruction:
     check_whole(model)
     try:
         reconstruction = pycolmap.Reconstruction(str(model))
+        for image in reconstruction.images.values():
+            image.name = slashed(image.name)  # UnicodeDecodeError for one that is no text
     except (ValueError, RuntimeError, IndexError, MemoryError) as error:
         raise ValueError(f"{model}: not a readable COLMAP model ({error})") from error
     if not reconstruction.images:
         raise ValueError(f"{model}: the COLMAP model holds no images")
-    _check_names(reconstruction, model)
     _check_turns(reconstruction, model)
-    _check_sizes(reconstruction, model)
-    if not is_binary(model):
-        _complete_names(reconstruction, model / "images.txt")
-    for image in reconstruction.images.values():
-        image.name = slashed(image.name)
-    return reconstruction
-
-
-def _check_names(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
-    """Refuse names that are no UTF-8, which pycolmap decodes when they are read."""
-    for key, image in reconstruction.images.items():
-        try:
-            str(image.name)
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{model}: the name of image {key} is no text: {error}") from error
-
-
-def _check_sizes(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
-    """Refuse cameras without pixels: observations are scaled by a camera's size."""
-    for key, camera in reconstruction.cameras.items():
+    for key, camera in reconstruction.cameras.items():  # observations are scaled by its size
         if not (camera.width and camera.height):
             size = f"{camera.width}x{camera.height}"
             raise ValueError(f"{model}: camera {key} has {size} pixels; at least 1x1 are allowed")
+    if not is_binary(model):
+        _complete_names(reconstruction, model / "images.txt")
+    return reconstruction
 
 
 def _check_turns(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
@@ -97,7 +82,7 @@ def _check_turns(reconstruction: pycolmap.Reconstruction, model: Path) -> None:
 
 
 def _complete_names(reconstruction: pycolmap.Reconstruction, path: Path) -> None:
-    """Give images of a text model their full names: pycolmap stops at the first space.
+    """Give images of a text model their full names, which pycolmap cuts at the first space.
 
     A missing line of 2D points, which must be there though empty, shifts all that follow: refused.
     """
@@ -113,7 +98,7 @@ def _complete_names(reconstruction: pycolmap.Reconstruction, path: Path) -> None
                 f"{path}: image {at // 2 + 1} is not a line of ten fields followed by a line of "
                 "2D points in threes; a line of points must be there though it be empty"
             )
-        reconstruction.images[int(fields[0])].name = fields[9]
+        reconstruction.images[int(fields[0])].name = slashed(fields[9])
 
 
 def read(folder: Path) -> RawCapture:
@@ -176,17 +161,16 @@ def _image_files(images: Path, names: list[str], model: Path) -> list[Path]:
 
 
 def _by_stem(folder: Path) -> dict[str, list[str]]:
-    """Names of a folder's files by what comes before their endings."""
+    """Return the names of a folder's files by what comes before their endings."""
     names: dict[str, list[str]] = {}
-    if folder.is_dir():
-        with os.scandir(folder) as entries:
-            for entry in entries:
-                if entry.is_file():
-                    names.setdefault(Path(entry.name).stem, []).append(entry.name)
+    for entry in os.scandir(folder) if folder.is_dir() else ():
+        if entry.is_file():
+            names.setdefault(Path(entry.name).stem, []).append(entry.name)
     return names
 
 
 def camera_of(camera: pycolmap.Camera) -> Camera:
+    """Return pycolmap's camera as ours."""
     return Camera(camera.model_name, camera.width, camera.height, tuple(camera.params))
 
 
@@ -215,8 +199,9 @@ def _points_beside(raw: RawCapture, model: Path, frames: tuple[int, ...]) -> Raw
 def build_model(recording: Recording, camera: Camera, names: list[str], keep: np.ndarray):
     """A pycolmap model of a recording's kept frames, its observations scaled to `camera`."""
     scale = camera.width / recording.camera.width
-    observed, kept = grouped_rows(recording.track_frame, len(names)), np.flatnonzero(keep).tolist()
-    rows = [observed[i] for i in kept]
+    kept = np.flatnonzero(keep).tolist()
+    seen = grouped_rows(recording.track_frame, len(names))
+    rows = [seen[i] for i in kept]
     return colmap_model.build_model(
         [names[i] for i in kept],
         [camera.colmap] * len(kept),

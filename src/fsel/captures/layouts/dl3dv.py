@@ -69,9 +69,7 @@ def frame_order(folder: Path) -> list[str]:
     Raises:
         FileNotFoundError: for a folder without it.
     """
-    root = _root(folder)
-    if root is None:
-        raise FileNotFoundError(f"{folder}: no transforms.json with images_4 or images_8")
+    root = _root(folder) or folder
     content = json.loads((root / "transforms.json").read_text())
     return [Path(frame["file_path"]).name for frame in content["frames"]]
 

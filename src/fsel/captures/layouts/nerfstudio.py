@@ -71,7 +71,7 @@ def from_json(
     undo: np.ndarray | None = None,
     copies: tuple[str, ...] = (),
 ) -> RawCapture:
-    """Frames of a transforms.json.
+    """Read the frames of a transforms.json.
 
     Args:
         path: the JSON file.
@@ -89,13 +89,14 @@ def from_json(
     """
     content = read_json(path) if content is None else content
     frames, dropped = _frames(content, path)
-    applied = _applied(content, path)
-    applied = undo if applied is None else applied
+    stored = content.get("applied_transform")
+    applied = undo if stored is None else world_transform(stored, path, "applied_transform")
     scale = number(content.get("applied_scale", 1.0), path, "applied_scale")
     names = [frame["file_path"].removeprefix("./").removeprefix("images/") for frame in frames]
     masked = [f for f in frames if f.get("mask_path")] if content.get("has_mask", True) else []
     if masked and len(masked) != len(frames):
         raise ValueError(f"{path}: {len(masked)} of {len(frames)} frames have a mask_path, not all")
+    mask_names = [slashed(text(frame, "mask_path", path)) for frame in masked]
     return RawCapture(
         names=names,
         images=[
@@ -104,11 +105,7 @@ def from_json(
         world_to_camera=np.array([_pose(frame, applied, scale, path) for frame in frames]),
         cameras=[camera_of(content, frame, path) for frame in frames],
         sequences=[str(PurePosixPath(name).parent) for name in names],
-        masks=[
-            _existing(inside(folder, Path(masks, slashed(text(f, "mask_path", path))), path))
-            for f in masked
-        ]
-        or None,
+        masks=[_existing(inside(folder, Path(masks, name), path)) for name in mask_names] or None,
         points=_cloud(content, folder, applied, scale, path),
         dropped=dropped,
     )
@@ -124,24 +121,18 @@ def _cloud(
     return ply_points.reader(file, applied, scale)
 
 
-def _applied(content: dict, path: Path) -> np.ndarray | None:
-    stored = content.get("applied_transform")
-    return None if stored is None else world_transform(stored, path, "applied_transform")
-
-
 def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
-    """The frames to use, and those left out with the reason."""
+    """Return the frames to use, and those left out with the reason."""
     frames = content.get("frames")
     if not isinstance(frames, list) or not frames:
         raise ValueError(f"{path}: 'frames' must be a list of frames")
-    for at, frame in enumerate(frames):
-        if not isinstance(frame, dict) or not isinstance(frame.get("file_path"), str):
-            raise ValueError(f"{path}: frames[{at}] has no file_path")
-    frames = [frame | {"file_path": slashed(frame["file_path"])} for frame in frames]
+    frames = [
+        frame | {"file_path": slashed(text(frame, "file_path", path, f"frames[{at}]"))}
+        for at, frame in enumerate(frames)
+    ]
     dropped = {f["file_path"]: "marked bad by its owner" for f in frames if f.get("is_bad")}
-    lists = [_listed(content, key, path) for key in SPLITS if key in content]
-    if lists:
-        named = {name for entry in lists for name in entry}
+    if any(key in content for key in SPLITS):
+        named = {slashed(name) for key in SPLITS for name in _listed(content, key, path)}
         absent = sorted(named - {frame["file_path"] for frame in frames})
         if absent:
             raise ValueError(f"{path}: {absent[0]!r} is in a *_filenames list but not in 'frames'")
@@ -154,10 +145,10 @@ def _frames(content: dict, path: Path) -> tuple[list[dict], dict[str, str]]:
 
 
 def _listed(content: dict, key: str, path: Path) -> list[str]:
-    names = content[key]
+    names = content.get(key, [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise ValueError(f"{path}: {key} must be a list of names, got {repr(names)[:80]}")
-    return [slashed(name) for name in names]
+    return names
 
 
 def _existing(file: Path, copies: tuple[str, ...] = ()) -> Path:

@@ -73,8 +73,9 @@ def _tracked(pose: np.ndarray) -> bool:
 def _camera(root: Path, file: Path) -> Camera:
     """The colour camera; the export's pixel centres are at whole numbers."""
     k = read_matrix(root / "intrinsic" / "intrinsic_color.txt")
-    height, width = image_files.load(file).shape[:2]
-    return Camera("PINHOLE", width, height, (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF))
+    return Camera(
+        "PINHOLE", *image_files.size_of(file), (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)
+    )
 
 
 def _masks(folder: Path, stems: list[str]) -> list[Path]:

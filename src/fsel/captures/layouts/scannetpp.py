@@ -34,8 +34,6 @@ def read_dslr(folder: Path) -> RawCapture:
     masks = f"resized{kind}_masks" if kind else "resized_anon_masks"
     raw = nerfstudio.from_json(path, root, images=images_folder, masks=masks, undo=ROTATION)
     listed = read_json(path).get("test_frames", [])
-    if not isinstance(listed, list):
-        raise ValueError(f"{path}: 'test_frames' must be a list of frames")
     tests = [text(frame, "file_path", path, "test_frames") for frame in listed]
     dropped = raw.dropped | dict.fromkeys(tests, "a test frame, never a candidate")
     raw = replace(raw, dropped=dropped, mask_values=(255, 255))
@@ -59,9 +57,8 @@ def write_dslr(recording: Recording, folder: Path) -> None:
     ]
     if recording.masks is not None:
         masks = [f"{name}.png" for name in recording.names]
-        image_files.write(
-            recording.masks.astype(np.uint8) * 255, root / "resized_anon_masks", masks
-        )
+        white = recording.masks.astype(np.uint8) * 255
+        image_files.write(white, root / "resized_anon_masks", masks)
         for frame, mask in zip(frames, masks, strict=True):
             frame["mask_path"] = mask
     content = intrinsics_of(recording.camera)
@@ -90,15 +87,23 @@ def read_iphone(folder: Path) -> RawCapture:
     absent = [stem for stem in stems if stem not in metric]
     if absent:
         raise ValueError(f"{path}: no entry for {absent[0]!r}")
-    poses = [_aligned(metric[stem], stem, path) for stem in stems]
+    poses = [member(metric[stem], "aligned_pose", path, stem) for stem in stems]
+    masks = None
+    if (root / "rgb_masks").is_dir() or (root / "rgb_mask.mkv").is_file():
+        masks = _stored(root / "rgb_masks", "rgb_mask.mkv", [f"{stem}.png" for stem in stems])
     unused = {f"{stem}.jpg": "not registered by COLMAP" for stem in metric.keys() - set(stems)}
     raw = replace(
         raw,
         names=[Path(name).name for name in raw.names],  # some carry a video/ or iphone/ prefix
-        images=_extracted(root, raw.names),
-        world_to_camera=np.array(poses),
+        images=_stored(root / "rgb", "rgb.mkv", [Path(name).name for name in raw.names]),
+        world_to_camera=np.array(
+            [
+                invert_pose(numbers(pose, (4, 4), path, f"aligned_pose of {stem}"))
+                for stem, pose in zip(stems, poses, strict=True)
+            ]
+        ),
         sequences=["iphone"] * len(stems),
-        masks=_video_masks(root, stems),
+        masks=masks,
         mask_values=(VALID_MASK, 255),
         dropped=raw.dropped | unused,
     )
@@ -107,34 +112,15 @@ def read_iphone(folder: Path) -> RawCapture:
     return colmap.with_points(raw, root / "colmap")
 
 
-def _aligned(entry: dict, stem: str, path: Path) -> np.ndarray:
-    """World-to-camera of an entry of pose_intrinsic_imu.json."""
-    pose = member(entry, "aligned_pose", path, stem)
-    return invert_pose(numbers(pose, (4, 4), path, f"aligned_pose of {stem}"))
-
-
-def _extracted(root: Path, names: list[str]) -> list[image_files.Image]:
-    """The images that were extracted, or else the video's own frames."""
-    if (root / "rgb").is_dir():
-        return [root / "rgb" / Path(name).name for name in names]
-    return _video_frames(root / "rgb.mkv", [Path(name).stem for name in names])
-
-
-def _video_masks(root: Path, stems: list[str]) -> list[image_files.Image] | None:
-    """Anonymisation masks, extracted or in their video, where they were downloaded."""
-    if (root / "rgb_masks").is_dir():
-        return [root / "rgb_masks" / f"{stem}.png" for stem in stems]
-    if (root / "rgb_mask.mkv").is_file():
-        return _video_frames(root / "rgb_mask.mkv", stems)
-    return None
-
-
-def _video_frames(path: Path, stems: list[str]) -> list[image_files.Image]:
-    """Frame n of the video is called frame_00000n."""
+def _stored(folder: Path, video: str, names: list[str]) -> list[image_files.Image]:
+    """Return the images that were extracted, or the video's: frame n is called frame_00000n."""
+    if folder.is_dir():
+        return [folder / name for name in names]
+    path = folder.with_name(video)
     if not path.is_file():
-        raise FileNotFoundError(f"{path}: missing, and so is the folder rgb with its frames")
-    video = image_files.Video(path)
-    return [image_files.VideoFrame(video, int(stem.rsplit("_", 1)[-1])) for stem in stems]
+        raise FileNotFoundError(f"{path}: missing, and so is the folder {folder.name}")
+    film = image_files.Video(path)
+    return [image_files.VideoFrame(film, int(Path(name).stem.rsplit("_", 1)[-1])) for name in names]
 
 
 def write_iphone(recording: Recording, folder: Path) -> None:

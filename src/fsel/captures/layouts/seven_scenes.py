@@ -29,7 +29,7 @@ POSE_SOURCES = ("original", "calibrated", "pgt")
 
 
 def read(folder: Path, pose_source: str = "original") -> RawCapture:
-    """All passes that TrainSplit.txt and TestSplit.txt name; frames with lost poses left out.
+    """Read all passes that TrainSplit.txt and TestSplit.txt name, without frames of lost poses.
 
     Args:
         folder: the scene.
@@ -72,24 +72,21 @@ def read(folder: Path, pose_source: str = "original") -> RawCapture:
 
 
 def _sequences(folder: Path) -> list[str]:
-    """Folders of the passes that the split files name: `sequence3` is seq-03."""
+    """Return the folders of the passes that the split files name: `sequence3` is seq-03."""
     passes = []
     for split in ("TrainSplit.txt", "TestSplit.txt"):
-        path = folder / split
-        if not path.is_file():
-            raise FileNotFoundError(f"{path}: split file is missing")
-        for line in read_text(path).split():
+        for line in read_text(folder / split).split():
             number = line.removeprefix("sequence")
             if not number.isdecimal():
-                raise ValueError(f"{path}: expected lines like sequence3, got {line!r}")
+                raise ValueError(f"{folder / split}: expected lines like sequence3, got {line!r}")
             passes.append(int(number))
     names = [f"seq-{number:02d}" for number in sorted(set(passes))]
-    missing = [name for name in names if not (folder / name).is_dir()]
-    if missing:
-        raise FileNotFoundError(
-            f"{folder / missing[0]}: named by a split file but not there; the sequences are "
-            "archives inside the scene's archive and must be unpacked too"
-        )
+    for name in names:
+        if not (folder / name).is_dir():
+            raise FileNotFoundError(
+                f"{folder / name}: named by a split file but not there; the sequences are "
+                "archives inside the scene's archive and must be unpacked too"
+            )
     return names
 
 

@@ -46,7 +46,7 @@ def read(folder: Path, focal: float | None = None) -> RawCapture:
     if path is None:
         return colmap.read(folder)
     files, poses, dropped = _read_log(path, _images_of(folder))
-    height, width = image_files.load(files[0]).shape[:2]
+    width, height = image_files.size_of(files[0])
     f = width * focal if focal else _estimated(files, poses, path)
     camera = Camera("SIMPLE_PINHOLE", width, height, (f, width / 2, height / 2))
     return RawCapture(
@@ -82,12 +82,11 @@ def _read_log(path: Path, files: list[Path]) -> tuple[list[Path], np.ndarray, di
     if not words or len(words) % 19:
         raise ValueError(f"{path}: {len(words)} numbers, expected 19 an entry (k m 0 and 4x4)")
     entries = numbers(words, (len(words),), path, "the log").reshape(-1, 19)
-    if not np.array_equal(entries[:, 0], np.arange(len(entries))):
-        raise ValueError(f"{path}: entries must count 0, 1, 2, ...; got {entries[:5, 0]}")
-    if len(entries) > len(files):
+    counted = np.array_equal(entries[:, 0], np.arange(len(entries)))
+    if not counted or len(entries) > len(files):
         raise ValueError(
-            f"{path}: {len(entries)} poses for {len(files)} images; poses count the images in "
-            "sorted order, so none may be missing (Church is known to come with fewer)"
+            f"{path}: {len(entries)} poses for {len(files)} images; poses count the images 0, 1, "
+            "2, ... in sorted order, so none may be missing (Church is known to come with fewer)"
         )
     used = entries[entries[:, 1] >= 0]
     lost = entries[entries[:, 1] < 0, 0].astype(int)
@@ -115,19 +114,17 @@ def _estimated(files: list[Path], poses: np.ndarray, path: Path) -> float:
 
 def _read_nerfpp(folder: Path) -> RawCapture:
     """Folders train and test of rgb, pose (camera to world) and intrinsics, 16 numbers each."""
-    names, files, poses, cameras = [], [], [], []
-    for split in SPLITS:
-        for file in sorted((folder / split / "rgb").glob("*")):
-            pose = read_matrix(folder / split / "pose" / f"{file.stem}.txt")
-            k = read_matrix(folder / split / "intrinsics" / f"{file.stem}.txt")
-            height, width = image_files.load(file).shape[:2]
-            params = (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)
-            names.append(file.name)
-            files.append(file)
-            poses.append(invert_pose(pose))
-            cameras.append(Camera("PINHOLE", width, height, params))
-    if not names:
+    files = [f for split in SPLITS for f in sorted((folder / split / "rgb").glob("*"))]
+    poses, cameras = [], []
+    for file in files:
+        of_split, name = file.parents[1], f"{file.stem}.txt"
+        poses.append(invert_pose(read_matrix(of_split / "pose" / name)))
+        k = read_matrix(of_split / "intrinsics" / name)
+        params = (k[0, 0], k[1, 1], k[0, 2] + HALF, k[1, 2] + HALF)
+        cameras.append(Camera("PINHOLE", *image_files.size_of(file), params))
+    if not files:
         raise FileNotFoundError(f"{folder}: no images in train/rgb or test/rgb")
+    names = [file.name for file in files]
     return RawCapture(names, files, np.array(poses), cameras, ["capture"] * len(names))
 
 

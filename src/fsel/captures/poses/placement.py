@@ -17,7 +17,7 @@ from fsel.captures.layouts import bare
 from fsel.captures.layouts.contract import RawCapture
 from fsel.captures.poses import sfm
 from fsel.captures.poses.sfm import DATABASE
-from fsel.captures.taking import IMAGES, Say, Source, Taken, keep, photo_name, take, take_denser
+from fsel.captures.sampling import IMAGES, SampledFrames, Say, Source, photo_name, take, take_denser
 from fsel.core.geometry import upright
 from fsel.core.names import natural
 
@@ -60,7 +60,7 @@ def place(
 
 
 def _placed(
-    sources: Sequence[Source], taken: Taken, folder: Path, work: Work, say: Say
+    sources: Sequence[Source], taken: SampledFrames, folder: Path, work: Work, say: Say
 ) -> tuple[pycolmap.Reconstruction, RawCapture]:
     """COLMAP's model, and the frames that it was to place."""
     model, placed = None, set[str]()
@@ -79,12 +79,12 @@ def _placed(
             if in_vain or not _denser(sources, taken, placed, folder, work):
                 break
         say("video", "frames were not placed: taken denser there")
-        keep(taken, folder)
+        taken.save(folder)
     return model, raw
 
 
 def _denser(
-    sources: Sequence[Source], taken: Taken, placed: set[str], folder: Path, work: Work
+    sources: Sequence[Source], taken: SampledFrames, placed: set[str], folder: Path, work: Work
 ) -> bool:
     """Take more frames where two or more in a row were not placed; false where there are none."""
     more = False
@@ -111,7 +111,9 @@ def _refused(sources: Sequence[Source], error: sfm.NotPlaced) -> ValueError:
     return ValueError(f"{paths}: {error.said}: {error.cause or usual}")
 
 
-def _raw(sources: Sequence[Source], taken: Taken, folder: Path) -> tuple[RawCapture, list[Part]]:
+def _raw(
+    sources: Sequence[Source], taken: SampledFrames, folder: Path
+) -> tuple[RawCapture, list[Part]]:
     """The frames without poses, source after source, and what COLMAP is told of each source."""
     names, parts = [], []
     for source in sources:
@@ -123,7 +125,7 @@ def _raw(sources: Sequence[Source], taken: Taken, folder: Path) -> tuple[RawCapt
     return bare.of_files(names, [folder / IMAGES / name for name in names]), parts
 
 
-def _lost(source: Source, taken: Taken, placed: set[str]) -> list[tuple[float, float, int]]:
+def _lost(source: Source, taken: SampledFrames, placed: set[str]) -> list[tuple[float, float, int]]:
     """Seconds from one placed frame to the next, or to an end, with the frames lost between."""
     spans, start, count = [], 0.0, 0
     shots = taken.shots.get(source.name, [])
@@ -140,7 +142,7 @@ def _lost(source: Source, taken: Taken, placed: set[str]) -> list[tuple[float, f
 
 
 def _found(
-    sources: Sequence[Source], taken: Taken, raw: RawCapture, model: pycolmap.Reconstruction
+    sources: Sequence[Source], taken: SampledFrames, raw: RawCapture, model: pycolmap.Reconstruction
 ) -> dict:
     """Content of `poses.json`."""
     placed = {image.name for image in model.images.values()}

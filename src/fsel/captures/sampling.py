@@ -1,4 +1,4 @@
-"""Frames and photos taken of what a scene is shown by: videos, and folders of photos."""
+"""Frames sampled from the sources of a scene: videos, and folders of photos."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ class Source:
 
     @property
     def filmed(self) -> bool:
-        """Check whether it is a video."""
+        """Return whether it is a video."""
         return not self.photos
 
     def named(self, name: str) -> str:
-        """Name of a frame in the capture."""
+        """Return the name of a frame in the capture."""
         return f"{self.name}/{name}" if self.name else name
 
 
 @dataclass
-class Taken:
-    """Frames that were taken of the sources.
+class SampledFrames:
+    """Frames that were sampled from the sources.
 
     Attributes:
         shots: by a video's name, its frames in order.
@@ -60,22 +60,31 @@ class Taken:
         ends: by a video's name, seconds of its last frame, left out or not.
     """
 
-    shots: dict[str, list[video.Kept]]
+    shots: dict[str, list[video.SampledFrame]]
     paces: dict[str, float]
     still: int
     turned: list[str]
     ends: dict[str, float] = field(default_factory=dict)
 
+    def save(self, folder: Path) -> None:
+        """Store what was sampled, for a run that is resumed."""
+        rows = {
+            name: [list(asdict(shot).values()) for shot in shots]
+            for name, shots in self.shots.items()
+        }
+        write_text(json.dumps(asdict(self) | {"shots": rows}), folder / TAKEN)
+
 
 def take(
     sources: Sequence[Source], sampling: video.Sampling, folder: Path, work: Work, say: Say
-) -> Taken:
-    """Frames and photos of the sources, put into images/, as an earlier run left them if it did."""
+) -> SampledFrames:
+    """Put frames and photos of the sources into images/, unless an earlier run has done so."""
     if (folder / TAKEN).is_file():
         content = json.loads((folder / TAKEN).read_text(encoding="utf-8"))
         shots = content.pop("shots").items()
-        return Taken({name: [video.Kept(*s) for s in rows] for name, rows in shots}, **content)
-    taken = Taken({}, {}, 0, [])
+        shots = {name: [video.SampledFrame(*s) for s in rows] for name, rows in shots}
+        return SampledFrames(shots, **content)
+    taken = SampledFrames({}, {}, 0, [])
     for source in sources:
         images = folder / IMAGES / source.name
         images.mkdir(parents=True, exist_ok=True)
@@ -83,16 +92,21 @@ def take(
             _film(source, sampling, images, taken, work, say)
         else:
             taken.turned += _put(source, images, work, say)
-    keep(taken, folder)
+    taken.save(folder)
     return taken
 
 
 def _film(
-    source: Source, sampling: video.Sampling, images: Path, taken: Taken, work: Work, say: Say
+    source: Source,
+    sampling: video.Sampling,
+    images: Path,
+    taken: SampledFrames,
+    work: Work,
+    say: Say,
 ) -> None:
     """Take the frames of a video; more of them where a pause leaves too few that differ."""
-    pace = sampling.pace(source.path)
-    shots = video.thin(source.path, images, pace, progress=work.watch("video"))
+    pace, watch = sampling.pace(source.path), work.watch("video")
+    shots = video.thin(source.path, images, pace, progress=watch)
     moving = _moving(source, shots, images)
     if sampling.free and len(moving) < sampling.least <= len(shots):
         pace *= sampling.least / len(moving)
@@ -108,9 +122,9 @@ def _film(
 
 
 def take_denser(
-    source: Source, taken: Taken, within: video.Spans, folder: Path, work: Work
+    source: Source, taken: SampledFrames, within: video.Spans, folder: Path, work: Work
 ) -> bool:
-    """Take more frames of some parts of a video; false where it has no more."""
+    """Take more frames of some parts of a video; return whether it has more."""
     shots, images = taken.shots[source.name], folder / IMAGES / source.name
     pace = taken.paces[source.name] = taken.paces[source.name] * DENSER
     watch = work.watch("video")
@@ -121,16 +135,10 @@ def take_denser(
     return bool(new)
 
 
-def keep(taken: Taken, folder: Path) -> None:
-    """Store what was taken, for a run that is gone on with."""
-    rows = {
-        name: [list(asdict(shot).values()) for shot in shots] for name, shots in taken.shots.items()
-    }
-    write_text(json.dumps(asdict(taken) | {"shots": rows}), folder / TAKEN)
-
-
-def _moving(source: Source, shots: list[video.Kept], images: Path) -> list[video.Kept]:
-    """Frames that differ from the one before them; the files of the others are removed.
+def _moving(
+    source: Source, shots: list[video.SampledFrame], images: Path
+) -> list[video.SampledFrame]:
+    """Return frames that differ from the one before them; the files of the others are removed.
 
     Raises:
         ValueError: when fewer than three frames are left.
@@ -141,10 +149,9 @@ def _moving(source: Source, shots: list[video.Kept], images: Path) -> list[video
         scale = THUMBNAIL / max(image.shape)
         small.append(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA))
     keep = duplicates(np.array(small)) if shots else np.empty(0, bool)
-    for shot, kept in zip(shots, keep, strict=True):
-        if not kept:
-            (images / shot.name).unlink()
     moving = [shot for shot, kept in zip(shots, keep, strict=True) if kept]
+    for shot in set(shots) - set(moving):
+        (images / shot.name).unlink()
     if len(shots) < video.FEWEST:
         raise ValueError(
             f"{source.path}: gives {counted(len(shots), 'frame')}; at least {video.FEWEST} are "
@@ -159,7 +166,7 @@ def _moving(source: Source, shots: list[video.Kept], images: Path) -> list[video
 
 
 def _put(source: Source, folder: Path, work: Work, say: Say) -> list[str]:
-    """Links to photos, and upright copies of those whose EXIF asks for a turn, which are named."""
+    """Link photos, copy those upright whose EXIF asks for a turn, and return the latter's names."""
     turned = []
     for file in work.watch("photos")(source.photos, len(source.photos)):
         place = folder / photo_name(file)
@@ -178,5 +185,5 @@ def _put(source: Source, folder: Path, work: Work, say: Say) -> list[str]:
 
 
 def photo_name(file: Path) -> str:
-    """Name in the capture; beside IMG_1.HEIC phones keep an IMG_1.JPG."""
+    """Return a photo's name in the capture; beside IMG_1.HEIC phones keep an IMG_1.JPG."""
     return f"{file.name}.jpg" if image_files.is_heic(file) else file.name
