@@ -156,10 +156,10 @@ def _layout_of(folder: Path, layout: str) -> Layout:
         scenes = [name for name in inner if recognise(folder / name)]
         around = next((outer for outer in folder.resolve().parents[:2] if recognise(outer)), None)
         hint = ""
-        if scenes:
-            hint = f"; its folders {scenes[:3]} are captures, give one of them"
-        elif around is not None:
+        if around is not None:
             hint = f"; it is part of the capture {around}, give that folder"
+        elif scenes:
+            hint = f"; its folders {scenes[:3]} are captures, give one of them"
         elif names:
             return LAYOUTS[names[0]]  # its reader says that the images are missing
         elif bare.find(folder):

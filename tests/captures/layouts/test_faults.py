@@ -51,7 +51,7 @@ def edit(path, change):
         (lambda c: c["frames"].append(c["frames"][0]), "duplicate frame names"),
         (lambda c: c["frames"][1].update(transform_matrix=[[1]]), "of images/f9.png must be 4x4"),
         (lambda c: c["frames"][1].pop("transform_matrix"), "f9.png: field 'transform_matrix'"),
-        (lambda c: c["frames"][1].pop("file_path"), r"frames\[1\] has no file_path"),
+        (lambda c: c["frames"][1].pop("file_path"), r"frames\[1\]: field 'file_path'"),
         (lambda c: c.update(frames={"a": 1}), "list of frames"),
         (lambda c: c.update(fl_x="wide"), "fl_x of .* must be one number, got 'wide'"),
         (lambda c: c.update(w=float("nan")), "w of .* must be finite"),
